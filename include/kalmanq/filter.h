@@ -1,0 +1,258 @@
+/*
+ * kalmanq: the filter, what is known of the state.
+ *
+ *     predict   x- = A x + B u           P- = A P A' + Q
+ *     update    e  = z - H x-            S  = H P- H' + R         K = P- H' S^-1
+ *               x  = x- + K e            P  = P- - K S K'
+ *
+ * These are the results, not the arithmetic.  The filter carries the upper triangular root of
+ * P = S S', so P is positive semi-definite whatever the rounding; predict is a Householder
+ * triangularisation of [A S, G], update takes one scalar measurement after the other with
+ * Carlson's form, nothing is inverted.  A singular innovation covariance takes the
+ * pseudo-inverse.  The mean is a pair of floats in f32: a float's 24 bits plus what the
+ * increments below its last bit add up to; one double in f64.
+ *
+ * A run is init, update, predict, update, predict, ...: x0 and P0 hold before the first
+ * measurement.  Any number of processes and sensors, of any size m, may take turns.
+ *
+ * Sources: Carlson, Fast triangular formulation of the square root filter, AIAA J. 11 (1973);
+ * Bierman, Factorization Methods for Discrete Sequential Estimation (1977).
+ */
+#ifndef KALMANQ_FILTER_H
+#define KALMANQ_FILTER_H
+
+#include "process.h"
+#include "sensor.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Words of memory of a filter with n states: the mean (2 words a state in f32, 1 in f64) and
+    the root of the covariance. */
+#define KQ_FILTER_LEN_F32(n) (2 * (n) + KQ_TRIANGLE(n))
+#define KQ_FILTER_LEN_F64(n) ((n) + KQ_TRIANGLE(n))
+
+struct kq_history_f32;
+struct kq_history_f64;
+
+/* The fields of these four are the library's (see process.h). */
+
+/* NIS and det S: det = determinant * 2^exponent, over `count` scalar measurements */
+typedef struct {
+    float nis, nis_low;
+    float determinant;
+    int32_t exponent;
+    uint32_t count;
+} kq_likelihood_f32;
+
+typedef struct {
+    double nis, nis_low;
+    double determinant;
+    int32_t exponent;
+    uint32_t count;
+} kq_likelihood_f64;
+
+typedef struct {
+    uint8_t states;                    /* n */
+    uint8_t ready;                     /* initialised */
+    uint8_t events;                    /* KQ_EVENT_... */
+    uint8_t sharp;                     /* a very sharp measurement came since the last predict */
+    uint32_t length;                   /* words at memory */
+    float *memory;                     /* the caller's: mean, then root */
+    struct kq_history_f32 *history;    /* where predict and update record, or NULL */
+    kq_likelihood_f32 last;            /* of the last update */
+    kq_likelihood_f32 run;             /* since init */
+} kq_filter_f32;
+
+typedef struct {
+    uint8_t states;
+    uint8_t ready;
+    uint8_t events;
+    uint8_t sharp;
+    uint32_t length;
+    double *memory;
+    struct kq_history_f64 *history;
+    kq_likelihood_f64 last;
+    kq_likelihood_f64 run;
+} kq_filter_f64;
+
+/** A filter `name` of n states with its storage, in static memory. */
+#define KQ_FILTER_F32(name, n)                                                                  \
+    static float name##_memory[KQ_FILTER_LEN_F32(n)];                                           \
+    static kq_filter_f32 name = {n, 0, 0, 0, KQ_FILTER_LEN_F32(n), name##_memory, NULL,         \
+                                 {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}}
+#define KQ_FILTER_F64(name, n)                                                                  \
+    static double name##_memory[KQ_FILTER_LEN_F64(n)];                                          \
+    static kq_filter_f64 name = {n, 0, 0, 0, KQ_FILTER_LEN_F64(n), name##_memory, NULL,         \
+                                 {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   f        written
+ *   n        1..16
+ *   memory   KQ_FILTER_LEN_<T>(n) words or more
+ *   length   words at memory
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
+ */
+kq_status kq_filter_assign_f32(kq_filter_f32 *f, int n, float *memory, size_t length);
+kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t length);
+
+/**
+ * The state before the first measurement: x ~ N(x0, P0).  Clears the events and the
+ * log-likelihood, detaches the history.
+ *   x0       n
+ *   P0       n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
+ *            compared, the upper one is used
+ * Neither is kept.  Cost: n^3/6 multiplications, n square roots.  Accuracy: as Q in process.h.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
+ * KQ_ERR_NOT_SEMIDEFINITE.
+ */
+kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0);
+kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
+
+/**
+ * x <- A x + B u,  P <- A P A' + Q.
+ *   u        l, or NULL: no control at this step; not read if l = 0
+ * Cost: about n^3 multiplications for a dense A, n^3/2 for an upper triangular one (kinematic
+ * models in the order position, velocity, ...), n square roots, 2n divisions.  Stack: n^2 + 2n
+ * words with n rounded up to 4, 9 or 16.
+ * Accuracy of P: each step is exact for rows of S perturbed by a few n eps of their norm.  The
+ * mean is rounded at its increment, not at its own size, where 1/2 <= A_ii <= 2.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
+ */
+kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);
+kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u);
+
+/**
+ * Takes a measurement z = H x + v into the state.
+ *   z        m
+ * Cost: 2 n^2 multiplications, n square roots and n divisions a component; a correlated R adds
+ * m n / 2 multiplications a component.  A measurement whose noise is far below the state's
+ * uncertainty (R below 2^-20 S in f32, 2^-44 in f64) is taken in stages, each at that cost.
+ * Events: KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
+ */
+kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
+kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
+
+/**
+ * The same with some components missing.
+ *   z        m; a component that is not present is not read
+ *   present  bit c set: component c was measured (bits m and above are ignored); 0: none was,
+ *            and the state stays as it is
+ */
+kq_status kq_update_subset_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+                               uint32_t present);
+kq_status kq_update_subset_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+                               uint32_t present);
+
+/**
+ * From one measurement to the next: predict, then update.  Refused as a whole.
+ * The errors of both.
+ */
+kq_status kq_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+                      const kq_sensor_f32 *s, const float *z);
+kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+                      const kq_sensor_f64 *s, const double *z);
+
+/**
+ * x_i, rounded to a float, and what the rounding left: mean + mean_low is the whole word
+ * (0 in f64).  In the state's unit.  NaN where f or i is bad.
+ */
+float kq_mean_f32(const kq_filter_f32 *f, int i);
+double kq_mean_f64(const kq_filter_f64 *f, int i);
+float kq_mean_low_f32(const kq_filter_f32 *f, int i);
+double kq_mean_low_f64(const kq_filter_f64 *f, int i);
+
+/** sqrt(P_ii), in the state's unit; the 95 % interval is mean +- 1.96 sigma.  NaN where f or i
+    is bad. */
+float kq_sigma_f32(const kq_filter_f32 *f, int i);
+double kq_sigma_f64(const kq_filter_f64 *f, int i);
+
+/**
+ * P = S S', exactly symmetric.
+ *   P        n x n, written
+ * Cost: n^3/6 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
+ */
+kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P);
+kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P);
+
+/**
+ * The measurement that the state implies: z^ = H x, with S = H P H' + R.  Before an update it
+ * is the predicted measurement and S the innovation covariance; on a forecast it is the
+ * forecast of the measurement.  Changes nothing.
+ *   z        m, written, or NULL
+ *   S        m x m, exactly symmetric, written, or NULL
+ * Cost: m n^2 + m^2 n / 2 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.
+ */
+kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *z, float *S);
+kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *z, double *S);
+
+/**
+ * e = z - H x, from the whole word of the mean.  Call it before the update.
+ *   z        m
+ *   e        m, written; may be z
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
+ */
+kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+                            float *e);
+kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+                            double *e);
+
+/**
+ * K = P H' S^-1 (pseudo-inverse), the gain that the next update would use.  Changes nothing.
+ *   K        n x m, written
+ * Cost: about that of the update.  Stack: 136 words more.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.
+ */
+kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
+kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
+
+/** e' S^-1 e of the last update (normalised innovation squared): chi-square with kq_taken()
+    degrees of freedom if the model is right.  NaN where f is bad, 0 before any update. */
+float kq_nis_f32(const kq_filter_f32 *f);
+double kq_nis_f64(const kq_filter_f64 *f);
+
+/** Scalar measurements that the last update took: present, and not at the floor.  -1 where f
+    is bad. */
+int kq_taken_f32(const kq_filter_f32 *f);
+int kq_taken_f64(const kq_filter_f64 *f);
+
+/**
+ * log p(z) = -(m log 2 pi + log det S + e' S^-1 e) / 2, of the last update, and summed over
+ * all updates since init; m counts the measurements taken.  In f32 the parts of the sum are
+ * accumulated without loss.  NaN where f is bad.
+ */
+float kq_log_likelihood_last_f32(const kq_filter_f32 *f);
+double kq_log_likelihood_last_f64(const kq_filter_f64 *f);
+float kq_log_likelihood_f32(const kq_filter_f32 *f);
+double kq_log_likelihood_f64(const kq_filter_f64 *f);
+
+/** The sticky events (KQ_EVENT_..., status.h), and back to none.  A NULL f has none. */
+unsigned kq_events_f32(const kq_filter_f32 *f);
+unsigned kq_events_f64(const kq_filter_f64 *f);
+void kq_events_clear_f32(kq_filter_f32 *f);
+void kq_events_clear_f64(kq_filter_f64 *f);
+
+/**
+ * The state k steps ahead, without measurements; the filter does not change.
+ *   f        read
+ *   u        k x l, the controls of the k steps, or NULL: none
+ *   steps    k >= 0; 0 copies
+ *   ahead    another filter of n states with its own memory; written.  It is a filter like any
+ *            other, with no history: read it with kq_mean, kq_sigma, kq_covariance and, for
+ *            the measurement to come, kq_measurement.
+ * Cost: k predicts.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (steps < 0), KQ_ERR_MEMORY (ahead),
+ * KQ_ERR_MISMATCH (states, or ahead is f), KQ_ERR_NOT_FINITE (u).
+ */
+kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+                          int steps, kq_filter_f32 *ahead);
+kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+                          int steps, kq_filter_f64 *ahead);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,13 @@
+/* kalmanq: Kalman filtering, prediction and smoothing for small systems.  All of it. */
+#ifndef KALMANQ_KALMANQ_H
+#define KALMANQ_KALMANQ_H
+
+#include "filter.h"
+#include "process.h"
+#include "sensor.h"
+#include "size.h"
+#include "smoother.h"
+#include "status.h"
+#include "version.h"
+
+#endif

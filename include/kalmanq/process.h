@@ -1,0 +1,117 @@
+/*
+ * kalmanq: the process, how the state moves from one step to the next.
+ *
+ *     x[t+1] = A x[t] + B u[t] + w[t],     w ~ N(0, Q),     Q = G G'
+ *
+ * A process is prepared and checked once and is only read afterwards: many filters may share
+ * it.  It refers to the caller's A and B, which must stay as they are for as long as the
+ * process is used (constants may stay in flash), and keeps the root G of Q in its memory.
+ *
+ * All matrices are dense and row-major: entry (i, j) of an r x c matrix M is M[i * c + j].
+ */
+#ifndef KALMANQ_PROCESS_H
+#define KALMANQ_PROCESS_H
+
+#include "size.h"
+#include "status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Words of memory of a process with n states. */
+#define KQ_PROCESS_LEN(n) KQ_TRIANGLE(n)
+
+/* The fields are the library's, to be declared by the macros below and read by no one else.
+   They are in the open so that a prepared process can be a const table in flash. */
+typedef struct {
+    uint8_t states;                    /* n */
+    uint8_t controls;                  /* l */
+    uint16_t length;                   /* words at memory */
+    float *memory;                     /* the caller's; NULL for a const table */
+    const float *noise_root;           /* G, upper triangle by columns; NULL until initialised */
+    const float *transition;           /* A, n x n, the caller's */
+    const float *control;              /* B, n x l, the caller's, or NULL */
+    uint8_t first[KQ_SIZE_MAX];        /* first[i]: all of A's rows >= i are 0 left of it */
+} kq_process_f32;
+
+typedef struct {
+    uint8_t states;
+    uint8_t controls;
+    uint16_t length;
+    double *memory;
+    const double *noise_root;
+    const double *transition;
+    const double *control;
+    uint8_t first[KQ_SIZE_MAX];
+} kq_process_f64;
+
+/** A process `name` of n states and l controls (0: none) with its storage, at file or block
+    scope, in static memory. */
+#define KQ_PROCESS_F32(name, n, l)                                                              \
+    static float name##_memory[KQ_PROCESS_LEN(n)];                                              \
+    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}}
+#define KQ_PROCESS_F64(name, n, l)                                                              \
+    static double name##_memory[KQ_PROCESS_LEN(n)];                                             \
+    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}}
+
+/**
+ * Gives a process its sizes and its memory where they are known at run time only (the macros
+ * above do the same at compile time).  It still has to be initialised.
+ *   p        written
+ *   n, l     1..16, 0..16
+ *   memory   KQ_PROCESS_LEN(n) words or more, uninitialised; the process keeps the pointer
+ *   length   words at memory
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (length too short).
+ */
+kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length);
+kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length);
+
+/**
+ * x[t+1] = A x[t] + B u[t] + w,  w ~ N(0, Q).  Checks the model and factors Q = G G'.
+ *   p        read: sizes, memory.  Written: the rest.
+ *   A        n x n, kept by reference
+ *   B        n x l, kept by reference; NULL if l = 0 (and only then)
+ *   Q        n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
+ *            compared, the upper one is used; not kept
+ * May be called again with another model, between steps too, unless a history still refers
+ * to p (smoother.h).
+ * Cost: n^3/6 multiplications and n square roots.
+ * Accuracy: G is exact for a Q perturbed by (n+1) eps sqrt(Q_ii Q_jj).  A pivot below
+ * 8 n eps Q_ii counts as 0.  G_ii is at least 2^-60 (f32) or 2^-200 (f64): a standard
+ * deviation below that is noise to the arithmetic.  KQ_ERR_SIZE / _MEMORY also stand for a
+ * p that was never given its sizes and memory.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
+ * KQ_ERR_NOT_SEMIDEFINITE.
+ */
+kq_status kq_process_init_f32(kq_process_f32 *p, const float *A, const float *B, const float *Q);
+kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B, const double *Q);
+
+/**
+ * The same model with Q = F F' given by a factor: exact where Q is singular, and more accurate
+ * where its entries span many decades.
+ *   F        n x r, any shape and rank; not kept
+ *   r        0..16 columns (0: no noise; F may be NULL then)
+ * Cost: n^2 r multiplications and n square roots.
+ * Errors as kq_process_init, without the two of Q.
+ */
+kq_status kq_process_init_factor_f32(kq_process_f32 *p, const float *A, const float *B,
+                                     const float *F, int r);
+kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const double *B,
+                                     const double *F, int r);
+
+/**
+ * Another A with the noise as it is: for a step length that varies, or a linearised model.
+ *   p        initialised before
+ *   A        n x n, kept by reference.  The same array with new content counts as another A:
+ *            call this after every change of it.
+ * Cost: n^2 comparisons.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
+ */
+kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
+kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,113 @@
+/*
+ * kalmanq: the sensor, what is measured of the state.
+ *
+ *     z[t] = H x[t] + v[t],     v ~ N(0, R)
+ *
+ * Prepared and checked once, only read afterwards, shared by as many filters as you like.  It
+ * refers to the caller's H (and to R, where the components are correlated), which must stay
+ * as they are for as long as the sensor is used.
+ */
+#ifndef KALMANQ_SENSOR_H
+#define KALMANQ_SENSOR_H
+
+#include "size.h"
+#include "status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Words of memory of a sensor with m components: with any R, and with a diagonal one. */
+#define KQ_SENSOR_LEN(m) KQ_TRIANGLE(m)
+#define KQ_SENSOR_DIAGONAL_LEN(m) (m)
+
+/* The fields are the library's (see process.h). */
+typedef struct {
+    uint8_t states;                    /* n */
+    uint8_t components;                /* m */
+    uint16_t length;                   /* words at memory */
+    float *memory;                     /* the caller's; NULL for a const table */
+    const float *noise;                /* diagonal: m variances; correlated: the decorrelation,
+                                          upper triangle by columns; NULL until initialised */
+    const float *measurement;          /* H, m x n, the caller's */
+    const float *covariance;           /* R, m x m, the caller's; NULL where it is diagonal */
+} kq_sensor_f32;
+
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint16_t length;
+    double *memory;
+    const double *noise;
+    const double *measurement;
+    const double *covariance;
+} kq_sensor_f64;
+
+/** A sensor `name` of m components for n states with its storage, in static memory. */
+#define KQ_SENSOR_F32(name, n, m)                                                               \
+    static float name##_memory[KQ_SENSOR_LEN(m)];                                               \
+    static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL}
+#define KQ_SENSOR_F64(name, n, m)                                                               \
+    static double name##_memory[KQ_SENSOR_LEN(m)];                                              \
+    static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL}
+
+/** The same with the memory of a diagonal R only. */
+#define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                      \
+    static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                      \
+    static kq_sensor_f32 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL}
+#define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                      \
+    static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                     \
+    static kq_sensor_f64 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   s        written
+ *   n, m     1..16
+ *   memory   KQ_SENSOR_LEN(m) words, or KQ_SENSOR_DIAGONAL_LEN(m) if only
+ *            kq_sensor_init_diagonal will be called
+ *   length   words at memory
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (shorter than a diagonal R needs).
+ */
+kq_status kq_sensor_assign_f32(kq_sensor_f32 *s, int n, int m, float *memory, size_t length);
+kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, size_t length);
+
+/**
+ * z = H x + v,  v ~ N(0, R), components correlated or not.
+ *   s        read: sizes, memory.  Written: the rest.
+ *   H        m x n, kept by reference
+ *   R        m x m, symmetric positive semi-definite, may be singular or 0; both triangles are
+ *            compared, the upper one is used; kept by reference unless it is diagonal
+ * A correlated R is decorrelated once, here: R = U D U', U unit upper triangular, and the
+ * components of U^-1 z are independent.
+ * Cost: m^3/3 multiplications, m square roots and divisions.
+ * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32) or 2^-400 (f64).
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
+ * KQ_ERR_NOT_SEMIDEFINITE.
+ */
+kq_status kq_sensor_init_f32(kq_sensor_f32 *s, const float *H, const float *R);
+kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R);
+
+/**
+ * The same for independent components.
+ *   r        m variances, each >= 0, 0 for a noise-free component; not kept
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE
+ * (a negative variance).
+ */
+kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
+kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
+
+/**
+ * Another H with the noise as it is: a regression with changing regressors, or a linearised
+ * measurement.  The same array with new content counts as another H.
+ *   s        initialised before
+ *   H        m x n, kept by reference
+ * Recorded history is not touched by it: a sensor may change at every step (smoother.h).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
+ */
+kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
+kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,20 @@
+/*
+ * kalmanq: sizes.
+ *
+ * n states, m measured components and l controls: each 1 .. KQ_SIZE_MAX (l may be 0).
+ * Every object's memory belongs to the caller; its length, in words of the object's number
+ * type, is a constant expression of its sizes (KQ_..._LEN), and goes into static arrays.
+ */
+#ifndef KALMANQ_SIZE_H
+#define KALMANQ_SIZE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/** Largest n, m and l. */
+#define KQ_SIZE_MAX 16
+
+/** Words of a triangular n x n matrix, diagonal included. */
+#define KQ_TRIANGLE(n) ((n) * ((n) + 1) / 2)
+
+#endif

@@ -1,0 +1,196 @@
+/*
+ * kalmanq: the smoother, what is known of every past state once all measurements are in.
+ *
+ *     x_t|T = x + G (x_t+1|T - x-_{t+1})       G = P A' (P-_{t+1})^-1
+ *     P_t|T = P + G (P_t+1|T - P-_{t+1}) G'    Cov(x_t+1, x_t | T) = P_t+1|T G'
+ *
+ * Fixed-interval (Rauch, Tung and Striebel 1965).  These are the results, not the arithmetic:
+ * predict and update are orthogonal maps of the coordinates of the root S, and the smoother
+ * runs the same maps backwards.  No inverse, no gain, no tolerance: a singular P- needs
+ * nothing special, P_t|T is positive semi-definite and never above the filtered P.
+ *
+ * How to use it.  A HISTORY attached to a filter is a tape: predict and update record on it.
+ * When the run is over, smooth it, in place, and read the results by step: step t is the time
+ * after the t-th predict, t = 0 .. kq_history_steps() - 1.
+ *
+ *     kq_history_attach_f32(&tape, &track);
+ *     ... updates and predicts ...
+ *     kq_smooth_f32(&tape);
+ *     kq_smoothed_mean_f32(&tape, t, i);
+ *
+ * The tape refers to the processes, which must not change before it is smoothed (or pass the
+ * right one to kq_smooth_step).  It does not refer to the sensors.  Several sensors, rates and
+ * gaps need nothing special.
+ */
+#ifndef KALMANQ_SMOOTHER_H
+#define KALMANQ_SMOOTHER_H
+
+#include "filter.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * Words of memory of a history: of one step with m scalar measurements taken, of one change of
+ * process (a predict by another process than the predict before it), of the workspace, and of
+ * a whole history of `steps` steps (m: the most scalar measurements that one step takes, all
+ * sensors together).  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
+ */
+#define KQ_HISTORY_STEP_LEN_F32(n, m) (2 * (n) + KQ_TRIANGLE(n) + 1 + (m) * ((n) + 1))
+#define KQ_HISTORY_STEP_LEN_F64(n, m) ((n) + KQ_TRIANGLE(n) + 1 + (m) * ((n) + 1))
+#define KQ_HISTORY_CHANGE_LEN_F32 ((sizeof(void *) + sizeof(float) - 1) / sizeof(float))
+#define KQ_HISTORY_CHANGE_LEN_F64 ((sizeof(void *) + sizeof(double) - 1) / sizeof(double))
+#define KQ_HISTORY_WORKSPACE_LEN(n) (3 * (n) * (n) + 4 * (n) + 2 * KQ_TRIANGLE(n))
+#define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                \
+    ((size_t)(steps) * KQ_HISTORY_STEP_LEN_F32(n, m) +                                          \
+     (size_t)(changes) * KQ_HISTORY_CHANGE_LEN_F32 + KQ_HISTORY_WORKSPACE_LEN(n))
+#define KQ_HISTORY_LEN_F64(n, m, steps, changes)                                                \
+    ((size_t)(steps) * KQ_HISTORY_STEP_LEN_F64(n, m) +                                          \
+     (size_t)(changes) * KQ_HISTORY_CHANGE_LEN_F64 + KQ_HISTORY_WORKSPACE_LEN(n))
+
+/* The fields are the library's (see process.h). */
+typedef struct kq_history_f32 {
+    uint8_t states;                    /* n */
+    uint8_t phase;                     /* unused, recording, full, smoothing */
+    uint16_t records;                  /* measurements recorded since the last predict */
+    uint32_t steps;                    /* steps recorded; the last one is closed by smoothing */
+    uint32_t step;                     /* smoothing: steps at and above this one are done */
+    size_t length;                     /* words at memory */
+    size_t used;                       /* words of the tape not yet smoothed */
+    float *memory;                     /* the caller's: workspace, then tape */
+    const kq_process_f32 *process;     /* of the step at the tape's end */
+    kq_filter_f32 *filter;             /* attached to */
+} kq_history_f32;
+
+typedef struct kq_history_f64 {
+    uint8_t states;
+    uint8_t phase;
+    uint16_t records;
+    uint32_t steps;
+    uint32_t step;
+    size_t length;
+    size_t used;
+    double *memory;
+    const kq_process_f64 *process;
+    kq_filter_f64 *filter;
+} kq_history_f64;
+
+/** A history `name` with its storage, in static memory: for n states, at most m scalar
+    measurements a step, `steps` steps, `changes` changes of process. */
+#define KQ_HISTORY_F32(name, n, m, steps, changes)                                              \
+    static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                       \
+    static kq_history_f32 name = {n, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0,   \
+                                  name##_memory, NULL, NULL}
+#define KQ_HISTORY_F64(name, n, m, steps, changes)                                              \
+    static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                      \
+    static kq_history_f64 name = {n, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0,   \
+                                  name##_memory, NULL, NULL}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   h        written
+ *   n        1..16
+ *   length   words at memory: KQ_HISTORY_LEN_<T>(n, m, steps, changes); at least the workspace
+ *            and one step
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
+ */
+kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
+kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
+
+/**
+ * Empties the history and has the filter record on it from now on; the state as it is becomes
+ * step 0.  A filter has one history at a time; kq_filter_init and smoothing detach it.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a history that was
+ * never given them), KQ_ERR_MISMATCH (states).
+ */
+kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f);
+kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f);
+
+/** Number of steps: predicts since the history was attached, plus 1.  0 where there is none. */
+size_t kq_history_steps_f32(const kq_history_f32 *h);
+size_t kq_history_steps_f64(const kq_history_f64 *h);
+
+/**
+ * Smooths the whole history, in place: means and covariances of every step.  The filter is
+ * detached and may go on.
+ * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
+ * Accuracy in f32: a few 1e-6 of sigma and of P on ordinary models; x loses where sigma of the
+ * filter is 1e5 times that of the smoother (it is one float's rounding of the former).
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already),
+ * KQ_ERR_HISTORY_FULL (it overflowed while recording).
+ */
+kq_status kq_smooth_f32(kq_history_f32 *h);
+kq_status kq_smooth_f64(kq_history_f64 *h);
+
+/**
+ * The means only, at a third of the cost: kq_smoothed_mean works afterwards,
+ * kq_smoothed_sigma and kq_smoothed_covariance answer NaN and KQ_ERR_NOT_READY.
+ * Errors as kq_smooth.
+ */
+kq_status kq_smooth_states_f32(kq_history_f32 *h);
+kq_status kq_smooth_states_f64(kq_history_f64 *h);
+
+/** What one backward step can give beside mean and covariance of step t: each pointer may be
+    NULL, and is not written at the last step, which has no successor. */
+typedef struct {
+    float *lag_one;                    /* n x n: Cov(x[t+1], x[t] | T) */
+    float *noise_mean;                 /* n:     E[w[t] | T], the process noise */
+    float *noise_covariance;           /* n x n: Cov(w[t] | T) */
+} kq_smooth_extras_f32;
+
+typedef struct {
+    double *lag_one;
+    double *noise_mean;
+    double *noise_covariance;
+} kq_smooth_extras_f64;
+
+/**
+ * The same one step a call, from the last step to step 0, for work in slices and for what is
+ * read on the way.  Call it kq_history_steps() times; the first call closes the tape.  After
+ * each call the results of all steps from t up can be read.
+ *   p        the process that moved step t to t + 1, or NULL: the one recorded
+ *   extras   or NULL
+ * Errors as kq_smooth, and KQ_ERR_MISMATCH or KQ_ERR_NOT_READY for p.  A history is smoothed
+ * by this or by the functions above, not by both.
+ */
+kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
+                             const kq_smooth_extras_f32 *extras);
+kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
+                             const kq_smooth_extras_f64 *extras);
+
+/**
+ * The smoothed measurement noise of the step that kq_smooth_step did last: of its k-th scalar
+ * measurement (k = 0, 1, ... over the components present, in the order of the update), in
+ * units of its standard deviation: v / sqrt(R) for a diagonal R, the decorrelated component
+ * for a full one.  A mean far beyond 3 is an outlier.
+ *   mean, variance   one number each, written
+ * Both are 0 for a measurement that was not taken (KQ_EVENT_FLOOR).
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).
+ */
+kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
+                                            float *variance);
+kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
+                                            double *variance);
+
+/** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where
+    step t is not smoothed (yet), or h or i is bad. */
+float kq_smoothed_mean_f32(const kq_history_f32 *h, size_t t, int i);
+double kq_smoothed_mean_f64(const kq_history_f64 *h, size_t t, int i);
+float kq_smoothed_mean_low_f32(const kq_history_f32 *h, size_t t, int i);
+double kq_smoothed_mean_low_f64(const kq_history_f64 *h, size_t t, int i);
+float kq_smoothed_sigma_f32(const kq_history_f32 *h, size_t t, int i);
+double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i);
+
+/**
+ * P of step t given all measurements, exactly symmetric.
+ *   P        n x n, written
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (step t not smoothed, or states only), KQ_ERR_SIZE (t).
+ */
+kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P);
+kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,57 @@
+/*
+ * kalmanq: what a call answers, and what a filter remembers.
+ *
+ * A call that is given something wrong is REFUSED: it returns a negative kq_status, and every
+ * object and every output array is byte for byte what it was.  A numeric EVENT is not an
+ * error: the call does what is best, and a sticky bit in the filter says that it happened.
+ */
+#ifndef KALMANQ_STATUS_H
+#define KALMANQ_STATUS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum {
+    KQ_OK = 0,
+    /** A pointer that the call needs is NULL. */
+    KQ_ERR_NULL = -1,
+    /** A size is 0 or above KQ_SIZE_MAX, an index or a step count is out of its range. */
+    KQ_ERR_SIZE = -2,
+    /** The caller's memory is shorter than the object's length constant asks for. */
+    KQ_ERR_MEMORY = -3,
+    /** A matrix, a vector or a measurement holds a NaN or an infinity. */
+    KQ_ERR_NOT_FINITE = -4,
+    /** A covariance differs from its transpose by more than rounding. */
+    KQ_ERR_NOT_SYMMETRIC = -5,
+    /** A covariance has a negative eigenvalue beyond rounding (or a negative variance). */
+    KQ_ERR_NOT_SEMIDEFINITE = -6,
+    /** The object was never initialised, or its initialisation was refused. */
+    KQ_ERR_NOT_READY = -7,
+    /** Two objects of one call have different numbers of states, or one is given twice. */
+    KQ_ERR_MISMATCH = -8,
+    /** The history holds nothing to smooth, or has been smoothed already. */
+    KQ_ERR_HISTORY_EMPTY = -9,
+    /** The history ran out of memory while it was recording. */
+    KQ_ERR_HISTORY_FULL = -10
+} kq_status;
+
+/** The status in words, for a log: never NULL, static storage. */
+const char *kq_status_text(kq_status status);
+
+/** Sticky event bits of a filter: read by kq_events_<T>, cleared by kq_events_clear_<T>. */
+enum {
+    /** A measurement was expected to carry no information beyond rounding (its innovation
+        variance was at the rounding floor): it was not taken.  This is what the
+        pseudo-inverse does with a redundant noise-free sensor. */
+    KQ_EVENT_FLOOR = 1,
+    /** An innovation or its variance left the number range: the measurement was not taken. */
+    KQ_EVENT_OVERFLOW = 2,
+    /** The attached history had no room for a record; it can no longer be smoothed. */
+    KQ_EVENT_HISTORY_FULL = 4
+};
+
+#ifdef __cplusplus
+}
+#endif
+#endif
