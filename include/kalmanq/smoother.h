@@ -37,11 +37,14 @@ extern "C" {
  * a whole history of `steps` steps (m: the most scalar measurements that one step takes, all
  * sensors together).  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
  */
-#define KQ_HISTORY_STEP_LEN_F32(n, m) (2 * (n) + KQ_TRIANGLE(n) + 1 + (m) * ((n) + 1))
-#define KQ_HISTORY_STEP_LEN_F64(n, m) ((n) + KQ_TRIANGLE(n) + 1 + (m) * ((n) + 1))
+#define KQ_HISTORY_STEP_LEN_F32(n, m) \
+    (KQ_FILTER_LEN_F32((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 1))
+#define KQ_HISTORY_STEP_LEN_F64(n, m) \
+    (KQ_FILTER_LEN_F64((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 1))
 #define KQ_HISTORY_CHANGE_LEN_F32 ((sizeof(void *) + sizeof(float) - 1) / sizeof(float))
 #define KQ_HISTORY_CHANGE_LEN_F64 ((sizeof(void *) + sizeof(double) - 1) / sizeof(double))
-#define KQ_HISTORY_WORKSPACE_LEN(n) (3 * (n) * (n) + 4 * (n) + 2 * KQ_TRIANGLE(n))
+#define KQ_HISTORY_WORKSPACE_LEN(n) \
+    (((size_t)(n) * 3 + 4) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                \
     ((size_t)(steps) * KQ_HISTORY_STEP_LEN_F32(n, m) +                                          \
      (size_t)(changes) * KQ_HISTORY_CHANGE_LEN_F32 + KQ_HISTORY_WORKSPACE_LEN(n))

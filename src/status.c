@@ -1,0 +1,20 @@
+/* The statuses in words. */
+#include "kalmanq/status.h"
+
+const char *kq_status_text(kq_status status)
+{
+    switch (status) {
+    case KQ_OK: return "done";
+    case KQ_ERR_NULL: return "a pointer that the call needs is NULL";
+    case KQ_ERR_SIZE: return "a size, index or step count is out of range";
+    case KQ_ERR_MEMORY: return "the caller's memory is too short";
+    case KQ_ERR_NOT_FINITE: return "a number is NaN or infinite";
+    case KQ_ERR_NOT_SYMMETRIC: return "a covariance is not symmetric";
+    case KQ_ERR_NOT_SEMIDEFINITE: return "a covariance is not positive semi-definite";
+    case KQ_ERR_NOT_READY: return "the object is not initialised";
+    case KQ_ERR_MISMATCH: return "the objects do not fit together";
+    case KQ_ERR_HISTORY_EMPTY: return "the history holds nothing to smooth";
+    case KQ_ERR_HISTORY_FULL: return "the history ran out of memory";
+    }
+    return "unknown status";
+}
