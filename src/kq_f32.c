@@ -24,10 +24,10 @@ typedef kq_smooth_extras_f32 smooth_extras;
 
 #include "process.inc"
 #include "sensor.inc"
-
 #include "likelihood.inc"
 #include "filter.inc"
 #include "history.inc"
+
 #include "step.inc"
 #include "smoother.inc"
 
@@ -104,25 +104,13 @@ kq_status kq_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
     return filter_step(f, p, u, s, z);
 }
 
-float kq_mean_f32(const kq_filter_f32 *f, int i)
-{
-    return filter_mean(f, i);
-}
+float kq_mean_f32(const kq_filter_f32 *f, int i) { return filter_mean(f, i); }
 
-float kq_mean_low_f32(const kq_filter_f32 *f, int i)
-{
-    return filter_mean_low(f, i);
-}
+float kq_mean_low_f32(const kq_filter_f32 *f, int i) { return filter_mean_low(f, i); }
 
-float kq_sigma_f32(const kq_filter_f32 *f, int i)
-{
-    return filter_sigma(f, i);
-}
+float kq_sigma_f32(const kq_filter_f32 *f, int i) { return filter_sigma(f, i); }
 
-kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P)
-{
-    return filter_covariance(f, P);
-}
+kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P) { return filter_covariance(f, P); }
 
 kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *z, float *S)
 {
@@ -140,30 +128,15 @@ kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K)
     return filter_gain(f, s, K);
 }
 
-float kq_nis_f32(const kq_filter_f32 *f)
-{
-    return filter_nis(f);
-}
+float kq_nis_f32(const kq_filter_f32 *f) { return filter_nis(f); }
 
-int kq_taken_f32(const kq_filter_f32 *f)
-{
-    return filter_taken(f);
-}
+int kq_taken_f32(const kq_filter_f32 *f) { return filter_taken(f); }
 
-float kq_log_likelihood_last_f32(const kq_filter_f32 *f)
-{
-    return filter_log_likelihood(f, 0);
-}
+float kq_log_likelihood_last_f32(const kq_filter_f32 *f) { return filter_log_likelihood(f, 0); }
 
-float kq_log_likelihood_f32(const kq_filter_f32 *f)
-{
-    return filter_log_likelihood(f, 1);
-}
+float kq_log_likelihood_f32(const kq_filter_f32 *f) { return filter_log_likelihood(f, 1); }
 
-unsigned kq_events_f32(const kq_filter_f32 *f)
-{
-    return f ? f->events : 0;
-}
+unsigned kq_events_f32(const kq_filter_f32 *f) { return f ? f->events : 0; }
 
 void kq_events_clear_f32(kq_filter_f32 *f)
 {
@@ -186,20 +159,11 @@ kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f)
     return history_attach(h, f);
 }
 
-size_t kq_history_steps_f32(const kq_history_f32 *h)
-{
-    return h ? h->steps : 0;
-}
+size_t kq_history_steps_f32(const kq_history_f32 *h) { return h ? h->steps : 0; }
 
-kq_status kq_smooth_f32(kq_history_f32 *h)
-{
-    return smooth_all(h, HISTORY_SMOOTHING);
-}
+kq_status kq_smooth_f32(kq_history_f32 *h) { return smooth_all(h, HISTORY_SMOOTHING); }
 
-kq_status kq_smooth_states_f32(kq_history_f32 *h)
-{
-    return smooth_all(h, HISTORY_STATES);
-}
+kq_status kq_smooth_states_f32(kq_history_f32 *h) { return smooth_all(h, HISTORY_STATES); }
 
 kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
                              const kq_smooth_extras_f32 *extras)

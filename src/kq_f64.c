@@ -24,10 +24,10 @@ typedef kq_smooth_extras_f64 smooth_extras;
 
 #include "process.inc"
 #include "sensor.inc"
-
 #include "likelihood.inc"
 #include "filter.inc"
 #include "history.inc"
+
 #include "step.inc"
 #include "smoother.inc"
 
@@ -104,25 +104,13 @@ kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u
     return filter_step(f, p, u, s, z);
 }
 
-double kq_mean_f64(const kq_filter_f64 *f, int i)
-{
-    return filter_mean(f, i);
-}
+double kq_mean_f64(const kq_filter_f64 *f, int i) { return filter_mean(f, i); }
 
-double kq_mean_low_f64(const kq_filter_f64 *f, int i)
-{
-    return filter_mean_low(f, i);
-}
+double kq_mean_low_f64(const kq_filter_f64 *f, int i) { return filter_mean_low(f, i); }
 
-double kq_sigma_f64(const kq_filter_f64 *f, int i)
-{
-    return filter_sigma(f, i);
-}
+double kq_sigma_f64(const kq_filter_f64 *f, int i) { return filter_sigma(f, i); }
 
-kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P)
-{
-    return filter_covariance(f, P);
-}
+kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P) { return filter_covariance(f, P); }
 
 kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *z, double *S)
 {
@@ -140,30 +128,15 @@ kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K)
     return filter_gain(f, s, K);
 }
 
-double kq_nis_f64(const kq_filter_f64 *f)
-{
-    return filter_nis(f);
-}
+double kq_nis_f64(const kq_filter_f64 *f) { return filter_nis(f); }
 
-int kq_taken_f64(const kq_filter_f64 *f)
-{
-    return filter_taken(f);
-}
+int kq_taken_f64(const kq_filter_f64 *f) { return filter_taken(f); }
 
-double kq_log_likelihood_last_f64(const kq_filter_f64 *f)
-{
-    return filter_log_likelihood(f, 0);
-}
+double kq_log_likelihood_last_f64(const kq_filter_f64 *f) { return filter_log_likelihood(f, 0); }
 
-double kq_log_likelihood_f64(const kq_filter_f64 *f)
-{
-    return filter_log_likelihood(f, 1);
-}
+double kq_log_likelihood_f64(const kq_filter_f64 *f) { return filter_log_likelihood(f, 1); }
 
-unsigned kq_events_f64(const kq_filter_f64 *f)
-{
-    return f ? f->events : 0;
-}
+unsigned kq_events_f64(const kq_filter_f64 *f) { return f ? f->events : 0; }
 
 void kq_events_clear_f64(kq_filter_f64 *f)
 {
@@ -186,20 +159,11 @@ kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f)
     return history_attach(h, f);
 }
 
-size_t kq_history_steps_f64(const kq_history_f64 *h)
-{
-    return h ? h->steps : 0;
-}
+size_t kq_history_steps_f64(const kq_history_f64 *h) { return h ? h->steps : 0; }
 
-kq_status kq_smooth_f64(kq_history_f64 *h)
-{
-    return smooth_all(h, HISTORY_SMOOTHING);
-}
+kq_status kq_smooth_f64(kq_history_f64 *h) { return smooth_all(h, HISTORY_SMOOTHING); }
 
-kq_status kq_smooth_states_f64(kq_history_f64 *h)
-{
-    return smooth_all(h, HISTORY_STATES);
-}
+kq_status kq_smooth_states_f64(kq_history_f64 *h) { return smooth_all(h, HISTORY_STATES); }
 
 kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
                              const kq_smooth_extras_f64 *extras)

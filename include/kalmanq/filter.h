@@ -54,15 +54,15 @@ typedef struct {
 } kq_likelihood_f64;
 
 typedef struct {
-    uint8_t states;                    /* n */
-    uint8_t ready;                     /* initialised */
-    uint8_t events;                    /* KQ_EVENT_... */
-    uint8_t sharp;                     /* a very sharp measurement came since the last predict */
-    uint32_t length;                   /* words at memory */
-    float *memory;                     /* the caller's: mean, then root */
-    struct kq_history_f32 *history;    /* where predict and update record, or NULL */
-    kq_likelihood_f32 last;            /* of the last update */
-    kq_likelihood_f32 run;             /* since init */
+    uint8_t states;                 /* n */
+    uint8_t ready;                  /* initialised */
+    uint8_t events;                 /* KQ_EVENT_... */
+    uint8_t sharp;                  /* a very sharp measurement came since the last predict */
+    uint32_t length;                /* words at memory */
+    float *memory;                  /* the caller's: mean, then root */
+    struct kq_history_f32 *history; /* where predict and update record, or NULL */
+    kq_likelihood_f32 last;         /* of the last update */
+    kq_likelihood_f32 run;          /* since init */
 } kq_filter_f32;
 
 typedef struct {
@@ -78,14 +78,14 @@ typedef struct {
 } kq_filter_f64;
 
 /** A filter `name` of n states with its storage, in static memory. */
-#define KQ_FILTER_F32(name, n)                                                                  \
-    static float name##_memory[KQ_FILTER_LEN_F32(n)];                                           \
-    static kq_filter_f32 name = {n, 0, 0, 0, KQ_FILTER_LEN_F32(n), name##_memory, NULL,         \
-                                 {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}}
-#define KQ_FILTER_F64(name, n)                                                                  \
-    static double name##_memory[KQ_FILTER_LEN_F64(n)];                                          \
-    static kq_filter_f64 name = {n, 0, 0, 0, KQ_FILTER_LEN_F64(n), name##_memory, NULL,         \
-                                 {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}}
+#define KQ_FILTER_F32(name, n)                                                                     \
+    static float name##_memory[KQ_FILTER_LEN_F32(n)];                                              \
+    static kq_filter_f32 name = {                                                                  \
+        n, 0, 0, 0, KQ_FILTER_LEN_F32(n), name##_memory, NULL, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}}
+#define KQ_FILTER_F64(name, n)                                                                     \
+    static double name##_memory[KQ_FILTER_LEN_F64(n)];                                             \
+    static kq_filter_f64 name = {                                                                  \
+        n, 0, 0, 0, KQ_FILTER_LEN_F64(n), name##_memory, NULL, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).

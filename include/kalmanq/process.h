@@ -25,14 +25,14 @@ extern "C" {
 /* The fields are the library's, to be declared by the macros below and read by no one else.
    They are in the open so that a prepared process can be a const table in flash. */
 typedef struct {
-    uint8_t states;                    /* n */
-    uint8_t controls;                  /* l */
-    uint16_t length;                   /* words at memory */
-    float *memory;                     /* the caller's; NULL for a const table */
-    const float *noise_root;           /* G, upper triangle by columns; NULL until initialised */
-    const float *transition;           /* A, n x n, the caller's */
-    const float *control;              /* B, n x l, the caller's, or NULL */
-    uint8_t first[KQ_SIZE_MAX];        /* first[i]: all of A's rows >= i are 0 left of it */
+    uint8_t states;             /* n */
+    uint8_t controls;           /* l */
+    uint16_t length;            /* words at memory */
+    float *memory;              /* the caller's; NULL for a const table */
+    const float *noise_root;    /* G, upper triangle by columns; NULL until initialised */
+    const float *transition;    /* A, n x n, the caller's */
+    const float *control;       /* B, n x l, the caller's, or NULL */
+    uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
 } kq_process_f32;
 
 typedef struct {
@@ -48,11 +48,11 @@ typedef struct {
 
 /** A process `name` of n states and l controls (0: none) with its storage, at file or block
     scope, in static memory. */
-#define KQ_PROCESS_F32(name, n, l)                                                              \
-    static float name##_memory[KQ_PROCESS_LEN(n)];                                              \
+#define KQ_PROCESS_F32(name, n, l)                                                                 \
+    static float name##_memory[KQ_PROCESS_LEN(n)];                                                 \
     static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}}
-#define KQ_PROCESS_F64(name, n, l)                                                              \
-    static double name##_memory[KQ_PROCESS_LEN(n)];                                             \
+#define KQ_PROCESS_F64(name, n, l)                                                                 \
+    static double name##_memory[KQ_PROCESS_LEN(n)];                                                \
     static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}}
 
 /**

@@ -23,14 +23,14 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t states;                    /* n */
-    uint8_t components;                /* m */
-    uint16_t length;                   /* words at memory */
-    float *memory;                     /* the caller's; NULL for a const table */
-    const float *noise;                /* diagonal: m variances; correlated: the decorrelation,
-                                          upper triangle by columns; NULL until initialised */
-    const float *measurement;          /* H, m x n, the caller's */
-    const float *covariance;           /* R, m x m, the caller's; NULL where it is diagonal */
+    uint8_t states;           /* n */
+    uint8_t components;       /* m */
+    uint16_t length;          /* words at memory */
+    float *memory;            /* the caller's; NULL for a const table */
+    const float *noise;       /* diagonal: m variances; correlated: the decorrelation,
+                                 upper triangle by columns; NULL until initialised */
+    const float *measurement; /* H, m x n, the caller's */
+    const float *covariance;  /* R, m x m, the caller's; NULL where it is diagonal */
 } kq_sensor_f32;
 
 typedef struct {
@@ -44,19 +44,19 @@ typedef struct {
 } kq_sensor_f64;
 
 /** A sensor `name` of m components for n states with its storage, in static memory. */
-#define KQ_SENSOR_F32(name, n, m)                                                               \
-    static float name##_memory[KQ_SENSOR_LEN(m)];                                               \
+#define KQ_SENSOR_F32(name, n, m)                                                                  \
+    static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
     static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL}
-#define KQ_SENSOR_F64(name, n, m)                                                               \
-    static double name##_memory[KQ_SENSOR_LEN(m)];                                              \
+#define KQ_SENSOR_F64(name, n, m)                                                                  \
+    static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
     static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL}
 
 /** The same with the memory of a diagonal R only. */
-#define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                      \
-    static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                      \
+#define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
+    static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
     static kq_sensor_f32 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL}
-#define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                      \
-    static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                     \
+#define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
+    static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
     static kq_sensor_f64 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL}
 
 /**

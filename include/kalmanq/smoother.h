@@ -37,33 +37,33 @@ extern "C" {
  * a whole history of `steps` steps (m: the most scalar measurements that one step takes, all
  * sensors together).  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
  */
-#define KQ_HISTORY_STEP_LEN_F32(n, m) \
+#define KQ_HISTORY_STEP_LEN_F32(n, m)                                                              \
     (KQ_FILTER_LEN_F32((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 1))
-#define KQ_HISTORY_STEP_LEN_F64(n, m) \
+#define KQ_HISTORY_STEP_LEN_F64(n, m)                                                              \
     (KQ_FILTER_LEN_F64((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 1))
 #define KQ_HISTORY_CHANGE_LEN_F32 ((sizeof(void *) + sizeof(float) - 1) / sizeof(float))
 #define KQ_HISTORY_CHANGE_LEN_F64 ((sizeof(void *) + sizeof(double) - 1) / sizeof(double))
-#define KQ_HISTORY_WORKSPACE_LEN(n) \
-    (((size_t)(n) * 3 + 4) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
-#define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                \
-    ((size_t)(steps) * KQ_HISTORY_STEP_LEN_F32(n, m) +                                          \
-     (size_t)(changes) * KQ_HISTORY_CHANGE_LEN_F32 + KQ_HISTORY_WORKSPACE_LEN(n))
-#define KQ_HISTORY_LEN_F64(n, m, steps, changes)                                                \
-    ((size_t)(steps) * KQ_HISTORY_STEP_LEN_F64(n, m) +                                          \
-     (size_t)(changes) * KQ_HISTORY_CHANGE_LEN_F64 + KQ_HISTORY_WORKSPACE_LEN(n))
+#define KQ_HISTORY_WORKSPACE_LEN(n)                                                                \
+    (((size_t)(n)*3 + 4) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
+#define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                   \
+    ((size_t)(steps)*KQ_HISTORY_STEP_LEN_F32(n, m) + (size_t)(changes)*KQ_HISTORY_CHANGE_LEN_F32 + \
+     KQ_HISTORY_WORKSPACE_LEN(n))
+#define KQ_HISTORY_LEN_F64(n, m, steps, changes)                                                   \
+    ((size_t)(steps)*KQ_HISTORY_STEP_LEN_F64(n, m) + (size_t)(changes)*KQ_HISTORY_CHANGE_LEN_F64 + \
+     KQ_HISTORY_WORKSPACE_LEN(n))
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_history_f32 {
-    uint8_t states;                    /* n */
-    uint8_t phase;                     /* unused, recording, full, smoothing */
-    uint16_t records;                  /* measurements recorded since the last predict */
-    uint32_t steps;                    /* steps recorded; the last one is closed by smoothing */
-    uint32_t step;                     /* smoothing: steps at and above this one are done */
-    size_t length;                     /* words at memory */
-    size_t used;                       /* words of the tape not yet smoothed */
-    float *memory;                     /* the caller's: workspace, then tape */
-    const kq_process_f32 *process;     /* of the step at the tape's end */
-    kq_filter_f32 *filter;             /* attached to */
+    uint8_t states;                /* n */
+    uint8_t phase;                 /* unused, recording, full, smoothing */
+    uint16_t records;              /* measurements recorded since the last predict */
+    uint32_t steps;                /* steps recorded; the last one is closed by smoothing */
+    uint32_t step;                 /* smoothing: steps at and above this one are done */
+    size_t length;                 /* words at memory */
+    size_t used;                   /* words of the tape not yet smoothed */
+    float *memory;                 /* the caller's: workspace, then tape */
+    const kq_process_f32 *process; /* of the step at the tape's end */
+    kq_filter_f32 *filter;         /* attached to */
 } kq_history_f32;
 
 typedef struct kq_history_f64 {
@@ -81,14 +81,14 @@ typedef struct kq_history_f64 {
 
 /** A history `name` with its storage, in static memory: for n states, at most m scalar
     measurements a step, `steps` steps, `changes` changes of process. */
-#define KQ_HISTORY_F32(name, n, m, steps, changes)                                              \
-    static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                       \
-    static kq_history_f32 name = {n, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0,   \
-                                  name##_memory, NULL, NULL}
-#define KQ_HISTORY_F64(name, n, m, steps, changes)                                              \
-    static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                      \
-    static kq_history_f64 name = {n, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0,   \
-                                  name##_memory, NULL, NULL}
+#define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
+    static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
+    static kq_history_f32 name = {                                                                 \
+        n, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory, NULL, NULL}
+#define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
+    static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
+    static kq_history_f64 name = {                                                                 \
+        n, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -137,9 +137,9 @@ kq_status kq_smooth_states_f64(kq_history_f64 *h);
 /** What one backward step can give beside mean and covariance of step t: each pointer may be
     NULL, and is not written at the last step, which has no successor. */
 typedef struct {
-    float *lag_one;                    /* n x n: Cov(x[t+1], x[t] | T) */
-    float *noise_mean;                 /* n:     E[w[t] | T], the process noise */
-    float *noise_covariance;           /* n x n: Cov(w[t] | T) */
+    float *lag_one;          /* n x n: Cov(x[t+1], x[t] | T) */
+    float *noise_mean;       /* n:     E[w[t] | T], the process noise */
+    float *noise_covariance; /* n x n: Cov(w[t] | T) */
 } kq_smooth_extras_f32;
 
 typedef struct {

@@ -1,0 +1,34 @@
+#!/bin/sh
+# build_consumer.sh WAY SOURCE CONSUMER WORK: builds and runs the consumer program one way.
+set -eu
+way=$1 source=$2 consumer=$3 work=$4
+rm -rf "$work"
+mkdir -p "$work"
+
+install_library() {
+    cmake -S "$source" -B "$work/library" -DCMAKE_INSTALL_PREFIX="$work/prefix" \
+        -DCMAKE_INSTALL_LIBDIR=lib -DKALMANQ_BUILD_TESTS=OFF -DKALMANQ_BUILD_TOOLS=OFF
+    cmake --build "$work/library" --target install
+}
+
+case $way in
+pkg_config)
+    install_library
+    PKG_CONFIG_PATH="$work/prefix/lib/pkgconfig"
+    export PKG_CONFIG_PATH
+    # shellcheck disable=SC2046
+    cc -std=c11 "$consumer/main.c" $(pkg-config --cflags --libs kalmanq) -o "$work/consumer"
+    ;;
+plain)
+    cc -std=c11 -O2 -I"$source/include" "$consumer/main.c" "$source"/src/*.c -lm \
+        -o "$work/consumer"
+    ;;
+*)
+    [ "$way" = find_package ] && install_library
+    cmake -S "$consumer" -B "$work/build" -DWAY="$way" -DKALMANQ_SOURCE="$source" \
+        -DCMAKE_PREFIX_PATH="$work/prefix" -DFETCHCONTENT_FULLY_DISCONNECTED=ON
+    cmake --build "$work/build"
+    cp "$work/build/consumer" "$work/consumer"
+    ;;
+esac
+"$work/consumer"

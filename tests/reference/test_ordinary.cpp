@@ -1,0 +1,142 @@
+// The filter on fourteen models, in four modes each, against a textbook filter in quadruple
+// precision and beside a UD filter in float.
+//
+// x: max over time of |x - x_ref|_i / sigma_ref_i,  P: max of |P - P_ref|_ij / (sigma_i sigma_j).
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "accuracy.hpp"
+#include "library_run.hpp"
+#include "numerics_models.hpp"
+#include "ud.hpp"
+#include "verdict.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+constexpr std::size_t stepCount = 2000;
+constexpr double meanGoal = 1e-4;
+/// Where the UD filter is off by more than this, the library has to be ten times better.
+constexpr double visibleError = 1e-3;
+/// Errors of P below it are rounding in both filters, and not compared.
+constexpr double covarianceFloor = 1e-6;
+
+struct Figures {
+    double x = 0, P = 0, eigenvalue = 1;
+    bool sound = true; // no NaN, no variance below 0
+    unsigned events = 0;
+
+    void compare(const Belief<double> &mine, const Belief<Quad> &exact)
+    {
+        const Vector<Quad> sigma = sigmas(exact.covariance);
+        x = std::max(x, meanError(mine.mean, exact.mean, sigma));
+        P = std::max(P, covarianceError(mine.covariance, exact.covariance, sigma));
+    }
+
+    void inspect(const Belief<double> &mine, const Vector<double> &sigma)
+    {
+        eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
+        sound = sound && mine.mean.allFinite() && sigma.allFinite() && sigma.minCoeff() >= 0;
+    }
+};
+
+template <class T>
+Figures runLibrary(const Sequence &sequence, const std::vector<Track<Quad>> &exact)
+{
+    Figures figures;
+    LibraryRun<T> run(sequence);
+    for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
+        run.update(sequence.steps[t]);
+        const Belief<double> filtered = run.belief();
+        figures.compare(filtered, exact[t].filtered);
+        figures.inspect(filtered, run.sigma());
+        run.predict(sequence.steps[t]);
+        figures.inspect(run.belief(), run.sigma());
+    }
+    figures.events = run.events();
+    return figures;
+}
+
+void update(UdFilter &filter, const SensorModel &sensor, const Reading &reading)
+{
+    for (const Eigen::Index c : presentComponents(reading)) {
+        filter.update(sensor.H.row(c).transpose().cast<float>(), static_cast<float>(sensor.R(c, c)),
+                      static_cast<float>(reading.z(c)));
+    }
+}
+
+Figures runUd(const Sequence &sequence, const std::vector<Track<Quad>> &exact)
+{
+    Figures figures;
+    UdFilter filter(sequence.x0.cast<float>(), sequence.P0.diagonal().cast<float>());
+    const Matrix<float> A = sequence.processes[0].A.cast<float>();
+    const Matrix<float> F = sequence.processes[0].F.cast<float>();
+    for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
+        for (const Reading &reading : sequence.steps[t].readings) {
+            update(filter, sequence.sensors[reading.sensor], reading);
+        }
+        figures.compare({filter.mean(), filter.covariance()}, exact[t].filtered);
+        filter.predict(A, F);
+    }
+    return figures;
+}
+
+void checkSound(Verdict &verdict, const Figures &figures, const std::string &name, double slack)
+{
+    verdict.expect(figures.sound, name + ": a NaN or a negative sigma");
+    verdict.expect(figures.events == 0, name + ": an event was raised");
+    verdict.expectAtLeast(figures.eigenvalue, -slack, name + ": smallest eigenvalue of P");
+}
+
+void checkAccuracy(Verdict &verdict, const Figures &mine, const Figures &ud, bool isOrdinary,
+                   const std::string &name)
+{
+    if (isOrdinary) {
+        verdict.expectAtMost(mine.x, meanGoal, name + ": error of x");
+        verdict.expectAtMost(mine.P, std::max(4 * ud.P, covarianceFloor), name + ": error of P");
+    }
+    if (ud.x > visibleError) {
+        verdict.expectAtMost(mine.x, ud.x / 10, name + ": error of x beside UD");
+    }
+}
+
+void testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, std::uint64_t seed)
+{
+    const Sequence sequence = simulate(model, mode, stepCount, seed);
+    const std::vector<Track<Quad>> exact = filter<Quad>(sequence);
+    const Figures f32 = runLibrary<float>(sequence, exact);
+    const Figures f64 = runLibrary<double>(sequence, exact);
+    const Figures ud = runUd(sequence, exact);
+    std::printf("%-22s %-13s %8.1e %8.1e %8.1e   %8.1e %8.1e %8.1e   %8.1e\n", model.name.c_str(),
+                mode.name, f32.x, f64.x, ud.x, f32.P, f64.P, ud.P, f32.eigenvalue);
+    checkSound(verdict, f32, sequence.name + ", f32", eigenvalueRounding<float>(model.states()));
+    checkSound(verdict, f64, sequence.name + ", f64", eigenvalueRounding<double>(model.states()));
+    checkAccuracy(verdict, f32, ud, model.ordinary, sequence.name);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    std::printf("seed %llu, %zu steps; errors of P below %.0e count as rounding\n",
+                static_cast<unsigned long long>(seed), stepCount, covarianceFloor);
+    std::printf("%-36s %-26s   %-26s   %s\n", "", "error of x in sigma", "error of P",
+                "eigenvalue");
+    std::printf("%-22s %-13s %8s %8s %8s   %8s %8s %8s   %8s\n", "model", "mode", "f32", "f64",
+                "UD f32", "f32", "f64", "UD f32", "f32");
+    Verdict verdict;
+    for (const NumericsModel &model : numericsModels()) {
+        for (const Mode &mode : numericsModes()) {
+            testRun(verdict, model, mode, seed);
+        }
+    }
+    return verdict.finish();
+}

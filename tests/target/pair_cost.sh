@@ -1,0 +1,31 @@
+#!/bin/sh
+# pair_cost.sh SOURCE WORK: what the pair of floats costs on a Cortex-M4F, in instructions of one
+# predict + one full update, run-time sizes, -O2.  "plain" is the same library with the mean
+# in one float: mean_pair.h replaced by mean_single.h.
+set -eu
+source=$1 work=$2
+rm -rf "$work/pair" "$work/plain"
+mkdir -p "$work"
+cp -r "$source/src" "$work/pair"
+cp -r "$source/src" "$work/plain"
+cp "$source/src/mean_single.h" "$work/plain/mean_pair.h"
+
+count() {
+    arm-none-eabi-gcc -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 \
+        -ffp-contract=fast -fno-math-errno -I"$source/include" \
+        "$source/tests/target/pair_cost.c" "$source/port/boards/cortex_m.c" "$work/$1/kq_f32.c" \
+        --specs=rdimon.specs -nostartfiles -T "$source/port/boards/mps2.ld" -lm \
+        -o "$work/$1.elf" 2>"$work/$1.log" || { cat "$work/$1.log"; exit 1; }
+    timeout 50 qemu-system-arm -M mps2-an386 -nographic -semihosting -icount shift=0 \
+        -kernel "$work/$1.elf" >"$work/$1.txt"
+}
+
+count pair
+count plain
+echo "Cortex-M4F, f32, instructions of predict + update at run-time sizes, gcc -O2"
+echo "  n  m   pair  plain  cost of the pair"
+paste -d' ' "$work/pair.txt" "$work/plain.txt" | awk '
+    { share = 100 * ($3 - $6) / $6
+      printf "%3d %2d %6d %6d  %+d (%+.0f %%)\n", $1, $2, $3, $6, $3 - $6, share
+      if ($3 == 0 || $6 == 0 || share > 25) bad = 1; lines++ }
+    END { exit bad || lines != 6 }'

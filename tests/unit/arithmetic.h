@@ -1,0 +1,112 @@
+/*
+ * kalmanq unit tests: one text for every arithmetic.
+ *
+ * Each test file is compiled once with KQ_TEST_F32 and once with KQ_TEST_F64.  This header maps
+ * the names: `num` is the number type, K(predict) is kq_predict_f32 or kq_predict_f64, K(filter)
+ * is the type kq_filter_f32 or kq_filter_f64, N(0.1) is a constant of that type.
+ *
+ * The tests also run on microcontrollers: no heap, no files, large arrays static, and output
+ * through Unity only.  Unity and the tests need UNITY_INCLUDE_DOUBLE.
+ */
+#ifndef KALMANQ_TESTS_ARITHMETIC_H
+#define KALMANQ_TESTS_ARITHMETIC_H
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+#include "kalmanq/kalmanq.h"
+#include "unity.h"
+
+#if defined(KQ_TEST_F32) && !defined(KQ_TEST_F64)
+
+typedef float num;
+
+#define K(name) kq_##name##_f32
+#define EPS ((double)FLT_EPSILON)
+#define NUM_MAX FLT_MAX
+
+/* the smallest standard deviation that is not noise to the arithmetic (process.h) */
+#define TINY_SIGMA 0x1p-60
+
+#define PROCESS KQ_PROCESS_F32
+#define SENSOR KQ_SENSOR_F32
+#define SENSOR_DIAGONAL KQ_SENSOR_DIAGONAL_F32
+#define FILTER KQ_FILTER_F32
+#define HISTORY KQ_HISTORY_F32
+
+#define FILTER_LEN KQ_FILTER_LEN_F32
+#define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F32
+#define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F32
+#define HISTORY_LEN KQ_HISTORY_LEN_F32
+
+#elif defined(KQ_TEST_F64) && !defined(KQ_TEST_F32)
+
+typedef double num;
+
+#define K(name) kq_##name##_f64
+#define EPS DBL_EPSILON
+#define NUM_MAX DBL_MAX
+
+#define TINY_SIGMA 0x1p-200
+
+#define PROCESS KQ_PROCESS_F64
+#define SENSOR KQ_SENSOR_F64
+#define SENSOR_DIAGONAL KQ_SENSOR_DIAGONAL_F64
+#define FILTER KQ_FILTER_F64
+#define HISTORY KQ_HISTORY_F64
+
+#define FILTER_LEN KQ_FILTER_LEN_F64
+#define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F64
+#define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F64
+#define HISTORY_LEN KQ_HISTORY_LEN_F64
+
+#else
+#error "compile each test with one of -DKQ_TEST_F32 and -DKQ_TEST_F64"
+#endif
+
+/* A constant, rounded to the arithmetic.  Not needed for 0.5, 0.25, ..., which are exact. */
+#define N(value) ((num)(value))
+
+#define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
+
+/* What the rounding of a few dozen operations may do, relative to the size of the numbers. */
+#define TOLERANCE (64 * EPS)
+
+/* |actual - expected| <= tolerance, in double whatever the arithmetic.  Unity itself would
+   let NaN pass as equal to NaN. */
+static inline void assert_within(double tolerance, double expected, double actual,
+                                 UNITY_LINE_TYPE line)
+{
+    UNITY_TEST_ASSERT(expected - expected == 0, line, "expected value not finite");
+    UNITY_TEST_ASSERT_DOUBLE_WITHIN(tolerance, expected, actual, line, NULL);
+}
+
+#define ASSERT_WITHIN(tolerance, expected, actual)                                              \
+    assert_within((double)(tolerance), (double)(expected), (double)(actual), __LINE__)
+
+/* Equal but for rounding; size: the size of the numbers that it came from. */
+#define ASSERT_CLOSE(expected, actual, size)                                                    \
+    assert_within(TOLERANCE * (double)(size), (double)(expected), (double)(actual), __LINE__)
+
+#define ASSERT_NAN(value) TEST_ASSERT_TRUE(isnan(value))
+
+#define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT(KQ_OK, call)
+
+/* Two objects (arrays, structures without padding, or cleared ones), bit for bit. */
+#define ASSERT_SAME_BITS(expected, actual)                                                      \
+    TEST_ASSERT_EQUAL_MEMORY(&(expected), &(actual), sizeof(expected))
+
+/* The mean with what its float could not hold. */
+static inline double whole_mean(const K(filter) *f, int i)
+{
+    return (double)K(mean)(f, i) + (double)K(mean_low)(f, i);
+}
+
+static inline double whole_smoothed_mean(const K(history) *h, size_t t, int i)
+{
+    return (double)K(smoothed_mean)(h, t, i) + (double)K(smoothed_mean_low)(h, t, i);
+}
+
+#endif

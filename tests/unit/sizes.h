@@ -1,0 +1,73 @@
+/*
+ * Helpers for tests over all sizes 1 .. 16: memory between guards, and dense models of 16
+ * states whose results are known because they are 16 independent scalars seen through a
+ * rotation.
+ */
+#ifndef KALMANQ_TESTS_SIZES_H
+#define KALMANQ_TESTS_SIZES_H
+
+#include "arithmetic.h"
+
+#define GUARD_WORDS 4
+#define GUARD_BYTE 0xA5
+
+/* Room for `length` words between two guards. */
+#define GUARDED(length) ((length) + 2 * GUARD_WORDS)
+
+/* Fills it and answers where the memory inside begins. */
+static inline num *guard(num *room, size_t words)
+{
+    memset(room, GUARD_BYTE, words * sizeof(num));
+    return room + GUARD_WORDS;
+}
+
+/* Nothing outside of the `length` words inside was written; words: the whole room. */
+static inline void assert_guards(const num *room, size_t length, size_t words)
+{
+    const unsigned char *bytes = (const unsigned char *)room;
+    const size_t inside = GUARD_WORDS * sizeof(num), after = inside + length * sizeof(num);
+    TEST_ASSERT_TRUE(after < words * sizeof(num));
+    for (size_t k = 0; k < words * sizeof(num); k++) {
+        if (k == inside) k = after;
+        TEST_ASSERT_EQUAL_HEX8(GUARD_BYTE, bytes[k]);
+    }
+}
+
+/* M = value I, n x n */
+static inline void put_identity(num *M, int n, num value)
+{
+    for (int k = 0; k < n * n; k++) M[k] = 0;
+    for (int i = 0; i < n; i++) M[i * n + i] = value;
+}
+
+/* T_ij of the 16 x 16 Hadamard rotation: +-1/4, T = T' = T^-1, exact in every arithmetic */
+static inline num hadamard(int i, int j)
+{
+    int ones = 0;
+    for (int bits = i & j; bits; bits >>= 1) ones += bits & 1;
+    return ones & 1 ? -0.25 : 0.25;
+}
+
+/* M = T diag(d) T, 16 x 16 */
+static inline void put_rotated(num *M, const double *d)
+{
+    for (int i = 0; i < 16; i++) {
+        for (int j = 0; j < 16; j++) {
+            double sum = 0;
+            for (int k = 0; k < 16; k++) {
+                sum += (double)hadamard(i, k) * d[k] * (double)hadamard(k, j);
+            }
+            M[i * 16 + j] = N(sum);
+        }
+    }
+}
+
+/* (T d)_i */
+static inline double rotated(const double *d, int i)
+{
+    double sum = 0;
+    for (int k = 0; k < 16; k++) sum += (double)hadamard(i, k) * d[k];
+    return sum;
+}
+
+#endif

@@ -1,0 +1,152 @@
+"""The kalmanq demo: filters, forecasts and smooths a data set in f32 and f64, compares both with
+a textbook filter in double precision, and writes the results as a CSV and a plot.
+
+Started by tools/demo.sh, which builds the programs it runs.
+"""
+
+import math
+import os
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import List, Optional
+
+import typer
+from rich.console import Console
+
+import csv_input
+import jobs
+import reference
+import report
+import results
+import runner
+from errors import DemoError, one_line
+from estimates import Estimates
+from job import Job
+from outputs import Outputs
+
+ROOT = Path(__file__).resolve().parents[2]
+ARITHMETICS = ("f32", "f64")
+FORECAST_MOST = 10_000
+
+MOMENTS_HELP = """Without --q or --r they are estimated by the method of moments. Local level:
+variance c0 and lag-1 autocovariance c1 of the first differences, r = -c1 and q = c0 + 2 c1.
+Constant velocity, each axis for itself: r from the variance c0 and the autocovariance c1 of the
+second differences, r = (c0 - 4 c1) / 22; q from their variance 6 r + 2/3 q h^3 over a span h
+that is long enough for the motion to show above the noise. Both are kept positive. They are
+starting values: the method is simple, its estimates scatter."""
+
+CSV_HELP = """The CSV: one row a time step, fields separated by commas, an empty field or nan for a
+missing measurement, a header line if you like, # for comments. Local level: one value, after an
+optional column of times. Constant velocity: 1 to 3 positions, after an optional column whose header
+is time. Times must be evenly spaced. The state before the first measurement has the mean
+of the data (velocity 0) and ten times their standard deviation."""
+
+
+class ModelName(str, Enum):
+    local_level = "local-level"
+    constant_velocity = "constant-velocity"
+
+
+app = typer.Typer(add_completion=False)
+
+
+@app.command(
+    help="Filter, forecast and smooth with kalmanq, in f32 and f64. Without a CSV: the two built-in "
+    f"data sets, the Nile and a simulated track.\n\n{CSV_HELP}\n\n{MOMENTS_HELP}"
+)
+def main(
+    csv: Optional[Path] = typer.Argument(None, help="Your measurements.", show_default=False),
+    model: Optional[ModelName] = typer.Option(None, help="What your measurements follow."),
+    q: Optional[float] = typer.Option(
+        None,
+        help="Process noise. Local level: variance per step. Constant velocity: spectral "
+        "density of the acceleration, length^2 / time^3.",
+    ),
+    r: Optional[float] = typer.Option(None, help="Variance of a measurement."),
+    dt: Optional[float] = typer.Option(None, help="Time from one row to the next.  [default: 1]"),
+    forecast: Optional[int] = typer.Option(
+        None, help="Steps to forecast.  [default: 10, for the track 20]"
+    ),
+    out: Path = typer.Option(ROOT / "build" / "demo", help="Where the files go."),
+    programs: Path = typer.Option(
+        ROOT / "build" / "demo-build" / "tools" / "demo",
+        help="Where kq_demo_f32 and kq_demo_f64 are.",
+    ),
+) -> None:
+    try:
+        check_options(csv, model, q, r, dt, forecast)
+        if csv is None:
+            chosen = [jobs.nile(ROOT, forecast), jobs.track(forecast)]
+        elif model is ModelName.local_level:
+            chosen = [jobs.local_level(csv, q, r, dt, forecast)]
+        else:
+            chosen = [jobs.constant_velocity(csv, q, r, dt, forecast)]
+        run_all(chosen, out, programs)
+    except DemoError as problem:
+        stop(str(problem))
+    except OSError as problem:
+        name = one_line(str(problem.filename)) if problem.filename else "file"
+        stop(f"{name}: {problem.strerror or problem}")
+
+
+def stop(line: str) -> None:
+    print(f"demo: {line}", file=sys.stderr)
+    raise typer.Exit(1)
+
+
+def check_options(
+    csv: Optional[Path],
+    model: Optional[ModelName],
+    q: Optional[float],
+    r: Optional[float],
+    dt: Optional[float],
+    forecast: Optional[int],
+) -> None:
+    if csv is None and any(option is not None for option in (model, q, r, dt)):
+        raise DemoError("--model, --q, --r and --dt go with a CSV of your own")
+    if csv is not None and model is None:
+        raise DemoError("--model is missing: local-level or constant-velocity")
+    for name, value, least in (("--q", q, 0.0), ("--r", r, 1e-30), ("--dt", dt, 1e-9)):
+        if value is not None and not (math.isfinite(value) and least <= value <= 1e30):
+            raise DemoError(f"{name} {value:g}: must be from {least:g} to 1e+30")
+    if forecast is not None and not 0 <= forecast <= FORECAST_MOST:
+        raise DemoError(f"--forecast {forecast}: must be from 0 to {FORECAST_MOST}")
+
+
+def run_all(chosen: List[Job], out: Path, programs: Path) -> None:
+    """Runs every job, then writes every file, then shows the tables."""
+    runs = [run(job, programs) for job in chosen]
+    with Outputs(out, [path for job in chosen for path in job.inputs]) as outputs:
+        for job, found in zip(chosen, runs):
+            write(job, found, outputs)
+    console = Console(highlight=False)
+    for job, found in zip(chosen, runs):
+        report.show(console, job, found)
+    print()
+    for path in outputs.files:
+        print(f"wrote {shown(path)}")
+
+
+def run(job: Job, programs: Path) -> "dict[str, Estimates]":
+    found = {name: runner.run(programs / f"kq_demo_{name}", job) for name in ARITHMETICS}
+    found[report.REFERENCE] = reference.run(job.model, job.z, job.ahead)
+    return found
+
+
+def write(job: Job, found: "dict[str, Estimates]", outputs: Outputs) -> None:
+    import plot  # late: Matplotlib takes its time, and bad input is answered without it
+
+    for name, text in job.extra_files.items():
+        outputs.write(name, text)
+    outputs.write(f"{job.name}.csv", results.to_csv(job, found))
+    plot.save(job, found["f32"], "f32", outputs.stage(f"{job.name}.png"))
+
+
+def shown(path: Path) -> str:
+    """The path as seen from here, if that is shorter."""
+    return min(str(path), os.path.relpath(path), key=len)
+
+
+if __name__ == "__main__":
+    app()

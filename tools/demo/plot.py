@@ -1,0 +1,277 @@
+"""The plots: data, filtered and smoothed mean with their 95 % bands, gaps, forecast."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse, Patch
+
+from estimates import Band, Estimates
+from job import Job
+
+# Okabe and Ito's palette: told apart with any colour vision.  A band's tint is opaque, so that
+# bands on top of each other keep their colours.
+FILTER, SMOOTHER, FORECAST = "#D55E00", "#0072B2", "#009E73"
+TINT = {FILTER: "#FBE4D5", SMOOTHER: "#B9DAEF", FORECAST: "#BFE7DB"}
+DATA, TRUTH, GAP = "#444444", "#000000", "#E6E6E6"
+TRUTH_STYLE = {"color": TRUTH, "lw": 1.1, "ls": (0, (1, 1.3))}
+DATA_STYLE = {"color": DATA, "ls": "", "marker": "o", "mew": 0}
+Z_STYLE = {"color": FORECAST, "lw": 0.9, "ls": "--"}
+ELLIPSE_95 = np.sqrt(5.991465)  # half axis of the 95 % ellipse, in standard deviations
+
+STYLE = {
+    "figure.dpi": 160,
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.5,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "lines.solid_capstyle": "round",
+}
+
+
+def save(job: Job, found: Estimates, arithmetic: str, path: Path) -> None:
+    """Draws the run of one arithmetic into a PNG."""
+    with plt.rc_context(STYLE):
+        figure = draw_series(job, found) if len(job.model.measured) == 1 else draw_track(job, found)
+        arrange(figure, job, f"{job.title} (kalmanq, {arithmetic})")
+        figure.savefig(path, format="png")
+        plt.close(figure)
+
+
+# ---- one measured component ------------------------------------------------------------------
+
+
+def draw_series(job: Job, found: Estimates) -> Figure:
+    figure, axes = plt.subplots(figsize=(10, 5.4))
+    plot_component(axes, job, found, 0)
+    label_time(axes, job)
+    return figure
+
+
+def plot_component(axes: Axes, job: Job, found: Estimates, c: int) -> None:
+    """One measured component against time."""
+    i = job.measured_states[c]
+    shade_gaps(axes, job)
+    plot_band(axes, job.time, found.filtered, i, FILTER)
+    plot_band(axes, job.time, found.smoothed, i, SMOOTHER)
+    plot_edges(axes, job.time, found.filtered, i, FILTER)
+    plot_forecast(axes, job, found, c)
+    if job.truth is not None:
+        times = np.concatenate([job.time, job.future])
+        axes.plot(times, job.truth[:, i], zorder=4, **TRUTH_STYLE)
+    axes.plot(job.time, job.z[:, c], ms=marker(job), zorder=3.5, **DATA_STYLE)
+    axes.set_ylabel(with_unit(job.model.measured[c], job.unit))
+    axes.set_xlim(*time_limits(job))
+    axes.set_ylim(*limits(job, found, c))
+
+
+def plot_band(axes: Axes, time: np.ndarray, band: Band, i: int, colour: str) -> None:
+    low, high = band.low[:, i], band.high[:, i]
+    axes.fill_between(time, low, high, color=TINT[colour], lw=0, zorder=2)
+    axes.plot(time, band.mean[:, i], color=colour, lw=1.5, zorder=3)
+
+
+def plot_edges(axes: Axes, time: np.ndarray, band: Band, i: int, colour: str) -> None:
+    """The edges of a band that another one covers."""
+    for edge in (band.low[:, i], band.high[:, i]):
+        axes.plot(time, edge, color=colour, lw=0.6, alpha=0.55, zorder=2.5)
+
+
+def plot_forecast(axes: Axes, job: Job, found: Estimates, c: int) -> None:
+    """The forecast of the state and, wider, of the measurement; it starts at the last state."""
+    if job.ahead == 0:
+        return
+    i = job.measured_states[c]
+    time = np.concatenate([job.time[-1:], job.future])
+    plot_band(axes, time, from_now_on(found), i, FORECAST)
+    axes.plot(job.future, found.forecast_z.low[:, c], **Z_STYLE)
+    axes.plot(job.future, found.forecast_z.high[:, c], **Z_STYLE)
+    axes.axvline(job.time[-1], color="#888888", lw=0.8)
+
+
+def from_now_on(found: Estimates) -> Band:
+    """The last state and the forecasts."""
+    return Band(
+        np.concatenate([found.filtered.mean[-1:], found.forecast.mean]),
+        np.concatenate([found.filtered.sigma[-1:], found.forecast.sigma]),
+    )
+
+
+def shade_gaps(axes: Axes, job: Job) -> None:
+    for first, last in job.gaps:
+        start, end = job.time[first] - job.dt / 2, job.time[last] + job.dt / 2
+        axes.axvspan(start, end, color=GAP, lw=0, zorder=0)
+
+
+def time_limits(job: Job) -> tuple[float, float]:
+    last = job.time[-1] + job.ahead * job.dt
+    margin = 0.01 * (last - job.time[0]) or job.dt
+    return job.time[0] - margin, last + margin
+
+
+def limits(job: Job, found: Estimates, c: int) -> tuple[float, float]:
+    """Everything in sight but the filter's band of the first steps, which tells of P0 only."""
+    i = job.measured_states[c]
+    settled = slice(min(2 * len(job.model.x0), job.steps - 1), None)
+    parts = [job.z[:, c], found.smoothed.mean[:, i]]
+    for band, rows, column in (
+        (found.smoothed, settled, i),
+        (found.filtered, settled, i),
+        (found.forecast_z, slice(None), c),
+    ):
+        parts += [band.low[rows, column], band.high[rows, column]]
+    low, high = np.nanmin(np.concatenate(parts)), np.nanmax(np.concatenate(parts))
+    margin = 0.04 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+# ---- two or three measured components --------------------------------------------------------
+
+
+def draw_track(job: Job, found: Estimates) -> Figure:
+    """The path in the plane of the first two axes; every axis against time; where the truth is
+    known, the error."""
+    count = len(job.model.measured)
+    rows = count + (job.truth is not None)
+    figure = plt.figure(figsize=(13.5, 2.4 * rows + 1.3))
+    grid = figure.add_gridspec(rows, 2, width_ratios=(1, 1.1))
+    plot_plane(figure.add_subplot(grid[:, 0]), job, found)
+    series: list[Axes] = []
+    for row in range(rows):
+        axes = figure.add_subplot(grid[row, 1], sharex=series[0] if series else None)
+        if row < count:
+            plot_component(axes, job, found, row)
+        else:
+            plot_error(axes, job, found, 0)
+        axes.tick_params(labelbottom=row == rows - 1)
+        series.append(axes)
+    series[0].set_title("Against time, with 95 % bands")
+    label_time(series[-1], job)
+    figure.align_ylabels(series)
+    return figure
+
+
+def plot_plane(axes: Axes, job: Job, found: Estimates) -> None:
+    i, j = job.measured_states[:2]
+    plot_ellipses(axes, job, found, i, j)
+    if job.truth is not None:
+        axes.plot(job.truth[:, i], job.truth[:, j], zorder=4, **TRUTH_STYLE)
+    axes.plot(job.z[:, 0], job.z[:, 1], ms=marker(job), zorder=2.5, **DATA_STYLE)
+    plot_path(axes, found.filtered, i, j, FILTER)
+    plot_path(axes, found.smoothed, i, j, SMOOTHER)
+    if job.ahead:
+        plot_path(axes, from_now_on(found), i, j, FORECAST)
+    axes.set_xlabel(with_unit(job.model.measured[0], job.unit))
+    axes.set_ylabel(with_unit(job.model.measured[1], job.unit))
+    axes.set_aspect("equal", adjustable="datalim")
+    places = ["in the gap"] * bool(job.gaps) + ["of the last forecast"] * bool(job.ahead)
+    axes.set_title("In the plane" + (f", with 95 % ellipses {' and '.join(places)}" if places else ""))
+
+
+def plot_path(axes: Axes, band: Band, i: int, j: int, colour: str) -> None:
+    axes.plot(band.mean[:, i], band.mean[:, j], color=colour, lw=1.5, zorder=3)
+
+
+def plot_ellipses(axes: Axes, job: Job, found: Estimates, i: int, j: int) -> None:
+    """At a few steps of every gap.  The axes are independent: no tilt."""
+    for band, colour in ((found.filtered, FILTER), (found.smoothed, SMOOTHER)):
+        for first, last in job.gaps:
+            for t in np.unique(np.linspace(first, last, 5).round().astype(int))[::-1]:
+                add_ellipse(axes, band, t, i, j, colour)
+    if job.ahead:
+        add_ellipse(axes, found.forecast, job.ahead - 1, i, j, FORECAST)
+
+
+def add_ellipse(axes: Axes, band: Band, t: int, i: int, j: int, colour: str) -> None:
+    width, height = 2 * ELLIPSE_95 * band.sigma[t, [i, j]]
+    centre = band.mean[t, [i, j]]
+    axes.add_patch(Ellipse(centre, width, height, fc=TINT[colour], ec=colour, lw=0.6, zorder=2))
+
+
+def plot_error(axes: Axes, job: Job, found: Estimates, c: int) -> None:
+    """Estimate minus truth, with the 95 % band that the estimate claims."""
+    i = job.measured_states[c]
+    truth = job.truth[:, i]
+    now, beyond = truth[: job.steps], truth[job.steps - 1 :]
+    shade_gaps(axes, job)
+    plot_band(axes, job.time, error_of(found.filtered, now, i), 0, FILTER)
+    plot_band(axes, job.time, error_of(found.smoothed, now, i), 0, SMOOTHER)
+    if job.ahead:
+        future = np.concatenate([job.time[-1:], job.future])
+        plot_band(axes, future, error_of(from_now_on(found), beyond, i), 0, FORECAST)
+        axes.axvline(job.time[-1], color="#888888", lw=0.8)
+    axes.plot(job.time, job.z[:, c] - now, ms=marker(job), zorder=3.5, **DATA_STYLE)
+    axes.axhline(0, zorder=4, **TRUTH_STYLE)
+    axes.set_ylabel(with_unit(f"error in {job.model.measured[c]}", job.unit))
+
+
+def error_of(band: Band, truth: np.ndarray, i: int) -> Band:
+    """The error of state i with its band: where that holds 0, the band held the truth."""
+    return Band((band.mean[:, i] - truth)[:, None], band.sigma[:, [i]])
+
+
+# ---- labels ----------------------------------------------------------------------------------
+
+
+def marker(job: Job) -> float:
+    """Smaller dots where there are many."""
+    return float(np.clip(40 / np.sqrt(job.steps), 0.8, 4.0))
+
+
+def with_unit(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def label_time(axes: Axes, job: Job) -> None:
+    axes.set_xlabel(with_unit(job.time_name, job.time_unit))
+
+
+def arrange(figure: Figure, job: Job, title: str) -> None:
+    """The title above, the legend below, the panels between."""
+    inch = 1 / figure.get_size_inches()[1]
+    figure.suptitle(title, x=0.012, y=1 - 0.1 * inch, ha="left", fontsize=12, weight="bold")
+    entries = legend_entries(job)
+    columns = 4 if figure.get_size_inches()[0] < 12 else 7
+    figure.legend(
+        [handle for _, handle in entries],
+        [label for label, _ in entries],
+        loc="lower center",
+        ncol=columns,
+        fontsize=9,
+        columnspacing=1.6,
+    )
+    lines = -(-len(entries) // columns)
+    figure.tight_layout(rect=(0, (0.1 + 0.21 * lines) * inch, 1, 1 - 0.32 * inch))
+
+
+def legend_entries(job: Job) -> list[tuple[str, object]]:
+    entries: list[tuple[str, object]] = [("measurement", Line2D([], [], ms=4, **DATA_STYLE))]
+    if job.truth is not None:
+        entries.append(("truth", Line2D([], [], **TRUTH_STYLE)))
+    if job.gaps:
+        entries.append(("no measurements", Patch(fc=GAP)))
+    entries.append(("filter, 95 % band", band_sample(FILTER)))
+    entries.append(("smoother, 95 % band", band_sample(SMOOTHER)))
+    if job.ahead:
+        entries.append(("forecast, 95 % band", band_sample(FORECAST)))
+        entries.append(("next measurements, 95 %", Line2D([], [], **Z_STYLE)))
+    return entries
+
+
+def band_sample(colour: str) -> tuple[Patch, Line2D]:
+    return Patch(fc=TINT[colour], lw=0), Line2D([], [], color=colour, lw=1.5)

@@ -1,0 +1,143 @@
+"""The table: log-likelihood, errors, memory."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from estimates import Band, Estimates
+from job import Job
+
+REFERENCE = "double reference"
+Row = tuple[str, list[str]]
+
+
+def show(console: Console, job: Job, runs: dict[str, Estimates]) -> None:
+    """Prints the runs of a job side by side; the reference is the last of them."""
+    title = Text(job.title, style="bold")
+    table = Table(title=title, title_justify="left", show_edge=False)
+    table.add_column()
+    for name in runs:
+        table.add_column(name, justify="right")
+    sections = [likelihood_rows(runs), truth_rows(job, runs), error_rows(runs), memory_rows(job, runs)]
+    for rows in sections:
+        for k, (name, cells) in enumerate(rows):
+            table.add_row(Text(name), *cells, end_section=k == len(rows) - 1)
+    console.print()
+    console.print(table)
+    for line in filter(None, [job.note, *warnings(job, runs)]):
+        console.print(line, style="dim", highlight=False, markup=False)
+
+
+def likelihood_rows(runs: dict[str, Estimates]) -> list[Row]:
+    return [("log-likelihood", [f"{run.log_likelihood:.4f}" for run in runs.values()])]
+
+
+def truth_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
+    """RMS distance of the measured states from the truth, where it is known."""
+    if job.truth is None:
+        return []
+    known, beyond = job.truth[: job.steps], job.truth[job.steps :]
+    gap = np.isnan(job.z).all(axis=1)
+    unit = f" [{job.unit}]" if job.unit else ""
+    raw = rms(job, spread_z(job), known)
+    rows: list[Row] = [(f"RMS error{unit}: measured", [f"{raw:.3f}"] * len(runs))]
+
+    def add(name: str, means: list[np.ndarray], truth: np.ndarray) -> None:
+        if len(truth):
+            rows.append((name, [f"{rms(job, mean, truth):.3f}" for mean in means]))
+
+    filtered = [run.filtered.mean for run in runs.values()]
+    smoothed = [run.smoothed.mean for run in runs.values()]
+    add("  filtered", filtered, known)
+    add("  smoothed", smoothed, known)
+    add("  filtered, in the dropout", [mean[gap] for mean in filtered], known[gap])
+    add("  smoothed, in the dropout", [mean[gap] for mean in smoothed], known[gap])
+    add(f"  forecast, 1 to {job.ahead} steps", [r.forecast.mean for r in runs.values()], beyond)
+    return rows + coverage_rows(job, runs, known)
+
+
+def coverage_rows(job: Job, runs: dict[str, Estimates], known: np.ndarray) -> list[Row]:
+    def share(band: Band) -> str:
+        at = job.measured_states
+        inside = (band.low <= known) & (known <= band.high)
+        return f"{100 * inside[:, at].mean():.1f} %"
+
+    return [
+        ("truth in the 95 % band: filtered", [share(run.filtered) for run in runs.values()]),
+        ("  smoothed", [share(run.smoothed) for run in runs.values()]),
+    ]
+
+
+def spread_z(job: Job) -> np.ndarray:
+    """The measurements in the places of the states that they measure."""
+    z = np.full((job.steps, len(job.model.x0)), np.nan)
+    z[:, job.measured_states] = job.z
+    return z
+
+
+def rms(job: Job, mean: np.ndarray, truth: np.ndarray) -> float:
+    distance = (mean - truth)[:, job.measured_states]
+    return float(np.sqrt(np.nanmean((distance**2).sum(axis=1))))
+
+
+def error_rows(runs: dict[str, Estimates]) -> list[Row]:
+    """The largest error of a mean against the reference, in its standard deviations there."""
+    reference = runs[REFERENCE]
+    rows: list[Row] = []
+    for label, part in (
+        ("largest error [sigma]: filtered", "filtered"),
+        ("  smoothed", "smoothed"),
+        ("  forecast", "forecast"),
+    ):
+        true = getattr(reference, part)
+        cells = [error_text(mean_error(getattr(run, part), true)) for run in runs.values()]
+        rows.append((label, [*cells[:-1], "0"]))
+    sigma = [error_text(sigma_error(run, reference)) for run in runs.values()]
+    return rows + [("  of any sigma itself (relative)", [*sigma[:-1], "0"])]
+
+
+def mean_error(found: Band, true: Band) -> float:
+    return largest(np.abs(found.mean - true.mean) / true.sigma)
+
+
+def sigma_error(found: Estimates, true: Estimates) -> float:
+    pairs = [(getattr(found, p), getattr(true, p)) for p in ("filtered", "smoothed", "forecast")]
+    return max(largest(np.abs(a.sigma / b.sigma - 1)) for a, b in pairs)
+
+
+def largest(values: np.ndarray) -> float:
+    return float(values.max()) if values.size else 0.0
+
+
+def error_text(value: float) -> str:
+    return "0" if value == 0 else f"{value:.1e}"
+
+
+def memory_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
+    def cell(run: Estimates, *names: str) -> str:
+        return f"{sum(run.memory[name] for name in names):,}" if run.memory else "-"
+
+    rows = [
+        ("memory [bytes]: process, sensor, filter", ("process", "sensor", "filter")),
+        ("  the model's A, H and R", ("model",)),
+        (f"  history of {job.steps} steps, to smooth", ("history",)),
+    ]
+    return [(label, [cell(run, *names) for run in runs.values()]) for label, names in rows]
+
+
+def warnings(job: Job, runs: dict[str, Estimates]) -> list[str]:
+    lines = [
+        f"{name}: numeric events {run.events} (KQ_EVENT_..., status.h)"
+        for name, run in runs.items()
+        if run.events
+    ]
+    rounding = float(np.nanmax(np.abs(job.z) / np.sqrt(np.diag(job.model.R)))) * 2**-24
+    if rounding > 0.01:
+        lines.append(
+            f"f32 reads a measurement to 24 bits, here {rounding:.2g} of its sigma: "
+            "subtract an origin from such data."
+        )
+    return lines

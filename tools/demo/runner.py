@@ -1,0 +1,81 @@
+"""Runs a demo program (run.c) on a job, and reads what it answers."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from errors import DemoError, one_line
+from estimates import Band, Estimates
+from job import Job
+
+TIME_LIMIT = 50  # seconds
+
+
+def run(program: Path, job: Job) -> Estimates:
+    return parse(program, answer(program, problem_text(job)), job)
+
+
+def answer(program: Path, problem: str) -> str:
+    try:
+        done = subprocess.run(
+            [str(program)], input=problem, capture_output=True, text=True, timeout=TIME_LIMIT
+        )
+    except OSError as problem_:
+        raise DemoError(f"{program}: {problem_.strerror}; build it with tools/demo.sh") from problem_
+    except subprocess.TimeoutExpired as problem_:
+        raise DemoError(f"{program}: no answer within {TIME_LIMIT} s") from problem_
+    if done.returncode != 0:
+        reason = one_line(done.stderr.strip()) or f"{program.name}: stopped ({done.returncode})"
+        raise DemoError(reason)
+    return done.stdout
+
+
+def problem_text(job: Job) -> str:
+    """The job in the form that run.c documents."""
+    model = job.model
+    n, m = len(model.x0), len(model.H)
+    lines = [f"sizes {n} {m} {job.steps} {job.ahead}"]
+    for name in ("A", "Q", "H", "R", "x0", "P0"):
+        lines += [name, rows_text(getattr(model, name))]
+    return "\n".join(lines + ["z", rows_text(job.z), "end", ""])
+
+
+def rows_text(values: np.ndarray) -> str:
+    rows = np.atleast_2d(values)
+    return "\n".join(" ".join(repr(float(value)) for value in row) for row in rows)
+
+
+def parse(program: Path, text: str, job: Job) -> Estimates:
+    lines = [line.split() for line in text.splitlines()]
+    records: dict[str, list[list[str]]] = {}
+    for word, *rest in lines:
+        records.setdefault(word, []).append(rest)
+    steps, forecasts = records.get("step", []), records.get("forecast", [])
+    if "end" not in records or (len(steps), len(forecasts)) != (job.steps, job.ahead):
+        raise DemoError(f"{program.name}: an incomplete answer")
+    n, m = len(job.model.x0), len(job.model.H)
+    filtered, smoothed = bands(steps, [n, n])
+    forecast, forecast_z = bands(forecasts, [n, m])
+    memory = records["memory"][0]
+    return Estimates(
+        filtered=filtered,
+        smoothed=smoothed,
+        forecast=forecast,
+        forecast_z=forecast_z,
+        log_likelihood=float(records["log_likelihood"][0][0]),
+        memory=dict(zip(memory[::2], map(int, memory[1::2]))),
+        events=int(records["events"][0][0]),
+    )
+
+
+def bands(records: list[list[str]], widths: list[int]) -> list[Band]:
+    """Splits records (an index, then mean and sigma of each band in turn) into bands."""
+    numbers = np.array(records, dtype=float).reshape(len(records), 1 + 2 * sum(widths))
+    found, at = [], 1
+    for width in widths:
+        found.append(Band(numbers[:, at : at + width], numbers[:, at + width : at + 2 * width]))
+        at += 2 * width
+    return found

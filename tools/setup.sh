@@ -1,0 +1,86 @@
+# Installs what a fresh Debian or Ubuntu machine lacks.  Sourced by demo.sh and test.sh.
+#
+#   kq_setup build     C and C++ compiler, CMake, Ninja
+#   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
+#   kq_setup tests     Eigen, Unity, clang, valgrind, and the compiler and emulator for Arm
+#
+# Nothing that is there is installed again, and nothing is asked of the network then.
+
+kq_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+kq_unity="$kq_root/.deps/unity"
+
+kq_as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+# kq_install PACKAGE...: by apt, those that are missing
+kq_install() {
+    local missing=() package
+    for package in "$@"; do
+        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' ||
+            missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] && return 0
+    command -v apt-get >/dev/null || {
+        echo "setup: please install (no apt here): ${missing[*]}" >&2
+        return 1
+    }
+    echo "setup: installing ${missing[*]}"
+    kq_as_root apt-get update -qq
+    kq_as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+kq_have() {
+    local tool
+    for tool in "$@"; do command -v "$tool" >/dev/null || return 1; done
+}
+
+kq_setup_build() {
+    kq_have cc c++ cmake ninja || kq_install gcc g++ libc6-dev cmake ninja-build
+}
+
+kq_setup_python() {
+    local python modules='import numpy, matplotlib, typer, rich'
+    for python in "${KQ_PYTHON:-}" python3 /usr/bin/python3; do
+        [ -n "$python" ] && "$python" -c "$modules" 2>/dev/null && KQ_PYTHON=$python && return 0
+    done
+    kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich
+    KQ_PYTHON=/usr/bin/python3
+}
+
+# Unity is not packaged by itself; the source package of cjson carries it.  The source lists
+# are a copy with deb-src switched on: the machine's own stay as they are.
+kq_fetch_unity() {
+    local work lists
+    work=$(mktemp -d) && lists="$work/lists" && mkdir -p "$lists/parts" "$lists/state/partial"
+    cp /etc/apt/sources.list "$lists/list" 2>/dev/null || : >"$lists/list"
+    cp /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list.d/ubuntu.sources \
+        "$lists/parts/" 2>/dev/null || true
+    sed -i 's/^Types:.*/Types: deb deb-src/' "$lists"/parts/*.sources 2>/dev/null || true
+    sed -i -n 'p; s/^deb /deb-src /p' "$lists/list"
+    (
+        cd "$work"
+        options=(-o Dir::Etc::sourcelist="$lists/list" -o Dir::Etc::sourceparts="$lists/parts"
+                 -o Dir::State::Lists="$lists/state" -o Dir::Cache::pkgcache=
+                 -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
+        apt-get "${options[@]}" update -qq &&
+            apt-get "${options[@]}" source -qq --download-only cjson >/dev/null &&
+            tar -xf cjson_*.orig.tar.*
+    ) || { rm -rf "$work"; return 1; }
+    mkdir -p "$kq_unity"
+    cp "$work"/cJSON-*/tests/unity/src/unity*.[ch] "$kq_unity/"
+    cp "$work"/cJSON-*/tests/unity/docs/license.txt "$kq_unity/" 2>/dev/null || true
+    rm -rf "$work"
+}
+
+kq_setup_tests() {
+    kq_install libeigen3-dev valgrind pkg-config
+    kq_have clang || kq_have clang-14 || kq_install clang
+    kq_have arm-none-eabi-gcc qemu-system-arm ||
+        kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+    [ -f "$kq_unity/unity.c" ] || kq_fetch_unity ||
+        echo "setup: no source package with Unity; CMake will fetch its pinned release"
+}
+
+kq_setup() { "kq_setup_$1"; }
