@@ -45,7 +45,7 @@ static inline num hadamard(int i, int j)
 {
     int ones = 0;
     for (int bits = i & j; bits; bits >>= 1) ones += bits & 1;
-    return ones & 1 ? -0.25 : 0.25;
+    return ones & 1 ? N(-0.25) : N(0.25);
 }
 
 /* M = T diag(d) T, 16 x 16 */

@@ -39,8 +39,9 @@ starting values: the method is simple, its estimates scatter."""
 CSV_HELP = """The CSV: one row a time step, fields separated by commas, an empty field or nan for a
 missing measurement, a header line if you like, # for comments. Local level: one value, after an
 optional column of times. Constant velocity: 1 to 3 positions, after an optional column whose header
-is time. Times must be evenly spaced. The state before the first measurement has the mean
-of the data (velocity 0) and ten times their standard deviation."""
+is time. Times must be evenly spaced. The state before the first measurement is the mean
+of the data, give or take ten times their standard deviation; the velocity 0, give or take ten
+times the typical move per row."""
 
 
 class ModelName(str, Enum):

@@ -44,6 +44,13 @@ class Job:
     @property
     def gaps(self) -> list[tuple[int, int]]:
         """Runs of steps without any measurement: first and last step of each."""
-        missing = np.isnan(self.z).all(axis=1).astype(int)
-        edges = np.diff(np.concatenate([[0], missing, [0]]))
-        return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+        return runs_of(np.isnan(self.z).all(axis=1))
+
+    def gaps_of(self, c: int) -> list[tuple[int, int]]:
+        """Runs of steps in which component c is missing."""
+        return runs_of(np.isnan(self.z[:, c]))
+
+
+def runs_of(missing: np.ndarray) -> list[tuple[int, int]]:
+    edges = np.diff(np.concatenate([[0], missing.astype(int), [0]]))
+    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))

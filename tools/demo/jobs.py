@@ -151,8 +151,15 @@ def velocity_prior(
     for z, (_, r) in zip(data.values.T, noise):
         mean, sigma = spread(z, r)
         x0 += [mean, 0.0]
-        p0 += [(PRIOR_WIDTH * sigma) ** 2, (PRIOR_WIDTH * sigma / dt) ** 2]
+        p0 += [(PRIOR_WIDTH * sigma) ** 2, (PRIOR_WIDTH * typical_step(z, sigma) / dt) ** 2]
     return x0, p0
+
+
+def typical_step(z: np.ndarray, sigma: float) -> float:
+    """How far the measurements move from one row to the next, root mean square."""
+    steps = np.diff(z)
+    steps = steps[~np.isnan(steps)]
+    return max(float(np.sqrt(np.mean(steps**2))), 1e-3 * sigma) if steps.size else sigma
 
 
 def check_range(path: Path, data: Measurements, values: Sequence[float]) -> None:

@@ -57,7 +57,7 @@ def save(job: Job, found: Estimates, arithmetic: str, path: Path) -> None:
 
 
 def draw_series(job: Job, found: Estimates) -> Figure:
-    figure, axes = plt.subplots(figsize=(10, 5.4))
+    figure, axes = plt.subplots(figsize=(11, 5.6))
     plot_component(axes, job, found, 0)
     label_time(axes, job)
     return figure
@@ -66,7 +66,7 @@ def draw_series(job: Job, found: Estimates) -> Figure:
 def plot_component(axes: Axes, job: Job, found: Estimates, c: int) -> None:
     """One measured component against time."""
     i = job.measured_states[c]
-    shade_gaps(axes, job)
+    shade_gaps(axes, job, c)
     plot_band(axes, job.time, found.filtered, i, FILTER)
     plot_band(axes, job.time, found.smoothed, i, SMOOTHER)
     plot_edges(axes, job.time, found.filtered, i, FILTER)
@@ -112,8 +112,8 @@ def from_now_on(found: Estimates) -> Band:
     )
 
 
-def shade_gaps(axes: Axes, job: Job) -> None:
-    for first, last in job.gaps:
+def shade_gaps(axes: Axes, job: Job, c: int) -> None:
+    for first, last in job.gaps_of(c):
         start, end = job.time[first] - job.dt / 2, job.time[last] + job.dt / 2
         axes.axvspan(start, end, color=GAP, lw=0, zorder=0)
 
@@ -208,7 +208,7 @@ def plot_error(axes: Axes, job: Job, found: Estimates, c: int) -> None:
     i = job.measured_states[c]
     truth = job.truth[:, i]
     now, beyond = truth[: job.steps], truth[job.steps - 1 :]
-    shade_gaps(axes, job)
+    shade_gaps(axes, job, c)
     plot_band(axes, job.time, error_of(found.filtered, now, i), 0, FILTER)
     plot_band(axes, job.time, error_of(found.smoothed, now, i), 0, SMOOTHER)
     if job.ahead:
@@ -244,26 +244,26 @@ def label_time(axes: Axes, job: Job) -> None:
 def arrange(figure: Figure, job: Job, title: str) -> None:
     """The title above, the legend below, the panels between."""
     inch = 1 / figure.get_size_inches()[1]
-    figure.suptitle(title, x=0.012, y=1 - 0.1 * inch, ha="left", fontsize=12, weight="bold")
+    figure.text(0.012, 1 - 0.1 * inch, title, ha="left", va="top", fontsize=12, weight="bold")
     entries = legend_entries(job)
-    columns = 4 if figure.get_size_inches()[0] < 12 else 7
+    columns = 6 if figure.get_size_inches()[0] < 12 else 7
     figure.legend(
         [handle for _, handle in entries],
         [label for label, _ in entries],
         loc="lower center",
         ncol=columns,
         fontsize=9,
-        columnspacing=1.6,
+        columnspacing=1.5,
     )
     lines = -(-len(entries) // columns)
-    figure.tight_layout(rect=(0, (0.1 + 0.21 * lines) * inch, 1, 1 - 0.32 * inch))
+    figure.tight_layout(rect=(0, (0.1 + 0.21 * lines) * inch, 1, 1 - 0.34 * inch))
 
 
 def legend_entries(job: Job) -> list[tuple[str, object]]:
     entries: list[tuple[str, object]] = [("measurement", Line2D([], [], ms=4, **DATA_STYLE))]
     if job.truth is not None:
         entries.append(("truth", Line2D([], [], **TRUTH_STYLE)))
-    if job.gaps:
+    if np.isnan(job.z).any():
         entries.append(("no measurements", Patch(fc=GAP)))
     entries.append(("filter, 95 % band", band_sample(FILTER)))
     entries.append(("smoother, 95 % band", band_sample(SMOOTHER)))

@@ -21,14 +21,19 @@ def show(console: Console, job: Job, runs: dict[str, Estimates]) -> None:
     table.add_column()
     for name in runs:
         table.add_column(name, justify="right")
-    sections = [likelihood_rows(runs), truth_rows(job, runs), error_rows(runs), memory_rows(job, runs)]
+    sections = (
+        likelihood_rows(runs),
+        truth_rows(job, runs),
+        error_rows(runs),
+        memory_rows(job, runs),
+    )
     for rows in sections:
         for k, (name, cells) in enumerate(rows):
             table.add_row(Text(name), *cells, end_section=k == len(rows) - 1)
     console.print()
     console.print(table)
     for line in filter(None, [job.note, *warnings(job, runs)]):
-        console.print(line, style="dim", highlight=False, markup=False)
+        console.print(line, style="dim", markup=False, soft_wrap=True)
 
 
 def likelihood_rows(runs: dict[str, Estimates]) -> list[Row]:
@@ -42,20 +47,22 @@ def truth_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
     known, beyond = job.truth[: job.steps], job.truth[job.steps :]
     gap = np.isnan(job.z).all(axis=1)
     unit = f" [{job.unit}]" if job.unit else ""
-    raw = rms(job, spread_z(job), known)
-    rows: list[Row] = [(f"RMS error{unit}: measured", [f"{raw:.3f}"] * len(runs))]
-
-    def add(name: str, means: list[np.ndarray], truth: np.ndarray) -> None:
-        if len(truth):
-            rows.append((name, [f"{rms(job, mean, truth):.3f}" for mean in means]))
-
     filtered = [run.filtered.mean for run in runs.values()]
     smoothed = [run.smoothed.mean for run in runs.values()]
-    add("  filtered", filtered, known)
-    add("  smoothed", smoothed, known)
-    add("  filtered, in the dropout", [mean[gap] for mean in filtered], known[gap])
-    add("  smoothed, in the dropout", [mean[gap] for mean in smoothed], known[gap])
-    add(f"  forecast, 1 to {job.ahead} steps", [r.forecast.mean for r in runs.values()], beyond)
+    forecast = [run.forecast.mean for run in runs.values()]
+    found = [
+        (f"RMS error{unit}: measured", [spread_z(job)[~gap]] * len(runs), known[~gap]),
+        ("  filtered", [mean[~gap] for mean in filtered], known[~gap]),
+        ("  smoothed", [mean[~gap] for mean in smoothed], known[~gap]),
+        ("  in the dropout: filtered", [mean[gap] for mean in filtered], known[gap]),
+        ("  in the dropout: smoothed", [mean[gap] for mean in smoothed], known[gap]),
+        (f"  {job.ahead} steps ahead: forecast", forecast, beyond),
+    ]
+    rows = [
+        (label, [f"{rms(job, mean, truth):.3f}" for mean in means])
+        for label, means, truth in found
+        if len(truth)
+    ]
     return rows + coverage_rows(job, runs, known)
 
 
@@ -66,7 +73,7 @@ def coverage_rows(job: Job, runs: dict[str, Estimates], known: np.ndarray) -> li
         return f"{100 * inside[:, at].mean():.1f} %"
 
     return [
-        ("truth in the 95 % band: filtered", [share(run.filtered) for run in runs.values()]),
+        ("truth in its 95 % band: filtered", [share(run.filtered) for run in runs.values()]),
         ("  smoothed", [share(run.smoothed) for run in runs.values()]),
     ]
 
@@ -96,7 +103,7 @@ def error_rows(runs: dict[str, Estimates]) -> list[Row]:
         cells = [error_text(mean_error(getattr(run, part), true)) for run in runs.values()]
         rows.append((label, [*cells[:-1], "0"]))
     sigma = [error_text(sigma_error(run, reference)) for run in runs.values()]
-    return rows + [("  of any sigma itself (relative)", [*sigma[:-1], "0"])]
+    return rows + [("  any sigma itself, relative", [*sigma[:-1], "0"])]
 
 
 def mean_error(found: Band, true: Band) -> float:
@@ -121,9 +128,9 @@ def memory_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
         return f"{sum(run.memory[name] for name in names):,}" if run.memory else "-"
 
     rows = [
-        ("memory [bytes]: process, sensor, filter", ("process", "sensor", "filter")),
-        ("  the model's A, H and R", ("model",)),
-        (f"  history of {job.steps} steps, to smooth", ("history",)),
+        ("memory [bytes]: to filter", ("process", "sensor", "filter")),
+        ("  the model: A, H, R", ("model",)),
+        (f"  to smooth {job.steps} steps: history", ("history",)),
     ]
     return [(label, [cell(run, *names) for run in runs.values()]) for label, names in rows]
 

@@ -1,0 +1,442 @@
+/* The process: its sizes, its checks, the root of its noise. */
+#include "sizes.h"
+#include "textbook.h"
+#include "unchanged.h"
+
+PROCESS(motion, 2, 1);
+FILTER(track, 2);
+
+static num A[4], B[2], Q[4], F[4];
+
+void setUp(void)
+{
+    static const num a[] = {1, 0.5, 0, 1}, b[] = {0.125, 0.5}, q[] = {0.25, 0.125, 0.125, 0.5};
+    static const num f[] = {0.5, 0, 0.25, 0.75};
+    memcpy(A, a, sizeof A);
+    memcpy(B, b, sizeof B);
+    memcpy(Q, q, sizeof Q);
+    memcpy(F, f, sizeof F);
+    ASSERT_OK(K(process_assign)(&motion, 2, 1, motion_memory, COUNT(motion_memory)));
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
+    watch_nothing();
+    WATCH(motion);
+    WATCH(motion_memory);
+    WATCH(A);
+    WATCH(B);
+    WATCH(Q);
+    WATCH(F);
+}
+
+void tearDown(void) {}
+
+/* From a state known exactly: then P is Q, and x is A x + B u. */
+static const num start[] = {1, -2}, nothing[4] = {0};
+
+static void predict_from_certainty(const K(process) *p, const num *u)
+{
+    ASSERT_OK(K(filter_init)(&track, start, nothing));
+    ASSERT_OK(K(predict)(&track, p, u));
+}
+
+static void assert_noise(const K(process) *p, const num *expected)
+{
+    textbook t;
+    textbook_init(&t, 2, start, nothing);
+    textbook_predict(&t, A, NULL, NULL, 0, expected);
+    predict_from_certainty(p, NULL);
+    ASSERT_TEXTBOOK(&t, &track);
+}
+
+/* ------------------------------------------------------------------------------ assign */
+
+static void assign_does_what_the_macro_does(void)
+{
+    PROCESS(declared, 2, 1);
+    static const num u[] = {4};
+    num mean[2];
+    predict_from_certainty(&motion, u);
+    for (int i = 0; i < 2; i++) mean[i] = K(mean)(&track, i);
+    TEST_ASSERT_EQUAL_INT(3, COUNT(declared_memory));
+    ASSERT_OK(K(process_init)(&declared, A, B, Q));
+    predict_from_certainty(&declared, u);
+    for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(mean)(&track, i), 0);
+}
+
+static void assign_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_assign)(NULL, 2, 1, motion_memory, 3));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_assign)(&motion, 2, 1, NULL, 3));
+}
+
+static void assign_refuses_sizes_out_of_range(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    static const int bad_controls[] = {-1, 17, 257, -255, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(process_assign)(&motion, bad[k], 1, motion_memory, SIZE_MAX));
+    }
+    for (int k = 0; k < COUNT(bad_controls); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE,
+                       K(process_assign)(&motion, 2, bad_controls[k], motion_memory, 3));
+    }
+}
+
+static void assign_refuses_short_memory(void)
+{
+    static num memory[KQ_PROCESS_LEN(16)];
+    for (int n = 1; n <= 16; n++) {
+        const size_t length = (size_t)KQ_PROCESS_LEN(n);
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(process_assign)(&motion, n, 0, memory, length - 1));
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(process_assign)(&motion, n, 0, memory, 0));
+    }
+}
+
+static void assign_takes_more_memory_than_it_needs(void)
+{
+    static num memory[KQ_PROCESS_LEN(2) + 1];
+    K(process) p;
+    ASSERT_OK(K(process_assign)(&p, 2, 0, memory, COUNT(memory)));
+    ASSERT_OK(K(process_assign)(&p, 2, 0, memory, SIZE_MAX));
+    ASSERT_OK(K(process_init)(&p, A, NULL, Q));
+    assert_noise(&p, Q);
+}
+
+static void an_assigned_process_still_has_to_be_initialised(void)
+{
+    ASSERT_OK(K(process_assign)(&motion, 2, 1, motion_memory, COUNT(motion_memory)));
+    ASSERT_OK(K(filter_init)(&track, start, nothing));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &motion, NULL));
+}
+
+/* -------------------------------------------------------------------------------- init */
+
+static void init_prepares_the_model(void)
+{
+    static const num u[] = {4};
+    predict_from_certainty(&motion, u);
+    ASSERT_CLOSE(1 - 0.5 * 2 + 0.125 * 4, K(mean)(&track, 0), 1);
+    ASSERT_CLOSE(-2 + 0.5 * 4, K(mean)(&track, 1), 1);
+    assert_noise(&motion, Q);
+}
+
+static void init_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(NULL, A, B, Q));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, NULL, B, Q));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, A, B, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, A, NULL, Q));
+}
+
+static void init_needs_no_control_matrix_without_controls(void)
+{
+    K(process) p;
+    ASSERT_OK(K(process_assign)(&p, 2, 0, motion_memory, COUNT(motion_memory)));
+    ASSERT_OK(K(process_init)(&p, A, NULL, Q));
+    ASSERT_OK(K(process_init_factor)(&p, A, NULL, F, 2));
+}
+
+static void init_refuses_a_process_without_memory(void)
+{
+    K(process) blank;
+    memset(&blank, 0, sizeof blank);
+    WATCH(blank);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(process_init)(&blank, A, NULL, Q));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(process_init_factor)(&blank, A, NULL, F, 2));
+}
+
+static kq_status init(void) { return K(process_init)(&motion, A, B, Q); }
+
+static void init_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(A, 4, init);
+    assert_entries_must_be_finite(B, 2, init);
+    assert_entries_must_be_finite(Q, 4, init);
+}
+
+static void init_checks_that_the_noise_is_a_covariance(void)
+{
+    assert_covariance_is_checked(Q, init);
+}
+
+static void init_takes_a_singular_noise(void)
+{
+    static const double singular[][3] = {
+        {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {4, 2, 1}, {1, -1, 1}, {0.25, 0.75, 2.25},
+    };
+    for (int k = 0; k < COUNT(singular); k++) {
+        put_covariance(Q, singular[k][0], singular[k][1], singular[k][1], singular[k][2]);
+        ASSERT_OK(init());
+        predict_from_certainty(&motion, NULL);
+        num P[4];
+        ASSERT_OK(K(covariance)(&track, P));
+        for (int c = 0; c < 4; c++) ASSERT_CLOSE(Q[c], P[c], 4);
+    }
+}
+
+static void without_noise_the_state_stays_certain(void)
+{
+    memset(Q, 0, sizeof Q);
+    ASSERT_OK(init());
+    predict_from_certainty(&motion, NULL);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_WITHIN(4 * TINY_SIGMA, 0, K(sigma)(&track, i));
+    }
+}
+
+static void the_noise_matrix_is_not_kept(void)
+{
+    static const num q[] = {0.25, 0.125, 0.125, 0.5};
+    memset(Q, 0xFF, sizeof Q);
+    assert_noise(&motion, q);
+}
+
+static void a_refused_init_leaves_the_old_model_working(void)
+{
+    static const num q[] = {0.25, 0.125, 0.125, 0.5};
+    Q[0] = -1;
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, init());
+    F[3] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(process_init_factor)(&motion, A, B, F, 2));
+    assert_noise(&motion, q);
+}
+
+static void init_may_be_called_again_with_another_model(void)
+{
+    A[2] = 0.25;
+    put_covariance(Q, 1, 0.5, 0.5, 1);
+    ASSERT_OK(init());
+    assert_noise(&motion, Q);
+}
+
+/* ------------------------------------------------------------------------- init_factor */
+
+/* Q = F F', columns 0 .. r - 1 of a 2 x 16 row-major table */
+static void assert_factor(int r)
+{
+    static num wide[32], product[4];
+    for (int k = 0; k < 2 * r; k++) wide[k] = N((k * k * 7 + k * 3) % 11 - 5) / 8;
+    memset(product, 0, sizeof product);
+    for (int k = 0; k < 4; k++) {
+        for (int c = 0; c < r; c++) product[k] += wide[k / 2 * r + c] * wide[k % 2 * r + c];
+    }
+    ASSERT_OK(K(process_init_factor)(&motion, A, B, r ? wide : NULL, r));
+    memset(wide, 0xFF, sizeof wide);
+    predict_from_certainty(&motion, NULL);
+    num P[4];
+    ASSERT_OK(K(covariance)(&track, P));
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(product[k], P[k], 8);
+}
+
+static void a_factor_of_any_width_gives_its_product(void)
+{
+    for (int r = 0; r <= 16; r++) assert_factor(r);
+}
+
+static void a_factor_and_its_product_are_the_same_noise(void)
+{
+    static const num product[] = {0.25, 0.125, 0.125, 0.625};
+    ASSERT_OK(K(process_init_factor)(&motion, A, B, F, 2));
+    assert_noise(&motion, product);
+}
+
+/* Two columns that agree in 20 bits: F F' is singular in float, the factor is not.  What the
+   two states differ by has the variance 2^-42, and that must be there. */
+static void a_factor_keeps_what_its_product_would_round_away(void)
+{
+    static const num H[] = {1, -1}, R[] = {0};
+    static const num factor[] = {1, 0, 1, 0x1p-21};
+    SENSOR(difference, 2, 1);
+    num S;
+    ASSERT_OK(K(process_init_factor)(&motion, A, B, factor, 2));
+    ASSERT_OK(K(sensor_init)(&difference, H, R));
+    predict_from_certainty(&motion, NULL);
+    ASSERT_OK(K(measurement)(&track, &difference, NULL, &S));
+    ASSERT_WITHIN(0.25 * 0x1p-42, 0x1p-42, S);
+}
+
+static void init_factor_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(NULL, A, B, F, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, NULL, B, F, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, A, NULL, F, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, A, B, NULL, 2));
+}
+
+static void init_factor_refuses_widths_out_of_range(void)
+{
+    static const int bad[] = {-1, 17, 258, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(process_init_factor)(&motion, A, B, F, bad[k]));
+    }
+}
+
+static kq_status init_factor(void) { return K(process_init_factor)(&motion, A, B, F, 2); }
+
+static void init_factor_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(A, 4, init_factor);
+    assert_entries_must_be_finite(B, 2, init_factor);
+    assert_entries_must_be_finite(F, 4, init_factor);
+}
+
+/* ------------------------------------------------------------------- change_transition */
+
+static void change_transition_moves_otherwise_with_the_same_noise(void)
+{
+    static const num transitions[][4] = {
+        {0.5, 0.25, 0.75, -1}, {1, 2, 0, 1}, {0, 0, 0, 0}, {0, 0, 1, 0}, {1, 0, 0, 1}, {0, 1, 1, 0},
+    };
+    static const num P0[] = {2, 0.5, 0.5, 1};
+    for (int k = 0; k < COUNT(transitions); k++) {
+        textbook t;
+        ASSERT_OK(K(process_change_transition)(&motion, transitions[k]));
+        textbook_init(&t, 2, start, P0);
+        textbook_predict(&t, transitions[k], NULL, NULL, 0, Q);
+        ASSERT_OK(K(filter_init)(&track, start, P0));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_TEXTBOOK(&t, &track);
+    }
+}
+
+static void change_transition_takes_the_same_array_with_new_content(void)
+{
+    static const num P0[] = {2, 0.5, 0.5, 1};
+    textbook t;
+    A[2] = 0.75;
+    ASSERT_OK(K(process_change_transition)(&motion, A));
+    textbook_init(&t, 2, start, P0);
+    textbook_predict(&t, A, NULL, NULL, 0, Q);
+    ASSERT_OK(K(filter_init)(&track, start, P0));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    ASSERT_TEXTBOOK(&t, &track);
+}
+
+static void change_transition_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_change_transition)(NULL, A));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_change_transition)(&motion, NULL));
+}
+
+static void change_transition_refuses_a_process_not_initialised(void)
+{
+    ASSERT_OK(K(process_assign)(&motion, 2, 1, motion_memory, COUNT(motion_memory)));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(process_change_transition)(&motion, A));
+}
+
+static kq_status change(void) { return K(process_change_transition)(&motion, A); }
+
+static void change_transition_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(A, 4, change);
+}
+
+/* --------------------------------------------------------------------------- all sizes */
+
+static num big_A[256], big_B[256], big_Q[256];
+
+static void no_size_writes_outside_its_memory(void)
+{
+    static num room[GUARDED(KQ_PROCESS_LEN(16))];
+    for (int n = 1; n <= 16; n++) {
+        const size_t length = (size_t)KQ_PROCESS_LEN(n);
+        K(process) p;
+        put_identity(big_A, n, 1);
+        put_identity(big_Q, n, 0.25);
+        ASSERT_OK(K(process_assign)(&p, n, 0, guard(room, COUNT(room)), length));
+        assert_guards(room, 0, COUNT(room));
+        ASSERT_OK(K(process_init)(&p, big_A, NULL, big_Q));
+        assert_guards(room, length, COUNT(room));
+        ASSERT_OK(K(process_init_factor)(&p, big_A, NULL, big_Q, n));
+        ASSERT_OK(K(process_change_transition)(&p, big_Q));
+        assert_guards(room, length, COUNT(room));
+    }
+}
+
+/* 16 states, 16 controls, everything dense: A = T diag(a) T, B = T, Q = T diag(q) T. */
+static void sixteen_states_and_sixteen_controls_work(void)
+{
+    PROCESS(large, 16, 16);
+    FILTER(many, 16);
+    static double a[16], q[16], drive[16];
+    static num x0[16], zero[256], u[16];
+    for (int i = 0; i < 16; i++) {
+        a[i] = 0.25 * (i % 5) - 0.5;
+        q[i] = 0.5 + 0.125 * i;
+        drive[i] = i - 7.5;
+        x0[i] = N(1 + i);
+        u[i] = N(drive[i]);
+    }
+    put_rotated(big_A, a);
+    put_rotated(big_Q, q);
+    for (int k = 0; k < 256; k++) big_B[k] = hadamard(k / 16, k % 16);
+    ASSERT_OK(K(process_init)(&large, big_A, big_B, big_Q));
+    ASSERT_OK(K(filter_init)(&many, x0, zero));
+    ASSERT_OK(K(predict)(&many, &large, u));
+    for (int i = 0; i < 16; i++) {
+        double mean = rotated(drive, i);
+        for (int k = 0; k < 16; k++) mean += (double)big_A[i * 16 + k] * (double)x0[k];
+        ASSERT_CLOSE(mean, K(mean)(&many, i), 20);
+    }
+    ASSERT_OK(K(covariance)(&many, zero));
+    for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_Q[k], zero[k], 2);
+}
+
+/* A sum of r squares whose entries are rounded is indefinite by rounding: it is accepted. */
+static void sixteen_states_take_a_noise_of_low_rank(void)
+{
+    PROCESS(large, 16, 0);
+    put_identity(big_A, 16, 1);
+    for (int r = 1; r <= 5; r++) {
+        for (int k = 0; k < 256; k++) {
+            double sum = 0;
+            for (int c = 1; c <= r; c++) sum += 1.0 / (k / 16 + 3 * c) / (k % 16 + 3 * c);
+            big_Q[k] = N(sum);
+        }
+        ASSERT_OK(K(process_init)(&large, big_A, NULL, big_Q));
+    }
+}
+
+/* ------------------------------------------------------------------------------------- */
+
+static void run_assign_and_init(void)
+{
+    RUN_TEST(assign_does_what_the_macro_does);
+    RUN_TEST(assign_refuses_null);
+    RUN_TEST(assign_refuses_sizes_out_of_range);
+    RUN_TEST(assign_refuses_short_memory);
+    RUN_TEST(assign_takes_more_memory_than_it_needs);
+    RUN_TEST(an_assigned_process_still_has_to_be_initialised);
+    RUN_TEST(init_prepares_the_model);
+    RUN_TEST(init_refuses_null);
+    RUN_TEST(init_needs_no_control_matrix_without_controls);
+    RUN_TEST(init_refuses_a_process_without_memory);
+    RUN_TEST(init_refuses_numbers_that_are_not_finite);
+    RUN_TEST(init_checks_that_the_noise_is_a_covariance);
+    RUN_TEST(init_takes_a_singular_noise);
+    RUN_TEST(without_noise_the_state_stays_certain);
+    RUN_TEST(the_noise_matrix_is_not_kept);
+    RUN_TEST(a_refused_init_leaves_the_old_model_working);
+    RUN_TEST(init_may_be_called_again_with_another_model);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    run_assign_and_init();
+    RUN_TEST(a_factor_of_any_width_gives_its_product);
+    RUN_TEST(a_factor_and_its_product_are_the_same_noise);
+    RUN_TEST(a_factor_keeps_what_its_product_would_round_away);
+    RUN_TEST(init_factor_refuses_null);
+    RUN_TEST(init_factor_refuses_widths_out_of_range);
+    RUN_TEST(init_factor_refuses_numbers_that_are_not_finite);
+    RUN_TEST(change_transition_moves_otherwise_with_the_same_noise);
+    RUN_TEST(change_transition_takes_the_same_array_with_new_content);
+    RUN_TEST(change_transition_refuses_null);
+    RUN_TEST(change_transition_refuses_a_process_not_initialised);
+    RUN_TEST(change_transition_refuses_numbers_that_are_not_finite);
+    RUN_TEST(no_size_writes_outside_its_memory);
+    RUN_TEST(sixteen_states_and_sixteen_controls_work);
+    RUN_TEST(sixteen_states_take_a_noise_of_low_rank);
+    return UNITY_END();
+}

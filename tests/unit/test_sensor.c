@@ -1,0 +1,366 @@
+/* The sensor: its sizes, its checks, what it makes of the noise. */
+#include "sizes.h"
+#include "textbook.h"
+#include "unchanged.h"
+
+SENSOR(radar, 2, 2);
+FILTER(track, 2);
+
+static num H[4], R[4], r[2];
+
+void setUp(void)
+{
+    static const num h[] = {1, 0, 0.5, 1}, covariance[] = {0.5, 0.25, 0.25, 1};
+    static const num variances[] = {0.5, 2};
+    memcpy(H, h, sizeof H);
+    memcpy(R, covariance, sizeof R);
+    memcpy(r, variances, sizeof r);
+    ASSERT_OK(K(sensor_assign)(&radar, 2, 2, radar_memory, COUNT(radar_memory)));
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    ASSERT_OK(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
+    watch_nothing();
+    WATCH(radar);
+    WATCH(radar_memory);
+    WATCH(H);
+    WATCH(R);
+    WATCH(r);
+}
+
+void tearDown(void) {}
+
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3, 1};
+
+/* One update by the sensor is that by H and the 2 x 2 covariance C. */
+static void assert_model(const K(sensor) *s, const num *h, const num *C)
+{
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, h, C, z, 2);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update)(&track, s, z));
+    ASSERT_TEXTBOOK(&t, &track);
+    ASSERT_CLOSE(t.nis, K(nis)(&track), t.nis);
+}
+
+/* ------------------------------------------------------------------------------ assign */
+
+static void assign_does_what_the_macro_does(void)
+{
+    SENSOR(declared, 2, 2);
+    SENSOR_DIAGONAL(narrow, 2, 2);
+    TEST_ASSERT_EQUAL_INT(3, COUNT(declared_memory));
+    TEST_ASSERT_EQUAL_INT(2, COUNT(narrow_memory));
+    ASSERT_OK(K(sensor_init)(&declared, H, R));
+    assert_model(&declared, H, R);
+    put_covariance(R, 0.5, 0, 0, 2);
+    ASSERT_OK(K(sensor_init_diagonal)(&narrow, H, r));
+    assert_model(&narrow, H, R);
+}
+
+static void assign_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_assign)(NULL, 2, 2, radar_memory, 3));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_assign)(&radar, 2, 2, NULL, 3));
+}
+
+static void assign_refuses_sizes_out_of_range(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(sensor_assign)(&radar, bad[k], 2, radar_memory, SIZE_MAX));
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(sensor_assign)(&radar, 2, bad[k], radar_memory, SIZE_MAX));
+    }
+}
+
+static void assign_refuses_memory_too_short_for_a_diagonal(void)
+{
+    static num memory[KQ_SENSOR_LEN(16)];
+    for (int m = 1; m <= 16; m++) {
+        const size_t length = (size_t)KQ_SENSOR_DIAGONAL_LEN(m);
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_assign)(&radar, 2, m, memory, length - 1));
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_assign)(&radar, 2, m, memory, 0));
+    }
+}
+
+static void assign_takes_more_memory_than_it_needs(void)
+{
+    K(sensor) s;
+    ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, SIZE_MAX));
+    ASSERT_OK(K(sensor_init)(&s, H, R));
+    assert_model(&s, H, R);
+    ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, 65536 + 1));
+    ASSERT_OK(K(sensor_init)(&s, H, R));
+    assert_model(&s, H, R);
+}
+
+static void an_assigned_sensor_still_has_to_be_initialised(void)
+{
+    ASSERT_OK(K(sensor_assign)(&radar, 2, 2, radar_memory, COUNT(radar_memory)));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &radar, z));
+}
+
+/* -------------------------------------------------------------------------------- init */
+
+static void init_takes_correlated_components(void)
+{
+    assert_model(&radar, H, R);
+}
+
+static void init_takes_independent_components(void)
+{
+    put_covariance(R, 0.5, 0, 0, 2);
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    assert_model(&radar, H, R);
+}
+
+static void init_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(NULL, H, R));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(&radar, NULL, R));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(&radar, H, NULL));
+}
+
+static void init_refuses_a_sensor_without_memory(void)
+{
+    K(sensor) blank;
+    memset(&blank, 0, sizeof blank);
+    WATCH(blank);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(sensor_init)(&blank, H, R));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(sensor_init_diagonal)(&blank, H, r));
+}
+
+static void init_refuses_correlation_where_there_is_memory_for_a_diagonal(void)
+{
+    K(sensor) s;
+    ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, KQ_SENSOR_DIAGONAL_LEN(2)));
+    WATCH(s);
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_init)(&s, H, R));
+    ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, KQ_SENSOR_LEN(2) - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_init)(&s, H, R));
+}
+
+static kq_status init(void) { return K(sensor_init)(&radar, H, R); }
+
+static void init_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(H, 4, init);
+    assert_entries_must_be_finite(R, 4, init);
+}
+
+static void init_checks_that_the_noise_is_a_covariance(void)
+{
+    assert_covariance_is_checked(R, init);
+}
+
+static void init_takes_a_singular_noise(void)
+{
+    static const double singular[][3] = {
+        {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {4, 2, 1}, {1, -1, 1}, {0.25, 0.75, 2.25},
+    };
+    for (int k = 0; k < COUNT(singular); k++) {
+        put_covariance(R, singular[k][0], singular[k][1], singular[k][1], singular[k][2]);
+        ASSERT_OK(init());
+        assert_model(&radar, H, R);
+    }
+}
+
+static void an_independent_noise_is_not_kept(void)
+{
+    static const num diagonal[] = {0.5, 0, 0, 2};
+    memcpy(R, diagonal, sizeof R);
+    ASSERT_OK(init());
+    memset(R, 0xFF, sizeof R);
+    assert_model(&radar, H, diagonal);
+}
+
+static void a_refused_init_leaves_the_old_model_working(void)
+{
+    static num bad[4] = {1, 2, 2, 1};
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init)(&radar, H, bad));
+    r[1] = -1;
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init_diagonal)(&radar, H, r));
+    assert_model(&radar, H, R);
+}
+
+static void init_may_be_called_again_with_another_model(void)
+{
+    static const num other[] = {1, 0.75, 0.75, 1}, independent[] = {1, 0, 0, 1};
+    ASSERT_OK(K(sensor_init)(&radar, H, other));
+    assert_model(&radar, H, other);
+    ASSERT_OK(K(sensor_init)(&radar, H, independent));
+    assert_model(&radar, H, independent);
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    assert_model(&radar, H, R);
+}
+
+/* ---------------------------------------------------------------------- init_diagonal */
+
+static void init_diagonal_takes_variances(void)
+{
+    static const num covariance[] = {0.5, 0, 0, 2};
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
+    memset(r, 0xFF, sizeof r);                              /* not kept */
+    assert_model(&radar, H, covariance);
+}
+
+static void init_diagonal_takes_noise_free_components(void)
+{
+    static const num covariance[] = {0, 0, 0, 2};
+    r[0] = 0;
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
+    assert_model(&radar, H, covariance);
+    ASSERT_WITHIN(1e-3 * EPS, 0, K(sigma)(&track, 0));
+}
+
+static void init_diagonal_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(NULL, H, r));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(&radar, NULL, r));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(&radar, H, NULL));
+}
+
+static kq_status init_diagonal(void) { return K(sensor_init_diagonal)(&radar, H, r); }
+
+static void init_diagonal_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(H, 4, init_diagonal);
+    assert_entries_must_be_finite(r, 2, init_diagonal);
+}
+
+static void init_diagonal_refuses_a_negative_variance(void)
+{
+    for (int c = 0; c < 2; c++) {
+        const num good = r[c];
+        r[c] = N(-1e-6);
+        ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, init_diagonal());
+        r[c] = good;
+    }
+    ASSERT_OK(init_diagonal());
+}
+
+/* ------------------------------------------------------------------ change_measurement */
+
+static void change_measurement_measures_otherwise_with_the_same_noise(void)
+{
+    static const num other[] = {0.5, -1, 2, 0.25};
+    ASSERT_OK(K(sensor_change_measurement)(&radar, other));
+    assert_model(&radar, other, R);
+    H[1] = 3;
+    ASSERT_OK(K(sensor_change_measurement)(&radar, H));
+    assert_model(&radar, H, R);
+}
+
+static void change_measurement_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_change_measurement)(NULL, H));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_change_measurement)(&radar, NULL));
+}
+
+static void change_measurement_refuses_a_sensor_not_initialised(void)
+{
+    ASSERT_OK(K(sensor_assign)(&radar, 2, 2, radar_memory, COUNT(radar_memory)));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(sensor_change_measurement)(&radar, H));
+}
+
+static kq_status change(void) { return K(sensor_change_measurement)(&radar, H); }
+
+static void change_measurement_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(H, 4, change);
+}
+
+/* --------------------------------------------------------------------------- all sizes */
+
+static num big_H[256], big_R[256];
+
+static void no_size_writes_outside_its_memory(void)
+{
+    static num room[GUARDED(KQ_SENSOR_LEN(16))];
+    static num variances[16];
+    for (int m = 1; m <= 16; m++) {
+        const size_t length = (size_t)KQ_SENSOR_LEN(m), diagonal = (size_t)m;
+        K(sensor) s;
+        put_identity(big_H, 16, 1);
+        put_identity(big_R, m, 2);
+        if (m > 1) big_R[1] = big_R[m] = 0.5;
+        for (int c = 0; c < m; c++) variances[c] = N(1 + c);
+        ASSERT_OK(K(sensor_assign)(&s, 16, m, guard(room, COUNT(room)), length));
+        assert_guards(room, 0, COUNT(room));
+        ASSERT_OK(K(sensor_init)(&s, big_H, big_R));
+        ASSERT_OK(K(sensor_change_measurement)(&s, big_H));
+        assert_guards(room, length, COUNT(room));
+        ASSERT_OK(K(sensor_assign)(&s, 16, m, guard(room, COUNT(room)), diagonal));
+        ASSERT_OK(K(sensor_init_diagonal)(&s, big_H, variances));
+        assert_guards(room, diagonal, COUNT(room));
+    }
+}
+
+/* 16 correlated components of 16 states: H = T, R = T diag(r) T.  H'z are then independent
+   measurements of the states. */
+static void sixteen_correlated_components_work(void)
+{
+    SENSOR(large, 16, 16);
+    FILTER(many, 16);
+    static double variances[16], values[16];
+    static num measured[16], x[16], P[256];
+    for (int i = 0; i < 16; i++) {
+        variances[i] = 0.5 + 0.25 * i;
+        values[i] = i - 7.5;
+        x[i] = N(0.5 * i);
+    }
+    for (int k = 0; k < 256; k++) big_H[k] = hadamard(k / 16, k % 16);
+    for (int c = 0; c < 16; c++) measured[c] = N(rotated(values, c));
+    put_rotated(big_R, variances);
+    put_identity(P, 16, 1);
+    ASSERT_OK(K(sensor_init)(&large, big_H, big_R));
+    ASSERT_OK(K(filter_init)(&many, x, P));
+    ASSERT_OK(K(update)(&many, &large, measured));
+    TEST_ASSERT_EQUAL_INT(16, K(taken)(&many));
+    for (int i = 0; i < 16; i++) {
+        const double gain = 1 / (1 + variances[i]);
+        ASSERT_CLOSE(0.5 * i + gain * (values[i] - 0.5 * i), K(mean)(&many, i), 10);
+        ASSERT_CLOSE(sqrt(1 - gain), K(sigma)(&many, i), 1);
+    }
+}
+
+/* ------------------------------------------------------------------------------------- */
+
+static void run_assign_and_init(void)
+{
+    RUN_TEST(assign_does_what_the_macro_does);
+    RUN_TEST(assign_refuses_null);
+    RUN_TEST(assign_refuses_sizes_out_of_range);
+    RUN_TEST(assign_refuses_memory_too_short_for_a_diagonal);
+    RUN_TEST(assign_takes_more_memory_than_it_needs);
+    RUN_TEST(an_assigned_sensor_still_has_to_be_initialised);
+    RUN_TEST(init_takes_correlated_components);
+    RUN_TEST(init_takes_independent_components);
+    RUN_TEST(init_refuses_null);
+    RUN_TEST(init_refuses_a_sensor_without_memory);
+    RUN_TEST(init_refuses_correlation_where_there_is_memory_for_a_diagonal);
+    RUN_TEST(init_refuses_numbers_that_are_not_finite);
+    RUN_TEST(init_checks_that_the_noise_is_a_covariance);
+    RUN_TEST(init_takes_a_singular_noise);
+    RUN_TEST(an_independent_noise_is_not_kept);
+    RUN_TEST(a_refused_init_leaves_the_old_model_working);
+    RUN_TEST(init_may_be_called_again_with_another_model);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    run_assign_and_init();
+    RUN_TEST(init_diagonal_takes_variances);
+    RUN_TEST(init_diagonal_takes_noise_free_components);
+    RUN_TEST(init_diagonal_refuses_null);
+    RUN_TEST(init_diagonal_refuses_numbers_that_are_not_finite);
+    RUN_TEST(init_diagonal_refuses_a_negative_variance);
+    RUN_TEST(change_measurement_measures_otherwise_with_the_same_noise);
+    RUN_TEST(change_measurement_refuses_null);
+    RUN_TEST(change_measurement_refuses_a_sensor_not_initialised);
+    RUN_TEST(change_measurement_refuses_numbers_that_are_not_finite);
+    RUN_TEST(no_size_writes_outside_its_memory);
+    RUN_TEST(sixteen_correlated_components_work);
+    return UNITY_END();
+}

@@ -1,0 +1,127 @@
+/* Status codes, event bits, sizes and length constants. */
+#include "arithmetic.h"
+
+/* ------------------------------------------------------- what must hold at compile time */
+
+_Static_assert(KQ_SIZE_MAX == 16, "largest n, m and l");
+_Static_assert(KQ_OK == 0, "no error");
+_Static_assert(KQ_TRIANGLE(1) == 1 && KQ_TRIANGLE(4) == 10 && KQ_TRIANGLE(16) == 136, "triangle");
+
+_Static_assert(KQ_PROCESS_LEN(3) == 6, "process");
+_Static_assert(KQ_SENSOR_LEN(3) == 6 && KQ_SENSOR_DIAGONAL_LEN(3) == 3, "sensor");
+_Static_assert(KQ_FILTER_LEN_F32(2) == 7 && KQ_FILTER_LEN_F64(2) == 5, "filter");
+
+#define STEP_BYTES(n, m) (sizeof(float) * KQ_HISTORY_STEP_LEN_F32(n, m))
+_Static_assert(STEP_BYTES(2, 1) == 44, "bytes of one step of history, n = 2, m = 1");
+_Static_assert(STEP_BYTES(4, 2) == 116, "bytes of one step of history, n = 4, m = 2");
+_Static_assert(STEP_BYTES(9, 3) == 376, "bytes of one step of history, n = 9, m = 3");
+
+_Static_assert(KQ_HISTORY_CHANGE_LEN_F32 * sizeof(float) >= sizeof(void *), "change, f32");
+_Static_assert(KQ_HISTORY_CHANGE_LEN_F64 * sizeof(double) >= sizeof(void *), "change, f64");
+
+_Static_assert(KQ_VERSION == KQ_VERSION_MAJOR * 10000 + KQ_VERSION_MINOR * 100 + KQ_VERSION_PATCH,
+               "version");
+
+/* The length constants go into static arrays. */
+static num process_words[KQ_PROCESS_LEN(2)];
+static num sensor_words[KQ_SENSOR_LEN(2) + KQ_SENSOR_DIAGONAL_LEN(2)];
+static num filter_words[FILTER_LEN(2)];
+static num history_words[HISTORY_LEN(2, 1, 3, 1)];
+
+/* An expression as a size is taken as a whole. */
+_Static_assert(KQ_TRIANGLE(1 + 1) == 3 && FILTER_LEN(1 + 1) == FILTER_LEN(2), "parentheses");
+_Static_assert(HISTORY_STEP_LEN(1 + 1, 0 + 1) == HISTORY_STEP_LEN(2, 1), "parentheses");
+_Static_assert(KQ_HISTORY_WORKSPACE_LEN(1 + 1) == KQ_HISTORY_WORKSPACE_LEN(2), "parentheses");
+_Static_assert(HISTORY_LEN(1 + 1, 0 + 1, 1 + 2, 0 + 1) == HISTORY_LEN(2, 1, 3, 1), "parentheses");
+
+/* ------------------------------------------------------------------------------- tests */
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static const kq_status all[] = {
+    KQ_OK, KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
+    KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_HISTORY_EMPTY,
+    KQ_ERR_HISTORY_FULL,
+};
+
+static void errors_are_negative_and_different(void)
+{
+    for (int a = 1; a < COUNT(all); a++) {
+        TEST_ASSERT_LESS_THAN_INT(0, (int)all[a]);
+        for (int b = 0; b < a; b++) TEST_ASSERT_TRUE(all[a] != all[b]);
+    }
+}
+
+static void every_status_has_a_text_of_its_own(void)
+{
+    for (int a = 0; a < COUNT(all); a++) {
+        const char *text = kq_status_text(all[a]);
+        TEST_ASSERT_NOT_NULL(text);
+        TEST_ASSERT_GREATER_THAN_INT(1, (int)strlen(text));
+        for (int b = 0; b < a; b++) {
+            TEST_ASSERT_TRUE(strcmp(text, kq_status_text(all[b])) != 0);
+        }
+    }
+}
+
+static void the_text_stays_where_it_is(void)
+{
+    const char *text = kq_status_text(KQ_ERR_MEMORY);
+    for (int a = 0; a < COUNT(all); a++) (void)kq_status_text(all[a]);
+    TEST_ASSERT_EQUAL_STRING(text, kq_status_text(KQ_ERR_MEMORY));
+    TEST_ASSERT_TRUE(text == kq_status_text(KQ_ERR_MEMORY));
+}
+
+static void a_number_that_is_no_status_has_a_text_too(void)
+{
+    static const int unknown[] = {1, 2, 100, -11, -12, -100, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(unknown); k++) {
+        const char *text = kq_status_text((kq_status)unknown[k]);
+        TEST_ASSERT_NOT_NULL(text);
+        TEST_ASSERT_GREATER_THAN_INT(0, (int)strlen(text));
+    }
+}
+
+static void events_are_separate_bits(void)
+{
+    static const unsigned bits[] = {KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW, KQ_EVENT_HISTORY_FULL};
+    unsigned seen = 0;
+    for (int k = 0; k < COUNT(bits); k++) {
+        TEST_ASSERT_TRUE(bits[k] != 0 && (bits[k] & (bits[k] - 1)) == 0);
+        TEST_ASSERT_EQUAL_HEX(0, seen & bits[k]);
+        seen |= bits[k];
+    }
+}
+
+static void a_history_is_its_steps_changes_and_workspace(void)
+{
+    const size_t step = (size_t)HISTORY_STEP_LEN(2, 1);
+    TEST_ASSERT_EQUAL_UINT(3 * step + HISTORY_CHANGE_LEN + KQ_HISTORY_WORKSPACE_LEN(2),
+                           COUNT(history_words));
+    TEST_ASSERT_EQUAL_INT(3, COUNT(process_words));
+    TEST_ASSERT_EQUAL_INT(3 + 2, COUNT(sensor_words));
+    TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(filter_words));
+}
+
+static void the_version_is_written_the_same_twice(void)
+{
+    char text[] = "0.0.0";
+    text[0] = (char)('0' + KQ_VERSION_MAJOR % 10);
+    text[2] = (char)('0' + KQ_VERSION_MINOR % 10);
+    text[4] = (char)('0' + KQ_VERSION_PATCH % 10);
+    TEST_ASSERT_EQUAL_STRING(text, KQ_VERSION_STRING);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(errors_are_negative_and_different);
+    RUN_TEST(every_status_has_a_text_of_its_own);
+    RUN_TEST(the_text_stays_where_it_is);
+    RUN_TEST(a_number_that_is_no_status_has_a_text_too);
+    RUN_TEST(events_are_separate_bits);
+    RUN_TEST(a_history_is_its_steps_changes_and_workspace);
+    RUN_TEST(the_version_is_written_the_same_twice);
+    return UNITY_END();
+}

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# The demo: sets up what is missing, builds, then filters, forecasts and smooths.
+#   tools/demo.sh                                    the Nile and a simulated track
+#   tools/demo.sh my.csv --model local-level         measurements of your own
+#   tools/demo.sh my.csv --model constant-velocity [--q Q] [--r R] [--dt DT]
+#   tools/demo.sh --help                             all options
+# Results go to build/demo, or where --out says.
+set -eu
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build="$root/build/demo-build"
+
+# shellcheck source=setup.sh
+. "$root/tools/setup.sh"
+kq_setup build
+kq_setup python
+
+# quietly COMMAND...: what it prints is shown only if it fails
+quietly() {
+    local log status=0
+    log=$(mktemp)
+    "$@" >"$log" 2>&1 || { status=$? && cat "$log" >&2; }
+    rm -f "$log"
+    return "$status"
+}
+
+quietly cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release \
+    -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_BUILD_TESTS=OFF
+quietly cmake --build "$build" --target kq_demo
+
+export PYTHONDONTWRITEBYTECODE=1
+exec "$KQ_PYTHON" "$root/tools/demo/demo.py" --programs "$build/tools/demo" "$@"
