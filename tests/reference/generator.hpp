@@ -1,7 +1,7 @@
 // Seeded models and measurements: random ones, and the named classes of state-space models.
 //
-// The numbers come from std::mt19937_64 and exact arithmetic on it, so a seed gives the same
-// sequences on every machine.  Every number of a sequence is a float.  A covariance is built as
+// The random numbers come from std::mt19937_64 and exact arithmetic on it, so a seed gives the
+// same ones on every machine.  Every number of a sequence is a float.  A covariance is built as
 // F F' with F = diag(powers of 2) * (small integers): its entries are floats too, exactly, and it
 // is positive semi-definite without any rounding.
 #ifndef KALMANQ_TESTS_REFERENCE_GENERATOR_HPP
@@ -114,9 +114,9 @@ inline Mat unitTriangular(Random &random, Index n)
     return L;
 }
 
-/// Blocks on the diagonal with eigenvalues of modulus at most `radius`: real ones and rotations.
-/// Marginal: on the unit circle, and chains of integrators.
-inline Mat eigenBlocks(Random &random, Index n, bool marginal)
+/// Blocks on the diagonal with eigenvalues of modulus at most 1: real ones and rotations.
+/// Marginal: on the unit circle, and with `chains` short chains of integrators.
+inline Mat eigenBlocks(Random &random, Index n, bool marginal, bool chains)
 {
     Mat D = Mat::Zero(n, n);
     for (Index i = 0; i < n;) {
@@ -128,18 +128,19 @@ inline Mat eigenBlocks(Random &random, Index n, bool marginal)
             i += 2;
         } else {
             D(i, i) = random.chance(0.2) ? -modulus : modulus;
-            if (marginal && i > 0 && D(i, i) == D(i - 1, i - 1)) D(i - 1, i) = 0.125;
+            const bool first = i == 0 || D(i - 1, i - 1) != D(i, i);
+            const bool third = i > 1 && D(i - 2, i - 1) != 0;
+            if (chains && !first && !third) D(i - 1, i) = 0.125;
             i += 1;
         }
     }
     return D;
 }
 
-/// Dense, with known eigenvalues; in units that differ from state to state by powers of two.
-inline Mat randomTransition(Random &random, Index n, bool marginal, const Vec &units)
+/// Dense, with the eigenvalues of the blocks D; in units that differ by powers of two.
+inline Mat transition(const Mat &D, const Mat &coordinates, const Vec &units)
 {
-    const Mat T = unitTriangular(random, n) * unitTriangular(random, n).transpose();
-    const Mat A = T * eigenBlocks(random, n, marginal) * T.inverse();
+    const Mat A = coordinates * D * coordinates.inverse();
     const Vec inverse = units.cwiseInverse();
     return toFloat(Mat(units.asDiagonal() * A * inverse.asDiagonal()));
 }
@@ -271,9 +272,14 @@ inline void addProcesses(Random &random, Sequence &sequence, const Features &fea
     const Vec size = units * std::ldexp(1.0, random.integer(-5, 0));
     const Mat F = randomFactor(random, n, rank, size);
     const Mat B = toFloat(Mat(units.asDiagonal() * randomMatrix(random, n, features.l)));
+    // common coordinates: a product of different transitions is then as tame as one of them
+    const Mat lower = unitTriangular(random, n);
+    const Mat coordinates = lower * unitTriangular(random, n).transpose();
     const int versions = features.changingA ? 5 : 1;
+    const bool chains = features.marginal && versions == 1;
     for (int k = 0; k < versions; ++k) {
-        sequence.processes.push_back({randomTransition(random, n, features.marginal, units), B, F});
+        const Mat D = eigenBlocks(random, n, features.marginal, chains);
+        sequence.processes.push_back({transition(D, coordinates, units), B, F});
     }
 }
 

@@ -397,6 +397,23 @@ static void sixteen_states_take_a_noise_of_low_rank(void)
     }
 }
 
+/* Every Q = F F' of 3 states with F 3 x 2 from a few round numbers, in what order ever. */
+static void three_states_take_every_noise_of_rank_two(void)
+{
+    static const double entries[] = {-0.9, -0.5, 0.3, 0.7};
+    PROCESS(three, 3, 0);
+    put_identity(big_A, 3, 1);
+    for (int code = 0; code < 4096; code++) {
+        double f[6];
+        for (int k = 0; k < 6; k++) f[k] = entries[code >> 2 * k & 3];
+        for (int k = 0; k < 9; k++) {
+            const int i = k / 3, j = k % 3;
+            big_Q[k] = N(f[2 * i] * f[2 * j] + f[2 * i + 1] * f[2 * j + 1]);
+        }
+        ASSERT_OK(K(process_init)(&three, big_A, NULL, big_Q));
+    }
+}
+
 /* ------------------------------------------------------------------------------------- */
 
 static void run_assign_and_init(void)
@@ -438,5 +455,6 @@ int main(void)
     RUN_TEST(no_size_writes_outside_its_memory);
     RUN_TEST(sixteen_states_and_sixteen_controls_work);
     RUN_TEST(sixteen_states_take_a_noise_of_low_rank);
+    RUN_TEST(three_states_take_every_noise_of_rank_two);
     return UNITY_END();
 }

@@ -210,7 +210,7 @@ static void init_diagonal_takes_noise_free_components(void)
     r[0] = 0;
     ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
     assert_model(&radar, H, covariance);
-    ASSERT_WITHIN(1e-3 * EPS, 0, K(sigma)(&track, 0));
+    ASSERT_CLOSE(0, K(sigma)(&track, 0), 1);
 }
 
 static void init_diagonal_refuses_null(void)

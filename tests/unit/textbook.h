@@ -17,6 +17,7 @@
 typedef struct {
     int n;
     double x[TEXTBOOK_MAX], P[TEXTBOOK_SQUARE];
+    double size[TEXTBOOK_MAX];                       /* sigma before the last update */
     double K[TEXTBOOK_SQUARE], S[TEXTBOOK_SQUARE];   /* of the last update */
     double nis, log_likelihood;
 } textbook;
@@ -71,12 +72,18 @@ static inline double textbook_invert(double *M, int n)
     return determinant;
 }
 
+static inline void textbook_note_size(textbook *t)
+{
+    for (int i = 0; i < t->n; i++) t->size[i] = sqrt(t->P[i * t->n + i]);
+}
+
 static inline void textbook_init(textbook *t, int n, const num *x0, const num *P0)
 {
     memset(t, 0, sizeof *t);
     t->n = n;
     textbook_widen(t->x, x0, n);
     textbook_widen(t->P, P0, n * n);
+    textbook_note_size(t);
 }
 
 /* B (n x l) may be NULL */
@@ -94,6 +101,7 @@ static inline void textbook_predict(textbook *t, const num *A, const num *B, con
     textbook_multiply(AP, a, t->P, n, n, n);
     textbook_multiply_transposed(t->P, AP, a, n, n, n);
     for (int k = 0; k < n * n; k++) t->P[k] += (double)Q[k];
+    textbook_note_size(t);
 }
 
 static inline void textbook_update(textbook *t, const num *H, const num *R, const num *z, int m)
@@ -101,6 +109,7 @@ static inline void textbook_update(textbook *t, const num *H, const num *R, cons
     const int n = t->n;
     double h[TEXTBOOK_SQUARE], PH[TEXTBOOK_SQUARE], inverse[TEXTBOOK_SQUARE];
     double e[TEXTBOOK_MAX], change[TEXTBOOK_SQUARE];
+    textbook_note_size(t);
     textbook_widen(h, H, m * n);
     textbook_multiply_transposed(PH, t->P, h, n, n, m);
     textbook_multiply(t->S, h, PH, m, n, m);
@@ -140,21 +149,22 @@ static inline void textbook_smooth(textbook *s, const textbook *predicted, const
     textbook_multiply_transposed(lag_one, next->P, G, n, n, n);
 }
 
-/* The filter's mean and covariance are those of the textbook, up to rounding. */
+/* The filter's mean and covariance are those of the textbook, up to the rounding of what they
+   were before the last update. */
 static inline void assert_textbook(const textbook *t, const K(filter) *f, UNITY_LINE_TYPE line)
 {
     num P[TEXTBOOK_SQUARE];
     const int n = t->n;
     UNITY_TEST_ASSERT_EQUAL_INT(KQ_OK, K(covariance)(f, P), line, NULL);
     for (int i = 0; i < n; i++) {
-        const double sigma = sqrt(t->P[i * n + i]);
-        const double size = sigma + fabs(t->x[i]);
-        assert_within(TOLERANCE * size, t->x[i], (double)K(mean)(f, i), line);
-        assert_within(TOLERANCE * sigma, sigma, (double)K(sigma)(f, i), line);
+        const double size = TOLERANCE * (t->size[i] + fabs(t->x[i]));
+        assert_within(size, t->x[i], (double)K(mean)(f, i), line);
         for (int j = 0; j < n; j++) {
-            const double scale = sigma * sqrt(t->P[j * n + j]);
-            assert_within(TOLERANCE * scale, t->P[i * n + j], (double)P[i * n + j], line);
+            const double scale = TOLERANCE * t->size[i] * t->size[j];
+            assert_within(scale, t->P[i * n + j], (double)P[i * n + j], line);
         }
+        const double sigma = (double)K(sigma)(f, i);
+        assert_within(TOLERANCE * t->size[i] * t->size[i], t->P[i * n + i], sigma * sigma, line);
     }
 }
 
