@@ -23,7 +23,7 @@ quietly() {
     return "$status"
 }
 
-quietly cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release \
+quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_BUILD_TESTS=OFF
 quietly cmake --build "$build" --target kq_demo
 

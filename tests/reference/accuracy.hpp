@@ -28,6 +28,17 @@ inline Vector<Quad> sigmas(const Matrix<Quad> &P)
     return P.diagonal().unaryExpr([](const Quad &v) { return v > 0 ? sqrt(v) : Quad(0); });
 }
 
+/// The same, but of `prior` where noise-free measurements leave less than `floor` of its variance:
+/// beside the prior such a variance is 0 to the arithmetic.
+inline Vector<Quad> sigmas(const Matrix<Quad> &P, const Matrix<Quad> &prior, double floor)
+{
+    Vector<Quad> result = sigmas(P);
+    for (Eigen::Index i = 0; i < P.rows(); ++i) {
+        if (P(i, i) < Quad(floor) * prior(i, i)) result(i) = sqrt(prior(i, i));
+    }
+    return result;
+}
+
 /// max |x - x_ref|_i / sigma_i
 inline double meanError(const Vector<double> &x, const Vector<Quad> &exact,
                         const Vector<Quad> &sigma)

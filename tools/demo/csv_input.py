@@ -105,19 +105,27 @@ def raw_rows(path: Path) -> Iterator[Row]:
 def split_header(path: Path, rows: list[Row]) -> tuple[Row | None, list[Row]]:
     if not rows:
         raise InputError(path, "the file is empty", 1)
-    header = rows[0] if not any(is_number_or_blank(field) for field in rows[0].fields) else None
+    header = rows[0] if is_header(rows[0]) else None
     rest = rows if header is None else rows[1:]
     if not rest:
         raise InputError(path, "nothing but a header, no data", rows[0].number)
     return header, rest
 
 
-def is_number_or_blank(field: str) -> bool:
+def is_header(row: Row) -> bool:
+    """No number in it, but something."""
+    values = [value_of(field) for field in row.fields]
+    return None in values and all(
+        value is None or not field.strip() for field, value in zip(row.fields, values)
+    )
+
+
+def value_of(field: str) -> float | None:
+    """The number in a field, NaN if it is empty, None if it is something else."""
     try:
-        float(field or "nan")
+        return None if "_" in field else float(field.strip() or "nan")
     except ValueError:
-        return not field.strip()
-    return True
+        return None
 
 
 def check_widths(path: Path, rows: list[Row], width: int) -> None:
@@ -149,12 +157,11 @@ def check_columns(path: Path, row: Row, measured: int, layout: Layout) -> None:
 
 def number(path: Path, row: Row, column: int) -> float:
     field = row.fields[column].strip()
-    try:
-        value = float(field) if field else math.nan
-    except ValueError:
+    value = value_of(field)
+    if value is None:
         hint = " (fields are separated by commas)" if ";" in field or "\t" in field else ""
         reason = f"'{one_line(field, 40)}' is not a number{hint}"
-        raise InputError(path, reason, row.number, column + 1) from None
+        raise InputError(path, reason, row.number, column + 1)
     if abs(value) > LARGEST:
         reason = f"'{one_line(field, 40)}' is beyond {LARGEST:g} (scale the data)"
         raise InputError(path, reason, row.number, column + 1)

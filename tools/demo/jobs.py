@@ -13,7 +13,7 @@ import models
 import moments
 import simulate
 from csv_input import Measurements
-from errors import DemoError, InputError
+from errors import InputError, one_line
 from job import Job
 
 FORECAST_STEPS = 10
@@ -117,7 +117,7 @@ def users_job(
     steps = len(data.values)
     return Job(
         name=f"{path.stem}_kalmanq",
-        title=f"{path.name}: {model.kind}",
+        title=f"{one_line(path.name, 60)}: {model.kind}",
         model=model,
         z=data.values,
         time=data.time if data.time is not None else step * np.arange(steps),
@@ -170,7 +170,7 @@ def check_range(path: Path, data: Measurements, values: Sequence[float]) -> None
             raise InputError(path, reason, data.last_row)
 
 
-def too_few(path: Path, data: Measurements) -> DemoError:
+def too_few(path: Path, data: Measurements) -> InputError:
     reason = "too few measurements in a row to estimate the noise: give --q and --r"
     return InputError(path, reason, data.last_row)
 

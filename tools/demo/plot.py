@@ -48,7 +48,7 @@ def save(job: Job, found: Estimates, arithmetic: str, path: Path) -> None:
     """Draws the run of one arithmetic into a PNG."""
     with plt.rc_context(STYLE):
         figure = draw_series(job, found) if len(job.model.measured) == 1 else draw_track(job, found)
-        arrange(figure, job, f"{job.title} (kalmanq, {arithmetic})")
+        arrange(figure, job, literal(f"{job.title} (kalmanq, {arithmetic})"))
         figure.savefig(path, format="png")
         plt.close(figure)
 
@@ -234,7 +234,12 @@ def marker(job: Job) -> float:
 
 
 def with_unit(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
+    return literal(f"{name} [{unit}]" if unit else name)
+
+
+def literal(text: str) -> str:
+    """Text that Matplotlib is not to take for mathematics."""
+    return text.replace("$", r"\$")
 
 
 def label_time(axes: Axes, job: Job) -> None:

@@ -1,0 +1,257 @@
+// The smoother on fourteen models, 400 steps with a fifth of the measurements missing, against
+// an inverse-free smoother in quadruple precision.
+//
+// x in sigma, P and lag-one covariance without units, the largest over time.  P has to be positive
+// semi-definite and never above the filtered one.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "accuracy.hpp"
+#include "bryson_frazier.hpp"
+#include "library_run.hpp"
+#include "numerics_models.hpp"
+#include "verdict.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+constexpr std::size_t stepCount = 400;
+constexpr Mode gaps = {"20 % missing", 0.2, false};
+constexpr double meanGoal = 1e-4, covarianceGoal = 1e-5, doubleGoal = 1e-9;
+/// Two references that share nothing but the data agree to this.
+constexpr double referenceGoal = 1e-12;
+
+enum class Kind {
+    plain,
+    illConditioned, // a covariance that double cannot hold to 1e-9
+    noiseFree,      // R = 0: the reference by inverses breaks down, sigma may be 0
+};
+
+struct Case {
+    Kind kind;
+    Sequence sequence;
+};
+
+// ------------------------------------------------------------------ models of its own
+
+/// The third state is known from the start and stays as it is.
+NumericsModel knownConstant()
+{
+    NumericsModel model = makeModel(
+        "n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
+        rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}), column({100, 100, 0}));
+    model.x0(2) = 0.5;
+    return withRanges(model, column({16384, 512, 1}), column({16384}));
+}
+
+/// Observed without noise: what is not known decays with the root of the moving average.
+NumericsModel arma()
+{
+    return withRanges(makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}),
+                                rows({{1}, {0.375}}), unitRow(2, 0), column({0}), column({8, 2})),
+                      column({64, 64}), column({64}));
+}
+
+/// Level, slope, and a season of `period`; one noise for the level, one for the season.
+NumericsModel trendAndSeason(Eigen::Index period)
+{
+    const Eigen::Index n = period + 1;
+    Matrix<double> A = Matrix<double>::Zero(n, n), F = Matrix<double>::Zero(n, 2);
+    A(0, 0) = A(0, 1) = A(1, 1) = 1;
+    A.row(2).tail(period - 1).setConstant(-1);
+    A.diagonal(-1).tail(period - 2).setOnes();
+    F(0, 0) = 0.1;
+    F(2, 1) = 0.05;
+    Matrix<double> H = Matrix<double>::Zero(1, n);
+    H(0, 0) = H(0, 2) = 1;
+    return withRanges(makeModel("n" + std::to_string(n) + " trend+season", A, F, H, column({1}),
+                                Vector<double>::Constant(n, 100)),
+                      Vector<double>::Constant(n, 512), column({4096}));
+}
+
+/// Constant coefficients of regressors that change at every step.
+Sequence regression(std::uint64_t seed)
+{
+    const NumericsModel model = withRanges(
+        makeModel("n3 regression Q=0", Matrix<double>::Identity(3, 3), Matrix<double>(3, 0),
+                  rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100)),
+        Vector<double>::Constant(3, 64), column({256}));
+    Random random(seed);
+    Sequence sequence{model.name, model.x0, model.variances.asDiagonal(), {model.process}, {}, {}};
+    const Vector<double> x = trueStart(model, random);
+    for (std::size_t t = 0; t < stepCount; ++t) {
+        const double time = static_cast<double>(t) / stepCount;
+        SensorModel sensor = model.sensor;
+        sensor.H = rounded(rows({{1, time, std::cos(40 * time)}}));
+        Reading reading = drawReading(model, gaps, sensor, x, random);
+        reading.sensor = t;
+        sequence.sensors.push_back(sensor);
+        sequence.steps.push_back({{reading}, 0, Vector<double>()});
+    }
+    return sequence;
+}
+
+std::vector<Case> cases(std::uint64_t seed)
+{
+    const std::pair<Kind, NumericsModel> models[] = {{Kind::plain, localLevel()},
+                                                     {Kind::plain, constantVelocity()},
+                                                     {Kind::plain, constantAcceleration()},
+                                                     {Kind::plain, planarVelocity()},
+                                                     {Kind::plain, dense()},
+                                                     {Kind::plain, inertialBias()},
+                                                     {Kind::plain, straightLine()},
+                                                     {Kind::illConditioned, nearlySingular()},
+                                                     {Kind::illConditioned, fallingCovariance()},
+                                                     {Kind::plain, knownConstant()},
+                                                     {Kind::noiseFree, arma()},
+                                                     {Kind::plain, trendAndSeason(4)},
+                                                     {Kind::plain, trendAndSeason(6)}};
+    std::vector<Case> result;
+    for (const auto &[kind, model] : models) {
+        result.push_back({kind, simulate(model, gaps, stepCount, seed)});
+    }
+    result.push_back({Kind::plain, regression(seed)});
+    return result;
+}
+
+// ------------------------------------------------------------------ errors
+
+struct Figures {
+    double x = 0, P = 0, lagOne = 0;
+    double eigenvalue = 1; // of P
+    double reduction = 1;  // smallest eigenvalue of filtered P - P
+    bool sound = true;
+    unsigned events = 0;
+};
+
+/// The reference and the units of its errors.
+struct Exact {
+    std::vector<Track<Quad>> track;
+    std::vector<Smoothed<Quad>> past;
+
+    explicit Exact(const Sequence &sequence)
+    {
+        const BrysonFrazier<Quad> filtered(sequence);
+        track = filtered.track();
+        past = filtered.smooth();
+    }
+
+    Vector<Quad> sigma(std::size_t t, Kind kind, double epsilon) const
+    {
+        const Matrix<Quad> &P = past[t].belief.covariance;
+        if (kind != Kind::noiseFree) return sigmas(P);
+        return sigmas(P, track[t].predicted.covariance, 16 * epsilon);
+    }
+};
+
+void compare(Figures &figures, const std::vector<Smoothed<double>> &mine, const Exact &exact,
+             Kind kind, double epsilon)
+{
+    for (std::size_t t = 0; t < mine.size(); ++t) {
+        const Vector<Quad> sigma = exact.sigma(t, kind, epsilon);
+        const Belief<Quad> &belief = exact.past[t].belief;
+        figures.x = std::max(figures.x, meanError(mine[t].belief.mean, belief.mean, sigma));
+        figures.P = std::max(figures.P,
+                             covarianceError(mine[t].belief.covariance, belief.covariance, sigma));
+        if (t + 1 == mine.size()) continue;
+        figures.lagOne =
+            std::max(figures.lagOne, covarianceError(mine[t].lagOne, exact.past[t].lagOne,
+                                                     exact.sigma(t + 1, kind, epsilon), sigma));
+    }
+}
+
+template <class T> Figures runLibrary(const Case &data, const Exact &exact)
+{
+    Figures figures;
+    LibraryRun<T> run(data.sequence);
+    run.record();
+    std::vector<Matrix<double>> filtered;
+    for (std::size_t t = 0; t < data.sequence.steps.size(); ++t) {
+        run.update(data.sequence.steps[t]);
+        filtered.push_back(run.belief().covariance);
+        if (t + 1 < data.sequence.steps.size()) run.predict(data.sequence.steps[t]);
+    }
+    figures.events = run.events();
+    const std::vector<Smoothed<double>> past = run.smooth();
+    compare(figures, past, exact, data.kind,
+            static_cast<double>(std::numeric_limits<T>::epsilon()));
+    for (std::size_t t = 0; t < past.size(); ++t) {
+        const Matrix<double> &P = past[t].belief.covariance;
+        figures.sound = figures.sound && past[t].belief.mean.allFinite() && P.allFinite();
+        figures.eigenvalue = std::min(figures.eigenvalue, smallestEigenvalue(P));
+        figures.reduction =
+            std::min(figures.reduction, smallestEigenvalue(filtered[t] - P, filtered[t]));
+    }
+    return figures;
+}
+
+// ------------------------------------------------------------------ checks
+
+/// The reference beside textbook RTS in the same precision.
+void checkReference(Verdict &verdict, const Case &data, const Exact &exact)
+{
+    const std::vector<Track<Quad>> track = filter<Quad>(data.sequence);
+    const std::vector<Smoothed<Quad>> past = smooth(data.sequence, track);
+    Quad worst = 0;
+    for (std::size_t t = 0; t < past.size(); ++t) {
+        const Vector<Quad> unit = scale(past[t].belief.covariance).cwiseInverse();
+        const Vector<Quad> x = past[t].belief.mean - exact.past[t].belief.mean;
+        const Matrix<Quad> P = past[t].belief.covariance - exact.past[t].belief.covariance;
+        worst = std::max({worst, x.cwiseProduct(unit).cwiseAbs().maxCoeff(),
+                          (unit.asDiagonal() * P * unit.asDiagonal()).cwiseAbs().maxCoeff()});
+    }
+    verdict.expectAtMost(static_cast<double>(worst), referenceGoal,
+                         data.sequence.name + ": two references differ");
+}
+
+void checkSound(Verdict &verdict, const Figures &figures, const std::string &name, double rounding)
+{
+    verdict.expect(figures.sound, name + ": a NaN");
+    verdict.expect(figures.events == 0, name + ": an event was raised");
+    verdict.expectAtLeast(figures.eigenvalue, -rounding, name + ": smallest eigenvalue of P");
+    verdict.expectAtLeast(figures.reduction, -8 * rounding, name + ": P above the filtered one");
+}
+
+void testCase(Verdict &verdict, const Case &data)
+{
+    const Exact exact(data.sequence);
+    const Figures f32 = runLibrary<float>(data, exact), f64 = runLibrary<double>(data, exact);
+    const std::string &name = data.sequence.name;
+    std::printf("%-34s %7.1e %7.1e %7.1e  %7.1e %7.1e %7.1e  %8.1e %8.1e\n", name.c_str(), f32.x,
+                f32.P, f32.lagOne, f64.x, f64.P, f64.lagOne, f32.eigenvalue, f32.reduction);
+    const Eigen::Index n = data.sequence.states();
+    checkSound(verdict, f32, name + ", f32", eigenvalueRounding<float>(n));
+    checkSound(verdict, f64, name + ", f64", eigenvalueRounding<double>(n));
+    verdict.expectAtMost(f32.x, meanGoal, name + ", f32: error of x");
+    verdict.expectAtMost(f32.P, covarianceGoal, name + ", f32: error of P");
+    verdict.expectAtMost(f32.lagOne, covarianceGoal, name + ", f32: error of lag one");
+    if (data.kind != Kind::illConditioned) {
+        verdict.expectAtMost(std::max({f64.x, f64.P, f64.lagOne}), doubleGoal,
+                             name + ", f64: error");
+    }
+    if (data.kind != Kind::noiseFree) checkReference(verdict, data, exact);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+    std::printf("%-34s %-23s  %-23s  %s\n", "", "f32", "f64", "f32: smallest eigenvalue of");
+    std::printf("%-34s %7s %7s %7s  %7s %7s %7s  %8s %8s\n", "model", "x", "P", "lag one", "x", "P",
+                "lag one", "P", "Pf - P");
+    Verdict verdict;
+    for (const Case &data : cases(seed)) testCase(verdict, data);
+    return verdict.finish();
+}

@@ -1,0 +1,628 @@
+/* The filter: init, predict, and all that can be read from it.  The update has its own file. */
+#include "reading.h"
+#include "sizes.h"
+#include "textbook.h"
+#include "unchanged.h"
+
+PROCESS(motion, 2, 1);
+SENSOR(radar, 2, 2);
+FILTER(track, 2);
+FILTER(blank, 2);                       /* never initialised */
+SENSOR(blank_sensor, 2, 2);
+PROCESS(blank_process, 2, 1);
+
+/* a model of three states, to mismatch */
+PROCESS(motion3, 3, 0);
+SENSOR(radar3, 3, 1);
+
+static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
+static const num A3[] = {1, 0.5, 0.25, -0.5, 1, 0, 0.25, 2, 0.5};
+static const num Q3[] = {1, 0.25, 0, 0.25, 1, 0.5, 0, 0.5, 1};
+
+static num x0[2], P0[4], u[1], z[2], out[4], more[4];
+
+void setUp(void)
+{
+    static const num x[] = {1, -2}, P[] = {2, 0.5, 0.5, 1}, measured[] = {3, 1};
+    memcpy(x0, x, sizeof x0);
+    memcpy(P0, P, sizeof P0);
+    memcpy(z, measured, sizeof z);
+    u[0] = 4;
+    for (int k = 0; k < 4; k++) out[k] = more[k] = 77;
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(process_init)(&motion3, A3, NULL, Q3));
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    ASSERT_OK(K(sensor_init)(&radar3, A3, R));
+    ASSERT_OK(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    watch_nothing();
+    WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory);
+    WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(x0), WATCH(P0), WATCH(u), WATCH(z), WATCH(out), WATCH(more);
+}
+
+void tearDown(void) {}
+
+/* ------------------------------------------------------------------------------ assign */
+
+static void assign_does_what_the_macro_does(void)
+{
+    FILTER(declared, 2);
+    TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(declared_memory));
+    ASSERT_OK(K(filter_init)(&declared, x0, P0));
+    ASSERT_SAME_FILTER(&track, &declared, 2);
+}
+
+static void assign_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_assign)(NULL, 2, track_memory, 100));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_assign)(&track, 2, NULL, 100));
+}
+
+static void assign_refuses_sizes_out_of_range(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(filter_assign)(&track, bad[k], track_memory, SIZE_MAX));
+    }
+}
+
+static void assign_refuses_short_memory(void)
+{
+    static num memory[FILTER_LEN(16)];
+    for (int n = 1; n <= 16; n++) {
+        const size_t length = (size_t)FILTER_LEN(n);
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_assign)(&track, n, memory, length - 1));
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_assign)(&track, n, memory, 0));
+    }
+}
+
+static void assign_takes_more_memory_than_it_needs(void)
+{
+    K(filter) f;
+    ASSERT_OK(K(filter_assign)(&f, 2, blank_memory, SIZE_MAX));
+    ASSERT_OK(K(filter_init)(&f, x0, P0));
+    ASSERT_SAME_FILTER(&track, &f, 2);
+}
+
+/* -------------------------------------------------------------------------------- init */
+
+static void init_sets_the_state(void)
+{
+    for (int i = 0; i < 2; i++) {
+        ASSERT_CLOSE(x0[i], K(mean)(&track, i), 0);
+        ASSERT_CLOSE(0, K(mean_low)(&track, i), 0);
+        ASSERT_CLOSE(sqrt((double)P0[3 * i]), K(sigma)(&track, i), 2);
+    }
+    ASSERT_OK(K(covariance)(&track, out));
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(P0[k], out[k], 2);
+    ASSERT_CLOSE(0, K(nis)(&track), 0);
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
+    ASSERT_CLOSE(0, K(log_likelihood)(&track), 0);
+    ASSERT_CLOSE(0, K(log_likelihood_last)(&track), 0);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+}
+
+static void init_keeps_neither_array(void)
+{
+    static const num x[] = {1, -2}, P[] = {2, 0.5, 0.5, 1};
+    textbook t;
+    memset(x0, 0xFF, sizeof x0);
+    memset(P0, 0xFF, sizeof P0);
+    textbook_init(&t, 2, x, P);
+    ASSERT_TEXTBOOK(&t, &track);
+    textbook_predict(&t, A, NULL, NULL, 0, Q);
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    ASSERT_TEXTBOOK(&t, &track);
+}
+
+static void init_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(NULL, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(&track, NULL, P0));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(&track, x0, NULL));
+}
+
+static void init_refuses_a_filter_without_memory(void)
+{
+    K(filter) bare;
+    memset(&bare, 0, sizeof bare);
+    WATCH(bare);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(filter_init)(&bare, x0, P0));
+}
+
+static kq_status init(void) { return K(filter_init)(&track, x0, P0); }
+
+static void init_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(x0, 2, init);
+    assert_entries_must_be_finite(P0, 4, init);
+}
+
+static void init_checks_that_P0_is_a_covariance(void)
+{
+    assert_covariance_is_checked(P0, init);
+}
+
+static void init_takes_a_singular_P0(void)
+{
+    static const double singular[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {4, 2, 1}, {1, -1, 1}};
+    for (int k = 0; k < COUNT(singular); k++) {
+        textbook t;
+        put_covariance(P0, singular[k][0], singular[k][1], singular[k][1], singular[k][2]);
+        ASSERT_OK(init());
+        textbook_init(&t, 2, x0, P0);
+        ASSERT_TEXTBOOK(&t, &track);
+        textbook_predict(&t, A, NULL, NULL, 0, Q);
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_TEXTBOOK(&t, &track);
+    }
+}
+
+static void init_begins_a_new_run(void)
+{
+    reading fresh, again;
+    read_filter(&fresh, &track, 2);
+    ASSERT_OK(K(update)(&track, &radar, z));
+    z[0] = NUM_MAX, z[1] = -NUM_MAX;
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_BITS(KQ_EVENT_OVERFLOW, KQ_EVENT_OVERFLOW, K(events)(&track));
+    ASSERT_OK(init());
+    read_filter(&again, &track, 2);
+    ASSERT_SAME_BITS(fresh, again);
+}
+
+static void a_refused_init_leaves_the_old_run_going(void)
+{
+    FILTER(undisturbed, 2);
+    ASSERT_OK(K(filter_init)(&undisturbed, x0, P0));
+    P0[1] = 9;
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, init());
+    ASSERT_OK(K(predict)(&track, &motion, u));
+    ASSERT_OK(K(predict)(&undisturbed, &motion, u));
+    ASSERT_SAME_FILTER(&undisturbed, &track, 2);
+}
+
+/* ----------------------------------------------------------------------------- predict */
+
+static void predict_moves_the_state(void)
+{
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    for (int step = 0; step < 5; step++) {
+        textbook_predict(&t, A, NULL, NULL, 0, Q);
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_TEXTBOOK(&t, &track);
+        textbook_predict(&t, A, B, u, 1, Q);
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_TEXTBOOK(&t, &track);
+    }
+}
+
+static void predict_takes_a_dense_transition(void)
+{
+    FILTER(three, 3);
+    static const num x[] = {1, -2, 0.5}, P[] = {1, 0.5, 0, 0.5, 2, 0.25, 0, 0.25, 0.5};
+    textbook t;
+    textbook_init(&t, 3, x, P);
+    ASSERT_OK(K(filter_init)(&three, x, P));
+    for (int step = 0; step < 3; step++) {
+        textbook_predict(&t, A3, NULL, NULL, 0, Q3);
+        ASSERT_OK(K(predict)(&three, &motion3, NULL));
+        ASSERT_TEXTBOOK(&t, &three);
+    }
+}
+
+static void predict_takes_several_controls(void)
+{
+    PROCESS(driven, 2, 3);
+    static const num b[] = {1, 0.5, -2, 0.25, 0, 4}, inputs[] = {3, -1, 0.5};
+    textbook t;
+    ASSERT_OK(K(process_init)(&driven, A, b, Q));
+    textbook_init(&t, 2, x0, P0);
+    textbook_predict(&t, A, b, inputs, 3, Q);
+    ASSERT_OK(K(predict)(&track, &driven, inputs));
+    ASSERT_TEXTBOOK(&t, &track);
+}
+
+static void predict_does_not_read_a_control_that_the_process_has_not(void)
+{
+    PROCESS(idle, 2, 0);
+    FILTER(twin, 2);
+    ASSERT_OK(K(process_init)(&idle, A, NULL, Q));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    u[0] = (num)NAN;
+    ASSERT_OK(K(predict)(&track, &idle, u));
+    ASSERT_OK(K(predict)(&twin, &idle, NULL));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+static void predict_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &motion, u));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
+}
+
+static void predict_refuses_what_is_not_initialised(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, &motion, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
+}
+
+static void predict_refuses_a_process_of_other_size(void)
+{
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, NULL));
+}
+
+static kq_status predict(void) { return K(predict)(&track, &motion, u); }
+
+static void predict_refuses_a_control_that_is_not_finite(void)
+{
+    assert_entries_must_be_finite(u, 1, predict);
+}
+
+/* The mean is rounded at its increment, not at its own size. */
+static void predict_keeps_increments_below_the_last_bit_of_the_mean(void)
+{
+    PROCESS(drift, 1, 1);
+    FILTER(level, 1);
+    static const num one[] = {1}, zero[] = {0}, rate[] = {0x1p-30};
+    ASSERT_OK(K(process_init)(&drift, one, one, zero));
+    ASSERT_OK(K(filter_init)(&level, one, zero));
+    for (int k = 0; k < 100; k++) ASSERT_OK(K(predict)(&level, &drift, rate));
+    ASSERT_WITHIN(100 * 0x1p-30 * EPS + DBL_EPSILON, 1 + 100 * 0x1p-30, whole_mean(&level, 0));
+}
+
+/* ------------------------------------------------------- mean, sigma, covariance, events */
+
+static void what_is_read_of_a_bad_filter_or_state_is_no_number(void)
+{
+    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_NAN(K(mean)(&track, bad[k]));
+        ASSERT_NAN(K(mean_low)(&track, bad[k]));
+        ASSERT_NAN(K(sigma)(&track, bad[k]));
+    }
+    ASSERT_NAN(K(mean)(NULL, 0));
+    ASSERT_NAN(K(mean_low)(NULL, 0));
+    ASSERT_NAN(K(sigma)(NULL, 0));
+    ASSERT_NAN(K(mean)(&blank, 0));
+    ASSERT_NAN(K(mean_low)(&blank, 0));
+    ASSERT_NAN(K(sigma)(&blank, 0));
+}
+
+static void what_is_read_of_the_last_update_of_a_bad_filter_is_no_number(void)
+{
+    ASSERT_NAN(K(nis)(NULL));
+    ASSERT_NAN(K(log_likelihood)(NULL));
+    ASSERT_NAN(K(log_likelihood_last)(NULL));
+    TEST_ASSERT_EQUAL_INT(-1, K(taken)(NULL));
+    ASSERT_NAN(K(nis)(&blank));
+    ASSERT_NAN(K(log_likelihood)(&blank));
+    ASSERT_NAN(K(log_likelihood_last)(&blank));
+    TEST_ASSERT_EQUAL_INT(-1, K(taken)(&blank));
+}
+
+static void no_filter_has_no_events(void)
+{
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(NULL));
+    K(events_clear)(NULL);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&blank));
+}
+
+static void covariance_is_exactly_symmetric(void)
+{
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    ASSERT_OK_UNCHANGED(K(covariance)(&track, (num[4]){0}));
+    ASSERT_OK(K(covariance)(&track, out));
+    TEST_ASSERT_EQUAL_MEMORY(&out[1], &out[2], sizeof(num));
+}
+
+static void covariance_refuses(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(covariance)(NULL, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(covariance)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(&blank, out));
+}
+
+/* ------------------------------------------------------------------------- measurement */
+
+static void measurement_is_what_the_state_implies(void)
+{
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, H, R, z, 2);
+    ASSERT_OK(K(measurement)(&track, &radar, out, more));
+    ASSERT_CLOSE(1, out[0], 1);
+    ASSERT_CLOSE(0.5 * 1 - 2, out[1], 2);
+    TEST_ASSERT_TRUE(out[2] == 77);
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(t.S[k], more[k], 4);
+    TEST_ASSERT_EQUAL_MEMORY(&more[1], &more[2], sizeof(num));
+}
+
+static void measurement_gives_each_part_alone(void)
+{
+    num both[2], S[4];
+    ASSERT_OK_UNCHANGED(K(measurement)(&track, &radar, both, S));
+    ASSERT_OK_UNCHANGED(K(measurement)(&track, &radar, NULL, NULL));
+    ASSERT_OK(K(measurement)(&track, &radar, out, NULL));
+    TEST_ASSERT_EQUAL_MEMORY(both, out, sizeof both);
+    ASSERT_OK(K(measurement)(&track, &radar, NULL, out));
+    TEST_ASSERT_EQUAL_MEMORY(S, out, sizeof S);
+}
+
+static void measurement_refuses(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(measurement)(NULL, &radar, out, more));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(measurement)(&track, NULL, out, more));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(measurement)(&blank, &radar, out, more));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(measurement)(&track, &blank_sensor, out, more));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(measurement)(&track, &radar3, out, more));
+}
+
+/* -------------------------------------------------------------------------- innovation */
+
+static void innovation_is_the_measurement_less_the_expected_one(void)
+{
+    ASSERT_OK(K(innovation)(&track, &radar, z, out));
+    ASSERT_CLOSE(3 - 1, out[0], 3);
+    ASSERT_CLOSE(1 - (0.5 * 1 - 2), out[1], 3);
+    TEST_ASSERT_TRUE(out[2] == 77);
+}
+
+static void innovation_may_overwrite_the_measurement(void)
+{
+    ASSERT_OK(K(innovation)(&track, &radar, z, out));
+    ASSERT_OK(K(innovation)(&track, &radar, z, z));
+    TEST_ASSERT_EQUAL_MEMORY(out, z, sizeof z);
+}
+
+/* x = 1 + 2^-24 in f32 as in f64: a quarter of the way from 1 to 1 + 2^-22 */
+static void innovation_sees_the_whole_mean(void)
+{
+    SENSOR(gauge, 1, 1);
+    FILTER(level, 1);
+    static const num one[] = {1}, prior[] = {1}, variance[] = {3}, value[] = {1 + 0x1p-22};
+    num e;
+    ASSERT_OK(K(sensor_init)(&gauge, one, variance));
+    ASSERT_OK(K(filter_init)(&level, one, prior));
+    ASSERT_OK(K(update)(&level, &gauge, value));
+    ASSERT_WITHIN(0x1p-24 * 8 * EPS + DBL_EPSILON, 1 + 0x1p-24, whole_mean(&level, 0));
+    ASSERT_OK(K(innovation)(&level, &gauge, one, &e));
+    ASSERT_WITHIN(0x1p-24 * 8 * EPS + DBL_EPSILON, -0x1p-24, e);
+}
+
+static void innovation_refuses(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(NULL, &radar, z, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(&track, NULL, z, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(&track, &radar, NULL, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(&track, &radar, z, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(innovation)(&blank, &radar, z, out));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(innovation)(&track, &blank_sensor, z, out));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(innovation)(&track, &radar3, z, out));
+    for (int c = 0; c < 2; c++) {
+        const num good = z[c];
+        z[c] = (num)NAN;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, z));
+        z[c] = (num)INFINITY;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
+        z[c] = good;
+    }
+}
+
+/* -------------------------------------------------------------------------------- gain */
+
+static void assert_gain(const num *h, const num *C, int m)
+{
+    static num memory[KQ_SENSOR_LEN(3)];
+    static const num values[] = {3, 1, -1};
+    K(sensor) s;
+    textbook t;
+    num gain[6];
+    ASSERT_OK(K(sensor_assign)(&s, 2, m, memory, COUNT(memory)));
+    ASSERT_OK(K(sensor_init)(&s, h, C));
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, h, C, values, m);
+    ASSERT_OK_UNCHANGED(K(gain)(&track, &s, gain));
+    for (int k = 0; k < 2 * m; k++) ASSERT_CLOSE(t.K[k], gain[k], 2);
+}
+
+static void gain_is_that_of_the_next_update(void)
+{
+    static const num independent[] = {0.5, 0, 0, 1};
+    static const num h3[] = {1, 0, 0.5, 1, -1, 0.25};
+    static const num C3[] = {0.5, 0, 0, 0, 1, 0, 0, 0, 2};
+    static const num correlated3[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 2};
+    assert_gain(H, R, 1);
+    assert_gain(H, independent, 2);
+    assert_gain(H, R, 2);
+    assert_gain(h3, C3, 3);
+    assert_gain(h3, correlated3, 3);
+}
+
+/* Two noise-free sensors of the same thing: K e moves the state to what both say. */
+static void gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors(void)
+{
+    static const num h[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0};
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
+    ASSERT_OK_UNCHANGED(K(gain)(&track, &radar, (num[4]){0}));
+    ASSERT_OK(K(gain)(&track, &radar, out));
+    ASSERT_CLOSE((2 + 0.25) / 2.75, out[0] + out[1], 2);
+    ASSERT_CLOSE((0.5 + 0.5) / 2.75, out[2] + out[3], 2);
+}
+
+static void gain_refuses(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(gain)(NULL, &radar, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(gain)(&track, NULL, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(gain)(&track, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(gain)(&blank, &radar, out));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(gain)(&track, &blank_sensor, out));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(gain)(&track, &radar3, out));
+}
+
+/* --------------------------------------------------------------------------- all sizes */
+
+static num big_A[256], big_P[256], big_x[16];
+
+static void use_every_function(K(filter) *f, int n)
+{
+    static num process_words[KQ_PROCESS_LEN(16)], sensor_words[KQ_SENSOR_LEN(16)];
+    static num results[256], measured[16];
+    K(process) p;
+    K(sensor) s;
+    ASSERT_OK(K(process_assign)(&p, n, 0, process_words, COUNT(process_words)));
+    ASSERT_OK(K(process_init)(&p, big_A, NULL, big_P));
+    ASSERT_OK(K(sensor_assign)(&s, n, n, sensor_words, COUNT(sensor_words)));
+    ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
+    ASSERT_OK(K(filter_init)(f, big_x, big_P));
+    ASSERT_OK(K(predict)(f, &p, NULL));
+    ASSERT_OK(K(update)(f, &s, measured));
+    ASSERT_OK(K(update_subset)(f, &s, measured, 1));
+    ASSERT_OK(K(step)(f, &p, NULL, &s, measured));
+    ASSERT_OK(K(measurement)(f, &s, measured, results));
+    ASSERT_OK(K(gain)(f, &s, results));
+    ASSERT_OK(K(covariance)(f, results));
+}
+
+static void no_size_writes_outside_its_memory(void)
+{
+    static num room[GUARDED(FILTER_LEN(16))];
+    for (int n = 1; n <= 16; n++) {
+        const size_t length = (size_t)FILTER_LEN(n);
+        K(filter) f;
+        put_identity(big_A, n, 1);
+        put_identity(big_P, n, 1);
+        if (n > 1) big_P[1] = big_P[n] = 0.5;
+        ASSERT_OK(K(filter_assign)(&f, n, guard(room, COUNT(room)), length));
+        assert_guards(room, 0, COUNT(room));
+        use_every_function(&f, n);
+        assert_guards(room, length, COUNT(room));
+    }
+}
+
+static void no_output_is_written_beyond_its_end(void)
+{
+    static num room[GUARDED(256)], sensor_words[KQ_SENSOR_LEN(16)], memory[FILTER_LEN(16)];
+    for (int n = 1; n <= 16; n++) {
+        const int m = 17 - n;
+        K(filter) f;
+        K(sensor) s;
+        ASSERT_OK(K(filter_assign)(&f, n, memory, COUNT(memory)));
+        ASSERT_OK(K(sensor_assign)(&s, n, m, sensor_words, COUNT(sensor_words)));
+        put_identity(big_P, n, 1);
+        ASSERT_OK(K(filter_init)(&f, big_x, big_P));
+        put_identity(big_P, m, 1);
+        ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
+        ASSERT_OK(K(covariance)(&f, guard(room, COUNT(room))));
+        assert_guards(room, (size_t)(n * n), COUNT(room));
+        ASSERT_OK(K(gain)(&f, &s, guard(room, COUNT(room))));
+        assert_guards(room, (size_t)(n * m), COUNT(room));
+        ASSERT_OK(K(measurement)(&f, &s, guard(room, COUNT(room)), NULL));
+        assert_guards(room, (size_t)m, COUNT(room));
+        ASSERT_OK(K(measurement)(&f, &s, NULL, guard(room, COUNT(room))));
+        assert_guards(room, (size_t)(m * m), COUNT(room));
+        ASSERT_OK(K(innovation)(&f, &s, big_x, guard(room, COUNT(room))));
+        assert_guards(room, (size_t)m, COUNT(room));
+    }
+}
+
+/* 16 independent scalars seen through a rotation, two predicts and an update. */
+static void sixteen_states_work(void)
+{
+    FILTER(many, 16);
+    PROCESS(large, 16, 0);
+    SENSOR(wide, 16, 16);
+    static double a[16], q[16], p[16], x[16];
+    static num big_H[256];
+    for (int i = 0; i < 16; i++) {
+        a[i] = 0.25 * (i % 5) - 0.5, q[i] = 0.5 + 0.125 * i, p[i] = 1 + 0.5 * i, x[i] = i - 7.5;
+    }
+    for (int i = 0; i < 16; i++) big_x[i] = N(rotated(x, i));
+    put_rotated(big_P, p);
+    ASSERT_OK(K(filter_init)(&many, big_x, big_P));
+    put_rotated(big_A, a);
+    put_rotated(big_P, q);
+    ASSERT_OK(K(process_init)(&large, big_A, NULL, big_P));
+    for (int step = 0; step < 2; step++) {
+        ASSERT_OK(K(predict)(&many, &large, NULL));
+        for (int i = 0; i < 16; i++) x[i] *= a[i], p[i] = a[i] * a[i] * p[i] + q[i];
+    }
+    put_identity(big_P, 16, 2);
+    for (int k = 0; k < 256; k++) big_H[k] = hadamard(k / 16, k % 16);
+    ASSERT_OK(K(sensor_init)(&wide, big_H, big_P));
+    memset(big_x, 0, sizeof big_x);
+    ASSERT_OK(K(update)(&many, &wide, big_x));
+    for (int i = 0; i < 16; i++) x[i] *= 2 / (2 + p[i]), p[i] *= 2 / (2 + p[i]);
+    ASSERT_OK(K(covariance)(&many, big_P));
+    put_rotated(big_A, p);
+    for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(x, i), K(mean)(&many, i), 4);
+    for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_A[k], big_P[k], 4);
+}
+
+/* ------------------------------------------------------------------------------------- */
+
+static void run_assign_and_init(void)
+{
+    RUN_TEST(assign_does_what_the_macro_does);
+    RUN_TEST(assign_refuses_null);
+    RUN_TEST(assign_refuses_sizes_out_of_range);
+    RUN_TEST(assign_refuses_short_memory);
+    RUN_TEST(assign_takes_more_memory_than_it_needs);
+    RUN_TEST(init_sets_the_state);
+    RUN_TEST(init_keeps_neither_array);
+    RUN_TEST(init_refuses_null);
+    RUN_TEST(init_refuses_a_filter_without_memory);
+    RUN_TEST(init_refuses_numbers_that_are_not_finite);
+    RUN_TEST(init_checks_that_P0_is_a_covariance);
+    RUN_TEST(init_takes_a_singular_P0);
+    RUN_TEST(init_begins_a_new_run);
+    RUN_TEST(a_refused_init_leaves_the_old_run_going);
+}
+
+static void run_predict(void)
+{
+    RUN_TEST(predict_moves_the_state);
+    RUN_TEST(predict_takes_a_dense_transition);
+    RUN_TEST(predict_takes_several_controls);
+    RUN_TEST(predict_does_not_read_a_control_that_the_process_has_not);
+    RUN_TEST(predict_refuses_null);
+    RUN_TEST(predict_refuses_what_is_not_initialised);
+    RUN_TEST(predict_refuses_a_process_of_other_size);
+    RUN_TEST(predict_refuses_a_control_that_is_not_finite);
+    RUN_TEST(predict_keeps_increments_below_the_last_bit_of_the_mean);
+}
+
+static void run_reading(void)
+{
+    RUN_TEST(what_is_read_of_a_bad_filter_or_state_is_no_number);
+    RUN_TEST(what_is_read_of_the_last_update_of_a_bad_filter_is_no_number);
+    RUN_TEST(no_filter_has_no_events);
+    RUN_TEST(covariance_is_exactly_symmetric);
+    RUN_TEST(covariance_refuses);
+    RUN_TEST(measurement_is_what_the_state_implies);
+    RUN_TEST(measurement_gives_each_part_alone);
+    RUN_TEST(measurement_refuses);
+    RUN_TEST(innovation_is_the_measurement_less_the_expected_one);
+    RUN_TEST(innovation_may_overwrite_the_measurement);
+    RUN_TEST(innovation_sees_the_whole_mean);
+    RUN_TEST(innovation_refuses);
+    RUN_TEST(gain_is_that_of_the_next_update);
+    RUN_TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors);
+    RUN_TEST(gain_refuses);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    run_assign_and_init();
+    run_predict();
+    run_reading();
+    RUN_TEST(no_size_writes_outside_its_memory);
+    RUN_TEST(no_output_is_written_beyond_its_end);
+    RUN_TEST(sixteen_states_work);
+    return UNITY_END();
+}
