@@ -1,9 +1,8 @@
 // Seeded models and measurements: random ones, and the named classes of state-space models.
 //
-// The random numbers come from std::mt19937_64 and exact arithmetic on it, so a seed gives the
-// same ones on every machine.  Every number of a sequence is a float.  A covariance is built as
-// F F' with F = diag(powers of 2) * (small integers): its entries are floats too, exactly, and it
-// is positive semi-definite without any rounding.
+// Every number of a sequence is a float.  A covariance is built as F F' with F = diag(powers of
+// two) * (small integers): its entries are floats too, exactly, and it is positive semi-definite
+// without any rounding.
 #ifndef KALMANQ_TESTS_REFERENCE_GENERATOR_HPP
 #define KALMANQ_TESTS_REFERENCE_GENERATOR_HPP
 
@@ -11,13 +10,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <random>
 #include <string>
 #include <vector>
 
+#include "random.hpp"
 #include "textbook.hpp"
 
-namespace reference
+namespace reference::generator
 {
 
 using Index = Eigen::Index;
@@ -30,38 +29,12 @@ inline std::uint64_t seedOf(int argc, char **argv)
     return argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 20240229U;
 }
 
-class Random
+inline Vec normals(Random &random, Index count)
 {
-  public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
-
-    /// 0 <= u < 1
-    double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-    double uniform(double low, double high) { return low + (high - low) * uniform(); }
-    /// low .. high, both included
-    int integer(int low, int high)
-    {
-        return low + static_cast<int>(uniform() * static_cast<double>(high - low + 1));
-    }
-    bool chance(double probability) { return uniform() < probability; }
-
-    /// Nearly N(0, 1), exactly of variance 1: twelve uniforms.  No library function is involved.
-    double normal()
-    {
-        double sum = -6;
-        for (int k = 0; k < 12; ++k) sum += uniform();
-        return sum;
-    }
-    Vec normals(Index count)
-    {
-        Vec v(count);
-        for (Index i = 0; i < count; ++i) v(i) = normal();
-        return v;
-    }
-
-  private:
-    std::mt19937_64 engine_;
-};
+    Vec v(count);
+    for (Index i = 0; i < count; ++i) v(i) = random.normal();
+    return v;
+}
 
 inline double toFloat(double x) { return static_cast<double>(static_cast<float>(x)); }
 
@@ -96,6 +69,16 @@ inline Mat randomFactor(Random &random, Index n, Index rank, const Vec &scale)
         }
     }
     return F;
+}
+
+/// Upper triangular, every other column 0: the Cholesky factor of a singular covariance, whose
+/// factorisation from the last row up meets no rounding at all.
+inline Mat singularFactor(Random &random, Index n, const Vec &scale)
+{
+    const Mat F = randomFactor(random, n, n, scale);
+    Mat upper = F.triangularView<Eigen::Upper>();
+    for (Index j = n - 1; j >= 0; j -= 2) upper.col(j).setZero();
+    return upper;
 }
 
 inline Mat diagonalFactor(Random &random, Index n, const Vec &scale)
@@ -192,15 +175,15 @@ inline void simulate(Random &random, Sequence &sequence)
     const Index n = sequence.states();
     std::vector<Mat> noise;
     for (const SensorModel &sensor : sequence.sensors) noise.push_back(samplingRoot(sensor.R));
-    Vec x = sequence.x0 + samplingRoot(sequence.P0) * random.normals(n);
+    Vec x = sequence.x0 + samplingRoot(sequence.P0) * normals(random, n);
     for (Step &step : sequence.steps) {
         for (Reading &reading : step.readings) {
             const SensorModel &sensor = sequence.sensors[reading.sensor];
             const Mat &root = noise[reading.sensor];
-            reading.z = toFloat(Mat(sensor.H * x + root * random.normals(root.cols())));
+            reading.z = toFloat(Mat(sensor.H * x + root * normals(random, root.cols())));
         }
         const ProcessModel &process = sequence.processes[step.process];
-        x = (process.A * x + process.F * random.normals(process.F.cols())).eval();
+        x = (process.A * x + process.F * normals(random, process.F.cols())).eval();
         if (step.u.size() > 0) x += process.B * step.u;
     }
 }
@@ -303,7 +286,7 @@ inline void addSteps(Random &random, Sequence &sequence, const Features &feature
             step.readings.push_back({sensor, Vec(), randomPresence(random, features)});
         }
         if (features.l > 0 && t % 10 != 0) {
-            step.u = toFloat(Mat(0.25 * random.normals(features.l)));
+            step.u = toFloat(Mat(0.25 * normals(random, features.l)));
         }
         sequence.steps.push_back(step);
     }
@@ -318,9 +301,9 @@ inline Sequence randomSequence(Random &random, int number, const Options &option
     const Vec units = features.units ? powersOfTwo(random, n, -8, 8) : constant(n, 1);
     const Vec size = units * std::ldexp(1.0, random.integer(-1, 4));
     const bool singular = !options.invertible && random.chance(0.2);
-    const Mat F = randomFactor(random, n, singular ? (n + 1) / 2 : n, size);
+    const Mat F = singular ? singularFactor(random, n, size) : randomFactor(random, n, n, size);
     sequence.P0 = F * F.transpose();
-    sequence.x0 = toFloat(Mat(units.cwiseProduct(10 * random.normals(n))));
+    sequence.x0 = toFloat(Mat(units.cwiseProduct(10 * normals(random, n))));
     addProcesses(random, sequence, features, units, options);
     addSensors(random, sequence, features, units, options.steps);
     addSteps(random, sequence, features, options.steps);
@@ -511,6 +494,6 @@ inline std::vector<Sequence> namedSequences(Random &random, int steps = 200)
     return all;
 }
 
-} // namespace reference
+} // namespace reference::generator
 
 #endif

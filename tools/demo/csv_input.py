@@ -169,7 +169,7 @@ def number(path: Path, row: Row, column: int) -> float:
 
 
 def even_times(path: Path, rows: list[Row], time: np.ndarray) -> np.ndarray:
-    """The times, if every step is as long as the mean one."""
+    """The times, if every step is as long as the first."""
     for row, value in zip(rows, time):
         if math.isnan(value):
             raise InputError(path, "the time is missing", row.number, 1)

@@ -14,7 +14,6 @@ from typing import List, Optional
 import typer
 from rich.console import Console
 
-import csv_input
 import jobs
 import reference
 import report
@@ -28,6 +27,9 @@ from outputs import Outputs
 ROOT = Path(__file__).resolve().parents[2]
 ARITHMETICS = ("f32", "f64")
 FORECAST_MOST = 10_000
+
+DEMO_HELP = """Filter, forecast and smooth with kalmanq, in f32 and f64. Without a CSV: the two
+built-in data sets, the Nile and a simulated track."""
 
 MOMENTS_HELP = """Without --q or --r they are estimated by the method of moments. Local level:
 variance c0 and lag-1 autocovariance c1 of the first differences, r = -c1 and q = c0 + 2 c1.
@@ -53,27 +55,31 @@ app = typer.Typer(add_completion=False)
 
 
 @app.command(
-    help="Filter, forecast and smooth with kalmanq, in f32 and f64. Without a CSV: the two built-in "
-    f"data sets, the Nile and a simulated track.\n\n{CSV_HELP}\n\n{MOMENTS_HELP}"
+    help="\n\n".join(" ".join(text.split()) for text in (DEMO_HELP, CSV_HELP, MOMENTS_HELP))
 )
 def main(
     csv: Optional[Path] = typer.Argument(None, help="Your measurements.", show_default=False),
-    model: Optional[ModelName] = typer.Option(None, help="What your measurements follow."),
+    model: Optional[ModelName] = typer.Option(
+        None, help="What your measurements follow.", show_default=False
+    ),
     q: Optional[float] = typer.Option(
         None,
         help="Process noise. Local level: variance per step. Constant velocity: spectral "
         "density of the acceleration, length^2 / time^3.",
+        show_default=False,
     ),
-    r: Optional[float] = typer.Option(None, help="Variance of a measurement."),
-    dt: Optional[float] = typer.Option(None, help="Time from one row to the next.  [default: 1]"),
+    r: Optional[float] = typer.Option(None, help="Variance of a measurement.", show_default=False),
+    dt: Optional[float] = typer.Option(
+        None, help="Time from one row to the next; 1 if not given.", show_default=False
+    ),
     forecast: Optional[int] = typer.Option(
-        None, help="Steps to forecast.  [default: 10, for the track 20]"
+        None, help="Steps to forecast; if not given 10, for the track 20.", show_default=False
     ),
-    out: Path = typer.Option(ROOT / "build" / "demo", help="Where the files go."),
-    programs: Path = typer.Option(
-        ROOT / "build" / "demo-build" / "tools" / "demo",
-        help="Where kq_demo_f32 and kq_demo_f64 are.",
+    out: Path = typer.Option(
+        ROOT / "build" / "demo", help="Where the files go; build/demo if not given.",
+        show_default=False,
     ),
+    programs: Path = typer.Option(ROOT / "build" / "demo-build" / "tools" / "demo", hidden=True),
 ) -> None:
     try:
         check_options(csv, model, q, r, dt, forecast)
@@ -150,4 +156,4 @@ def shown(path: Path) -> str:
 
 
 if __name__ == "__main__":
-    app()
+    app(prog_name="tools/demo.sh")

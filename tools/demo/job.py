@@ -41,16 +41,12 @@ class Job:
         """The state that each component measures."""
         return [int(np.argmax(row)) for row in self.model.H]
 
-    @property
-    def gaps(self) -> list[tuple[int, int]]:
-        """Runs of steps without any measurement: first and last step of each."""
-        return runs_of(np.isnan(self.z).all(axis=1))
-
-    def gaps_of(self, c: int) -> list[tuple[int, int]]:
-        """Runs of steps in which component c is missing."""
-        return runs_of(np.isnan(self.z[:, c]))
+    def gaps(self, *components: int) -> list[tuple[int, int]]:
+        """Runs of steps in which all these are missing: first and last step of each."""
+        return runs_of(np.isnan(self.z[:, components]).all(axis=1))
 
 
 def runs_of(missing: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run."""
     edges = np.diff(np.concatenate([[0], missing.astype(int), [0]]))
     return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))

@@ -34,7 +34,7 @@ def nile(root: Path, ahead: int | None) -> Job:
         title="Nile at Aswan, 1871-1970: local level",
         model=models.local_level("flow", q, r, 0.0, p0),
         z=data.values,
-        time=data.time,
+        time=times(data, 1.0),
         dt=1.0,
         ahead=FORECAST_STEPS if ahead is None else ahead,
         unit="10\u2078 m\u00b3",
@@ -114,13 +114,12 @@ def constant_velocity(
 def users_job(
     path: Path, data: Measurements, model: models.Model, step: float, ahead: int | None, note: str
 ) -> Job:
-    steps = len(data.values)
     return Job(
         name=f"{path.stem}_kalmanq",
         title=f"{one_line(path.name, 60)}: {model.kind}",
         model=model,
         z=data.values,
-        time=data.time if data.time is not None else step * np.arange(steps),
+        time=times(data, step),
         dt=step,
         ahead=FORECAST_STEPS if ahead is None else ahead,
         note=note,
@@ -136,6 +135,10 @@ def time_step(path: Path, data: Measurements, dt: float | None) -> float:
     if dt is not None and abs(dt - step) > csv_input.SPACING_TOLERANCE * step:
         raise InputError(path, f"the times step by {step:.6g}, --dt says {dt:g}", data.last_row)
     return step
+
+
+def times(data: Measurements, step: float) -> np.ndarray:
+    return step * np.arange(len(data.values)) if data.time is None else data.time
 
 
 def spread(z: np.ndarray, r: float) -> tuple[float, float]:

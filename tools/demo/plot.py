@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -23,12 +24,12 @@ from job import Job
 FILTER, SMOOTHER, FORECAST = "#D55E00", "#0072B2", "#009E73"
 TINT = {FILTER: "#FBE4D5", SMOOTHER: "#B9DAEF", FORECAST: "#BFE7DB"}
 DATA, TRUTH, GAP = "#444444", "#000000", "#E6E6E6"
-TRUTH_STYLE = {"color": TRUTH, "lw": 1.1, "ls": (0, (1, 1.3))}
-DATA_STYLE = {"color": DATA, "ls": "", "marker": "o", "mew": 0}
-Z_STYLE = {"color": FORECAST, "lw": 0.9, "ls": "--"}
+TRUTH_STYLE: dict[str, Any] = {"color": TRUTH, "lw": 1.1, "ls": (0, (1, 1.3))}
+DATA_STYLE: dict[str, Any] = {"color": DATA, "ls": "", "marker": "o", "mew": 0}
+Z_STYLE: dict[str, Any] = {"color": FORECAST, "lw": 0.9, "ls": "--"}
 ELLIPSE_95 = np.sqrt(5.991465)  # half axis of the 95 % ellipse, in standard deviations
 
-STYLE = {
+STYLE: dict[str, Any] = {
     "figure.dpi": 160,
     "font.size": 9.5,
     "axes.titlesize": 10,
@@ -113,7 +114,7 @@ def from_now_on(found: Estimates) -> Band:
 
 
 def shade_gaps(axes: Axes, job: Job, c: int) -> None:
-    for first, last in job.gaps_of(c):
+    for first, last in job.gaps(c):
         start, end = job.time[first] - job.dt / 2, job.time[last] + job.dt / 2
         axes.axvspan(start, end, color=GAP, lw=0, zorder=0)
 
@@ -156,8 +157,8 @@ def draw_track(job: Job, found: Estimates) -> Figure:
         axes = figure.add_subplot(grid[row, 1], sharex=series[0] if series else None)
         if row < count:
             plot_component(axes, job, found, row)
-        else:
-            plot_error(axes, job, found, 0)
+        elif job.truth is not None:
+            plot_error(axes, job, found, job.truth, 0)
         axes.tick_params(labelbottom=row == rows - 1)
         series.append(axes)
     series[0].set_title("Against time, with 95 % bands")
@@ -179,8 +180,12 @@ def plot_plane(axes: Axes, job: Job, found: Estimates) -> None:
     axes.set_xlabel(with_unit(job.model.measured[0], job.unit))
     axes.set_ylabel(with_unit(job.model.measured[1], job.unit))
     axes.set_aspect("equal", adjustable="datalim")
-    places = ["in the gap"] * bool(job.gaps) + ["of the last forecast"] * bool(job.ahead)
-    axes.set_title("In the plane" + (f", with 95 % ellipses {' and '.join(places)}" if places else ""))
+    axes.set_title(f"In the plane{ellipse_note(job)}")
+
+
+def ellipse_note(job: Job) -> str:
+    places = ["in the gap"] * bool(job.gaps(0, 1)) + ["of the last forecast"] * bool(job.ahead)
+    return f", with 95 % ellipses {' and '.join(places)}" if places else ""
 
 
 def plot_path(axes: Axes, band: Band, i: int, j: int, colour: str) -> None:
@@ -190,7 +195,7 @@ def plot_path(axes: Axes, band: Band, i: int, j: int, colour: str) -> None:
 def plot_ellipses(axes: Axes, job: Job, found: Estimates, i: int, j: int) -> None:
     """At a few steps of every gap.  The axes are independent: no tilt."""
     for band, colour in ((found.filtered, FILTER), (found.smoothed, SMOOTHER)):
-        for first, last in job.gaps:
+        for first, last in job.gaps(0, 1):
             for t in np.unique(np.linspace(first, last, 5).round().astype(int))[::-1]:
                 add_ellipse(axes, band, t, i, j, colour)
     if job.ahead:
@@ -203,11 +208,10 @@ def add_ellipse(axes: Axes, band: Band, t: int, i: int, j: int, colour: str) -> 
     axes.add_patch(Ellipse(centre, width, height, fc=TINT[colour], ec=colour, lw=0.6, zorder=2))
 
 
-def plot_error(axes: Axes, job: Job, found: Estimates, c: int) -> None:
+def plot_error(axes: Axes, job: Job, found: Estimates, truth: np.ndarray, c: int) -> None:
     """Estimate minus truth, with the 95 % band that the estimate claims."""
     i = job.measured_states[c]
-    truth = job.truth[:, i]
-    now, beyond = truth[: job.steps], truth[job.steps - 1 :]
+    now, beyond = truth[: job.steps, i], truth[job.steps - 1 :, i]
     shade_gaps(axes, job, c)
     plot_band(axes, job.time, error_of(found.filtered, now, i), 0, FILTER)
     plot_band(axes, job.time, error_of(found.smoothed, now, i), 0, SMOOTHER)
@@ -264,8 +268,8 @@ def arrange(figure: Figure, job: Job, title: str) -> None:
     figure.tight_layout(rect=(0, (0.1 + 0.21 * lines) * inch, 1, 1 - 0.34 * inch))
 
 
-def legend_entries(job: Job) -> list[tuple[str, object]]:
-    entries: list[tuple[str, object]] = [("measurement", Line2D([], [], ms=4, **DATA_STYLE))]
+def legend_entries(job: Job) -> list[tuple[str, Any]]:
+    entries: list[tuple[str, Any]] = [("measurement", Line2D([], [], ms=4, **DATA_STYLE))]
     if job.truth is not None:
         entries.append(("truth", Line2D([], [], **TRUTH_STYLE)))
     if np.isnan(job.z).any():

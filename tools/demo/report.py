@@ -10,7 +10,7 @@ from rich.text import Text
 from estimates import Band, Estimates
 from job import Job
 
-REFERENCE = "double reference"
+REFERENCE = "reference"
 Row = tuple[str, list[str]]
 
 
@@ -18,7 +18,7 @@ def show(console: Console, job: Job, runs: dict[str, Estimates]) -> None:
     """Prints the runs of a job side by side; the reference is the last of them."""
     title = Text(job.title, style="bold")
     table = Table(title=title, title_justify="left", show_edge=False)
-    table.add_column()
+    table.add_column(no_wrap=True)
     for name in runs:
         table.add_column(name, justify="right")
     sections = (
@@ -130,7 +130,7 @@ def memory_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
     rows = [
         ("memory [bytes]: to filter", ("process", "sensor", "filter")),
         ("  the model: A, H, R", ("model",)),
-        (f"  to smooth {job.steps} steps: history", ("history",)),
+        (f"  to smooth {job.steps} steps", ("history",)),
     ]
     return [(label, [cell(run, *names) for run in runs.values()]) for label, names in rows]
 

@@ -23,10 +23,10 @@ def answer(program: Path, problem: str) -> str:
         done = subprocess.run(
             [str(program)], input=problem, capture_output=True, text=True, timeout=TIME_LIMIT
         )
-    except OSError as problem_:
-        raise DemoError(f"{program}: {problem_.strerror}; build it with tools/demo.sh") from problem_
-    except subprocess.TimeoutExpired as problem_:
-        raise DemoError(f"{program}: no answer within {TIME_LIMIT} s") from problem_
+    except OSError as error:
+        raise DemoError(f"{program}: {error.strerror}; build it with tools/demo.sh") from error
+    except subprocess.TimeoutExpired as error:
+        raise DemoError(f"{program}: no answer within {TIME_LIMIT} s") from error
     if done.returncode != 0:
         reason = one_line(done.stderr.strip()) or f"{program.name}: stopped ({done.returncode})"
         raise DemoError(reason)

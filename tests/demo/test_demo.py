@@ -16,6 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+ROOT = Path(__file__).resolve().parents[2]
+DEMO = ROOT / "tools" / "demo"
+sys.path.insert(0, str(DEMO))
+
 import csv_input
 import jobs
 import models
@@ -27,8 +31,6 @@ import simulate
 from errors import InputError
 from outputs import Outputs
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
 NILE = ROOT / "tools" / "data" / "nile.csv"
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -88,7 +90,7 @@ def programs() -> Path:
 
 
 def run_demo(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-B", str(HERE / "demo.py"), "--programs", str(programs())]
+    command = [sys.executable, "-B", str(DEMO / "demo.py"), "--programs", str(programs())]
     command += [str(argument) for argument in arguments]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=120)
 
@@ -255,7 +257,7 @@ class Simulator(unittest.TestCase):
     def test_the_dropout(self) -> None:
         missing = np.isnan(simulate.simulate(simulate.Settings()).z)
         self.assertEqual(missing.sum(axis=0).tolist(), [30, 30])
-        self.assertEqual(jobs.track(None).gaps, [(75, 104)])
+        self.assertEqual(jobs.track(None).gaps(0, 1), [(75, 104)])
 
     def test_the_truth_follows_the_model(self) -> None:
         settings = simulate.Settings(steps=20000, beyond=0, q=0.05, dt=2.0)
@@ -439,7 +441,8 @@ class EndToEnd(InDirectory):
         self.assertTrue(all(row["x"] == "" and row["true_x"] for row in gap))
 
     def test_a_level_of_ones_own(self) -> None:
-        flow = "".join(f"{year},{'' if year % 7 == 0 else year % 5}\n" for year in range(1900, 1950))
+        years = range(1900, 1950)
+        flow = "".join(f"{year},{'' if year % 7 == 0 else year % 5}\n" for year in years)
         path = self.file("my level.csv", "year,a$b_$\n" + flow)
         printed = self.run_well(path, "--model", LEVEL, "--forecast", 3)
         self.assertIn("(estimated)", printed)

@@ -1,0 +1,224 @@
+/* The state some steps ahead, on a filter of its own. */
+#include "reading.h"
+#include "textbook.h"
+#include "unchanged.h"
+
+PROCESS(motion, 2, 1);
+SENSOR(radar, 2, 1);
+FILTER(track, 2);
+FILTER(ahead, 2);
+FILTER(walker, 2);                      /* moved step by step, to compare with */
+HISTORY(tape, 2, 1, 4, 0);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+PROCESS(blank_process, 2, 1);
+FILTER(track3, 3);
+PROCESS(motion3, 3, 0);
+
+static const num A[] = {1, 0.5, -0.25, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num H[] = {1, 0.5}, R[] = {0.5};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3};
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+static num u[5];
+
+void setUp(void)
+{
+    for (int k = 0; k < 5; k++) u[k] = N(0.5 * k - 1);
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    ASSERT_OK(K(filter_assign)(&ahead, 2, ahead_memory, COUNT(ahead_memory)));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    ASSERT_OK(K(filter_init)(&walker, x0, P0));
+    ASSERT_OK(K(update)(&walker, &radar, z));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(motion_memory);
+    WATCH(ahead), WATCH(ahead_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(track3), WATCH(track3_memory), WATCH(u);
+}
+
+void tearDown(void) {}
+
+/* Only the filter that looks ahead may have changed. */
+static void watch_the_source(void)
+{
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(motion_memory), WATCH(u);
+}
+
+static void a_forecast_is_so_many_predicts(void)
+{
+    watch_the_source();
+    for (int steps = 0; steps <= 5; steps++) {
+        ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, NULL, steps, &ahead));
+        ASSERT_SAME_STATE(&walker, &ahead, 2);
+        ASSERT_OK(K(predict)(&walker, &motion, NULL));
+    }
+}
+
+static void a_forecast_takes_the_controls_in_turn(void)
+{
+    watch_the_source();
+    for (int steps = 0; steps <= 5; steps++) {
+        ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, u, steps, &ahead));
+        ASSERT_SAME_STATE(&walker, &ahead, 2);
+        if (steps < 5) ASSERT_OK(K(predict)(&walker, &motion, u + steps));
+    }
+}
+
+static void a_forecast_is_that_of_the_textbook(void)
+{
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, H, R, z, 1);
+    for (int k = 0; k < 5; k++) textbook_predict(&t, A, B, u + k, 1, Q);
+    ASSERT_OK(K(forecast)(&track, &motion, u, 5, &ahead));
+    ASSERT_TEXTBOOK(&t, &ahead);
+}
+
+/* The measurement to come: H x and H P H' + R. */
+static void a_forecast_tells_the_measurement_to_come(void)
+{
+    textbook t;
+    num forecast[2];
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, H, R, z, 1);
+    for (int k = 0; k < 3; k++) textbook_predict(&t, A, NULL, NULL, 0, Q);
+    ASSERT_OK(K(forecast)(&track, &motion, NULL, 3, &ahead));
+    ASSERT_OK(K(measurement)(&ahead, &radar, &forecast[0], &forecast[1]));
+    ASSERT_CLOSE(t.x[0] + 0.5 * t.x[1], forecast[0], 8);
+    textbook_update(&t, H, R, z, 1);
+    ASSERT_CLOSE(t.S[0], forecast[1], 8);
+}
+
+static void what_looks_ahead_is_a_filter_like_any_other(void)
+{
+    ASSERT_OK(K(forecast)(&track, &motion, NULL, 2, &ahead));
+    for (int k = 0; k < 2; k++) ASSERT_OK(K(predict)(&walker, &motion, NULL));
+    ASSERT_OK(K(update)(&ahead, &radar, z));
+    ASSERT_OK(K(update)(&walker, &radar, z));
+    ASSERT_OK(K(step)(&ahead, &motion, u, &radar, z));
+    ASSERT_OK(K(step)(&walker, &motion, u, &radar, z));
+    ASSERT_SAME_STATE(&walker, &ahead, 2);
+}
+
+static void a_forecast_may_be_made_again_and_again(void)
+{
+    ASSERT_OK(K(forecast)(&track, &motion, u, 5, &ahead));
+    ASSERT_OK(K(forecast)(&track, &motion, NULL, 1, &ahead));
+    ASSERT_OK(K(predict)(&walker, &motion, NULL));
+    ASSERT_SAME_STATE(&walker, &ahead, 2);
+}
+
+static void a_forecast_is_not_recorded(void)
+{
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    watch_the_source();
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, NULL, 9, &ahead));
+    ASSERT_OK_UNCHANGED(K(predict)(&ahead, &motion, NULL));
+    ASSERT_OK_UNCHANGED(K(update)(&ahead, &radar, z));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&ahead));
+}
+
+/* The filter that looks ahead has no history, also if it had one. */
+static void a_history_of_the_filter_ahead_is_detached(void)
+{
+    ASSERT_OK(K(filter_init)(&ahead, x0, P0));
+    ASSERT_OK(K(history_attach)(&tape, &ahead));
+    ASSERT_OK(K(forecast)(&track, &motion, NULL, 1, &ahead));
+    const size_t steps = K(history_steps)(&tape);
+    ASSERT_OK(K(predict)(&ahead, &motion, NULL));
+    TEST_ASSERT_EQUAL_UINT(steps, K(history_steps)(&tape));
+}
+
+static void forecast_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(NULL, &motion, u, 1, &ahead));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(&track, NULL, u, 1, &ahead));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(&track, &motion, u, 1, NULL));
+}
+
+static void forecast_refuses_what_is_not_initialised(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&blank, &motion, u, 1, &ahead));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&track, &blank_process, u, 1, &ahead));
+}
+
+static void forecast_refuses_a_negative_number_of_steps(void)
+{
+    static const int bad[] = {-1, -2, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(forecast)(&track, &motion, NULL, bad[k], &ahead));
+    }
+}
+
+static void forecast_refuses_a_filter_without_memory(void)
+{
+    K(filter) bare;
+    memset(&bare, 0, sizeof bare);
+    WATCH(bare);
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(forecast)(&track, &motion, u, 1, &bare));
+}
+
+static void forecast_refuses_what_does_not_fit(void)
+{
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(forecast)(&track, &motion3, NULL, 1, &ahead));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(forecast)(&track, &motion, u, 1, &track3));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(forecast)(&track, &motion, u, 1, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(forecast)(&track, &motion, u, 0, &track));
+}
+
+static kq_status forecast(void) { return K(forecast)(&track, &motion, u, 4, &ahead); }
+
+static void forecast_refuses_controls_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(u, 4, forecast);
+}
+
+static void forecast_reads_no_control_beyond_its_steps(void)
+{
+    u[4] = (num)NAN;
+    ASSERT_OK(forecast());
+    u[0] = (num)NAN;
+    ASSERT_OK(K(forecast)(&track, &motion, u, 0, &ahead));
+    ASSERT_SAME_STATE(&track, &ahead, 2);
+}
+
+static void forecast_reads_no_control_that_the_process_has_not(void)
+{
+    PROCESS(idle, 2, 0);
+    ASSERT_OK(K(process_init)(&idle, A, NULL, Q));
+    u[0] = u[1] = (num)NAN;
+    ASSERT_OK(K(forecast)(&track, &idle, u, 2, &ahead));
+    for (int k = 0; k < 2; k++) ASSERT_OK(K(predict)(&walker, &idle, NULL));
+    ASSERT_SAME_STATE(&walker, &ahead, 2);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_forecast_is_so_many_predicts);
+    RUN_TEST(a_forecast_takes_the_controls_in_turn);
+    RUN_TEST(a_forecast_is_that_of_the_textbook);
+    RUN_TEST(a_forecast_tells_the_measurement_to_come);
+    RUN_TEST(what_looks_ahead_is_a_filter_like_any_other);
+    RUN_TEST(a_forecast_may_be_made_again_and_again);
+    RUN_TEST(a_forecast_is_not_recorded);
+    RUN_TEST(a_history_of_the_filter_ahead_is_detached);
+    RUN_TEST(forecast_refuses_null);
+    RUN_TEST(forecast_refuses_what_is_not_initialised);
+    RUN_TEST(forecast_refuses_a_negative_number_of_steps);
+    RUN_TEST(forecast_refuses_a_filter_without_memory);
+    RUN_TEST(forecast_refuses_what_does_not_fit);
+    RUN_TEST(forecast_refuses_controls_that_are_not_finite);
+    RUN_TEST(forecast_reads_no_control_beyond_its_steps);
+    RUN_TEST(forecast_reads_no_control_that_the_process_has_not);
+    return UNITY_END();
+}

@@ -1,0 +1,1018 @@
+/* The history and the smoother. */
+#include "reading.h"
+#include "sizes.h"
+#include "textbook.h"
+#include "unchanged.h"
+
+#define STEPS 6
+#define MOST 3                          /* scalar measurements of one step */
+
+PROCESS(motion, 2, 1);
+SENSOR(radar, 2, 2);
+SENSOR(compass, 2, 1);
+FILTER(track, 2);
+FILTER(twin, 2);
+HISTORY(tape, 2, MOST, STEPS, 0);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+PROCESS(blank_process, 2, 1);
+HISTORY(unused, 2, 1, 2, 0);
+FILTER(track3, 3);
+PROCESS(motion3, 3, 0);
+HISTORY(tape3, 3, 1, 2, 0);
+
+static const num A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5};
+static const num Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
+static const num direction[] = {-1, 0.25}, variance[] = {0.125};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
+
+static textbook filtered[STEPS], predicted[STEPS], smoothed[STEPS];
+static double lag_one[STEPS][4];
+
+void setUp(void)
+{
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    ASSERT_OK(K(sensor_init)(&compass, direction, variance));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(filter_init)(&track3, zero3, identity3));
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory), WATCH(motion);
+    WATCH(motion_memory), WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(unused_memory);
+    WATCH(tape3), WATCH(tape3_memory), WATCH(track3), WATCH(track3_memory);
+}
+
+void tearDown(void) {}
+
+/* ---------------------------------------------------------------------------- scenario */
+
+/* Step 0: radar.  1: nothing.  2: second component of the radar.  3: radar and compass.
+   4: compass twice.  5: radar. */
+static const num radar_z[STEPS][2] = {{3, 1}, {0, 0}, {0, -1}, {0.5, 0.25}, {0, 0}, {-1, 2}};
+static const num compass_z[] = {-0.5, 1.25};
+static const num control[STEPS] = {1, -2, 0.5, 4, 0, 0};
+
+static void measure(K(filter) *f, textbook *t, int step)
+{
+    if (step == 0 || step == 3 || step == 5) {
+        ASSERT_OK(K(update)(f, &radar, radar_z[step]));
+        textbook_update(t, H, R, radar_z[step], 2);
+    }
+    if (step == 2) {
+        ASSERT_OK(K(update_subset)(f, &radar, radar_z[step], 2));
+        textbook_update(t, H + 2, R + 3, radar_z[step] + 1, 1);
+    }
+    for (int k = 0; k < (step == 4 ? 2 : step == 3); k++) {
+        ASSERT_OK(K(update)(f, &compass, compass_z + k));
+        textbook_update(t, direction, variance, compass_z + k, 1);
+    }
+}
+
+/* The run, by the library and by the textbook. */
+static void run(K(filter) *f)
+{
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    for (int step = 0; step < STEPS; step++) {
+        measure(f, &t, step);
+        filtered[step] = t;
+        if (step + 1 == STEPS) break;
+        ASSERT_OK(K(predict)(f, &motion, control + step));
+        textbook_predict(&t, A, B, control + step, 1, Q);
+        predicted[step + 1] = t;
+    }
+    smoothed[STEPS - 1] = filtered[STEPS - 1];
+    for (int step = STEPS - 2; step >= 0; step--) {
+        smoothed[step] = filtered[step];
+        textbook_smooth(&smoothed[step], &predicted[step + 1], &smoothed[step + 1], A,
+                        lag_one[step]);
+    }
+}
+
+static void assert_means(size_t from)
+{
+    for (size_t t = from; t < STEPS; t++) {
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(smoothed[t].x[i], whole_smoothed_mean(&tape, t, i), 8);
+        }
+    }
+}
+
+static void assert_covariances(size_t from)
+{
+    num P[4];
+    for (size_t t = from; t < STEPS; t++) {
+        ASSERT_OK(K(smoothed_covariance)(&tape, t, P));
+        for (int k = 0; k < 4; k++) ASSERT_CLOSE(smoothed[t].P[k], P[k], 2);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(sqrt(smoothed[t].P[3 * i]), K(smoothed_sigma)(&tape, t, i), 2);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&P[1], &P[2], sizeof(num));
+    }
+}
+
+/* ------------------------------------------------------------------------------ smooth */
+
+static void smoothing_is_that_of_the_textbook(void)
+{
+    run(&track);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+static void the_mean_is_rounded_once(void)
+{
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    for (size_t t = 0; t < STEPS; t++) {
+        for (int i = 0; i < 2; i++) {
+            const double mean = (double)K(smoothed_mean)(&tape, t, i);
+            const double low = (double)K(smoothed_mean_low)(&tape, t, i);
+            TEST_ASSERT_TRUE(fabs(low) <= 0.5 * EPS * fabs(mean));
+        }
+    }
+}
+
+static void the_last_step_is_the_filter_s(void)
+{
+    reading last, end;
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    read_filter(&end, &track, 2);
+    read_smoothed(&last, &tape, STEPS - 1, 2);
+    TEST_ASSERT_EQUAL_MEMORY(&end, &last, offsetof(reading, nis));
+}
+
+static void states_only_gives_the_means(void)
+{
+    num P[4];
+    run(&track);
+    ASSERT_OK(K(smooth_states)(&tape));
+    assert_means(0);
+    for (size_t t = 0; t < STEPS; t++) {
+        ASSERT_NAN(K(smoothed_sigma)(&tape, t, 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_covariance)(&tape, t, P));
+    }
+}
+
+static void a_history_of_one_step_is_the_filter(void)
+{
+    textbook t;
+    reading now, end;
+    textbook_init(&t, 2, x0, P0);
+    measure(&track, &t, 3);
+    read_filter(&end, &track, 2);
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    read_smoothed(&now, &tape, 0, 2);
+    TEST_ASSERT_EQUAL_MEMORY(&end, &now, offsetof(reading, nis));
+}
+
+static void the_filter_is_detached_and_goes_on(void)
+{
+    run(&track);
+    run(&twin);
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK(K(step)(&track, &motion, NULL, &radar, radar_z[0]));
+    ASSERT_OK(K(step)(&twin, &motion, NULL, &radar, radar_z[0]));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+    TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+static void recording_changes_nothing_of_the_filter(void)
+{
+    run(&track);
+    run(&twin);
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+/* ------------------------------------------------------------------------- smooth_step */
+
+static void assert_not_smoothed_below(size_t end)
+{
+    num P[4];
+    for (size_t t = 0; t < end; t++) {
+        ASSERT_NAN(K(smoothed_mean)(&tape, t, 0));
+        ASSERT_NAN(K(smoothed_mean_low)(&tape, t, 0));
+        ASSERT_NAN(K(smoothed_sigma)(&tape, t, 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_covariance)(&tape, t, P));
+    }
+}
+
+static void one_step_a_call_can_be_read_on_the_way(void)
+{
+    run(&track);
+    assert_not_smoothed_below(STEPS);
+    for (size_t t = STEPS; t-- > 0;) {
+        ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+        TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
+        assert_means(t);
+        assert_covariances(t);
+        assert_not_smoothed_below(t);
+    }
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+static void the_first_step_detaches_the_filter(void)
+{
+    run(&track);
+    ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_OK(K(predict)(&track, &motion, control));
+    ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
+    for (int k = 1; k < STEPS; k++) ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+static void steps_may_name_their_process(void)
+{
+    PROCESS(copy, 2, 1);
+    ASSERT_OK(K(process_init)(&copy, A, B, Q));
+    run(&track);
+    for (int k = 0; k < STEPS; k++) ASSERT_OK(K(smooth_step)(&tape, &copy, NULL));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+typedef struct {
+    num lag_one[4], noise_mean[2], noise_covariance[4];
+} outputs;
+
+static void clear_outputs(outputs *o)
+{
+    num *words = (num *)o;
+    for (size_t k = 0; k < sizeof *o / sizeof(num); k++) words[k] = 77;
+}
+
+/* E[w | T] = x+ - A x - B u and Cov(w | T) = P+ - L A' - A L' + A P A', all smoothed. */
+static void assert_process_noise(const outputs *o, int t)
+{
+    const textbook *now = &smoothed[t], *next = &smoothed[t + 1];
+    double a[4], AL[4], AP[4], APA[4];
+    textbook_widen(a, A, 4);
+    textbook_multiply_transposed(AL, a, lag_one[t], 2, 2, 2);
+    textbook_multiply(AP, a, now->P, 2, 2, 2);
+    textbook_multiply_transposed(APA, AP, a, 2, 2, 2);
+    for (int i = 0; i < 2; i++) {
+        const double moved = a[2 * i] * now->x[0] + a[2 * i + 1] * now->x[1] +
+                             (double)B[i] * (double)control[t];
+        ASSERT_CLOSE(next->x[i] - moved, o->noise_mean[i], 8);
+        for (int j = 0; j < 2; j++) {
+            const double expected = next->P[2 * i + j] - AL[2 * i + j] - AL[2 * j + i] +
+                                    APA[2 * i + j];
+            ASSERT_CLOSE(expected, o->noise_covariance[2 * i + j], 4);
+        }
+    }
+}
+
+static void a_step_gives_extras(void)
+{
+    outputs o;
+    const K(smooth_extras) extras = {o.lag_one, o.noise_mean, o.noise_covariance};
+    run(&track);
+    for (int t = STEPS - 1; t >= 0; t--) {
+        clear_outputs(&o);
+        ASSERT_OK(K(smooth_step)(&tape, NULL, &extras));
+        if (t == STEPS - 1) {
+            const num *words = (const num *)&o;
+            for (size_t k = 0; k < sizeof o / sizeof(num); k++) TEST_ASSERT_TRUE(words[k] == 77);
+            continue;
+        }
+        for (int k = 0; k < 4; k++) ASSERT_CLOSE(lag_one[t][k], o.lag_one[k], 2);
+        assert_process_noise(&o, t);
+    }
+    assert_means(0);
+    assert_covariances(0);
+}
+
+/* Which of the extras are wanted (a bit each) makes no difference to those that are. */
+static void each_extra_comes_alone(void)
+{
+    outputs all[STEPS], one;
+    const K(smooth_extras) none = {NULL, NULL, NULL};
+    for (unsigned wanted = 8; wanted-- > 0;) {
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        ASSERT_OK(K(history_attach)(&tape, &track));
+        run(&track);
+        for (int t = STEPS - 1; t >= 0; t--) {
+            outputs *o = wanted == 7 ? &all[t] : &one;
+            K(smooth_extras) extras = none;
+            clear_outputs(o);
+            if (wanted & 1) extras.lag_one = o->lag_one;
+            if (wanted & 2) extras.noise_mean = o->noise_mean;
+            if (wanted & 4) extras.noise_covariance = o->noise_covariance;
+            ASSERT_OK(K(smooth_step)(&tape, NULL, &extras));
+            if (wanted & 1) ASSERT_SAME_BITS(all[t].lag_one, o->lag_one);
+            if (wanted & 2) ASSERT_SAME_BITS(all[t].noise_mean, o->noise_mean);
+            if (wanted & 4) ASSERT_SAME_BITS(all[t].noise_covariance, o->noise_covariance);
+        }
+        assert_means(0);
+        assert_covariances(0);
+    }
+}
+
+/* ------------------------------------------------------------------- measurement noise */
+
+/* z = h x + v with Var v = r: v / sqrt(r) given all is (z - h x) / sqrt(r), h P h' / r. */
+static void assert_noise(int t, int k, double h0, double h1, double r, double z)
+{
+    num mean = 77, spread = 77;
+    const textbook *s = &smoothed[t];
+    const double v = z - h0 * s->x[0] - h1 * s->x[1];
+    const double hPh = h0 * h0 * s->P[0] + 2 * h0 * h1 * s->P[1] + h1 * h1 * s->P[3];
+    ASSERT_OK_UNCHANGED(K(smoothed_measurement_noise)(&tape, k, &mean, &spread));
+    ASSERT_CLOSE(v / sqrt(r), mean, 32);
+    ASSERT_CLOSE(hPh / r, spread, 8);
+}
+
+/* R = U D U', U unit upper triangular: the first component less U_01 of the second. */
+static void assert_radar_noise(int t)
+{
+    const double u = (double)R[1] / (double)R[3];
+    const double r = (double)R[0] - u * (double)R[1];
+    const double z = (double)radar_z[t][0] - u * (double)radar_z[t][1];
+    assert_noise(t, 0, (double)H[0] - u * (double)H[2], (double)H[1] - u * (double)H[3], r, z);
+    assert_noise(t, 1, (double)H[2], (double)H[3], (double)R[3], (double)radar_z[t][1]);
+}
+
+static void assert_number_of_noises(int count)
+{
+    num mean = 77, spread = 77;
+    static const int beyond[] = {0, 1, 255, 256, 65535, 65536};
+    for (int k = 0; k < COUNT(beyond); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE,
+                       K(smoothed_measurement_noise)(&tape, count + beyond[k], &mean, &spread));
+    }
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, -1, &mean, &spread));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, INT_MAX, &mean, &spread));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, INT_MIN, &mean, &spread));
+    TEST_ASSERT_TRUE(mean == 77 && spread == 77);
+}
+
+static void the_smoothed_measurement_noise_is_the_residual(void)
+{
+    static const int count[STEPS] = {2, 0, 1, 3, 2, 2};
+    const double h0 = (double)direction[0], h1 = (double)direction[1];
+    run(&track);
+    for (int t = STEPS - 1; t >= 0; t--) {
+        ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+        if (t == 0 || t == 3 || t == 5) assert_radar_noise(t);
+        if (t == 2) assert_noise(t, 0, (double)H[2], (double)H[3], (double)R[3], -1);
+        if (t == 3) assert_noise(t, 2, h0, h1, (double)variance[0], (double)compass_z[0]);
+        for (int k = 0; k < 2 && t == 4; k++) {
+            assert_noise(t, k, h0, h1, (double)variance[0], (double)compass_z[k]);
+        }
+        assert_number_of_noises(count[t]);
+    }
+}
+
+static void a_measurement_that_was_not_taken_has_no_noise(void)
+{
+    static const num h[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0}, z[] = {3, 4};
+    num mean = 77, spread = 77;
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    for (int k = 0; k < 2; k++) ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_OK(K(smoothed_measurement_noise)(&tape, 1, &mean, &spread));
+    TEST_ASSERT_TRUE(mean == 0 && spread == 0);
+    ASSERT_OK(K(smoothed_measurement_noise)(&tape, 0, &mean, &spread));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, 2, &mean, &spread));
+}
+
+static void measurement_noise_refuses(void)
+{
+    num mean = 77, spread = 77;
+    WATCH(mean), WATCH(spread);
+    run(&track);
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smoothed_measurement_noise)(&tape, 0, &mean, &spread));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smoothed_measurement_noise)(&unused, 0, &mean, &spread));
+    ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_measurement_noise)(NULL, 0, &mean, &spread));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_measurement_noise)(&tape, 0, NULL, &spread));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_measurement_noise)(&tape, 0, &mean, NULL));
+    assert_number_of_noises(2);
+    watch_nothing();
+}
+
+/* ------------------------------------------------------------------- assign and attach */
+
+static void assign_does_what_the_macro_does(void)
+{
+    HISTORY(declared, 2, MOST, STEPS, 0);
+    TEST_ASSERT_EQUAL_UINT(HISTORY_LEN(2, MOST, STEPS, 0), COUNT(declared_memory));
+    ASSERT_OK(K(history_attach)(&declared, &track));
+    run(&track);
+    ASSERT_OK(K(smooth)(&declared));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    run(&twin);
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    for (size_t t = 0; t < STEPS; t++) {
+        reading a, b;
+        read_smoothed(&a, &tape, t, 2);
+        read_smoothed(&b, &declared, t, 2);
+        ASSERT_SAME_BITS(a, b);
+    }
+}
+
+static void assign_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_assign)(NULL, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_assign)(&tape, 2, NULL, COUNT(tape_memory)));
+}
+
+static void assign_refuses_sizes_out_of_range(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(history_assign)(&tape, bad[k], tape_memory, SIZE_MAX));
+    }
+}
+
+/* At least the workspace and one step. */
+static void assign_refuses_short_memory(void)
+{
+    for (size_t n = 1; n <= 16; n++) {
+        const size_t least = HISTORY_LEN(n, 0, 1, 0);
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_assign)(&tape, (int)n, tape_memory, least - 1));
+        ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_assign)(&tape, (int)n, tape_memory, 0));
+        K(history) h;
+        ASSERT_OK(K(history_assign)(&h, (int)n, tape_memory, HISTORY_LEN(n, 1, 1, 0)));
+    }
+}
+
+static void attach_refuses(void)
+{
+    K(history) bare;
+    memset(&bare, 0, sizeof bare);
+    WATCH(bare);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(&tape, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&unused, &blank));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(history_attach)(&bare, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach)(&tape3, &track));
+    run(&track);
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach)(&tape, &track3));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &blank));
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    watch_nothing();
+}
+
+static void steps_are_the_predicts_and_one(void)
+{
+    TEST_ASSERT_EQUAL_UINT(0, K(history_steps)(NULL));
+    TEST_ASSERT_EQUAL_UINT(0, K(history_steps)(&unused));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    for (unsigned k = 2; k <= STEPS; k++) {
+        ASSERT_OK(K(update)(&track, &compass, compass_z));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        TEST_ASSERT_EQUAL_UINT(k, K(history_steps)(&tape));
+    }
+}
+
+static void attach_empties_the_history(void)
+{
+    run(&track);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    run(&twin);
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
+}
+
+/* The state as it is becomes step 0, whatever came before. */
+static void attach_begins_in_the_middle_of_a_run(void)
+{
+    num mean[2], P[4];
+    ASSERT_OK(K(filter_init)(&track, zero3, identity3));
+    for (int k = 0; k < 3; k++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, radar_z[3]));
+    for (int i = 0; i < 2; i++) mean[i] = K(mean)(&track, i);
+    ASSERT_OK(K(covariance)(&track, P));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+    for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(smoothed_mean)(&tape, 0, i), 4);
+    num Ps[4];
+    ASSERT_OK(K(smoothed_covariance)(&tape, 0, Ps));
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(P[k], Ps[k], 1);
+}
+
+static void a_history_records_one_filter_at_a_time(void)
+{
+    ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
+    ASSERT_OK(K(predict)(&track, &motion, control));
+    run(&twin);
+    ASSERT_OK(K(predict)(&track, &motion, control));
+    TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+static void a_filter_has_one_history_at_a_time(void)
+{
+    HISTORY(other, 2, 1, 2, 0);
+    ASSERT_OK(K(history_attach)(&other, &track));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    WATCH(other), WATCH(other_memory);
+    watched_store();
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&other));
+    watch_nothing();
+}
+
+static void init_of_the_filter_detaches_its_history(void)
+{
+    ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
+    ASSERT_OK(K(predict)(&track, &motion, control));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    const size_t steps = K(history_steps)(&tape);
+    for (int k = 0; k < 2 * STEPS; k++) ASSERT_OK(K(predict)(&track, &motion, control));
+    TEST_ASSERT_EQUAL_UINT(steps, K(history_steps)(&tape));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+}
+
+/* ------------------------------------------------------------------------- full, empty */
+
+static void fill(K(history) *h, K(filter) *f, int steps)
+{
+    ASSERT_OK(K(filter_init)(f, x0, P0));
+    if (h) ASSERT_OK(K(history_attach)(h, f));
+    for (int t = 0; t < steps; t++) {
+        if (t > 0) ASSERT_OK(K(predict)(f, &motion, control + t % STEPS));
+        ASSERT_OK(K(update)(f, &radar, radar_z[t % STEPS]));
+        ASSERT_OK(K(update)(f, &compass, compass_z + t % 2));
+    }
+}
+
+static void the_memory_is_enough_for_its_steps(void)
+{
+    fill(&tape, &track, STEPS);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
+}
+
+static void assert_refused_as_full(void)
+{
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth_states)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
+    ASSERT_NAN(K(smoothed_sigma)(&tape, 0, 0));
+}
+
+static void a_full_history_is_an_event_and_the_filter_goes_on(void)
+{
+    for (int more = 1; more < 2 * STEPS; more++) {
+        reading a, b;
+        fill(&tape, &track, STEPS + more);
+        fill(NULL, &twin, STEPS + more);
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+        assert_refused_as_full();
+        K(events_clear)(&track);
+        read_filter(&a, &track, 2);
+        read_filter(&b, &twin, 2);
+        ASSERT_SAME_BITS(b, a);
+    }
+}
+
+static void a_full_history_may_be_used_again(void)
+{
+    fill(&tape, &track, STEPS + 1);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+/* One measurement more than there is room for, in the last step. */
+static void a_measurement_too_many_fills_the_history(void)
+{
+    fill(&tape, &track, STEPS);
+    for (int k = 0; k < 2; k++) ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    assert_refused_as_full();
+}
+
+static void smooth_refuses_an_empty_or_smoothed_history(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smooth)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_states)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_step)(NULL, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&unused));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_states)(&unused));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&unused, NULL, NULL));
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_states)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
+    assert_means(0);
+}
+
+static void smooth_refuses_a_history_whose_states_are_smoothed(void)
+{
+    run(&track);
+    ASSERT_OK(K(smooth_states)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_states)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
+    assert_means(0);
+}
+
+static void smooth_step_refuses_a_process_that_does_not_fit(void)
+{
+    run(&track);
+    ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(smooth_step)(&tape, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smooth_step)(&tape, &blank_process, NULL));
+    for (int k = 1; k < STEPS; k++) ASSERT_OK(K(smooth_step)(&tape, &motion, NULL));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+static void smoothed_results_refuse(void)
+{
+    num P[4] = {77, 77, 77, 77};
+    WATCH(P);
+    run(&track);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_covariance)(&tape, 0, P));
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_covariance)(NULL, 0, P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_covariance)(&tape, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_covariance)(&tape, STEPS, P));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_covariance)(&tape, SIZE_MAX, P));
+    watch_nothing();
+}
+
+static void what_is_read_of_a_bad_step_or_state_is_no_number(void)
+{
+    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
+    static const size_t beyond[] = {STEPS, STEPS + 1, SIZE_MAX};
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_NAN(K(smoothed_mean)(&tape, 0, bad[k]));
+        ASSERT_NAN(K(smoothed_mean_low)(&tape, 0, bad[k]));
+        ASSERT_NAN(K(smoothed_sigma)(&tape, 0, bad[k]));
+    }
+    for (int k = 0; k < COUNT(beyond); k++) {
+        ASSERT_NAN(K(smoothed_mean)(&tape, beyond[k], 0));
+        ASSERT_NAN(K(smoothed_mean_low)(&tape, beyond[k], 0));
+        ASSERT_NAN(K(smoothed_sigma)(&tape, beyond[k], 0));
+    }
+    ASSERT_NAN(K(smoothed_mean)(NULL, 0, 0));
+    ASSERT_NAN(K(smoothed_mean_low)(NULL, 0, 0));
+    ASSERT_NAN(K(smoothed_sigma)(NULL, 0, 0));
+    ASSERT_NAN(K(smoothed_mean)(&unused, 0, 0));
+    ASSERT_NAN(K(smoothed_sigma)(&unused, 0, 0));
+}
+
+/* ------------------------------------------------------------------- models that change */
+
+/* Every step by another A: 3 processes taking turns, and one process that is changed. */
+static const num turns[3][4] = {{1, 0.5, -0.25, 0.75}, {0.5, 1, 0, 1}, {1, 0, 0.5, 0.25}};
+PROCESS(turn0, 2, 0);
+PROCESS(turn1, 2, 0);
+PROCESS(turn2, 2, 0);
+HISTORY(long_tape, 2, 2, STEPS, STEPS - 2);
+static K(process) *const turn[] = {&turn0, &turn1, &turn2};
+
+static void textbook_of_turns(void)
+{
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    for (int step = 0; step < STEPS; step++) {
+        textbook_update(&t, H, R, radar_z[step], 2);
+        filtered[step] = t;
+        textbook_predict(&t, turns[step % 3], NULL, NULL, 0, Q);
+        if (step + 1 < STEPS) predicted[step + 1] = t;
+    }
+    smoothed[STEPS - 1] = filtered[STEPS - 1];
+    for (int step = STEPS - 2; step >= 0; step--) {
+        smoothed[step] = filtered[step];
+        textbook_smooth(&smoothed[step], &predicted[step + 1], &smoothed[step + 1],
+                        turns[step % 3], lag_one[step]);
+    }
+}
+
+static void assert_smoothed(const K(history) *h)
+{
+    for (size_t t = 0; t < STEPS; t++) {
+        num P[4];
+        ASSERT_OK(K(smoothed_covariance)(h, t, P));
+        for (int k = 0; k < 4; k++) ASSERT_CLOSE(smoothed[t].P[k], P[k], 2);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(smoothed[t].x[i], whole_smoothed_mean(h, t, i), 8);
+        }
+    }
+}
+
+static void processes_may_take_turns(void)
+{
+    textbook_of_turns();
+    for (int k = 0; k < 3; k++) ASSERT_OK(K(process_init)(turn[k], turns[k], NULL, Q));
+    for (int by_step = 0; by_step < 2; by_step++) {
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        ASSERT_OK(K(history_attach)(&long_tape, &track));
+        ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
+        for (int t = 1; t < STEPS; t++) {
+            ASSERT_OK(K(step)(&track, turn[(t - 1) % 3], NULL, &radar, radar_z[t]));
+        }
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+        if (!by_step) ASSERT_OK(K(smooth)(&long_tape));
+        for (int t = 0; t < STEPS && by_step; t++) {
+            ASSERT_OK(K(smooth_step)(&long_tape, NULL, NULL));
+        }
+        assert_smoothed(&long_tape);
+    }
+}
+
+/* The tape refers to the one process, which has changed since: the caller passes what it was. */
+static void a_process_that_changed_may_be_given_back(void)
+{
+    textbook_of_turns();
+    for (int k = 0; k < 3; k++) ASSERT_OK(K(process_init)(turn[k], turns[k], NULL, Q));
+    ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
+    for (int t = 1; t < STEPS; t++) {
+        ASSERT_OK(K(process_change_transition)(&motion, turns[(t - 1) % 3]));
+        ASSERT_OK(K(step)(&track, &motion, NULL, &radar, radar_z[t]));
+    }
+    for (int t = STEPS - 1; t >= 0; t--) {
+        ASSERT_OK(K(smooth_step)(&tape, t == STEPS - 1 ? NULL : turn[t % 3], NULL));
+    }
+    assert_smoothed(&tape);
+}
+
+/* A sensor may change at every step: the tape does not refer to it. */
+static void a_sensor_may_change_after_it_was_used(void)
+{
+    static const num other[] = {0.25, 3, -1, 0.5};
+    run(&track);
+    ASSERT_OK(K(sensor_change_measurement)(&radar, other));
+    ASSERT_OK(K(sensor_init)(&compass, other, P0));
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+    assert_covariances(0);
+}
+
+/* -------------------------------------------------------------------- singular models */
+
+/* Without process noise and with A = I, every step is known as well as the last one. */
+static void a_constant_is_the_same_at_every_step(void)
+{
+    static const num I[] = {1, 0, 0, 1}, none[4] = {0};
+    num P[4], Pt[4];
+    ASSERT_OK(K(process_init)(&motion, I, B, none));
+    for (int t = 0; t < STEPS; t++) {
+        if (t > 0) ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, radar_z[t]));
+    }
+    ASSERT_OK(K(covariance)(&track, P));
+    ASSERT_OK(K(smooth)(&tape));
+    for (size_t t = 0; t < STEPS; t++) {
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(whole_mean(&track, i), whole_smoothed_mean(&tape, t, i), 4);
+        }
+        ASSERT_OK(K(smoothed_covariance)(&tape, t, Pt));
+        for (int k = 0; k < 4; k++) ASSERT_CLOSE(P[k], Pt[k], 2);
+    }
+}
+
+/* x' = x / 2 + w measured without noise, and its delay: all is known, but where the
+   measurement is missing; there x is (x_before + x_after) / 2 / (1 + 1/4), Var q / (1 + 1/4). */
+static void a_delay_line_measured_without_noise(void)
+{
+    static const num delay[] = {0.5, 0, 1, 0}, q[] = {1, 0, 0, 0}, h[] = {1, 0}, none[] = {0};
+    static const num z[STEPS] = {1, 3, 100, -2, 0.5, 4};
+    const size_t gap = 2;
+    const double between = 0.5 * (3 - 2) / 1.25;
+    ASSERT_OK(K(process_init)(&motion, delay, B, q));
+    ASSERT_OK(K(sensor_init)(&compass, h, none));
+    for (size_t t = 0; t < STEPS; t++) {
+        if (t > 0) ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_OK(K(update_subset)(&track, &compass, &z[t], t != gap));
+    }
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(smooth)(&tape));
+    for (size_t t = 0; t < STEPS; t++) {
+        const double now = t == gap ? between : (double)z[t];
+        ASSERT_CLOSE(now, whole_smoothed_mean(&tape, t, 0), 8);
+        ASSERT_CLOSE(t == gap ? sqrt(1 / 1.25) : 0, K(smoothed_sigma)(&tape, t, 0), 1);
+        if (t == 0) continue;
+        const double before = t - 1 == gap ? between : (double)z[t - 1];
+        ASSERT_CLOSE(before, whole_smoothed_mean(&tape, t, 1), 8);
+        ASSERT_CLOSE(t - 1 == gap ? sqrt(1 / 1.25) : 0, K(smoothed_sigma)(&tape, t, 1), 1);
+    }
+}
+
+/* A state known exactly from the start and without noise stays so. */
+static void a_known_constant_stays_known(void)
+{
+    static const num a[] = {1, 0.5, 0, 1}, q[] = {1, 0, 0, 0}, P[] = {1, 0, 0, 0};
+    ASSERT_OK(K(process_init)(&motion, a, B, q));
+    ASSERT_OK(K(filter_init)(&track, x0, P));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    for (int t = 0; t < STEPS; t++) {
+        if (t > 0) ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, radar_z[t]));
+    }
+    ASSERT_OK(K(smooth)(&tape));
+    for (size_t t = 0; t < STEPS; t++) {
+        ASSERT_CLOSE(-2, whole_smoothed_mean(&tape, t, 1), 2);
+        ASSERT_WITHIN(8 * TINY_SIGMA, 0, K(smoothed_sigma)(&tape, t, 1));
+    }
+}
+
+/* --------------------------------------------------------------------------- all sizes */
+
+static num room[GUARDED(HISTORY_LEN(16, 16, 2, 0))];
+static num big_A[256], big_P[256], big_x[16];
+static num big_process[2][KQ_PROCESS_LEN(16)], big_sensor[KQ_SENSOR_LEN(16)];
+static num big_filter[FILTER_LEN(16)], big_output[GUARDED(256)];
+
+/* Three steps, one change of process, one measurement a step, and all that can be read. */
+static void record(K(history) *h, int n)
+{
+    K(process) p[2];
+    K(sensor) s;
+    K(filter) f;
+    for (int k = 0; k < 2; k++) {
+        ASSERT_OK(K(process_assign)(&p[k], n, 0, big_process[k], COUNT(big_process[k])));
+        ASSERT_OK(K(process_init)(&p[k], big_A, NULL, big_P));
+    }
+    ASSERT_OK(K(sensor_assign)(&s, n, 1, big_sensor, COUNT(big_sensor)));
+    ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
+    ASSERT_OK(K(filter_assign)(&f, n, big_filter, COUNT(big_filter)));
+    ASSERT_OK(K(filter_init)(&f, big_x, big_P));
+    ASSERT_OK(K(history_attach)(h, &f));
+    ASSERT_OK(K(update)(&f, &s, big_x));
+    ASSERT_OK(K(step)(&f, &p[0], NULL, &s, big_x));
+    ASSERT_OK(K(step)(&f, &p[1], NULL, &s, big_x));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&f));
+    num *out = guard(big_output, COUNT(big_output));
+    for (int t = 0; t < 3; t++) {
+        const K(smooth_extras) extras = {t == 1 ? out : NULL, NULL, t == 2 ? out : NULL};
+        ASSERT_OK(K(smooth_step)(h, NULL, &extras));
+        assert_guards(big_output, t ? (size_t)(n * n) : 0, COUNT(big_output));
+    }
+    guard(big_output, COUNT(big_output));
+    ASSERT_OK(K(smoothed_covariance)(h, 0, out));
+    assert_guards(big_output, (size_t)(n * n), COUNT(big_output));
+}
+
+static void no_size_writes_outside_its_memory(void)
+{
+    for (int n = 1; n <= 16; n++) {
+        const size_t length = HISTORY_LEN((size_t)n, 1, 3, 1);
+        K(history) h;
+        put_identity(big_A, n, 1);
+        put_identity(big_P, n, 1);
+        ASSERT_OK(K(history_assign)(&h, n, guard(room, COUNT(room)), length));
+        assert_guards(room, 0, COUNT(room));
+        record(&h, n);
+        assert_guards(room, length, COUNT(room));
+    }
+}
+
+/* 16 independent scalars x' = a x + w seen through a rotation, all measured, two steps. */
+static void sixteen_states_work(void)
+{
+    static double a[16], q[16], p[16], p_then[16], p_between[16], now[16];
+    K(process) move;
+    K(sensor) wide;
+    K(filter) many;
+    K(history) h;
+    for (int i = 0; i < 16; i++) {
+        a[i] = 0.25 * (i % 5) - 0.5, q[i] = 0.5 + 0.125 * i, p[i] = 1 + 0.5 * i;
+        p_then[i] = 2 * p[i] / (2 + p[i]);
+        p_between[i] = a[i] * a[i] * p_then[i] + q[i];
+    }
+    ASSERT_OK(K(history_assign)(&h, 16, guard(room, COUNT(room)), HISTORY_LEN(16, 16, 2, 0)));
+    ASSERT_OK(K(filter_assign)(&many, 16, big_filter, COUNT(big_filter)));
+    memset(big_x, 0, sizeof big_x);
+    put_rotated(big_P, p);
+    ASSERT_OK(K(filter_init)(&many, big_x, big_P));
+    put_rotated(big_A, a);
+    put_rotated(big_P, q);
+    ASSERT_OK(K(process_assign)(&move, 16, 0, big_process[0], COUNT(big_process[0])));
+    ASSERT_OK(K(process_init)(&move, big_A, NULL, big_P));
+    for (int k = 0; k < 256; k++) big_output[k] = hadamard(k / 16, k % 16);
+    put_identity(big_P, 16, 2);
+    ASSERT_OK(K(sensor_assign)(&wide, 16, 16, big_sensor, COUNT(big_sensor)));
+    ASSERT_OK(K(sensor_init)(&wide, big_output, big_P));
+    ASSERT_OK(K(history_attach)(&h, &many));
+    ASSERT_OK(K(update)(&many, &wide, big_x));
+    for (int i = 0; i < 16; i++) big_x[i] = N(i - 7.5);
+    ASSERT_OK(K(step)(&many, &move, NULL, &wide, big_x));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&many));
+    ASSERT_OK(K(smooth)(&h));
+    assert_guards(room, HISTORY_LEN(16, 16, 2, 0), COUNT(room));
+    for (int i = 0; i < 16; i++) {
+        const double G = p_then[i] * a[i] / p_between[i];
+        const double K1 = p_between[i] / (2 + p_between[i]);
+        now[i] = G * K1 * (i - 7.5);
+        p[i] = p_then[i] - G * G * K1 * p_between[i];
+    }
+    put_rotated(big_P, p);
+    ASSERT_OK(K(smoothed_covariance)(&h, 0, big_A));
+    for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_P[k], big_A[k], 4);
+    for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(now, i), K(smoothed_mean)(&h, 0, i), 8);
+}
+
+/* ------------------------------------------------------------------------------------- */
+
+static void run_smooth(void)
+{
+    RUN_TEST(smoothing_is_that_of_the_textbook);
+    RUN_TEST(the_mean_is_rounded_once);
+    RUN_TEST(the_last_step_is_the_filter_s);
+    RUN_TEST(states_only_gives_the_means);
+    RUN_TEST(a_history_of_one_step_is_the_filter);
+    RUN_TEST(the_filter_is_detached_and_goes_on);
+    RUN_TEST(recording_changes_nothing_of_the_filter);
+    RUN_TEST(one_step_a_call_can_be_read_on_the_way);
+    RUN_TEST(the_first_step_detaches_the_filter);
+    RUN_TEST(steps_may_name_their_process);
+    RUN_TEST(a_step_gives_extras);
+    RUN_TEST(each_extra_comes_alone);
+    RUN_TEST(the_smoothed_measurement_noise_is_the_residual);
+    RUN_TEST(a_measurement_that_was_not_taken_has_no_noise);
+    RUN_TEST(measurement_noise_refuses);
+}
+
+static void run_history(void)
+{
+    RUN_TEST(assign_does_what_the_macro_does);
+    RUN_TEST(assign_refuses_null);
+    RUN_TEST(assign_refuses_sizes_out_of_range);
+    RUN_TEST(assign_refuses_short_memory);
+    RUN_TEST(attach_refuses);
+    RUN_TEST(steps_are_the_predicts_and_one);
+    RUN_TEST(attach_empties_the_history);
+    RUN_TEST(attach_begins_in_the_middle_of_a_run);
+    RUN_TEST(a_history_records_one_filter_at_a_time);
+    RUN_TEST(a_filter_has_one_history_at_a_time);
+    RUN_TEST(init_of_the_filter_detaches_its_history);
+    RUN_TEST(the_memory_is_enough_for_its_steps);
+    RUN_TEST(a_full_history_is_an_event_and_the_filter_goes_on);
+    RUN_TEST(a_full_history_may_be_used_again);
+    RUN_TEST(a_measurement_too_many_fills_the_history);
+}
+
+static void run_refusals(void)
+{
+    RUN_TEST(smooth_refuses_an_empty_or_smoothed_history);
+    RUN_TEST(smooth_refuses_a_history_whose_states_are_smoothed);
+    RUN_TEST(smooth_step_refuses_a_process_that_does_not_fit);
+    RUN_TEST(smoothed_results_refuse);
+    RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_number);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    run_smooth();
+    run_history();
+    run_refusals();
+    RUN_TEST(processes_may_take_turns);
+    RUN_TEST(a_process_that_changed_may_be_given_back);
+    RUN_TEST(a_sensor_may_change_after_it_was_used);
+    RUN_TEST(a_constant_is_the_same_at_every_step);
+    RUN_TEST(a_delay_line_measured_without_noise);
+    RUN_TEST(a_known_constant_stays_known);
+    RUN_TEST(no_size_writes_outside_its_memory);
+    RUN_TEST(sixteen_states_work);
+    return UNITY_END();
+}

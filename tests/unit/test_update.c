@@ -1,0 +1,466 @@
+/* Measurements: whole, in part, from several sensors; what is told of them; events. */
+#include "reading.h"
+#include "sizes.h"
+#include "textbook.h"
+#include "unchanged.h"
+
+PROCESS(motion, 2, 1);
+SENSOR(radar, 2, 2);
+FILTER(track, 2);
+FILTER(twin, 2);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+SENSOR(blank_sensor, 2, 2);
+PROCESS(blank_process, 2, 1);
+PROCESS(motion3, 3, 0);
+SENSOR(radar3, 3, 1);
+
+static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
+
+/* three components for two states, independent or correlated */
+static const num H3[] = {1, 0, 0.5, 1, -1, 0.25};
+static const num independent3[] = {0.5, 0, 0, 0, 1, 0, 0, 0, 2};
+static const num correlated3[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 2};
+
+static num z[3], u[1];
+
+void setUp(void)
+{
+    static const num measured[] = {3, 1, -1};
+    memcpy(z, measured, sizeof z);
+    u[0] = 4;
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    ASSERT_OK(K(sensor_init)(&radar3, identity3, identity3));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    watch_nothing();
+    WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory);
+    WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(u), WATCH(z);
+}
+
+void tearDown(void) {}
+
+/* A sensor of m components for the two states, in memory that is used again each time. */
+static const K(sensor) *sensor_of(const num *h, const num *C, int m)
+{
+    static num memory[KQ_SENSOR_LEN(3)];
+    static K(sensor) s;
+    ASSERT_OK(K(sensor_assign)(&s, 2, m, memory, COUNT(memory)));
+    ASSERT_OK(K(sensor_init)(&s, h, C));
+    return &s;
+}
+
+/* ------------------------------------------------------------------------------ update */
+
+static void assert_update(const num *h, const num *C, int m)
+{
+    textbook t;
+    const K(sensor) *s = sensor_of(h, C, m);
+    textbook_init(&t, 2, x0, P0);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    double sum = 0;
+    for (int step = 0; step < 4; step++) {
+        textbook_update(&t, h, C, z, m);
+        ASSERT_OK(K(update)(&track, s, z));
+        ASSERT_TEXTBOOK(&t, &track);
+        sum += t.log_likelihood;
+        TEST_ASSERT_EQUAL_INT(m, K(taken)(&track));
+        ASSERT_CLOSE(t.nis, K(nis)(&track), 4 + t.nis);
+        ASSERT_CLOSE(t.log_likelihood, K(log_likelihood_last)(&track), 4 + t.nis);
+        ASSERT_CLOSE(sum, K(log_likelihood)(&track), 8 - sum);
+        textbook_predict(&t, A, B, u, 1, Q);
+        ASSERT_OK(K(predict)(&track, &motion, u));
+    }
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+}
+
+static void update_is_that_of_the_textbook(void)
+{
+    static const num independent[] = {0.5, 0, 0, 1};
+    assert_update(H, R, 1);
+    assert_update(H, independent, 2);
+    assert_update(H, R, 2);
+    assert_update(H3, independent3, 3);
+    assert_update(H3, correlated3, 3);
+}
+
+static void sensors_of_any_size_take_turns(void)
+{
+    SENSOR(compass, 2, 1);
+    static const num h[] = {-1, 0.25}, variance[] = {0.125};
+    textbook t;
+    ASSERT_OK(K(sensor_init)(&compass, h, variance));
+    textbook_init(&t, 2, x0, P0);
+    for (int step = 0; step < 12; step++) {
+        z[0] = N(0.25 * step), z[1] = N(1 - 0.125 * step);
+        if (step % 2 == 0) {
+            ASSERT_OK(K(update)(&track, &compass, z));
+            textbook_update(&t, h, variance, z, 1);
+        }
+        if (step % 3 == 0) {
+            ASSERT_OK(K(update)(&track, &radar, z));
+            textbook_update(&t, H, R, z, 2);
+        }
+        ASSERT_TEXTBOOK(&t, &track);
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        textbook_predict(&t, A, NULL, NULL, 0, Q);
+    }
+}
+
+static void a_noise_free_measurement_is_believed(void)
+{
+    static const num h[] = {1, 0.5}, none[] = {0};
+    textbook t;
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, h, none, z, 1);
+    ASSERT_OK(K(update)(&track, sensor_of(h, none, 1), z));
+    ASSERT_TEXTBOOK(&t, &track);
+    ASSERT_CLOSE(3, whole_mean(&track, 0) + 0.5 * whole_mean(&track, 1), 3);
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+}
+
+static void a_sharp_measurement_is_believed(void)
+{
+    SENSOR(gauge, 1, 1);
+    FILTER(level, 1);
+    static const num one[] = {1}, far[] = {0}, wide[] = {N(1e6)}, sharp[] = {N(1e-10)};
+    static const num value[] = {1234.5};
+    ASSERT_OK(K(sensor_init)(&gauge, one, sharp));
+    ASSERT_OK(K(filter_init)(&level, far, wide));
+    ASSERT_OK(K(update)(&level, &gauge, value));
+    ASSERT_CLOSE(1234.5, whole_mean(&level, 0), 1234.5);
+    ASSERT_WITHIN(1e-8, 1e-5, K(sigma)(&level, 0));
+    ASSERT_OK(K(update)(&level, &gauge, value));
+    ASSERT_WITHIN(1e-8, 1e-5 / sqrt(2), K(sigma)(&level, 0));
+}
+
+static void update_refuses_null(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &radar, NULL));
+}
+
+static void update_refuses_what_is_not_initialised(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&blank, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, z));
+}
+
+static void update_refuses_a_sensor_of_other_size(void)
+{
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update)(&track, &radar3, z));
+}
+
+static kq_status update(void) { return K(update)(&track, &radar, z); }
+
+static void update_refuses_a_measurement_that_is_not_finite(void)
+{
+    assert_entries_must_be_finite(z, 2, update);
+}
+
+/* ------------------------------------------------------------------------------ subset */
+
+/* The rows whose bit is set: h and C hold them afterwards, w what they measured. */
+static int choose_rows(uint32_t present, const num *C, num *h, num *chosen, num *w)
+{
+    int m = 0, rows[3];
+    for (int c = 0; c < 3; c++) {
+        if (present >> c & 1) rows[m++] = c;
+    }
+    for (int c = 0; c < m; c++) {
+        w[c] = z[rows[c]];
+        for (int i = 0; i < 2; i++) h[c * 2 + i] = H3[rows[c] * 2 + i];
+        for (int d = 0; d < m; d++) chosen[c * m + d] = C[rows[c] * 3 + rows[d]];
+    }
+    return m;
+}
+
+static void assert_subset(const num *C, uint32_t present)
+{
+    num h[6], chosen[9], w[3], partial[3];
+    textbook t;
+    const int m = choose_rows(present, C, h, chosen, w);
+    for (int c = 0; c < 3; c++) partial[c] = present >> c & 1 ? z[c] : (num)NAN;
+    textbook_init(&t, 2, x0, P0);
+    textbook_update(&t, h, chosen, w, m);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update_subset)(&track, sensor_of(H3, C, 3), partial, present));
+    ASSERT_TEXTBOOK(&t, &track);
+    TEST_ASSERT_EQUAL_INT(m, K(taken)(&track));
+    ASSERT_CLOSE(t.nis, K(nis)(&track), 4 + t.nis);
+    ASSERT_CLOSE(t.log_likelihood, K(log_likelihood_last)(&track), 4 + t.nis);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(update_subset)(&twin, sensor_of(H3, C, 3), partial, present | ~UINT32_C(7)));
+    ASSERT_SAME_FILTER(&track, &twin, 2);
+}
+
+static void any_components_may_be_missing(void)
+{
+    for (uint32_t present = 1; present < 8; present++) {
+        assert_subset(independent3, present);
+        assert_subset(correlated3, present);
+    }
+}
+
+/* What the components that are there say does not depend on those that are not. */
+static void a_subset_leaves_the_sensor_as_it_is(void)
+{
+    const K(sensor) *s = sensor_of(H3, correlated3, 3);
+    ASSERT_OK(K(update_subset)(&track, s, z, 5));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update)(&track, s, z));
+    ASSERT_OK(K(update)(&twin, sensor_of(H3, correlated3, 3), z));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+static void all_components_present_is_the_update(void)
+{
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 3));
+    ASSERT_OK(K(update)(&twin, &radar, z));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+    ASSERT_OK(K(update_subset)(&track, &radar, z, UINT32_MAX));
+    ASSERT_OK(K(update)(&twin, &radar, z));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+static void no_component_present_leaves_the_state(void)
+{
+    ASSERT_OK(K(update)(&track, &radar, z));
+    ASSERT_OK(K(update)(&twin, &radar, z));
+    const num sum = K(log_likelihood)(&track);
+    z[0] = z[1] = (num)NAN;
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 0));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
+    ASSERT_CLOSE(0, K(nis)(&track), 0);
+    ASSERT_CLOSE(0, K(log_likelihood_last)(&track), 0);
+    ASSERT_CLOSE(sum, K(log_likelihood)(&track), 0);
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 4));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+}
+
+static void subset_refuses(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(NULL, &radar, z, 3));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, NULL, z, 3));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, &radar, NULL, 3));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&blank, &radar, z, 3));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&track, &blank_sensor, z, 3));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track, &radar3, z, 1));
+}
+
+static kq_status update_second(void) { return K(update_subset)(&track, &radar, z, 2); }
+
+static void subset_refuses_a_component_present_that_is_not_finite(void)
+{
+    z[0] = (num)NAN;
+    assert_entries_must_be_finite(z + 1, 1, update_second);
+    z[1] = 1;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, &radar, z, 3));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, &radar, z, 1));
+}
+
+/* -------------------------------------------------------------------------------- step */
+
+static void step_is_predict_and_update(void)
+{
+    for (int step = 0; step < 4; step++) {
+        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
+        ASSERT_OK(K(predict)(&twin, &motion, u));
+        ASSERT_OK(K(update)(&twin, &radar, z));
+        ASSERT_SAME_FILTER(&twin, &track, 2);
+    }
+    ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
+    ASSERT_OK(K(predict)(&twin, &motion, NULL));
+    ASSERT_OK(K(update)(&twin, &radar, z));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+static void step_refuses_as_a_whole(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&blank, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar3, z));
+}
+
+static kq_status step(void) { return K(step)(&track, &motion, u, &radar, z); }
+
+static void step_refuses_numbers_that_are_not_finite(void)
+{
+    assert_entries_must_be_finite(u, 1, step);
+    assert_entries_must_be_finite(z, 2, step);
+}
+
+/* ---------------------------------------------------------------------- log-likelihood */
+
+/* 16 components of variance 2^e each: det S = 2^(16 e) is far outside of the number range. */
+static void assert_determinant(int e)
+{
+    FILTER(many, 16);
+    SENSOR_DIAGONAL(wide, 16, 16);
+    static num h[256], values[16], variances[16], zero[256];
+    put_identity(h, 16, 1);
+    for (int c = 0; c < 16; c++) {
+        variances[c] = N(ldexp(1, e));
+        values[c] = N(ldexp(c % 2 ? 1 : -1, e / 2));
+    }
+    ASSERT_OK(K(sensor_init_diagonal)(&wide, h, variances));
+    ASSERT_OK(K(filter_init)(&many, zero, zero));
+    ASSERT_OK(K(update)(&many, &wide, values));
+    const double expected = -0.5 * 16 * (1.8378770664093454836 + e * log(2) + 1);
+    TEST_ASSERT_EQUAL_INT(16, K(taken)(&many));
+    ASSERT_CLOSE(16, K(nis)(&many), 16);
+    ASSERT_CLOSE(expected, K(log_likelihood_last)(&many), 16 + fabs(expected));
+    for (int k = 0; k < 9; k++) ASSERT_OK(K(update)(&many, &wide, values));
+    ASSERT_CLOSE(10 * expected, K(log_likelihood)(&many), 10 * (16 + fabs(expected)));
+}
+
+static void the_determinant_may_be_of_any_size(void)
+{
+    const int wide = sizeof(num) == sizeof(float) ? 90 : 300;
+    assert_determinant(wide);
+    assert_determinant(-wide);
+    assert_determinant(0);
+}
+
+/* One term of 500000, then 4000 of 1/200: added one by one to a float, these would be lost. */
+static void small_terms_of_the_likelihood_are_not_lost(void)
+{
+    SENSOR(gauge, 1, 1);
+    FILTER(level, 1);
+    static const num one[] = {1}, zero[] = {0}, large[] = {1000}, small[] = {N(0.1)};
+    ASSERT_OK(K(sensor_init)(&gauge, one, one));
+    ASSERT_OK(K(filter_init)(&level, zero, zero));
+    ASSERT_OK(K(update)(&level, &gauge, large));
+    for (int k = 0; k < 4000; k++) ASSERT_OK(K(update)(&level, &gauge, small));
+    const double nis = 1e6 + 4000 * (double)small[0] * (double)small[0];
+    const double expected = -0.5 * (4001 * 1.8378770664093454836 + nis);
+    ASSERT_WITHIN(4 * EPS * fabs(expected), expected, K(log_likelihood)(&level));
+}
+
+/* ------------------------------------------------------------------------------ events */
+
+static const num twice[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0, 0, 0};
+
+/* Of two noise-free sensors of the same thing the second says nothing new. */
+static void a_redundant_noise_free_component_is_not_taken(void)
+{
+    const K(sensor) *s = sensor_of(twice, free_of_noise, 2);
+    z[1] = z[0];
+    ASSERT_OK(K(update)(&track, s, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    ASSERT_OK(K(update_subset)(&twin, s, z, 1));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&twin));
+    ASSERT_OK(K(update)(&twin, s, z));
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&twin));
+    ASSERT_SAME_STATE(&track, &twin, 2);
+}
+
+static void a_noise_free_measurement_of_a_known_state_is_not_taken(void)
+{
+    static const num exact[4] = {0};
+    ASSERT_OK(K(filter_init)(&track, x0, exact));
+    ASSERT_OK(K(filter_init)(&twin, x0, exact));
+    ASSERT_OK(K(update)(&track, sensor_of(H, free_of_noise, 2), z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+    ASSERT_CLOSE(0, K(log_likelihood)(&track), 0);
+}
+
+static void events_stay_until_they_are_cleared(void)
+{
+    ASSERT_OK(K(update)(&track, sensor_of(twice, free_of_noise, 2), z));
+    ASSERT_OK(K(predict)(&track, &motion, u));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    reading before, after;
+    read_filter(&before, &track, 2);
+    K(events_clear)(&track);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    read_filter(&after, &track, 2);
+    before.events = 0;
+    ASSERT_SAME_BITS(before, after);
+    ASSERT_OK(K(predict)(&track, &motion, u));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+}
+
+static void an_innovation_beyond_the_number_range_is_not_taken(void)
+{
+    static const num h[] = {1, 0, 0, 1}, C[] = {1, 0, 0, 1};
+    const num far[] = {N(-0.75 * (double)NUM_MAX), -2};
+    ASSERT_OK(K(filter_init)(&track, far, P0));
+    ASSERT_OK(K(filter_init)(&twin, far, P0));
+    z[0] = N(0.75 * (double)NUM_MAX);
+    ASSERT_OK(K(update)(&track, sensor_of(h, C, 2), z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    ASSERT_OK(K(update_subset)(&twin, sensor_of(h, C, 2), z, 2));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&twin));
+}
+
+static void an_innovation_variance_beyond_the_number_range_is_not_taken(void)
+{
+    const num h[] = {N(0x1p-20 * (double)NUM_MAX), 0};
+    static const num C[] = {1};
+    z[0] = 1;
+    ASSERT_OK(K(update)(&track, sensor_of(h, C, 1), z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+}
+
+/* ------------------------------------------------------------------------------------- */
+
+static void run_update(void)
+{
+    RUN_TEST(update_is_that_of_the_textbook);
+    RUN_TEST(sensors_of_any_size_take_turns);
+    RUN_TEST(a_noise_free_measurement_is_believed);
+    RUN_TEST(a_sharp_measurement_is_believed);
+    RUN_TEST(update_refuses_null);
+    RUN_TEST(update_refuses_what_is_not_initialised);
+    RUN_TEST(update_refuses_a_sensor_of_other_size);
+    RUN_TEST(update_refuses_a_measurement_that_is_not_finite);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    run_update();
+    RUN_TEST(any_components_may_be_missing);
+    RUN_TEST(a_subset_leaves_the_sensor_as_it_is);
+    RUN_TEST(all_components_present_is_the_update);
+    RUN_TEST(no_component_present_leaves_the_state);
+    RUN_TEST(subset_refuses);
+    RUN_TEST(subset_refuses_a_component_present_that_is_not_finite);
+    RUN_TEST(step_is_predict_and_update);
+    RUN_TEST(step_refuses_as_a_whole);
+    RUN_TEST(step_refuses_numbers_that_are_not_finite);
+    RUN_TEST(the_determinant_may_be_of_any_size);
+    RUN_TEST(small_terms_of_the_likelihood_are_not_lost);
+    RUN_TEST(a_redundant_noise_free_component_is_not_taken);
+    RUN_TEST(a_noise_free_measurement_of_a_known_state_is_not_taken);
+    RUN_TEST(events_stay_until_they_are_cleared);
+    RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);
+    RUN_TEST(an_innovation_variance_beyond_the_number_range_is_not_taken);
+    return UNITY_END();
+}
