@@ -8,7 +8,7 @@
 //
 // It takes one scalar measurement after the other, so R has to be diagonal.  Which of them are
 // redundant (no noise, and known already) is for the caller to say: that is a matter of rank, and
-// the pseudo-inverse skips them.
+// the pseudo-inverse skips them.  One that is redundant in this arithmetic too is skipped anyway.
 #ifndef KALMANQ_TESTS_REFERENCE_BRYSON_FRAZIER_HPP
 #define KALMANQ_TESTS_REFERENCE_BRYSON_FRAZIER_HPP
 
@@ -32,15 +32,18 @@ template <class Real> class BrysonFrazier
         : sequence_(sequence), model_(sequence)
     {
         Belief<Real> belief{convert<Real>(sequence.x0), convert<Real>(sequence.P0)};
+        Belief<Real> unmeasured = belief;
         for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
             const Step &step = sequence.steps[t];
             Track<Real> now;
             now.predicted = belief;
             corrections_.emplace_back();
-            update(belief, step, taken.empty() ? std::vector<bool>() : taken[t]);
+            const Vector<Real> reach = unmeasured.covariance.diagonal().cwiseSqrt();
+            update(belief, reach, step, taken.empty() ? std::vector<bool>() : taken[t]);
             now.filtered = belief;
             track_.push_back(now);
-            predict(belief, model_.A[step.process], model_.Q[step.process], model_.drive(step));
+            predict(belief, step);
+            predict(unmeasured, step);
         }
     }
 
@@ -63,11 +66,15 @@ template <class Real> class BrysonFrazier
         return past;
     }
 
-    /// s / s0 of every scalar measurement, taken or not, in the order of `Taken`: its innovation
-    /// variance beside the largest that the sigmas of the step's prior allow.
+    /// Of every scalar measurement, taken or not, in the order of `Taken`: its innovation variance
+    /// as a share of the largest that the sigmas before the step allow.
     const std::vector<std::vector<double>> &information() const { return information_; }
 
   private:
+    /// The innovation variance of a noise-free measurement, beside that of a filter that never
+    /// measured anything, below which the rounding of quadruple precision may have made it up.
+    static constexpr double redundant = 1e-30;
+
     struct Correction {
         Vector<Real> h, K;
         Real e, s;
@@ -78,9 +85,17 @@ template <class Real> class BrysonFrazier
         Matrix<Real> Lambda;
     };
 
-    void update(Belief<Real> &belief, const Step &step, const std::vector<bool> &taken)
+    void predict(Belief<Real> &belief, const Step &step) const
     {
-        const Vector<Real> sigma = belief.covariance.diagonal().cwiseMax(Real(0)).cwiseSqrt();
+        reference::predict(belief, model_.A[step.process], model_.Q[step.process],
+                           model_.drive(step));
+    }
+
+    /// reach: sigma of each state if nothing were ever measured.
+    void update(Belief<Real> &belief, const Vector<Real> &reach, const Step &step,
+                const std::vector<bool> &taken)
+    {
+        const Vector<Real> prior = belief.covariance.diagonal().cwiseMax(Real(0)).cwiseSqrt();
         information_.emplace_back();
         std::size_t k = 0;
         for (const Reading &reading : step.readings) {
@@ -88,13 +103,21 @@ template <class Real> class BrysonFrazier
                 const Vector<Real> h = model_.H[reading.sensor].row(c).transpose();
                 const Real r = model_.R[reading.sensor](c, c);
                 const Real s = h.dot(belief.covariance * h) + r;
-                const Real reach = h.cwiseAbs().dot(sigma);
-                const Real s0 = reach * reach + r;
-                information_.back().push_back(s0 > Real(0) ? static_cast<double>(s / s0) : 0);
-                if (taken.empty() || taken[k]) correct(belief, h, r, Real(reading.z(c)), s);
-                ++k;
+                information_.back().push_back(share(s, h, prior, r));
+                const bool isRedundant = r == Real(0) && share(s, h, reach, r) <= redundant;
+                const bool isTaken = taken.empty() || taken[k++];
+                if (isTaken && !isRedundant) correct(belief, h, r, Real(reading.z(c)), s);
             }
         }
+    }
+
+    /// s as a share of the largest that sigma allows.
+    static double share(const Real &s, const Vector<Real> &h, const Vector<Real> &sigma,
+                        const Real &r)
+    {
+        const Real span = h.cwiseAbs().dot(sigma);
+        const Real most = span * span + r;
+        return most > Real(0) ? static_cast<double>(s / most) : 0;
     }
 
     void correct(Belief<Real> &belief, const Vector<Real> &h, const Real &r, const Real &z,

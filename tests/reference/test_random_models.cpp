@@ -5,8 +5,11 @@
 //
 // Units: an error of the mean counts in sigma of the reference at that time, of a covariance in
 // sigma_i sigma_j, of an innovation in sqrt(S), of a gain in sigma_i / sqrt(S_jj).
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,19 +26,33 @@ namespace
 {
 
 constexpr int randomModels = 216;
-constexpr int furthest = 10; // steps of a forecast
+constexpr int furthest = 10;           // steps of a forecast
+constexpr double conditionLimit = 1e8; // of a model that is well-conditioned in double
 
 /// A sequence, what is right for it, and how hard it is.
 struct Case {
     Sequence sequence;
     std::vector<Track<Quad>> exact;
     Vector<Quad> largest; // sigma of each state, the largest of the run
-    double condition;     // of the correlation matrix of P, the worst of the run
-    double sharpness;     // S / R in its worst direction, the worst of the run
+    double condition = 1; // of the correlation matrix of P, the worst of the run
+    double sharpness = 1; // S / R in its worst direction, the worst of the run
 
     /// Neither is near the limits of an ordinary filter in double.
-    bool wellConditioned() const { return condition <= 1e8 && sharpness <= 1e8; }
+    bool wellConditioned() const
+    {
+        return condition <= conditionLimit && sharpness <= conditionLimit;
+    }
 };
+
+/// The unit of each state: its sigma, but no less than `floor` times the largest of the run.  A
+/// state that is known exactly has sigma 0, and one that a noise-free sensor took from 1 to
+/// `floor` is known to the digits that are left.
+Vector<Quad> units(const Case &model, const Matrix<Quad> &P, double floor)
+{
+    return sigmas(P).cwiseMax(Quad(floor) * model.largest);
+}
+
+template <class T> constexpr double floorOf() { return sizeof(T) == sizeof(float) ? 1e-3 : 1e-6; }
 
 /// Largest over smallest eigenvalue; infinite where P is singular to double precision.
 double conditionOf(const Matrix<Quad> &P)
@@ -58,34 +75,103 @@ double sharpnessOf(const Matrix<double> &S, const Matrix<double> &R)
     return solver.eigenvalues().maxCoeff();
 }
 
+void studyStep(Case &model, std::size_t t, const Model<double> &matrices)
+{
+    const Track<Quad> &now = model.exact[t];
+    model.condition = std::max(model.condition, conditionOf(now.filtered.covariance));
+    for (std::size_t k = 0; k < now.updates.size(); ++k) {
+        if (now.updates[k].e.size() == 0) continue;
+        const Observation<double> seen(matrices, model.sequence.steps[t].readings[k]);
+        const Matrix<double> S = now.updates[k].S.cast<double>();
+        model.sharpness = std::max(model.sharpness, sharpnessOf(S, seen.R));
+    }
+}
+
 Case study(const Sequence &sequence)
 {
-    Case result{sequence, filter<Quad>(sequence), {}, 1, 1};
-    const Model<double> model(sequence);
-    result.largest = sigmas(result.exact[0].predicted.covariance);
-    for (std::size_t t = 0; t < result.exact.size(); ++t) {
-        const Track<Quad> &now = result.exact[t];
-        result.largest = result.largest.cwiseMax(sigmas(now.predicted.covariance));
-        result.condition = std::max(result.condition, conditionOf(now.filtered.covariance));
-        for (std::size_t k = 0; k < now.updates.size(); ++k) {
-            if (now.updates[k].e.size() == 0) continue;
-            const Observation<double> seen(model, sequence.steps[t].readings[k]);
-            const Matrix<double> S = now.updates[k].S.cast<double>();
-            result.sharpness = std::max(result.sharpness, sharpnessOf(S, seen.R));
+    Case model{sequence, filter<Quad>(sequence), {}};
+    model.largest = sigmas(sequence.P0.cast<Quad>().eval());
+    for (const Track<Quad> &now : model.exact) {
+        model.largest = model.largest.cwiseMax(sigmas(now.predicted.covariance));
+    }
+    const Model<double> matrices(sequence);
+    for (std::size_t t = 0; t < model.exact.size(); ++t) studyStep(model, t, matrices);
+    return model;
+}
+
+// ------------------------------------------------------------------ what rounding explains
+
+/// Sizes of rounding errors of the mean over eps: one rounding of every term that a step adds up,
+/// in units of the result.  Large where the mean is many sigmas.
+template <class T> class Reach
+{
+  public:
+    explicit Reach(const Case &model) : case_(model), matrices_(model.sequence)
+    {
+        const std::vector<Step> &steps = model.sequence.steps;
+        for (std::size_t t = 0; t < steps.size(); ++t) {
+            for (std::size_t k = 0; k < steps[t].readings.size(); ++k) addUpdate(t, k);
+            if (t + 1 < steps.size()) addPredict(t);
         }
+    }
+    double value() const { return worst_; }
+
+  private:
+    /// A x + B u
+    void addPredict(std::size_t t)
+    {
+        const Step &step = case_.sequence.steps[t];
+        const Vector<double> x = case_.exact[t].filtered.mean.cast<double>().cwiseAbs();
+        Vector<double> terms = matrices_.A[step.process].cwiseAbs() * x;
+        if (step.u.size() > 0) terms += matrices_.B[step.process].cwiseAbs() * step.u.cwiseAbs();
+        add(terms, units(case_, case_.exact[t + 1].predicted.covariance, floorOf<T>()));
+    }
+
+    /// z - H x, and K times that
+    void addUpdate(std::size_t t, std::size_t k)
+    {
+        const Track<Quad> &now = case_.exact[t];
+        const Observation<double> seen(matrices_, case_.sequence.steps[t].readings[k]);
+        if (seen.z.size() == 0) return;
+        const Vector<Quad> x = now.predicted.mean.cwiseAbs().cwiseMax(now.filtered.mean.cwiseAbs());
+        const Vector<double> terms = seen.H.cwiseAbs() * x.cast<double>() + seen.z.cwiseAbs();
+        add(terms, sigmas(now.updates[k].S));
+        add(now.updates[k].K.cast<double>().cwiseAbs() * terms,
+            units(case_, now.filtered.covariance, floorOf<T>()));
+    }
+
+    void add(const Vector<double> &terms, const Vector<Quad> &unit)
+    {
+        worst_ = std::max(worst_, terms.cwiseQuotient(unit.cast<double>()).maxCoeff());
+    }
+
+    const Case &case_;
+    Model<double> matrices_;
+    double worst_ = 1;
+};
+
+bool isOfCovariance(const std::string &name)
+{
+    return name.back() == 'P' || name.back() == 'S' || name == "P-" || name == "K";
+}
+
+/// The figures once more, in roundings.  The root of P takes a few n eps of its rows at each step,
+/// which its condition number, the root of that of P, turns into errors of P; the mean takes a few
+/// n eps of its reach, and has the gain's errors from P.
+template <class T> Figures inRoundings(const Case &model, const Figures &figures)
+{
+    const double eps = static_cast<double>(std::numeric_limits<T>::epsilon()) / 2;
+    const double n = static_cast<double>(model.sequence.states());
+    const double root = std::sqrt(std::min(model.condition, conditionLimit));
+    const double reach = Reach<T>(model).value();
+    Figures result;
+    for (const auto &[name, value] : figures) {
+        if (name == "events" || name == "taken" || name == "forecast changed") continue;
+        if (isOfCovariance(name)) result.add("P in roundings", value / (n * eps * root));
+        else result.add("x in roundings", value / (n * eps * (reach + root)));
     }
     return result;
 }
-
-/// The unit of each state: its sigma, but no less than `floor` times the largest of the run.  A
-/// state that is known exactly has sigma 0, and one that a noise-free sensor took from 1 to
-/// `floor` is known to the digits that are left.
-Vector<Quad> units(const Case &model, const Matrix<Quad> &P, double floor)
-{
-    return sigmas(P).cwiseMax(Quad(floor) * model.largest);
-}
-
-template <class T> constexpr double floorOf() { return sizeof(T) == sizeof(float) ? 1e-3 : 1e-6; }
 
 // ------------------------------------------------------------------ one sequence
 
@@ -260,18 +346,62 @@ Bounds allOf(double bound)
     return bounds;
 }
 
+template <class T>
+void compare(Report &report, const std::string &group, const Case &model, double allowed)
+{
+    const std::string name = model.sequence.name;
+    const Figures figures = Comparison<T>(model).run();
+    report.add(kq::Api<T>::name + group, name, figures, allOf(allowed));
+    report.add(kq::Api<T>::name + group, name, inRoundings<T>(model, figures),
+               {{"x in roundings", 32}, {"P in roundings", 64}});
+}
+
 void compareAll(Report &report, const std::string &group, const Sequence &sequence)
 {
     const Case model = study(sequence);
-    const std::string hard = model.wellConditioned() ? "" : ", not well-conditioned";
-    const double allowed = model.wellConditioned() ? 1e-9 : 1e-6;
-    report.add("reference in double, " + group + hard, sequence.name,
-               selfCheck<double>(model, floorOf<double>()), {});
-    report.add("reference in long double, " + group + hard, sequence.name,
-               selfCheck<long double>(model, floorOf<double>()), {});
-    report.add("f64, " + group + hard, sequence.name, Comparison<double>(model).run(),
-               allOf(allowed));
-    report.add("f32, " + group + hard, sequence.name, Comparison<float>(model).run(), allOf(1e-3));
+    const bool easy = model.wellConditioned();
+    const std::string title = ", " + group + (easy ? "" : ", not well-conditioned");
+    report.add("reference in double" + title, sequence.name,
+               selfCheck<double>(model, floorOf<double>()),
+               easy ? Bounds{{"x", 1e-7}, {"P", 1e-9}} : Bounds{});
+    report.add("reference in long double" + title, sequence.name,
+               selfCheck<long double>(model, floorOf<double>()),
+               easy ? Bounds{{"x", 1e-10}, {"P", 1e-12}} : Bounds{});
+    compare<double>(report, title, model, 1e-9);
+    compare<float>(report, title, model, infinite);
+}
+
+// ------------------------------------------------------------------ singular covariances
+
+/// Exact and positive semi-definite, of about half rank: it has to be accepted, and to come back.
+template <class T> Figures singularStart(const Matrix<double> &P0)
+{
+    Figures figures;
+    const auto n = static_cast<int>(P0.rows());
+    kq::FilterOwner<T> filter(n);
+    const std::vector<T> x0(static_cast<std::size_t>(n)), P = flattened<T>(P0);
+    const bool refused = kq::Api<T>::filterInit(filter.get(), x0.data(), P.data()) != KQ_OK;
+    figures.add("refused", refused ? 1 : 0);
+    if (refused) return figures;
+    const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
+    const Matrix<Quad> exact = P0.cast<Quad>();
+    const Matrix<double> covariance = read<T>(filter.get(), n).covariance;
+    figures.add("P over n eps", covarianceError(covariance, exact, sigmas(exact)) / (n * eps));
+    return figures;
+}
+
+void compareSingular(Report &report, Random &random)
+{
+    for (int number = 0; number < 500; ++number) {
+        const generator::Index n = 2 + number % 8;
+        const Vector<double> scale = generator::powersOfTwo(random, n, -4, 4);
+        const Matrix<double> F = generator::randomFactor(random, n, (n + 1) / 2, scale);
+        const Matrix<double> P0 = F * F.transpose();
+        const std::string name = "covariance " + std::to_string(number);
+        const Bounds bounds{{"refused", 0}, {"P over n eps", 16}};
+        report.add("f64, singular P0", name, singularStart<double>(P0), bounds);
+        report.add("f32, singular P0", name, singularStart<float>(P0), bounds);
+    }
 }
 
 } // namespace
@@ -288,6 +418,7 @@ int main(int argc, char **argv)
     for (const Sequence &sequence : generator::namedSequences(random)) {
         compareAll(report, "named models", sequence);
     }
+    compareSingular(report, random);
     report.print();
     return report.verdict.finish();
 }

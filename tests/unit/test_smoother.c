@@ -184,8 +184,9 @@ static void the_filter_is_detached_and_goes_on(void)
     run(&twin);
     ASSERT_OK(K(smooth)(&tape));
     ASSERT_SAME_FILTER(&twin, &track, 2);
+    watch_nothing();
     WATCH(tape), WATCH(tape_memory);
-    ASSERT_OK(K(step)(&track, &motion, NULL, &radar, radar_z[0]));
+    ASSERT_OK_UNCHANGED(K(step)(&track, &motion, NULL, &radar, radar_z[0]));
     ASSERT_OK(K(step)(&twin, &motion, NULL, &radar, radar_z[0]));
     ASSERT_SAME_FILTER(&twin, &track, 2);
     TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
@@ -540,13 +541,14 @@ static void a_filter_has_one_history_at_a_time(void)
     HISTORY(other, 2, 1, 2, 0);
     ASSERT_OK(K(history_attach)(&other, &track));
     ASSERT_OK(K(history_attach)(&tape, &track));
+    watch_nothing();
     WATCH(other), WATCH(other_memory);
     watched_store();
     run(&track);
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&other));
-    watch_nothing();
+    watched_assert_unchanged(__LINE__);
 }
 
 static void init_of_the_filter_detaches_its_history(void)

@@ -104,6 +104,18 @@ static void a_history_is_its_steps_changes_and_workspace(void)
     TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(filter_words));
 }
 
+static void the_arrays_are_there(void)
+{
+    K(process) p;
+    K(sensor) s;
+    K(filter) f;
+    K(history) h;
+    ASSERT_OK(K(process_assign)(&p, 2, 0, process_words, COUNT(process_words)));
+    ASSERT_OK(K(sensor_assign)(&s, 2, 2, sensor_words, COUNT(sensor_words)));
+    ASSERT_OK(K(filter_assign)(&f, 2, filter_words, COUNT(filter_words)));
+    ASSERT_OK(K(history_assign)(&h, 2, history_words, COUNT(history_words)));
+}
+
 static void the_version_is_written_the_same_twice(void)
 {
     char text[] = "0.0.0";
@@ -122,6 +134,7 @@ int main(void)
     RUN_TEST(a_number_that_is_no_status_has_a_text_too);
     RUN_TEST(events_are_separate_bits);
     RUN_TEST(a_history_is_its_steps_changes_and_workspace);
+    RUN_TEST(the_arrays_are_there);
     RUN_TEST(the_version_is_written_the_same_twice);
     return UNITY_END();
 }

@@ -126,6 +126,32 @@ static void a_noise_free_measurement_is_believed(void)
     TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
 }
 
+/* However sharp: the covariance of what was not measured is as accurate as ever. */
+static void a_measurement_of_any_sharpness_leaves_the_rest_accurate(void)
+{
+    static const double sharpness[] = {0, 1e-30, 1e-20, 1e-12, 1e-8, 1e-4};
+    SENSOR(narrow, 3, 1);
+    FILTER(three, 3);
+    uint32_t seed = 3;
+    for (int k = 0; k < 120; k++) {
+        const num r[] = {N(sharpness[k % COUNT(sharpness)])}, x[] = {0, 0, 0};
+        num L[9], P[9], h[3];
+        textbook t;
+        for (int c = 0; c < 9; c++) L[c] = noise(&seed);
+        for (int c = 0; c < 9; c++) {
+            const num *a = L + 3 * (c / 3), *b = L + 3 * (c % 3);
+            P[c] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (c % 4 == 0 ? N(0.25) : 0);
+        }
+        for (int i = 0; i < 3; i++) h[i] = noise(&seed);
+        ASSERT_OK(K(sensor_init)(&narrow, h, r));
+        ASSERT_OK(K(filter_init)(&three, x, P));
+        ASSERT_OK(K(update)(&three, &narrow, z));
+        textbook_init(&t, 3, x, P);
+        textbook_update(&t, h, r, z, 1);
+        ASSERT_TEXTBOOK(&t, &three);
+    }
+}
+
 static void a_sharp_measurement_is_believed(void)
 {
     SENSOR(gauge, 1, 1);
@@ -435,6 +461,7 @@ static void run_update(void)
     RUN_TEST(update_is_that_of_the_textbook);
     RUN_TEST(sensors_of_any_size_take_turns);
     RUN_TEST(a_noise_free_measurement_is_believed);
+    RUN_TEST(a_measurement_of_any_sharpness_leaves_the_rest_accurate);
     RUN_TEST(a_sharp_measurement_is_believed);
     RUN_TEST(update_refuses_null);
     RUN_TEST(update_refuses_what_is_not_initialised);
