@@ -21,6 +21,7 @@ typedef kq_smooth_extras_f64 smooth_extras;
 
 #include "predict.inc"
 #include "update.inc"
+#include "root.inc"
 
 #include "process.inc"
 #include "sensor.inc"

@@ -69,8 +69,7 @@ kq_fetch_unity() {
             tar -xf cjson_*.orig.tar.*
     ) || { rm -rf "$work"; return 1; }
     mkdir -p "$kq_unity"
-    cp "$work"/cJSON-*/tests/unity/src/unity*.[ch] "$kq_unity/"
-    cp "$work"/cJSON-*/tests/unity/docs/license.txt "$kq_unity/" 2>/dev/null || true
+    cp -r "$work"/cJSON-*/tests/unity/. "$kq_unity/"
     rm -rf "$work"
 }
 
@@ -79,7 +78,7 @@ kq_setup_tests() {
     kq_have clang || kq_have clang-14 || kq_install clang
     kq_have arm-none-eabi-gcc qemu-system-arm ||
         kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
-    [ -f "$kq_unity/unity.c" ] || kq_fetch_unity ||
+    [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"
 }
 

@@ -129,7 +129,7 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  *   z        m
  * Cost: 2 n^2 multiplications, n square roots and 2n divisions a component; a correlated R
  * adds m n / 2 multiplications a component.  A measurement whose noise is far below the state's
- * uncertainty (R below 2^-16 S in f32, 2^-36 in f64) is taken in stages, each at that cost.
+ * uncertainty (R below 2^-16 S in f32, 2^-48 in f64) is taken in stages, each at that cost.
  * Events: KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
  */

@@ -38,8 +38,8 @@ template <class Real> class BrysonFrazier
             Track<Real> now;
             now.predicted = belief;
             corrections_.emplace_back();
-            const Vector<Real> reach = unmeasured.covariance.diagonal().cwiseSqrt();
-            update(belief, reach, step, taken.empty() ? std::vector<bool>() : taken[t]);
+            unmeasured_.push_back(unmeasured.covariance);
+            update(belief, step, taken.empty() ? std::vector<bool>() : taken[t]);
             now.filtered = belief;
             track_.push_back(now);
             predict(belief, step);
@@ -66,13 +66,15 @@ template <class Real> class BrysonFrazier
         return past;
     }
 
+    /// The covariance of each step if nothing were ever measured.
+    const std::vector<Matrix<Real>> &unmeasured() const { return unmeasured_; }
+
     /// Of every scalar measurement, taken or not, in the order of `Taken`: its innovation variance
-    /// as a share of the largest that the sigmas before the step allow.
+    /// as a share of the largest that it could have if nothing had been measured.
     const std::vector<std::vector<double>> &information() const { return information_; }
 
   private:
-    /// The innovation variance of a noise-free measurement, beside that of a filter that never
-    /// measured anything, below which the rounding of quadruple precision may have made it up.
+    /// The share below which the rounding of quadruple precision may have made it up.
     static constexpr double redundant = 1e-30;
 
     struct Correction {
@@ -91,11 +93,9 @@ template <class Real> class BrysonFrazier
                            model_.drive(step));
     }
 
-    /// reach: sigma of each state if nothing were ever measured.
-    void update(Belief<Real> &belief, const Vector<Real> &reach, const Step &step,
-                const std::vector<bool> &taken)
+    void update(Belief<Real> &belief, const Step &step, const std::vector<bool> &taken)
     {
-        const Vector<Real> prior = belief.covariance.diagonal().cwiseMax(Real(0)).cwiseSqrt();
+        const Vector<Real> reach = unmeasured_.back().diagonal().cwiseSqrt();
         information_.emplace_back();
         std::size_t k = 0;
         for (const Reading &reading : step.readings) {
@@ -103,8 +103,8 @@ template <class Real> class BrysonFrazier
                 const Vector<Real> h = model_.H[reading.sensor].row(c).transpose();
                 const Real r = model_.R[reading.sensor](c, c);
                 const Real s = h.dot(belief.covariance * h) + r;
-                information_.back().push_back(share(s, h, prior, r));
-                const bool isRedundant = r == Real(0) && share(s, h, reach, r) <= redundant;
+                information_.back().push_back(share(s, h, reach, r));
+                const bool isRedundant = r == Real(0) && information_.back().back() <= redundant;
                 const bool isTaken = taken.empty() || taken[k++];
                 if (isTaken && !isRedundant) correct(belief, h, r, Real(reading.z(c)), s);
             }
@@ -166,6 +166,7 @@ template <class Real> class BrysonFrazier
     const Sequence &sequence_;
     Model<Real> model_;
     std::vector<Track<Real>> track_;
+    std::vector<Matrix<Real>> unmeasured_;
     std::vector<std::vector<Correction>> corrections_;
     std::vector<std::vector<double>> information_;
 };

@@ -72,13 +72,15 @@ class Report
         }
     }
 
-    /// Over the sequences of each group, of each figure: the worst, and the median.
+    /// Over the sequences of each group, of each figure: the worst, and the median.  A figure that
+    /// never was above 0 is left out.
     void print() const
     {
         for (const auto &[group, figures] : groups_) {
             std::printf("%s, %zu sequences, worst (median)\n ", group.c_str(),
                         figures.begin()->second.size());
             for (const auto &[name, values] : figures) {
+                if (worst(values) <= 0) continue;
                 std::printf("  %s %.1e (%.0e)", name.c_str(), worst(values), median(values));
             }
             std::printf("\n");

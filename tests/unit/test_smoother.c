@@ -398,6 +398,27 @@ static void a_measurement_that_was_not_taken_has_no_noise(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, 2, &mean, &spread));
 }
 
+/* At the last step v is what the update left of the innovation: e r / s, and e sqrt(r) / s in
+   units of its standard deviation.  However small that is, it is accurate. */
+static void the_noise_of_a_sharp_or_dull_measurement_is_accurate(void)
+{
+    static const double sizes[] = {1e-10, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6, 1e10};
+    static const num z[] = {3}, h[] = {1, 0.5};
+    for (int k = 0; k < COUNT(sizes); k++) {
+        const num r[] = {N(sizes[k])};
+        num mean, spread;
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(sensor_init)(&compass, h, r));
+        ASSERT_OK(K(update)(&track, &compass, z));
+        ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+        ASSERT_OK(K(smoothed_measurement_noise)(&tape, 0, &mean, &spread));
+        const double s = 2.75 + (double)r[0], e = 3;
+        ASSERT_CLOSE(e * sqrt((double)r[0]) / s, mean, e * sqrt((double)r[0]) / s);
+        ASSERT_CLOSE(2.75 / s, spread, 2.75 / s);
+    }
+}
+
 static void measurement_noise_refuses(void)
 {
     num mean = 77, spread = 77;
@@ -583,6 +604,29 @@ static void the_memory_is_enough_for_its_steps(void)
     TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
 }
 
+/* Another process than in the run before is no change of process. */
+static void the_memory_is_enough_for_another_run(void)
+{
+    PROCESS(copy, 2, 1);
+    ASSERT_OK(K(process_init)(&copy, A, B, Q));
+    for (int t = 0; t < STEPS - 1; t++) ASSERT_OK(K(predict)(&track, &copy, control + t));
+    fill(&tape, &track, STEPS);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(smooth)(&tape));
+}
+
+static void the_memory_is_enough_for_one_step(void)
+{
+    HISTORY(least, 2, MOST, 1, 0);
+    reading now, end;
+    fill(&least, &track, 1);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    read_filter(&end, &track, 2);
+    ASSERT_OK(K(smooth)(&least));
+    read_smoothed(&now, &least, 0, 2);
+    TEST_ASSERT_EQUAL_MEMORY(&end, &now, offsetof(reading, nis));
+}
+
 static void assert_refused_as_full(void)
 {
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
@@ -625,6 +669,42 @@ static void a_measurement_too_many_fills_the_history(void)
     for (int k = 0; k < 2; k++) ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
     assert_refused_as_full();
+}
+
+/* `more` records beyond the steps that there is memory for, each a predict or a measurement */
+static void go_beyond(K(filter) *f, int more, int pattern)
+{
+    for (int k = 0; k < more; k++) {
+        if (pattern >> k & 1) ASSERT_OK(K(predict)(f, &motion, control));
+        else ASSERT_OK(K(update)(f, &compass, compass_z));
+    }
+}
+
+/* There may be room for a few records more; then they count. */
+static void a_history_is_full_or_right(void)
+{
+    HISTORY(roomy, 2, MOST, STEPS + 4, 0);
+    for (int pattern = 0; pattern < 8; pattern++) {
+        for (int more = 0; more <= 3; more++) {
+            fill(&tape, &track, STEPS);
+            fill(&roomy, &twin, STEPS);
+            go_beyond(&track, more, pattern);
+            go_beyond(&twin, more, pattern);
+            if (K(events)(&track) & KQ_EVENT_HISTORY_FULL) {
+                assert_refused_as_full();
+                continue;
+            }
+            ASSERT_OK(K(smooth)(&tape));
+            ASSERT_OK(K(smooth)(&roomy));
+            TEST_ASSERT_EQUAL_UINT(K(history_steps)(&roomy), K(history_steps)(&tape));
+            for (size_t t = 0; t < K(history_steps)(&tape); t++) {
+                reading a, b;
+                read_smoothed(&a, &roomy, t, 2);
+                read_smoothed(&b, &tape, t, 2);
+                ASSERT_SAME_BITS(a, b);
+            }
+        }
+    }
 }
 
 static void smooth_refuses_an_empty_or_smoothed_history(void)
@@ -971,6 +1051,7 @@ static void run_smooth(void)
     RUN_TEST(each_extra_comes_alone);
     RUN_TEST(the_smoothed_measurement_noise_is_the_residual);
     RUN_TEST(a_measurement_that_was_not_taken_has_no_noise);
+    RUN_TEST(the_noise_of_a_sharp_or_dull_measurement_is_accurate);
     RUN_TEST(measurement_noise_refuses);
 }
 
@@ -988,9 +1069,12 @@ static void run_history(void)
     RUN_TEST(a_filter_has_one_history_at_a_time);
     RUN_TEST(init_of_the_filter_detaches_its_history);
     RUN_TEST(the_memory_is_enough_for_its_steps);
+    RUN_TEST(the_memory_is_enough_for_another_run);
+    RUN_TEST(the_memory_is_enough_for_one_step);
     RUN_TEST(a_full_history_is_an_event_and_the_filter_goes_on);
     RUN_TEST(a_full_history_may_be_used_again);
     RUN_TEST(a_measurement_too_many_fills_the_history);
+    RUN_TEST(a_history_is_full_or_right);
 }
 
 static void run_refusals(void)

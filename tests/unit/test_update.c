@@ -398,6 +398,44 @@ static void a_redundant_noise_free_component_is_not_taken(void)
     ASSERT_SAME_STATE(&track, &twin, 2);
 }
 
+/* Three numbers of a few bits, whose sums are exact */
+static void put_direction(num *h, uint32_t *seed)
+{
+    for (int i = 0; i < 3; i++) h[i] = N(floor(256 * (double)noise(seed)) / 256);
+}
+
+/* Whatever the numbers: after two noise-free rows, each of them again and their sum say nothing
+   new, though rounding leaves them a variance above 0. */
+static void redundancy_is_seen_through_the_rounding(void)
+{
+    SENSOR_DIAGONAL(five, 3, 5);
+    SENSOR_DIAGONAL(plain, 3, 2);
+    FILTER(three, 3);
+    FILTER(other, 3);
+    static const num none[5] = {0}, x[3] = {0};
+    uint32_t seed = 11;
+    for (int k = 0; k < 100; k++) {
+        num h[15], P[9], values[5];
+        for (int row = 0; row < 2; row++) put_direction(h + 3 * row, &seed);
+        for (int i = 0; i < 3; i++) {
+            h[6 + i] = h[i], h[9 + i] = h[3 + i], h[12 + i] = h[i] + h[3 + i];
+            values[i] = noise(&seed);
+        }
+        values[2] = values[0], values[3] = values[1], values[4] = values[0] + values[1];
+        for (int c = 0; c < 9; c++) P[c] = c % 4 == 0 ? N(1 + 0.1 * k) : N(0.3);
+        ASSERT_OK(K(sensor_init_diagonal)(&five, h, none));
+        ASSERT_OK(K(sensor_init_diagonal)(&plain, h, none));
+        ASSERT_OK(K(filter_init)(&three, x, P));
+        ASSERT_OK(K(filter_init)(&other, x, P));
+        ASSERT_OK(K(update)(&three, &five, values));
+        ASSERT_OK(K(update)(&other, &plain, values));
+        TEST_ASSERT_EQUAL_INT(2, K(taken)(&three));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&three));
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&other));
+        ASSERT_SAME_STATE(&other, &three, 3);
+    }
+}
+
 static void a_noise_free_measurement_of_a_known_state_is_not_taken(void)
 {
     static const num exact[4] = {0};
@@ -485,6 +523,7 @@ int main(void)
     RUN_TEST(the_determinant_may_be_of_any_size);
     RUN_TEST(small_terms_of_the_likelihood_are_not_lost);
     RUN_TEST(a_redundant_noise_free_component_is_not_taken);
+    RUN_TEST(redundancy_is_seen_through_the_rounding);
     RUN_TEST(a_noise_free_measurement_of_a_known_state_is_not_taken);
     RUN_TEST(events_stay_until_they_are_cleared);
     RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);

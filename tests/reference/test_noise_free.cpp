@@ -1,0 +1,478 @@
+// Sensors without noise: measurements that are exact, said twice, implied by others, or of
+// something that is known already.  The filter and the smoother take the pseudo-inverse, that is
+// they leave out what is redundant, and here it is known beforehand what is.
+//
+// Errors in sigma, as in the other tests.  Where nothing is left of it (below 16 eps of its
+// variance), in the sigma that the state would have if nothing had been measured.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "accuracy.hpp"
+#include "bryson_frazier.hpp"
+#include "library_run.hpp"
+#include "numerics_models.hpp"
+#include "verdict.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+constexpr double floatGoal = 1e-4, doubleGoal = 1e-8;
+/// The unit of a state that is known from the start: the library's process noise has a standard
+/// deviation of at least 2^-60 in every state and step.
+constexpr double knownUnit = 0x1p-40;
+
+/// Measurements and the rank that goes with them.
+struct Case {
+    Sequence sequence;
+    Taken taken;
+    bool sharp = true; // the library can tell what is redundant, and has to say so
+};
+
+// ------------------------------------------------------------------ building sequences
+
+Sequence model(std::string name, const Matrix<double> &A, const Matrix<double> &F,
+               const Vector<double> &x0, const Matrix<double> &P0)
+{
+    const Matrix<double> none(A.rows(), 0);
+    return {std::move(name), x0, P0, {{rounded(A), none, rounded(F)}}, {}, {}};
+}
+
+/// A sensor of independent components; its number.
+std::size_t addSensor(Sequence &sequence, const Matrix<double> &H, const Vector<double> &r)
+{
+    sequence.sensors.push_back({H, r.asDiagonal()});
+    return sequence.sensors.size() - 1;
+}
+
+Matrix<double> none(Eigen::Index n) { return Matrix<double>(n, 0); }
+Matrix<double> identity(Eigen::Index n) { return Matrix<double>::Identity(n, n); }
+Vector<double> exact(Eigen::Index m) { return Vector<double>::Zero(m); }
+
+/// Multiples of 2^-12 and below 2^11: sums of two are floats.
+double onGrid(double z) { return std::rint(z * 4096) / 4096; }
+
+/// A run of the truth that a sequence describes, step by step.
+class Truth
+{
+  public:
+    Truth(const Sequence &sequence, Vector<double> x, std::uint64_t seed)
+        : process_(sequence.processes[0]), x_(std::move(x)), random_(seed)
+    {
+    }
+
+    /// h x, on the grid.
+    double see(const Matrix<double> &h) const { return onGrid((h * x_)(0)); }
+    double seeWithNoise(const Matrix<double> &h, double sigma)
+    {
+        return onGrid((h * x_)(0) + sigma * random_.normal());
+    }
+
+    void advance()
+    {
+        x_ = (process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1)).eval();
+    }
+
+  private:
+    ProcessModel process_;
+    Vector<double> x_;
+    Random random_;
+};
+
+Reading reading(std::size_t sensor, const Vector<double> &z)
+{
+    return {sensor, z, (1U << z.size()) - 1};
+}
+
+void addStep(Case &data, const std::vector<Reading> &readings, const std::vector<bool> &taken)
+{
+    data.sequence.steps.push_back({readings, 0, Vector<double>()});
+    data.taken.push_back(taken);
+}
+
+/// Position and velocity, each with a noise of its own.
+Sequence movingTarget(const std::string &name)
+{
+    return model(name, rows({{1, 0.125}, {0, 1}}), rows({{0.03125, 0}, {0, 0.125}}),
+                 column({10, -3}), rows({{4, 0}, {0, 9}}));
+}
+
+/// The same with a random acceleration only.  Exact positions pin the velocity down in the end,
+/// but no error is ever forgotten on the way: the moving average has its root on the unit circle.
+Sequence acceleratedTarget(const std::string &name)
+{
+    Sequence sequence = movingTarget(name);
+    sequence.processes[0].F = rows({{0.0078125}, {0.125}});
+    return sequence;
+}
+
+// ------------------------------------------------------------------ no redundancy
+
+Case arma(double missing, std::uint64_t seed)
+{
+    Case data;
+    data.sequence =
+        model(missing > 0 ? "ARMA(2,1), gaps" : "ARMA(2,1)", rows({{1.25, 1}, {-0.5, 0}}),
+              rows({{1}, {0.375}}), column({0, 0}), rows({{8, 0}, {0, 2}}));
+    const Matrix<double> h = unitRow(2, 0);
+    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    Truth truth(data.sequence, column({1, 1}), seed);
+    Random random(seed + 1);
+    for (int t = 0; t < 200; ++t) {
+        if (random.chance(missing)) {
+            addStep(data, {}, {});
+        } else {
+            addStep(data, {reading(sensor, column({truth.see(h)}))}, {true});
+        }
+        truth.advance();
+    }
+    return data;
+}
+
+// ------------------------------------------------------------------ redundant at one instant
+
+/// The same row twice, in one call or in two.
+Case twins(Sequence sequence, bool separate, std::uint64_t seed)
+{
+    Case data;
+    sequence.name += separate ? ", in two calls" : ", in one call";
+    data.sequence = std::move(sequence);
+    const Matrix<double> h = unitRow(data.sequence.states(), 0);
+    const std::size_t one = addSensor(data.sequence, h, exact(1));
+    const std::size_t two = addSensor(data.sequence, h.replicate(2, 1), exact(2));
+    Truth truth(data.sequence, data.sequence.x0, seed);
+    for (int t = 0; t < 60; ++t) {
+        const double z = truth.see(h);
+        const Reading single = reading(one, column({z})), both = reading(two, column({z, z}));
+        addStep(data, separate ? std::vector<Reading>{single, single} : std::vector<Reading>{both},
+                {true, false});
+        truth.advance();
+    }
+    return data;
+}
+
+Sequence level(const std::string &name)
+{
+    return model(name, rows({{1}}), rows({{0.5}}), column({7}), rows({{25}}));
+}
+
+/// An exact sensor and a noisy one that see the same; the noisy one says nothing, or nothing new.
+Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
+{
+    Case data;
+    data.sequence = movingTarget(exactFirst ? "exact sensor, then its noisy twin"
+                                            : "noisy sensor, then its exact twin");
+    const Matrix<double> h = unitRow(2, 0);
+    const std::size_t noisy = addSensor(data.sequence, h, column({0.25}));
+    const std::size_t sure = addSensor(data.sequence, h, exact(1));
+    Truth truth(data.sequence, column({10, -3}), seed);
+    for (int t = 0; t < 60; ++t) {
+        const Reading a = reading(sure, column({truth.see(h)}));
+        const Reading b = reading(noisy, column({truth.seeWithNoise(h, 0.5)}));
+        addStep(data, exactFirst ? std::vector<Reading>{a, b} : std::vector<Reading>{b, a},
+                {true, true});
+        truth.advance();
+    }
+    return data;
+}
+
+/// Three dense rows of which one is the sum of the others; `order` says which comes when.  With two
+/// noises the two exact measurements a step determine all of them in the end: the smoother's sigma
+/// falls to a thousandth of the filter's.
+Case sums(const std::vector<int> &order, bool separate, Eigen::Index noises, std::uint64_t seed)
+{
+    Random random(seed + 2);
+    const Matrix<double> N = randomMatrix(random, 4, 4);
+    const Matrix<double> A =
+        0.9 * (Eigen::HouseholderQR<Matrix<double>>(N).householderQ() * identity(4));
+    Case data;
+    data.sequence =
+        model(std::string("h3 = h1 + h2, ") + (order[0] == 2 ? "h3 first, " : "") +
+                  (separate ? "in three calls" : "in one call") + (noises < 4 ? ", 2 noises" : ""),
+              A, randomMatrix(random, 4, noises), exact(4), 16 * identity(4));
+    Matrix<double> H = rows({{1.5, -0.25, 0.75, 2}, {-0.5, 1.25, 3, -1.75}, {0, 0, 0, 0}});
+    H.row(2) = H.row(0) + H.row(1);
+    const Matrix<double> ordered = H(order, Eigen::all);
+    for (Eigen::Index k = 0; k < 3; ++k) addSensor(data.sequence, ordered.row(k), exact(1));
+    const std::size_t all = addSensor(data.sequence, ordered, exact(3));
+    Truth truth(data.sequence, column({3, -5, 2, 1}), seed);
+    for (int t = 0; t < 60; ++t) {
+        Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
+        z(2) = z(0) + z(1);
+        const Vector<double> seen = z(order);
+        std::vector<Reading> readings{reading(all, seen)};
+        if (separate) {
+            readings.clear();
+            for (std::size_t k = 0; k < 3; ++k) {
+                readings.push_back(reading(k, seen.segment(static_cast<Eigen::Index>(k), 1)));
+            }
+        }
+        addStep(data, readings, {true, true, false});
+        truth.advance();
+    }
+    return data;
+}
+
+// ------------------------------------------------------------------ known already
+
+/// P0 = 0: the first measurement has S = 0, later ones do not.
+Case knownStart(std::uint64_t seed)
+{
+    Case data;
+    data.sequence = movingTarget("P0 = 0");
+    data.sequence.P0.setZero();
+    const Matrix<double> h = unitRow(2, 0);
+    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    Truth truth(data.sequence, data.sequence.x0, seed);
+    for (int t = 0; t < 60; ++t) {
+        addStep(data, {reading(sensor, column({truth.see(h)}))}, {t > 0});
+        truth.advance();
+    }
+    return data;
+}
+
+/// Nothing is ever uncertain, and nothing is ever taken.
+Case knownForever()
+{
+    Case data;
+    data.sequence = model("P0 = 0 and Q = 0", rows({{1, 0.125}, {0, 1}}), none(2), column({10, -3}),
+                          Matrix<double>::Zero(2, 2));
+    const Matrix<double> h = rows({{1, 0.5}});
+    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    Truth truth(data.sequence, data.sequence.x0, 0);
+    for (int t = 0; t < 40; ++t) {
+        addStep(data, {reading(sensor, column({truth.see(h)}))}, {false});
+        truth.advance();
+    }
+    return data;
+}
+
+/// A sensor that sees nothing, beside one that does.
+Case blindSensor(bool separate, std::uint64_t seed)
+{
+    Case data;
+    data.sequence = movingTarget(separate ? "H = 0, in two calls" : "H = 0, in one call");
+    const Matrix<double> h = unitRow(2, 0), blind = Matrix<double>::Zero(1, 2);
+    const std::size_t dark = addSensor(data.sequence, blind, exact(1));
+    const std::size_t light = addSensor(data.sequence, h, column({0.25}));
+    const std::size_t both = addSensor(data.sequence, rows({{0, 0}, {1, 0}}), column({0, 0.25}));
+    Truth truth(data.sequence, column({11, -1}), seed);
+    for (int t = 0; t < 60; ++t) {
+        const double z = truth.seeWithNoise(h, 0.5);
+        const std::vector<Reading> two{reading(dark, column({0})), reading(light, column({z}))};
+        const std::vector<Reading> one{reading(both, column({0, z}))};
+        addStep(data, separate ? two : one, {false, true});
+        truth.advance();
+    }
+    return data;
+}
+
+/// A constant state of which some combinations are measured, over and over; `noisy` adds another
+/// combination with noise.
+Case constantState(const std::string &name, const Matrix<double> &H, bool noisy, bool sharp,
+                   std::uint64_t seed)
+{
+    Case data;
+    data.sharp = sharp;
+    data.sequence = model(name, identity(3), none(3), column({100, 0, -50}),
+                          rows({{4, 1, 0}, {1, 9, -2}, {0, -2, 25}}));
+    for (Eigen::Index k = 0; k < H.rows(); ++k) addSensor(data.sequence, H.row(k), exact(1));
+    const Matrix<double> extra = rows({{1, 1, -0.5}});
+    const std::size_t extraSensor = addSensor(data.sequence, extra, column({0.25}));
+    Truth truth(data.sequence, column({101.5, -2.25, -46.75}), seed);
+    for (Eigen::Index t = 0; t < 40; ++t) {
+        const Eigen::Index k = t % H.rows();
+        const double z = truth.see(H.row(k));
+        std::vector<Reading> readings{reading(static_cast<std::size_t>(k), column({z}))};
+        std::vector<bool> taken{t < std::min<Eigen::Index>(H.rows(), 3)};
+        if (noisy) {
+            readings.push_back(reading(extraSensor, column({truth.seeWithNoise(extra, 0.5)})));
+            taken.push_back(true);
+        }
+        addStep(data, readings, taken);
+    }
+    return data;
+}
+
+/// A straight line: two exact points say all.
+Case straightLineOfPoints(std::uint64_t seed)
+{
+    Case data;
+    data.sharp = false;
+    data.sequence = model("straight line, exact points", rows({{1, 0.125}, {0, 1}}), none(2),
+                          column({0, 0}), rows({{100, 0}, {0, 4}}));
+    const Matrix<double> h = unitRow(2, 0);
+    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    Truth truth(data.sequence, column({12.5, -1.75}), seed);
+    for (int t = 0; t < 40; ++t) {
+        addStep(data, {reading(sensor, column({truth.see(h)}))}, {t < 2});
+        truth.advance();
+    }
+    return data;
+}
+
+/// P0 of rank one: the first exact measurement says all.
+Case singularPrior(std::uint64_t seed)
+{
+    Case data;
+    data.sharp = false;
+    const Vector<double> v = column({2, -1, 0.5});
+    data.sequence =
+        model("P0 of rank 1", identity(3), none(3), column({1, 2, 3}), v * v.transpose());
+    const Matrix<double> h = rows({{1, 0.5, 2}});
+    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    const Truth truth(data.sequence, data.sequence.x0 + 1.5 * v, seed);
+    for (int t = 0; t < 40; ++t) {
+        addStep(data, {reading(sensor, column({truth.see(h)}))}, {t == 0});
+    }
+    return data;
+}
+
+std::vector<Case> cases(std::uint64_t seed)
+{
+    const Matrix<double> H =
+        rows({{1.25, -0.5, 0.75}, {0.5, 2, -1}, {-1.5, 0.25, 1}, {2.75, 0.25, 1.5}});
+    return {arma(0, seed),
+            arma(0.2, seed),
+            twins(level("level, twin"), false, seed),
+            twins(level("level, twin"), true, seed),
+            twins(movingTarget("moving target, twin"), false, seed),
+            twins(movingTarget("moving target, twin"), true, seed),
+            exactAndNoisyTwin(true, seed),
+            exactAndNoisyTwin(false, seed),
+            twins(acceleratedTarget("accelerated target, twin"), false, seed),
+            sums({0, 1, 2}, false, 4, seed),
+            sums({0, 1, 2}, true, 4, seed),
+            sums({2, 0, 1}, false, 4, seed),
+            sums({2, 0, 1}, true, 4, seed),
+            sums({0, 1, 2}, false, 2, seed),
+            knownStart(seed),
+            knownForever(),
+            blindSensor(false, seed),
+            blindSensor(true, seed),
+            constantState("constant, one combination", H.topRows(1), false, true, seed),
+            constantState("constant, one and a noisy one", H.topRows(1), true, true, seed),
+            constantState("constant, two combinations", H.topRows(2), false, true, seed),
+            constantState("constant, two and a noisy one", H.topRows(2), true, true, seed),
+            constantState("constant, three combinations", H.topRows(3), false, false, seed),
+            constantState("constant, four combinations", H, false, false, seed),
+            straightLineOfPoints(seed),
+            singularPrior(seed)};
+}
+
+// ------------------------------------------------------------------ errors
+
+struct Figures {
+    double x = 0, P = 0, smoothedX = 0, smoothedP = 0;
+    bool sound = true;       // no NaN, no variance below 0
+    bool rankIsRight = true; // as many taken in every step as there should be
+    unsigned events = 0;
+};
+
+template <class T> Vector<Quad> units(const Matrix<Quad> &P, const Matrix<Quad> &unmeasured)
+{
+    constexpr double floor = 16 * static_cast<double>(std::numeric_limits<T>::epsilon());
+    const Vector<Quad> sigma = sigmas(P, unmeasured, floor);
+    return (sigma.array() > Quad(0)).select(sigma, Quad(knownUnit));
+}
+
+bool isSound(const Belief<double> &belief)
+{
+    return belief.mean.allFinite() && belief.covariance.allFinite() &&
+           belief.covariance.diagonal().minCoeff() >= 0;
+}
+
+template <class T> Figures runLibrary(const Case &data, const BrysonFrazier<Quad> &reference)
+{
+    Figures figures;
+    LibraryRun<T> run(data.sequence);
+    run.record();
+    const std::size_t steps = data.sequence.steps.size();
+    for (std::size_t t = 0; t < steps; ++t) {
+        int taken = 0;
+        for (const int count : run.update(data.sequence.steps[t])) taken += count;
+        const auto expected = std::count(data.taken[t].begin(), data.taken[t].end(), true);
+        figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
+        const Belief<double> mine = run.belief();
+        const Belief<Quad> &filtered = reference.track()[t].filtered;
+        const Vector<Quad> unit = units<T>(filtered.covariance, reference.unmeasured()[t]);
+        figures.x = std::max(figures.x, meanError(mine.mean, filtered.mean, unit));
+        figures.P =
+            std::max(figures.P, covarianceError(mine.covariance, filtered.covariance, unit));
+        figures.sound = figures.sound && isSound(mine);
+        if (t + 1 < steps) run.predict(data.sequence.steps[t]);
+    }
+    figures.events = run.events();
+    const std::vector<Smoothed<double>> past = run.smooth();
+    const std::vector<Smoothed<Quad>> exactPast = reference.smooth();
+    for (std::size_t t = 0; t < steps; ++t) {
+        const Belief<Quad> &belief = exactPast[t].belief;
+        const Vector<Quad> unit = units<T>(belief.covariance, reference.unmeasured()[t]);
+        figures.smoothedX =
+            std::max(figures.smoothedX, meanError(past[t].belief.mean, belief.mean, unit));
+        figures.smoothedP = std::max(
+            figures.smoothedP, covarianceError(past[t].belief.covariance, belief.covariance, unit));
+        figures.sound = figures.sound && isSound(past[t].belief);
+    }
+    return figures;
+}
+
+// ------------------------------------------------------------------ checks
+
+bool hasRedundancy(const Case &data)
+{
+    return std::any_of(data.taken.begin(), data.taken.end(), [](const std::vector<bool> &taken) {
+        return std::find(taken.begin(), taken.end(), false) != taken.end();
+    });
+}
+
+void check(Verdict &verdict, const Case &data, const Figures &figures, const std::string &name,
+           double goal)
+{
+    verdict.expect(figures.sound, name + ": a NaN or a negative variance");
+    verdict.expectAtMost(figures.x, goal, name + ": filtered x");
+    verdict.expectAtMost(figures.P, goal, name + ": filtered P");
+    verdict.expectAtMost(figures.smoothedX, goal, name + ": smoothed x");
+    verdict.expectAtMost(figures.smoothedP, goal, name + ": smoothed P");
+    verdict.expect((figures.events & ~unsigned{KQ_EVENT_FLOOR}) == 0, name + ": a wrong event");
+    if (!data.sharp) return;
+    const bool floor = (figures.events & KQ_EVENT_FLOOR) != 0;
+    verdict.expect(floor == hasRedundancy(data), name + ": KQ_EVENT_FLOOR is wrong");
+    verdict.expect(figures.rankIsRight, name + ": not as many taken as there should be");
+}
+
+void testCase(Verdict &verdict, const Case &data)
+{
+    const BrysonFrazier<Quad> reference(data.sequence, data.taken);
+    const Figures f32 = runLibrary<float>(data, reference);
+    const Figures f64 = runLibrary<double>(data, reference);
+    std::printf("%-38s %7.1e %7.1e  %7.1e %7.1e   %7.1e %7.1e  %7.1e %7.1e\n",
+                data.sequence.name.c_str(), f32.x, f32.P, f32.smoothedX, f32.smoothedP, f64.x,
+                f64.P, f64.smoothedX, f64.smoothedP);
+    check(verdict, data, f32, data.sequence.name + ", f32", floatGoal);
+    check(verdict, data, f64, data.sequence.name + ", f64", doubleGoal);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+    std::printf("%-38s %-34s  %s\n", "", "f32: filter, smoother", "f64: filter, smoother");
+    std::printf("%-38s %7s %7s  %7s %7s   %7s %7s  %7s %7s\n", "R = 0", "x", "P", "x", "P", "x",
+                "P", "x", "P");
+    Verdict verdict;
+    for (const Case &data : cases(seed)) testCase(verdict, data);
+    return verdict.finish();
+}

@@ -1,0 +1,369 @@
+// Smoother against the textbook formulas in quadruple precision: the sequences of
+// test_random_models, and short ones against one dense least-squares solve.
+//
+//     test_random_smoother [seed]
+//
+// The reference has to stand singular predicted covariances, so it is that of Bryson and Frazier;
+// it is itself compared with Rauch, Tung and Striebel, and with the dense solve.
+//
+// Units: an error of the mean counts in sigma of the smoothed state at that time, of a covariance
+// in sigma_i sigma_j, of the process noise in sqrt(Q_ii), of the measurement noise, which is
+// standardised, in 1.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "accuracy.hpp"
+#include "api.hpp"
+#include "batch.hpp"
+#include "generator.hpp"
+#include "library.hpp"
+#include "report.hpp"
+#include "study.hpp"
+#include "textbook.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+constexpr int randomModels = 216;
+constexpr int shortModels = 54;
+constexpr int shortSteps = 12; // of a dense solve
+
+/// A sequence, and what is right for it.
+struct Case : Study {
+    std::vector<Smoothed<Quad>> past;
+
+    explicit Case(const Sequence &data) : Study(data), past(smoothWithoutInverse(data, track)) {}
+};
+
+/// sqrt(Q_ii); a state without noise has to have none beside its own sigma.
+Vector<Quad> noiseUnits(const Case &model, std::size_t t)
+{
+    const Matrix<Quad> F =
+        convert<Quad>(model.sequence.processes[model.sequence.steps[t].process].F);
+    return sigmas(Matrix<Quad>(F * F.transpose())).cwiseMax(Quad(1e-6) * model.largest);
+}
+
+/// All that is known of step t, beside the reference.
+void compareStep(Figures &figures, const Case &model, std::size_t t, const Smoothed<double> &now,
+                 double floor)
+{
+    const Smoothed<Quad> &exact = model.past[t];
+    const Vector<Quad> unit = units(model, exact.belief.covariance, floor);
+    figures.add("x", meanError(now.belief.mean, exact.belief.mean, unit));
+    figures.add("P", covarianceError(now.belief.covariance, exact.belief.covariance, unit));
+    if (t + 1 == model.past.size()) return;
+    const Vector<Quad> later = units(model, model.past[t + 1].belief.covariance, floor);
+    const Vector<Quad> noise = noiseUnits(model, t);
+    figures.add("lag one", covarianceError(now.lagOne, exact.lagOne, later, unit));
+    figures.add("w", meanError(now.noiseMean, exact.noiseMean, noise));
+    figures.add("cov w", covarianceError(now.noiseCovariance, exact.noiseCovariance, noise));
+}
+
+// ------------------------------------------------------------------ measurement noise
+
+/// R = U D U', U unit upper triangular: its inverse and D.
+struct Decorrelation {
+    Matrix<Quad> inverse;
+    Vector<Quad> variances;
+};
+
+Decorrelation decorrelate(const Matrix<Quad> &R)
+{
+    const Eigen::Index m = R.rows();
+    Matrix<Quad> U = Matrix<Quad>::Identity(m, m), rest = R;
+    Vector<Quad> D(m);
+    for (Eigen::Index j = m - 1; j >= 0; --j) {
+        D(j) = rest(j, j);
+        if (D(j) > 0) U.col(j).head(j) = rest.col(j).head(j) / D(j);
+        rest -= (U.col(j) * U.col(j).transpose() * D(j)).eval();
+    }
+    return {U.inverse(), D};
+}
+
+/// What the library says of the k-th measurement of the step that was smoothed last.
+template <class T>
+void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
+                             const typename kq::Api<T>::History *history)
+{
+    const Model<Quad> matrices(model.sequence);
+    const Belief<Quad> &exact = model.past[t].belief;
+    int k = 0;
+    for (const Reading &reading : model.sequence.steps[t].readings) {
+        const Observation<Quad> seen(matrices, reading);
+        const Decorrelation noise = decorrelate(seen.R);
+        const Matrix<Quad> H = noise.inverse * seen.H;
+        const Vector<Quad> v = noise.inverse * seen.z - H * exact.mean;
+        const Matrix<Quad> variance = H * exact.covariance * H.transpose();
+        for (Eigen::Index c = 0; c < v.size(); ++c, ++k) {
+            T mean = 0, square = 0;
+            kq::require(kq::Api<T>::smoothedMeasurementNoise(history, k, &mean, &square),
+                        "smoothed measurement noise");
+            if (noise.variances(c) == 0) continue;
+            const Quad root = sqrt(noise.variances(c));
+            figures.add("v", ratio(Quad(mean) - v(c) / root, 1));
+            figures.add("var v", ratio(Quad(square) - variance(c, c) / noise.variances(c), 1));
+        }
+    }
+    T mean, square;
+    const bool over =
+        kq::Api<T>::smoothedMeasurementNoise(history, k, &mean, &square) == KQ_ERR_SIZE;
+    figures.add("count of v", over ? 0 : 1);
+}
+
+// ------------------------------------------------------------------ one sequence
+
+template <class T>
+Belief<double> smoothedBelief(const typename kq::Api<T>::History *history, std::size_t t,
+                              Eigen::Index n)
+{
+    Belief<double> belief{Vector<double>(n), Matrix<double>(n, n)};
+    for (int i = 0; i < n; ++i) {
+        belief.mean(i) = static_cast<double>(kq::Api<T>::smoothedMean(history, t, i)) +
+                         static_cast<double>(kq::Api<T>::smoothedMeanLow(history, t, i));
+    }
+    std::vector<T> P(static_cast<std::size_t>(n * n));
+    if (kq::Api<T>::smoothedCovariance(history, t, P.data()) != KQ_OK) {
+        P.assign(P.size(), std::numeric_limits<T>::quiet_NaN());
+    }
+    belief.covariance = unflattened(P, n);
+    return belief;
+}
+
+/// A recorded run of the library, not smoothed yet.
+template <class T> struct Recording {
+    Library<T> library;
+    kq::FilterOwner<T> filter;
+    kq::HistoryOwner<T> history;
+    std::vector<Belief<double>> filtered;
+
+    /// The history has exactly the room that its length constant promises to be enough.
+    Recording(const Sequence &sequence, Processes sharing)
+        : library(sequence, sharing), filter(library.filter()),
+          history(static_cast<int>(sequence.states()), depth(sequence), sequence.steps.size(),
+                  sharing == Processes::shared ? 0 : changes(sequence))
+    {
+        kq::require(kq::Api<T>::historyAttach(history.get(), filter.get()), "history attach");
+        for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
+            const Step &step = sequence.steps[t];
+            for (const Reading &reading : step.readings) library.update(filter.get(), reading);
+            filtered.push_back(read<T>(filter.get(), sequence.states()));
+            if (t + 1 < sequence.steps.size()) library.predict(filter.get(), step);
+        }
+    }
+};
+
+/// P_s <= P_f and P_s >= 0, in units of the variances of the filter and of the smoother, over the
+/// rounding of a covariance that is handed over in T.
+template <class T>
+void compareOrder(Figures &figures, const Belief<double> &filtered, const Belief<double> &smoothed)
+{
+    const double rounding = eigenvalueRounding<T>(filtered.mean.size());
+    const Matrix<double> gained = filtered.covariance - smoothed.covariance;
+    figures.add("above filter", -smallestEigenvalue(gained, filtered.covariance) / rounding);
+    figures.add("not PSD", -smallestEigenvalue(smoothed.covariance) / rounding);
+}
+
+double difference(const Belief<double> &a, const Belief<double> &b)
+{
+    return a.mean == b.mean && a.covariance == b.covariance ? 0 : 1;
+}
+
+/// The whole history at once.
+template <class T> std::vector<Belief<double>> smoothAll(Figures &figures, const Case &model)
+{
+    const Eigen::Index n = model.sequence.states();
+    Recording<T> recording(model.sequence, Processes::separate);
+    kq::require(kq::Api<T>::smooth(recording.history.get()), "smooth");
+    std::vector<Belief<double>> beliefs;
+    for (std::size_t t = 0; t < model.past.size(); ++t) {
+        beliefs.push_back(smoothedBelief<T>(recording.history.get(), t, n));
+        compareOrder<T>(figures, recording.filtered[t], beliefs[t]);
+    }
+    figures.add("last step", difference(beliefs.back(), recording.filtered.back()));
+    return beliefs;
+}
+
+/// Step by step, with everything that a step can give; a process that has changed is passed in.
+template <class T>
+void smoothInSteps(Figures &figures, const Case &model, const std::vector<Belief<double>> &beliefs)
+{
+    const Sequence &sequence = model.sequence;
+    const Eigen::Index n = sequence.states();
+    const auto width = static_cast<std::size_t>(n);
+    Recording<T> recording(sequence, Processes::shared);
+    std::vector<T> lagOne(width * width), mean(width), covariance(width * width);
+    const typename kq::Api<T>::Extras extras{lagOne.data(), mean.data(), covariance.data()};
+    for (std::size_t t = sequence.steps.size(); t-- > 0;) {
+        const bool changed = sequence.processes.size() > 1;
+        const auto *process =
+            changed ? recording.library.process(sequence.steps[t].process) : nullptr;
+        auto *history = recording.history.get();
+        kq::require(kq::Api<T>::smoothStep(history, process, &extras), "smooth step");
+        const Belief<double> now = smoothedBelief<T>(history, t, n);
+        figures.add("one by one", difference(now, beliefs[t]));
+        compareStep(
+            figures, model, t,
+            {now, unflattened(lagOne, n), unflattened(mean, n, 1), unflattened(covariance, n)},
+            floorOf<T>());
+        compareMeasurementNoise<T>(figures, model, t, history);
+    }
+}
+
+/// The means alone, beside those of the full pass and the reference.
+template <class T>
+void smoothStates(Figures &figures, const Case &model, const std::vector<Belief<double>> &beliefs)
+{
+    Recording<T> recording(model.sequence, Processes::separate);
+    kq::require(kq::Api<T>::smoothStates(recording.history.get()), "smooth states");
+    for (std::size_t t = 0; t < model.past.size(); ++t) {
+        const Belief<Quad> &exact = model.past[t].belief;
+        const Vector<Quad> unit = units(model, exact.covariance, floorOf<T>());
+        const Belief<double> now =
+            smoothedBelief<T>(recording.history.get(), t, model.sequence.states());
+        figures.add("x alone", meanError(now.mean, exact.mean, unit));
+        figures.add("x alone - x", meanError(now.mean, beliefs[t].mean.cast<Quad>().eval(), unit));
+    }
+}
+
+template <class T> Figures compareLibrary(const Case &model)
+{
+    Figures figures;
+    const std::vector<Belief<double>> beliefs = smoothAll<T>(figures, model);
+    smoothInSteps<T>(figures, model, beliefs);
+    smoothStates<T>(figures, model, beliefs);
+    return figures;
+}
+
+// ------------------------------------------------------------------ the reference itself
+
+/// Handed over in double, a mean has an error of its own beside sigma: hence the floor.
+template <class Real>
+Figures compareReference(const Case &model, const std::vector<Smoothed<Real>> &past)
+{
+    Figures figures;
+    for (std::size_t t = 0; t < past.size(); ++t) {
+        const Smoothed<Real> &now = past[t];
+        compareStep(figures, model, t,
+                    {{now.belief.mean.template cast<double>(),
+                      now.belief.covariance.template cast<double>()},
+                     now.lagOne.template cast<double>(),
+                     now.noiseMean.template cast<double>(),
+                     now.noiseCovariance.template cast<double>()},
+                    floorOf<float>());
+    }
+    return figures;
+}
+
+/// The largest sigma of the filter over that of the smoother: the smoothed mean is the filtered one
+/// with a correction, and what rounding did to that one counts in the sigma of the smoother.
+double refinement(const Case &model, double floor)
+{
+    double worst = 1;
+    for (std::size_t t = 0; t < model.past.size(); ++t) {
+        const Vector<Quad> before = units(model, model.track[t].filtered.covariance, floor);
+        const Vector<Quad> after = units(model, model.past[t].belief.covariance, floor);
+        worst = std::max(worst, before.cwiseQuotient(after).cast<double>().maxCoeff());
+    }
+    return worst;
+}
+
+/// The figures once more, in roundings: those of the filter, refined.
+template <class T> Figures inRoundings(const Case &model, const Figures &figures)
+{
+    const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
+    const double root = model.amplification(), reach = Reach<T>(model).value();
+    Figures result;
+    for (const auto &[name, value] : figures) {
+        if (name == "x" || name == "x alone" || name == "x alone - x" || name == "w" ||
+            name == "v") {
+            result.add("x in roundings", value / (unit * (reach + root)));
+        } else if (name == "P" || name == "lag one" || name == "cov w" || name == "var v") {
+            result.add("P in roundings", value / (unit * root));
+        }
+    }
+    return result;
+}
+
+/// What holds for both number types: order in roundings of a covariance handed over, and flags.
+Bounds allOf(double mean, double covariance)
+{
+    return {
+        {"x", mean},           {"x alone", mean},   {"x alone - x", mean},   {"w", mean},
+        {"v", mean},           {"P", covariance},   {"lag one", covariance}, {"cov w", covariance},
+        {"var v", covariance}, {"above filter", 8}, {"not PSD", 1},          {"last step", 0},
+        {"one by one", 0},     {"count of v", 0}};
+}
+
+template <class T>
+void compareLibrary(Report &report, const std::string &group, const Case &model,
+                    const Bounds &bounds)
+{
+    const std::string title = kq::Api<T>::name + (", " + group), &name = model.sequence.name;
+    const Figures figures = compareLibrary<T>(model);
+    report.add(title, name, figures, bounds);
+    report.add(title, name, inRoundings<T>(model, figures),
+               {{"x in roundings", 32}, {"P in roundings", 64}});
+}
+
+/// The gain of Rauch, Tung and Striebel needs the inverse of P-: a tolerance decides on its rank,
+/// and only where nothing is near that tolerance the result is a reference.
+void compareGain(Report &report, const std::string &group, const Case &model)
+{
+    double condition = 1;
+    for (const Track<Quad> &now : model.track) {
+        condition = std::max(condition, conditionOf(now.predicted.covariance));
+    }
+    const bool regular = condition <= conditionLimit;
+    const std::string title = "RTS, " + group + (regular ? "" : ", P- nearly singular");
+    const Quad tolerance(1e-17);
+    report.add(title, model.sequence.name,
+               compareReference(model, smooth(model.sequence, model.track, tolerance)),
+               regular ? allOf(1e-10, 1e-13) : Bounds{});
+}
+
+void compareAll(Report &report, const std::string &group, const Case &model)
+{
+    compareGain(report, group, model);
+    compareLibrary<double>(report, group, model, allOf(1e-9, 1e-10));
+    const bool named = group == "named models";
+    compareLibrary<float>(report, group, model, named ? allOf(1e-3, 2e-5) : allOf(infinite, 1e-3));
+}
+
+void compareBatch(Report &report, Random &random, int number)
+{
+    generator::Options options;
+    options.steps = shortSteps;
+    options.invertible = true;
+    const Sequence sequence = generator::randomSequence(random, number, options);
+    const Case model(sequence);
+    report.add("dense solve", sequence.name,
+               compareReference(model, Batch<long double>(sequence).smoothed()),
+               allOf(1e-10, 1e-13));
+    compareAll(report, "12 steps", model);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const std::uint64_t seed = generator::seedOf(argc, argv);
+    std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+    Random random(seed);
+    Report report;
+    for (int number = 0; number < randomModels; ++number) {
+        const Sequence sequence = generator::randomSequence(random, number);
+        compareAll(report, "random models", Case(sequence));
+    }
+    for (const Sequence &sequence : generator::namedSequences(random)) {
+        compareAll(report, "named models", Case(sequence));
+    }
+    for (int number = 0; number < shortModels; ++number) compareBatch(report, random, number);
+    report.print();
+    return report.verdict.finish();
+}
