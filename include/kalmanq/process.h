@@ -76,11 +76,12 @@ kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory,
  *            compared, the upper one is used; not kept
  * May be called again with another model, between steps too, unless a history still refers
  * to p (smoother.h).
- * Cost: n^3/6 multiplications and n square roots.
- * Accuracy: G is exact for a Q perturbed by (n+1) eps sqrt(Q_ii Q_jj).  A pivot below
- * 8 n eps Q_ii counts as 0.  G_ii is at least 2^-60 (f32) or 2^-200 (f64): a standard
- * deviation below that is noise to the arithmetic.  KQ_ERR_SIZE / _MEMORY also stand for a
- * p that was never given its sizes and memory.
+ * Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
+ * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  Where the other
+ * states explain a variance up to 8 n eps of itself, the rest counts as 0: give the factor
+ * (below) if that rest matters.  G_ii is at least 2^-60 (f32) or 2^-200 (f64): a standard
+ * deviation below that is noise to the arithmetic.
+ * KQ_ERR_SIZE and KQ_ERR_MEMORY also stand for a p that was never given its sizes and memory.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
  * KQ_ERR_NOT_SEMIDEFINITE.
  */
@@ -92,7 +93,7 @@ kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *
  * where its entries span many decades.
  *   F        n x r, any shape and rank; not kept
  *   r        0..16 columns (0: no noise; F may be NULL then)
- * Cost: n^2 r multiplications and n square roots.
+ * Cost: n^2 r multiplications and n square roots; stack: 424 words.
  * Errors as kq_process_init, without the two of Q.
  */
 kq_status kq_process_init_factor_f32(kq_process_f32 *p, const float *A, const float *B,
