@@ -14,18 +14,9 @@ build="$root/build/demo-build"
 kq_setup build
 kq_setup python
 
-# quietly COMMAND...: what it prints is shown only if it fails
-quietly() {
-    local log status=0
-    log=$(mktemp)
-    "$@" >"$log" 2>&1 || { status=$? && cat "$log" >&2; }
-    rm -f "$log"
-    return "$status"
-}
-
-quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_BUILD_TESTS=OFF
-quietly cmake --build "$build" --target kq_demo
+kq_quietly cmake --build "$build" --target kq_demo
 
 export PYTHONDONTWRITEBYTECODE=1
 exec "$KQ_PYTHON" "$root/tools/demo/demo.py" --programs "$build/tools/demo" "$@"

@@ -83,3 +83,12 @@ kq_setup_tests() {
 }
 
 kq_setup() { "kq_setup_$1"; }
+
+# kq_quietly COMMAND...: what it prints is shown only if it fails
+kq_quietly() {
+    local log status=0
+    log=$(mktemp)
+    "$@" >"$log" 2>&1 || { status=$? && cat "$log" >&2; }
+    rm -f "$log"
+    return "$status"
+}

@@ -1,26 +1,38 @@
 #!/usr/bin/env bash
-# All the tests: sets up what is missing, builds, runs everything through CTest.
+# All the tests: sets up what is missing, builds, runs everything through CTest, and prints the
+# figures that the tests measured.
 #   tools/test.sh            everything
-#   tools/test.sh -R unit    what CTest selects; any of its options
+#   tools/test.sh -R unit    what CTest selects by these options
 set -euo pipefail
-cd "$(dirname "$0")/.."
-. tools/setup.sh
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build="$root/build/test"
+
+# shellcheck source=setup.sh
+. "$root/tools/setup.sh"
 kq_setup build
 kq_setup python
 kq_setup tests
 
-cmake -S . -B build/test -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_PYTHON="$KQ_PYTHON" >build-log.tmp \
-    || { cat build-log.tmp; rm -f build-log.tmp; exit 1; }
-rm -f build-log.tmp
-cmake --build build/test
-report=$(mktemp)
+kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_PYTHON="$KQ_PYTHON"
+kq_quietly cmake --build "$build"
+
 status=0
-ctest --test-dir build/test --output-on-failure --timeout 300 -j 2 "$@" | tee "$report" || status=$?
-passed=$(grep -c ' Passed ' "$report" || true)
-failed=$(grep -cE '\*\*\*(Failed|Timeout|Exception|Not Run)' "$report" || true)
-rm -f "$report"
+ctest --test-dir "$build" --output-on-failure --timeout 300 -j 2 "$@" \
+    --output-junit "$build/tests.xml" || status=$?
+
+# what each test printed, without CTest's own lines
+log="$build/Testing/Temporary/LastTest.log"
+awk '/^[0-9]+\/[0-9]+ Testing: (reference|target.pair)/ { name = $3 }
+     /^Output:/ { getline; if (name) print "\n== " name; inside = name != "" ; next }
+     /^<end of output>/ { inside = 0; name = "" }
+     inside' "$log" >"$build/figures.txt"
+cat "$build/figures.txt"
+
+count() { sed -n "s/^[[:space:]]*$1=\"\([0-9]*\)\".*/\1/p" "$build/tests.xml" | head -1; }
+total=$(count tests) failed=$(count failures)
 echo
-echo "What was done: library, tests and tools built in build/test; figures: build/test/figures.txt"
-echo "$passed passed, $failed failed"
-[ "$status" = 0 ] && [ "$passed" -gt 0 ]
+echo "Built the library, its tests and its tools in build/test and ran the tests."
+echo "The figures above are in build/test/figures.txt, all output is in ${log#"$root"/}."
+echo "$((total - failed)) passed, $failed failed"
+[ "$status" = 0 ] && [ "$total" -gt 0 ]
