@@ -71,16 +71,6 @@ inline Mat randomFactor(Random &random, Index n, Index rank, const Vec &scale)
     return F;
 }
 
-/// Upper triangular, every other column 0: the Cholesky factor of a singular covariance, whose
-/// factorisation from the last row up meets no rounding at all.
-inline Mat singularFactor(Random &random, Index n, const Vec &scale)
-{
-    const Mat F = randomFactor(random, n, n, scale);
-    Mat upper = F.triangularView<Eigen::Upper>();
-    for (Index j = n - 1; j >= 0; j -= 2) upper.col(j).setZero();
-    return upper;
-}
-
 inline Mat diagonalFactor(Random &random, Index n, const Vec &scale)
 {
     Mat F = Mat::Zero(n, n);
@@ -301,7 +291,7 @@ inline Sequence randomSequence(Random &random, int number, const Options &option
     const Vec units = features.units ? powersOfTwo(random, n, -8, 8) : constant(n, 1);
     const Vec size = units * std::ldexp(1.0, random.integer(-1, 4));
     const bool singular = !options.invertible && random.chance(0.2);
-    const Mat F = singular ? singularFactor(random, n, size) : randomFactor(random, n, n, size);
+    const Mat F = randomFactor(random, n, singular ? (n + 1) / 2 : n, size);
     sequence.P0 = F * F.transpose();
     sequence.x0 = toFloat(Mat(units.cwiseProduct(10 * normals(random, n))));
     addProcesses(random, sequence, features, units, options);

@@ -96,7 +96,7 @@ template <class T> class Library
             }
         }
         const Matrix<double> Q = model.F * model.F.transpose();
-        const bool asFactor = !isFloat(Q) || model.F.cols() < n_ || n_ % 2 == 0;
+        const bool asFactor = !isFloat(Q) || n_ % 2 == 0;
         processOf_.push_back(processes_.size());
         transitionNow_.push_back(k);
         processes_.emplace_back(n_, static_cast<int>(model.B.cols()), flattened<T>(model.A),

@@ -57,7 +57,7 @@ std::size_t addSensor(Sequence &sequence, const Matrix<double> &H, const Vector<
 
 Matrix<double> none(Eigen::Index n) { return Matrix<double>(n, 0); }
 Matrix<double> identity(Eigen::Index n) { return Matrix<double>::Identity(n, n); }
-Vector<double> exact(Eigen::Index m) { return Vector<double>::Zero(m); }
+Vector<double> noNoise(Eigen::Index m) { return Vector<double>::Zero(m); }
 
 /// Multiples of 2^-12 and below 2^11: sums of two are floats.
 double onGrid(double z) { return std::rint(z * 4096) / 4096; }
@@ -125,7 +125,7 @@ Case arma(double missing, std::uint64_t seed)
         model(missing > 0 ? "ARMA(2,1), gaps" : "ARMA(2,1)", rows({{1.25, 1}, {-0.5, 0}}),
               rows({{1}, {0.375}}), column({0, 0}), rows({{8, 0}, {0, 2}}));
     const Matrix<double> h = unitRow(2, 0);
-    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
     Truth truth(data.sequence, column({1, 1}), seed);
     Random random(seed + 1);
     for (int t = 0; t < 200; ++t) {
@@ -148,8 +148,8 @@ Case twins(Sequence sequence, bool separate, std::uint64_t seed)
     sequence.name += separate ? ", in two calls" : ", in one call";
     data.sequence = std::move(sequence);
     const Matrix<double> h = unitRow(data.sequence.states(), 0);
-    const std::size_t one = addSensor(data.sequence, h, exact(1));
-    const std::size_t two = addSensor(data.sequence, h.replicate(2, 1), exact(2));
+    const std::size_t one = addSensor(data.sequence, h, noNoise(1));
+    const std::size_t two = addSensor(data.sequence, h.replicate(2, 1), noNoise(2));
     Truth truth(data.sequence, data.sequence.x0, seed);
     for (int t = 0; t < 60; ++t) {
         const double z = truth.see(h);
@@ -174,7 +174,7 @@ Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
                                             : "noisy sensor, then its exact twin");
     const Matrix<double> h = unitRow(2, 0);
     const std::size_t noisy = addSensor(data.sequence, h, column({0.25}));
-    const std::size_t sure = addSensor(data.sequence, h, exact(1));
+    const std::size_t sure = addSensor(data.sequence, h, noNoise(1));
     Truth truth(data.sequence, column({10, -3}), seed);
     for (int t = 0; t < 60; ++t) {
         const Reading a = reading(sure, column({truth.see(h)}));
@@ -199,12 +199,12 @@ Case sums(const std::vector<int> &order, bool separate, Eigen::Index noises, std
     data.sequence =
         model(std::string("h3 = h1 + h2, ") + (order[0] == 2 ? "h3 first, " : "") +
                   (separate ? "in three calls" : "in one call") + (noises < 4 ? ", 2 noises" : ""),
-              A, randomMatrix(random, 4, noises), exact(4), 16 * identity(4));
+              A, randomMatrix(random, 4, noises), noNoise(4), 16 * identity(4));
     Matrix<double> H = rows({{1.5, -0.25, 0.75, 2}, {-0.5, 1.25, 3, -1.75}, {0, 0, 0, 0}});
     H.row(2) = H.row(0) + H.row(1);
     const Matrix<double> ordered = H(order, Eigen::all);
-    for (Eigen::Index k = 0; k < 3; ++k) addSensor(data.sequence, ordered.row(k), exact(1));
-    const std::size_t all = addSensor(data.sequence, ordered, exact(3));
+    for (Eigen::Index k = 0; k < 3; ++k) addSensor(data.sequence, ordered.row(k), noNoise(1));
+    const std::size_t all = addSensor(data.sequence, ordered, noNoise(3));
     Truth truth(data.sequence, column({3, -5, 2, 1}), seed);
     for (int t = 0; t < 60; ++t) {
         Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
@@ -232,7 +232,7 @@ Case knownStart(std::uint64_t seed)
     data.sequence = movingTarget("P0 = 0");
     data.sequence.P0.setZero();
     const Matrix<double> h = unitRow(2, 0);
-    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
     Truth truth(data.sequence, data.sequence.x0, seed);
     for (int t = 0; t < 60; ++t) {
         addStep(data, {reading(sensor, column({truth.see(h)}))}, {t > 0});
@@ -248,7 +248,7 @@ Case knownForever()
     data.sequence = model("P0 = 0 and Q = 0", rows({{1, 0.125}, {0, 1}}), none(2), column({10, -3}),
                           Matrix<double>::Zero(2, 2));
     const Matrix<double> h = rows({{1, 0.5}});
-    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
     Truth truth(data.sequence, data.sequence.x0, 0);
     for (int t = 0; t < 40; ++t) {
         addStep(data, {reading(sensor, column({truth.see(h)}))}, {false});
@@ -263,7 +263,7 @@ Case blindSensor(bool separate, std::uint64_t seed)
     Case data;
     data.sequence = movingTarget(separate ? "H = 0, in two calls" : "H = 0, in one call");
     const Matrix<double> h = unitRow(2, 0), blind = Matrix<double>::Zero(1, 2);
-    const std::size_t dark = addSensor(data.sequence, blind, exact(1));
+    const std::size_t dark = addSensor(data.sequence, blind, noNoise(1));
     const std::size_t light = addSensor(data.sequence, h, column({0.25}));
     const std::size_t both = addSensor(data.sequence, rows({{0, 0}, {1, 0}}), column({0, 0.25}));
     Truth truth(data.sequence, column({11, -1}), seed);
@@ -286,7 +286,7 @@ Case constantState(const std::string &name, const Matrix<double> &H, bool noisy,
     data.sharp = sharp;
     data.sequence = model(name, identity(3), none(3), column({100, 0, -50}),
                           rows({{4, 1, 0}, {1, 9, -2}, {0, -2, 25}}));
-    for (Eigen::Index k = 0; k < H.rows(); ++k) addSensor(data.sequence, H.row(k), exact(1));
+    for (Eigen::Index k = 0; k < H.rows(); ++k) addSensor(data.sequence, H.row(k), noNoise(1));
     const Matrix<double> extra = rows({{1, 1, -0.5}});
     const std::size_t extraSensor = addSensor(data.sequence, extra, column({0.25}));
     Truth truth(data.sequence, column({101.5, -2.25, -46.75}), seed);
@@ -312,7 +312,7 @@ Case straightLineOfPoints(std::uint64_t seed)
     data.sequence = model("straight line, exact points", rows({{1, 0.125}, {0, 1}}), none(2),
                           column({0, 0}), rows({{100, 0}, {0, 4}}));
     const Matrix<double> h = unitRow(2, 0);
-    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
     Truth truth(data.sequence, column({12.5, -1.75}), seed);
     for (int t = 0; t < 40; ++t) {
         addStep(data, {reading(sensor, column({truth.see(h)}))}, {t < 2});
@@ -330,7 +330,7 @@ Case singularPrior(std::uint64_t seed)
     data.sequence =
         model("P0 of rank 1", identity(3), none(3), column({1, 2, 3}), v * v.transpose());
     const Matrix<double> h = rows({{1, 0.5, 2}});
-    const std::size_t sensor = addSensor(data.sequence, h, exact(1));
+    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
     const Truth truth(data.sequence, data.sequence.x0 + 1.5 * v, seed);
     for (int t = 0; t < 40; ++t) {
         addStep(data, {reading(sensor, column({truth.see(h)}))}, {t == 0});
@@ -392,38 +392,50 @@ bool isSound(const Belief<double> &belief)
            belief.covariance.diagonal().minCoeff() >= 0;
 }
 
+template <class T>
+void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
+                     const BrysonFrazier<Quad> &reference)
+{
+    const std::vector<Step> &steps = data.sequence.steps;
+    for (std::size_t t = 0; t < steps.size(); ++t) {
+        int taken = 0;
+        for (const int count : run.update(steps[t])) taken += count;
+        const auto expected = std::count(data.taken[t].begin(), data.taken[t].end(), true);
+        figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
+        const Belief<double> mine = run.belief();
+        const Belief<Quad> &exact = reference.track()[t].filtered;
+        const Vector<Quad> unit = units<T>(exact.covariance, reference.unmeasured()[t]);
+        figures.x = std::max(figures.x, meanError(mine.mean, exact.mean, unit));
+        figures.P = std::max(figures.P, covarianceError(mine.covariance, exact.covariance, unit));
+        figures.sound = figures.sound && isSound(mine);
+        if (t + 1 < steps.size()) run.predict(steps[t]);
+    }
+}
+
+template <class T>
+void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier<Quad> &reference)
+{
+    const std::vector<Smoothed<double>> past = run.smooth();
+    const std::vector<Smoothed<Quad>> exactPast = reference.smooth();
+    for (std::size_t t = 0; t < past.size(); ++t) {
+        const Belief<double> &mine = past[t].belief;
+        const Belief<Quad> &exact = exactPast[t].belief;
+        const Vector<Quad> unit = units<T>(exact.covariance, reference.unmeasured()[t]);
+        figures.smoothedX = std::max(figures.smoothedX, meanError(mine.mean, exact.mean, unit));
+        figures.smoothedP =
+            std::max(figures.smoothedP, covarianceError(mine.covariance, exact.covariance, unit));
+        figures.sound = figures.sound && isSound(mine);
+    }
+}
+
 template <class T> Figures runLibrary(const Case &data, const BrysonFrazier<Quad> &reference)
 {
     Figures figures;
     LibraryRun<T> run(data.sequence);
     run.record();
-    const std::size_t steps = data.sequence.steps.size();
-    for (std::size_t t = 0; t < steps; ++t) {
-        int taken = 0;
-        for (const int count : run.update(data.sequence.steps[t])) taken += count;
-        const auto expected = std::count(data.taken[t].begin(), data.taken[t].end(), true);
-        figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
-        const Belief<double> mine = run.belief();
-        const Belief<Quad> &filtered = reference.track()[t].filtered;
-        const Vector<Quad> unit = units<T>(filtered.covariance, reference.unmeasured()[t]);
-        figures.x = std::max(figures.x, meanError(mine.mean, filtered.mean, unit));
-        figures.P =
-            std::max(figures.P, covarianceError(mine.covariance, filtered.covariance, unit));
-        figures.sound = figures.sound && isSound(mine);
-        if (t + 1 < steps) run.predict(data.sequence.steps[t]);
-    }
+    compareFiltered(figures, run, data, reference);
     figures.events = run.events();
-    const std::vector<Smoothed<double>> past = run.smooth();
-    const std::vector<Smoothed<Quad>> exactPast = reference.smooth();
-    for (std::size_t t = 0; t < steps; ++t) {
-        const Belief<Quad> &belief = exactPast[t].belief;
-        const Vector<Quad> unit = units<T>(belief.covariance, reference.unmeasured()[t]);
-        figures.smoothedX =
-            std::max(figures.smoothedX, meanError(past[t].belief.mean, belief.mean, unit));
-        figures.smoothedP = std::max(
-            figures.smoothedP, covarianceError(past[t].belief.covariance, belief.covariance, unit));
-        figures.sound = figures.sound && isSound(past[t].belief);
-    }
+    compareSmoothed(figures, run, reference);
     return figures;
 }
 

@@ -39,13 +39,13 @@ bool isOfCovariance(const std::string &name)
 /// of the gain, which are those of P.
 template <class T> Figures inRoundings(const Study &study, const Figures &figures)
 {
-    const double rounding = roundingOf<T>(study), root = study.amplification();
+    const double rounding = roundingOf<T>(study), amplification = study.amplification();
     const double reach = Reach<T>(study).value();
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "events" || name == "taken" || name == "forecast changed") continue;
-        if (isOfCovariance(name)) result.add("P in roundings", value / (rounding * root));
-        else result.add("x in roundings", value / (rounding * (reach + root)));
+        if (isOfCovariance(name)) result.add("P in roundings", value / (rounding * amplification));
+        else result.add("x in roundings", value / (rounding * (reach + amplification)));
     }
     return result;
 }

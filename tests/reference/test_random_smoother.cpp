@@ -277,14 +277,14 @@ double refinement(const Case &model, double floor)
 template <class T> Figures inRoundings(const Case &model, const Figures &figures)
 {
     const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double root = model.amplification(), reach = Reach<T>(model).value();
+    const double amplification = model.amplification(), reach = Reach<T>(model).value();
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "x" || name == "x alone" || name == "x alone - x" || name == "w" ||
             name == "v") {
-            result.add("x in roundings", value / (unit * (reach + root)));
+            result.add("x in roundings", value / (unit * (reach + amplification)));
         } else if (name == "P" || name == "lag one" || name == "cov w" || name == "var v") {
-            result.add("P in roundings", value / (unit * root));
+            result.add("P in roundings", value / (unit * amplification));
         }
     }
     return result;

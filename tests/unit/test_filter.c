@@ -160,6 +160,16 @@ static void init_takes_a_singular_P0(void)
     }
 }
 
+/* The lower triangle is compared, within rounding, and not used. */
+static void init_uses_the_upper_triangle(void)
+{
+    FILTER(twin, 2);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    P0[2] = N(0.5 * (1 + EPS));
+    ASSERT_OK(init());
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
 static void init_begins_a_new_run(void)
 {
     reading fresh, again;
@@ -579,6 +589,7 @@ static void run_assign_and_init(void)
     RUN_TEST(init_refuses_numbers_that_are_not_finite);
     RUN_TEST(init_checks_that_P0_is_a_covariance);
     RUN_TEST(init_takes_a_singular_P0);
+    RUN_TEST(init_uses_the_upper_triangle);
     RUN_TEST(init_begins_a_new_run);
     RUN_TEST(a_refused_init_leaves_the_old_run_going);
 }

@@ -1,4 +1,5 @@
 /* The process: its sizes, its checks, the root of its noise. */
+#include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
 #include "unchanged.h"
@@ -174,6 +175,18 @@ static void init_takes_a_singular_noise(void)
         ASSERT_OK(K(covariance)(&track, P));
         for (int c = 0; c < 4; c++) ASSERT_CLOSE(Q[c], P[c], 4);
     }
+}
+
+/* The lower triangle is compared, within rounding, and not used. */
+static void init_uses_the_upper_triangle(void)
+{
+    FILTER(twin, 2);
+    ASSERT_OK(K(filter_init)(&twin, start, nothing));
+    ASSERT_OK(K(predict)(&twin, &motion, NULL));
+    Q[2] = N(0.125 * (1 + EPS));
+    ASSERT_OK(init());
+    predict_from_certainty(&motion, NULL);
+    ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
 static void without_noise_the_state_stays_certain(void)
@@ -433,6 +446,7 @@ static void run_assign_and_init(void)
     RUN_TEST(init_refuses_numbers_that_are_not_finite);
     RUN_TEST(init_checks_that_the_noise_is_a_covariance);
     RUN_TEST(init_takes_a_singular_noise);
+    RUN_TEST(init_uses_the_upper_triangle);
     RUN_TEST(without_noise_the_state_stays_certain);
     RUN_TEST(the_noise_matrix_is_not_kept);
     RUN_TEST(a_refused_init_leaves_the_old_model_working);

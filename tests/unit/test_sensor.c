@@ -1,4 +1,5 @@
 /* The sensor: its sizes, its checks, what it makes of the noise. */
+#include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
 #include "unchanged.h"
@@ -163,6 +164,23 @@ static void init_takes_a_singular_noise(void)
         ASSERT_OK(init());
         assert_model(&radar, H, R);
     }
+}
+
+/* The lower triangle is compared, within rounding, and not used. */
+static void init_uses_the_upper_triangle(void)
+{
+    FILTER(twin, 2);
+    num S[4], lower[4];
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(update)(&twin, &radar, z));
+    ASSERT_OK(K(measurement)(&twin, &radar, NULL, S));
+    R[2] = N(0.25 * (1 + EPS));
+    ASSERT_OK(init());
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    ASSERT_OK(K(measurement)(&track, &radar, NULL, lower));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+    ASSERT_SAME_BITS(S, lower);
 }
 
 static void an_independent_noise_is_not_kept(void)
@@ -342,6 +360,7 @@ static void run_assign_and_init(void)
     RUN_TEST(init_refuses_numbers_that_are_not_finite);
     RUN_TEST(init_checks_that_the_noise_is_a_covariance);
     RUN_TEST(init_takes_a_singular_noise);
+    RUN_TEST(init_uses_the_upper_triangle);
     RUN_TEST(an_independent_noise_is_not_kept);
     RUN_TEST(a_refused_init_leaves_the_old_model_working);
     RUN_TEST(init_may_be_called_again_with_another_model);

@@ -152,19 +152,23 @@ static void a_measurement_of_any_sharpness_leaves_the_rest_accurate(void)
     }
 }
 
+/* To a part of its own sigma of 1e-5, though that is far below the last bit of the mean. */
 static void a_sharp_measurement_is_believed(void)
 {
     SENSOR(gauge, 1, 1);
     FILTER(level, 1);
-    static const num one[] = {1}, far[] = {0}, wide[] = {N(1e6)}, sharp[] = {N(1e-10)};
-    static const num value[] = {1234.5};
-    ASSERT_OK(K(sensor_init)(&gauge, one, sharp));
-    ASSERT_OK(K(filter_init)(&level, far, wide));
-    ASSERT_OK(K(update)(&level, &gauge, value));
-    ASSERT_CLOSE(1234.5, whole_mean(&level, 0), 1234.5);
-    ASSERT_WITHIN(1e-8, 1e-5, K(sigma)(&level, 0));
-    ASSERT_OK(K(update)(&level, &gauge, value));
-    ASSERT_WITHIN(1e-8, 1e-5 / sqrt(2), K(sigma)(&level, 0));
+    static const num one[] = {1}, sharp[] = {N(1e-10)};
+    for (int k = 0; k < 20; k++) {
+        const num value[] = {N(1234.567 + 0.789 * k)}, x[] = {N(-0.1 * k)}, P[] = {N(1e6 + 7 * k)};
+        ASSERT_OK(K(sensor_init)(&gauge, one, sharp));
+        ASSERT_OK(K(filter_init)(&level, x, P));
+        ASSERT_OK(K(update)(&level, &gauge, value));
+        ASSERT_WITHIN(1e-6, value[0], whole_mean(&level, 0));
+        ASSERT_WITHIN(1e-8, 1e-5, K(sigma)(&level, 0));
+        ASSERT_OK(K(update)(&level, &gauge, value));
+        ASSERT_WITHIN(1e-6, value[0], whole_mean(&level, 0));
+        ASSERT_WITHIN(1e-8, 1e-5 / sqrt(2), K(sigma)(&level, 0));
+    }
 }
 
 static void update_refuses_null(void)
@@ -404,17 +408,18 @@ static void put_direction(num *h, uint32_t *seed)
     for (int i = 0; i < 3; i++) h[i] = N(floor(256 * (double)noise(seed)) / 256);
 }
 
-/* Whatever the numbers: after two noise-free rows, each of them again and their sum say nothing
-   new, though rounding leaves them a variance above 0. */
-static void redundancy_is_seen_through_the_rounding(void)
+/* Whatever the numbers: after two rows without noise, or with a noise far below rounding, each
+   of them again and their sum say nothing new, though rounding leaves them a variance. */
+static void assert_redundancy(double r)
 {
     SENSOR_DIAGONAL(five, 3, 5);
     SENSOR_DIAGONAL(plain, 3, 2);
     FILTER(three, 3);
     FILTER(other, 3);
-    static const num none[5] = {0}, x[3] = {0};
+    static const num x[3] = {0};
+    const num sharp[] = {N(r), N(r), N(r), N(r), N(r)};
     uint32_t seed = 11;
-    for (int k = 0; k < 100; k++) {
+    for (int k = 0; k < 50; k++) {
         num h[15], P[9], values[5];
         for (int row = 0; row < 2; row++) put_direction(h + 3 * row, &seed);
         for (int i = 0; i < 3; i++) {
@@ -423,8 +428,8 @@ static void redundancy_is_seen_through_the_rounding(void)
         }
         values[2] = values[0], values[3] = values[1], values[4] = values[0] + values[1];
         for (int c = 0; c < 9; c++) P[c] = c % 4 == 0 ? N(1 + 0.1 * k) : N(0.3);
-        ASSERT_OK(K(sensor_init_diagonal)(&five, h, none));
-        ASSERT_OK(K(sensor_init_diagonal)(&plain, h, none));
+        ASSERT_OK(K(sensor_init_diagonal)(&five, h, sharp));
+        ASSERT_OK(K(sensor_init_diagonal)(&plain, h, sharp));
         ASSERT_OK(K(filter_init)(&three, x, P));
         ASSERT_OK(K(filter_init)(&other, x, P));
         ASSERT_OK(K(update)(&three, &five, values));
@@ -434,6 +439,24 @@ static void redundancy_is_seen_through_the_rounding(void)
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&other));
         ASSERT_SAME_STATE(&other, &three, 3);
     }
+}
+
+static void redundancy_is_seen_through_the_rounding(void)
+{
+    assert_redundancy(0);
+    assert_redundancy(EPS * EPS * EPS);
+}
+
+/* Two rows that differ by sqrt(eps): what the second adds is small, but not rounding. */
+static void nearly_parallel_rows_are_both_taken(void)
+{
+    const num small = N(sqrt(EPS)), h[] = {1, 0.5, 1, N(0.5) + small};
+    const num values[] = {0.5, N(0.5) + 2 * small};
+    ASSERT_OK(K(update)(&track, sensor_of(h, free_of_noise, 2), values));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+    ASSERT_WITHIN(0.01, -0.5, whole_mean(&track, 0));
+    ASSERT_WITHIN(0.01, 2, whole_mean(&track, 1));
 }
 
 static void a_noise_free_measurement_of_a_known_state_is_not_taken(void)
@@ -524,6 +547,7 @@ int main(void)
     RUN_TEST(small_terms_of_the_likelihood_are_not_lost);
     RUN_TEST(a_redundant_noise_free_component_is_not_taken);
     RUN_TEST(redundancy_is_seen_through_the_rounding);
+    RUN_TEST(nearly_parallel_rows_are_both_taken);
     RUN_TEST(a_noise_free_measurement_of_a_known_state_is_not_taken);
     RUN_TEST(events_stay_until_they_are_cleared);
     RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);
