@@ -1,7 +1,7 @@
 /*
  * The mean in a wider word than the arithmetic's: a pair x = hi + lo, in two planes of n words.
- * hi is where the last predict left it, lo collects what came since.  Only the increment is
- * ever rounded, so a correction of a millionth of an ulp of x still counts.
+ * hi is x rounded, lo what that leaves and what is being added.  Only the increment is ever
+ * rounded, so a correction of a millionth of an ulp of x still counts.
  */
 #ifndef KALMANQ_MEAN_H
 #define KALMANQ_MEAN_H
@@ -21,8 +21,14 @@ static inline void mean_set(num *x, int n, int i, num value)
     x[n + i] = 0;
 }
 
-/* x_i += d */
-static inline void mean_add(num *x, int n, int i, num d) { x[n + i] += d; }
+/* x_i += d; lo is left below an ulp of hi, for the next d to be added to */
+static inline void mean_add(num *x, int n, int i, num d)
+{
+    const num low = x[n + i] + d;
+    const num high = x[i] + low;
+    x[n + i] = low - (high - x[i]);
+    x[i] = high;
+}
 
 /* The same for a d of any size: hi and lo are brought apart again, the sum is exact. */
 static inline void mean_add_exactly(num *x, int n, int i, num d)

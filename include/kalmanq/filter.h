@@ -131,7 +131,9 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  * Cost: 2 n^2 multiplications, n square roots and 2n divisions a component; a correlated R
  * adds m n / 2 multiplications a component.  A measurement whose noise is far below the state's
  * uncertainty (R below 2^-16 S in f32, 2^-48 in f64) is taken in stages, each at that cost.
- * Events: KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.
+ * Events: KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 16 eps of
+ * the terms that H x is the sum of, where a noise-free or very sharp measurement came before,
+ * and an innovation variance of 2^-96 (f32) or 2^-360 (f64) always: choose units above it.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
  */
 kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
@@ -204,7 +206,9 @@ kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, cons
                             double *e);
 
 /**
- * K = P H' S^-1 (pseudo-inverse), the gain that the next update would use.  Changes nothing.
+ * K = P H' S^-1, the gain that the next update would use.  Changes nothing.  Where S is
+ * singular, the component that says nothing new has a zero column: for consistent data K e is
+ * that of the pseudo-inverse.
  *   K        n x m, written
  * Cost: about that of the update.  Stack: 136 words more.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.

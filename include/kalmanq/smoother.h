@@ -32,9 +32,9 @@ extern "C" {
 #endif
 
 /**
- * Words of memory of a history: of one step with m scalar measurements taken, of one change of
+ * Words of memory of a history: of one step with m scalar measurements present, of one change of
  * process (a predict by another process than the predict before it), of the workspace, and of
- * a whole history of `steps` steps (m: the most scalar measurements that one step takes, all
+ * a whole history of `steps` steps (m: the most scalar measurements present in one step, all
  * sensors together).  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
  */
 #define KQ_HISTORY_STEP_LEN_F32(n, m)                                                              \

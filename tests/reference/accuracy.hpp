@@ -99,11 +99,13 @@ inline double smallestEigenvalue(const Matrix<double> &P, const Matrix<double> &
 /// The same of the correlation matrix of P.
 inline double smallestEigenvalue(const Matrix<double> &P) { return smallestEigenvalue(P, P); }
 
-/// What rounding alone may take from that eigenvalue where P is handed over in T: the rounding
-/// of n x n correlations.
+/// What rounding alone may take from that eigenvalue where P = S S' is multiplied out in T: up to
+/// (n + 1) eps / 2 of sigma_i sigma_j in each entry, so n times that in norm.
 template <class T> double eigenvalueRounding(Eigen::Index n)
 {
-    return static_cast<double>(n) * static_cast<double>(std::numeric_limits<T>::epsilon());
+    const double entry = static_cast<double>(n + 1) / 2 *
+                         static_cast<double>(std::numeric_limits<T>::epsilon());
+    return static_cast<double>(n) * entry;
 }
 
 } // namespace reference

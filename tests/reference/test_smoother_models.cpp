@@ -28,6 +28,7 @@ namespace
 constexpr std::size_t stepCount = 400;
 constexpr Mode gaps = {"20 % missing", 0.2, false};
 constexpr double meanGoal = 1e-4, covarianceGoal = 1e-5, doubleGoal = 1e-9;
+constexpr double noiseFreeDoubleGoal = 1e-8;
 /// Two references that share nothing but the data agree to this; where P falls by 22 decades,
 /// quadruple precision is left with 12 digits.
 constexpr double referenceGoal = 1e-12, illConditionedReferenceGoal = 1e-10;
@@ -44,10 +45,11 @@ struct FloatLimit {
 };
 
 constexpr FloatLimit floatLimits[] = {
-    {"n9 m3 IMU bias", 0, 6e-5},         {"n3 near-singular", 5e-4, 4e-5},
-    {"n2 P 1e6 -> 2e-9", 1, 40},         {"n5 trend+season", 0, 2e-5},
-    {"n5 line+season", 2e-4, 6e-5},      {"n7 trend+season", 0, 4e-5},
-    {"n3 regression Q=0", 2e-4, 4e-5},
+    {"n9 m3 IMU bias", 5e-4, 1e-4},    {"n3 near-singular", 5e-4, 1e-4},
+    {"n2 Q=0", 5e-4, 1e-4},            {"n2 P 1e6 -> 2e-9", 1, 40},
+    {"n5 line+season", 5e-4, 1e-4},    {"n5 trend+season", 5e-4, 1e-4},
+    {"n7 trend+season", 5e-4, 1e-4},   {"n3 regression Q=0", 5e-4, 1e-4},
+    {"n2 ARMA(2,1) R=0", 5e-4, 1e-5},
 };
 
 FloatLimit floatLimit(const std::string &name)
@@ -271,7 +273,8 @@ void testCase(Verdict &verdict, const Case &data)
     verdict.expectGoal(f32.P, covarianceGoal, limit.P, name + ", f32: error of P");
     verdict.expectGoal(f32.lagOne, covarianceGoal, limit.P, name + ", f32: error of lag one");
     if (data.kind != Kind::illConditioned) {
-        verdict.expectAtMost(std::max({f64.x, f64.P, f64.lagOne}), doubleGoal,
+        verdict.expectAtMost(std::max({f64.x, f64.P, f64.lagOne}),
+                             data.kind == Kind::noiseFree ? noiseFreeDoubleGoal : doubleGoal,
                              name + ", f64: error");
     }
     if (data.kind != Kind::noiseFree) checkReference(verdict, data, exact);

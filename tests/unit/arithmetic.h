@@ -83,28 +83,28 @@ static inline void assert_within(double tolerance, double expected, double actua
     UNITY_TEST_ASSERT_DOUBLE_WITHIN(tolerance, expected, actual, line, NULL);
 }
 
-#define ASSERT_WITHIN(tolerance, expected, actual)                                              \
+#define ASSERT_WITHIN(tolerance, expected, actual)                                                 \
     assert_within((double)(tolerance), (double)(expected), (double)(actual), __LINE__)
 
 /* Equal but for rounding; size: the size of the numbers that it came from. */
-#define ASSERT_CLOSE(expected, actual, size)                                                    \
-    assert_within(TOLERANCE * (double)(size), (double)(expected), (double)(actual), __LINE__)
+#define ASSERT_CLOSE(expected, actual, size)                                                       \
+    assert_within(TOLERANCE *(double)(size), (double)(expected), (double)(actual), __LINE__)
 
 #define ASSERT_NAN(value) TEST_ASSERT_TRUE(isnan(value))
 
 #define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT(KQ_OK, call)
 
 /* Two objects (arrays, structures without padding, or cleared ones), bit for bit. */
-#define ASSERT_SAME_BITS(expected, actual)                                                      \
+#define ASSERT_SAME_BITS(expected, actual)                                                         \
     TEST_ASSERT_EQUAL_MEMORY(&(expected), &(actual), sizeof(expected))
 
 /* The mean with what its float could not hold. */
-static inline double whole_mean(const K(filter) *f, int i)
+static inline double whole_mean(const K(filter) * f, int i)
 {
     return (double)K(mean)(f, i) + (double)K(mean_low)(f, i);
 }
 
-static inline double whole_smoothed_mean(const K(history) *h, size_t t, int i)
+static inline double whole_smoothed_mean(const K(history) * h, size_t t, int i)
 {
     return (double)K(smoothed_mean)(h, t, i) + (double)K(smoothed_mean_low)(h, t, i);
 }

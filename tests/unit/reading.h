@@ -17,7 +17,7 @@ typedef struct {
     unsigned events;
 } reading;
 
-static inline void read_filter(reading *r, const K(filter) *f, int n)
+static inline void read_filter(reading *r, const K(filter) * f, int n)
 {
     memset(r, 0, sizeof *r);
     for (int i = 0; i < n; i++) {
@@ -34,7 +34,7 @@ static inline void read_filter(reading *r, const K(filter) *f, int n)
 }
 
 /* One smoothed step: mean, low, sigma and P. */
-static inline void read_smoothed(reading *r, const K(history) *h, size_t t, int n)
+static inline void read_smoothed(reading *r, const K(history) * h, size_t t, int n)
 {
     memset(r, 0, sizeof *r);
     for (int i = 0; i < n; i++) {
@@ -46,7 +46,7 @@ static inline void read_smoothed(reading *r, const K(history) *h, size_t t, int 
 }
 
 /* Two filters that must be in the very same state. */
-static inline void assert_same_filter(const K(filter) *expected, const K(filter) *actual, int n,
+static inline void assert_same_filter(const K(filter) * expected, const K(filter) * actual, int n,
                                       UNITY_LINE_TYPE line)
 {
     reading a, b;
@@ -58,7 +58,7 @@ static inline void assert_same_filter(const K(filter) *expected, const K(filter)
 #define ASSERT_SAME_FILTER(expected, actual, n) assert_same_filter(expected, actual, n, __LINE__)
 
 /* The same mean and covariance; what the last update told may differ. */
-static inline void assert_same_state(const K(filter) *expected, const K(filter) *actual, int n,
+static inline void assert_same_state(const K(filter) * expected, const K(filter) * actual, int n,
                                      UNITY_LINE_TYPE line)
 {
     reading a, b;

@@ -20,7 +20,8 @@ static_assert(KQ_VERSION >= 100, "version");
 static_assert(std::is_standard_layout<kq_filter_f32>::value, "plain data");
 static_assert(std::is_trivially_copyable<kq_history_f64>::value, "plain data");
 
-namespace {
+namespace
+{
 
 // Objects at namespace scope, by the macros.
 KQ_PROCESS_F32(motion32, 2, 1);
@@ -43,10 +44,7 @@ constexpr float a32[] = {1, 0.5f, 0, 1}, b32[] = {0.125f, 0.5f};
 constexpr float q32[] = {0.25f, 0.125f, 0.125f, 0.5f}, h32[] = {1, 0, 0.5f, 1}, r32[] = {0.5f, 2};
 constexpr float x32[] = {1, -2}, p32[] = {2, 0.5f, 0.5f, 1}, u32[] = {4}, z32[] = {3, 1};
 
-void accepted(kq_status status)
-{
-    TEST_ASSERT_EQUAL_INT(KQ_OK, status);
-}
+void accepted(kq_status status) { TEST_ASSERT_EQUAL_INT(KQ_OK, status); }
 
 void run_f32()
 {
@@ -145,7 +143,7 @@ void a_refusal_has_a_text()
     TEST_ASSERT_NOT_NULL(kq_status_text(status));
 }
 
-}  // namespace
+} // namespace
 
 int main()
 {

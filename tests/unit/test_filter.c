@@ -7,7 +7,7 @@
 PROCESS(motion, 2, 1);
 SENSOR(radar, 2, 2);
 FILTER(track, 2);
-FILTER(blank, 2);                       /* never initialised */
+FILTER(blank, 2); /* never initialised */
 SENSOR(blank_sensor, 2, 2);
 PROCESS(blank_process, 2, 1);
 
@@ -140,10 +140,7 @@ static void init_refuses_numbers_that_are_not_finite(void)
     assert_entries_must_be_finite(P0, 4, init);
 }
 
-static void init_checks_that_P0_is_a_covariance(void)
-{
-    assert_covariance_is_checked(P0, init);
-}
+static void init_checks_that_P0_is_a_covariance(void) { assert_covariance_is_checked(P0, init); }
 
 static void init_takes_a_singular_P0(void)
 {
@@ -478,7 +475,7 @@ static void gain_refuses(void)
 
 static num big_A[256], big_P[256], big_x[16];
 
-static void use_every_function(K(filter) *f, int n)
+static void use_every_function(K(filter) * f, int n)
 {
     static num process_words[KQ_PROCESS_LEN(16)], sensor_words[KQ_SENSOR_LEN(16)];
     static num results[256], measured[16];

@@ -7,7 +7,7 @@ PROCESS(motion, 2, 1);
 SENSOR(radar, 2, 1);
 FILTER(track, 2);
 FILTER(ahead, 2);
-FILTER(walker, 2);                      /* moved step by step, to compare with */
+FILTER(walker, 2); /* moved step by step, to compare with */
 HISTORY(tape, 2, 1, 4, 0);
 
 /* never initialised, and of another size */

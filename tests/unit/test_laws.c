@@ -12,8 +12,8 @@
 
 typedef struct {
     num A[4], B[2], Q[4];
-    num H[4], R[4];                     /* two correlated components */
-    num h[2], r[1];                     /* and one of its own */
+    num H[4], R[4]; /* two correlated components */
+    num h[2], r[1]; /* and one of its own */
     num x0[2], P0[4];
     num z[STEPS][3], u[STEPS];
 } numbers;
@@ -33,7 +33,7 @@ typedef struct {
 typedef struct {
     reading filtered[STEPS], smoothed[STEPS];
     num lag_one[STEPS][4], noise_mean[STEPS][2], noise_covariance[STEPS][4];
-    num noise[STEPS][2];                /* of the first measurement: mean, variance */
+    num noise[STEPS][2]; /* of the first measurement: mean, variance */
     num gain[4], measurement[2], S[4], innovation[2], forecast[2];
 } results;
 
@@ -45,9 +45,15 @@ static results first, second;
 static void make_numbers(numbers *s, uint32_t seed)
 {
     static const numbers constant = {
-        .A = {1, 0.5, -0.25, 0.75}, .B = {0.125, 0.5}, .Q = {0.25, 0.125, 0.125, 0.5},
-        .H = {1, 0, 0.5, 1}, .R = {0.5, 0.25, 0.25, 1}, .h = {-1, 0.25}, .r = {0.125},
-        .x0 = {1, -2}, .P0 = {2, 0.5, 0.5, 1},
+        .A = {1, 0.5, -0.25, 0.75},
+        .B = {0.125, 0.5},
+        .Q = {0.25, 0.125, 0.125, 0.5},
+        .H = {1, 0, 0.5, 1},
+        .R = {0.5, 0.25, 0.25, 1},
+        .h = {-1, 0.25},
+        .r = {0.125},
+        .x0 = {1, -2},
+        .P0 = {2, 0.5, 0.5, 1},
     };
     *s = constant;
     for (int t = 0; t < STEPS; t++) {
@@ -60,10 +66,10 @@ static void make_numbers(numbers *s, uint32_t seed)
 static void do_nothing(void) {}
 static void (*volatile before_call)(void) = do_nothing;
 
-#define CALL(call)                                                                              \
-    do {                                                                                        \
-        before_call();                                                                          \
-        ASSERT_OK(call);                                                                        \
+#define CALL(call)                                                                                 \
+    do {                                                                                           \
+        before_call();                                                                             \
+        ASSERT_OK(call);                                                                           \
     } while (0)
 
 static void model_init(model *m, const numbers *s)
@@ -102,8 +108,8 @@ static void go_on(instance *i, const model *m, const numbers *s, int t)
 static void smooth_and_read(instance *i, results *out)
 {
     for (int t = STEPS - 1; t >= 0; t--) {
-        const K(smooth_extras) extras = {out->lag_one[t], out->noise_mean[t],
-                                         out->noise_covariance[t]};
+        const K(smooth_extras)
+            extras = {out->lag_one[t], out->noise_mean[t], out->noise_covariance[t]};
         num *v = out->noise[t];
         CALL(K(smooth_step)(&i->tape, NULL, &extras));
         if (t != 1 && t != 4) CALL(K(smoothed_measurement_noise)(&i->tape, 0, v, v + 1));
@@ -363,7 +369,7 @@ static void only_the_ratio_of_the_covariances_matters_to_the_mean(void)
 
 /* --------------------------------------------------------- many ways to take a measurement */
 
-static void assert_close_filters(const K(filter) *a, const K(filter) *b)
+static void assert_close_filters(const K(filter) * a, const K(filter) * b)
 {
     num P[4], other_P[4];
     for (int i = 0; i < 2; i++) ASSERT_CLOSE(whole_mean(a, i), whole_mean(b, i), 4);
@@ -380,7 +386,7 @@ static void begin_both(void)
 }
 
 /* Sensor of one component for two states, in memory that is used again. */
-static const K(sensor) *scalar_sensor(const num *h, num r)
+static const K(sensor) * scalar_sensor(const num *h, num r)
 {
     static num words[1], row[2], variance[1];
     static K(sensor) s;
@@ -579,8 +585,8 @@ static void permute(num *to, const num *from, int rows, int columns, int by_rows
     static const int order[] = {2, 0, 1};
     for (int i = 0; i < rows; i++) {
         for (int j = 0; j < columns; j++) {
-            to[i * columns + j] = from[(by_rows ? order[i] : i) * columns +
-                                       (by_columns ? order[j] : j)];
+            to[i * columns + j] =
+                from[(by_rows ? order[i] : i) * columns + (by_columns ? order[j] : j)];
         }
     }
 }
@@ -621,9 +627,12 @@ static void assert_permuted(const reading *straight, const reading *permuted)
 static void the_order_of_the_states_does_not_matter(void)
 {
     static const numbers3 straight = {
-        {1, 0.5, 0.125, 0, 1, 0.5, -0.25, 0, 0.5}, {0.25, 0.125, 0, 0.125, 0.5, 0.25, 0, 0.25, 1},
-        {1, 0, 0, 0.5, 1, -1}, {0.5, 0.25, 0.25, 1},
-        {1, -2, 0.5}, {2, 0.5, 0, 0.5, 1, 0.25, 0, 0.25, 1},
+        {1, 0.5, 0.125, 0, 1, 0.5, -0.25, 0, 0.5},
+        {0.25, 0.125, 0, 0.125, 0.5, 0.25, 0, 0.25, 1},
+        {1, 0, 0, 0.5, 1, -1},
+        {0.5, 0.25, 0.25, 1},
+        {1, -2, 0.5},
+        {2, 0.5, 0, 0.5, 1, 0.25, 0, 0.25, 1},
     };
     static numbers3 turned;
     turned = straight;

@@ -34,13 +34,13 @@ void tearDown(void) {}
 /* From a state known exactly: then P is Q, and x is A x + B u. */
 static const num start[] = {1, -2}, nothing[4] = {0};
 
-static void predict_from_certainty(const K(process) *p, const num *u)
+static void predict_from_certainty(const K(process) * p, const num *u)
 {
     ASSERT_OK(K(filter_init)(&track, start, nothing));
     ASSERT_OK(K(predict)(&track, p, u));
 }
 
-static void assert_noise(const K(process) *p, const num *expected)
+static void assert_noise(const K(process) * p, const num *expected)
 {
     textbook t;
     textbook_init(&t, 2, start, nothing);

@@ -32,7 +32,7 @@ void tearDown(void) {}
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3, 1};
 
 /* One update by the sensor is that by H and the 2 x 2 covariance C. */
-static void assert_model(const K(sensor) *s, const num *h, const num *C)
+static void assert_model(const K(sensor) * s, const num *h, const num *C)
 {
     textbook t;
     textbook_init(&t, 2, x0, P0);
@@ -103,10 +103,7 @@ static void an_assigned_sensor_still_has_to_be_initialised(void)
 
 /* -------------------------------------------------------------------------------- init */
 
-static void init_takes_correlated_components(void)
-{
-    assert_model(&radar, H, R);
-}
+static void init_takes_correlated_components(void) { assert_model(&radar, H, R); }
 
 static void init_takes_independent_components(void)
 {
@@ -133,7 +130,7 @@ static void init_refuses_a_sensor_without_memory(void)
 
 static void init_refuses_correlation_where_there_is_memory_for_a_diagonal(void)
 {
-    K(sensor) s;
+    static K(sensor) s;
     ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, KQ_SENSOR_DIAGONAL_LEN(2)));
     WATCH(s);
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_init)(&s, H, R));
@@ -218,7 +215,7 @@ static void init_diagonal_takes_variances(void)
 {
     static const num covariance[] = {0.5, 0, 0, 2};
     ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
-    memset(r, 0xFF, sizeof r);                              /* not kept */
+    memset(r, 0xFF, sizeof r); /* not kept */
     assert_model(&radar, H, covariance);
 }
 

@@ -5,7 +5,7 @@
 #include "unchanged.h"
 
 #define STEPS 6
-#define MOST 3                          /* scalar measurements of one step */
+#define MOST 3 /* scalar measurements of one step */
 
 PROCESS(motion, 2, 1);
 SENSOR(radar, 2, 2);
@@ -59,7 +59,7 @@ static const num radar_z[STEPS][2] = {{3, 1}, {0, 0}, {0, -1}, {0.5, 0.25}, {0, 
 static const num compass_z[] = {-0.5, 1.25};
 static const num control[STEPS] = {1, -2, 0.5, 4, 0, 0};
 
-static void measure(K(filter) *f, textbook *t, int step)
+static void measure(K(filter) * f, textbook *t, int step)
 {
     if (step == 0 || step == 3 || step == 5) {
         ASSERT_OK(K(update)(f, &radar, radar_z[step]));
@@ -76,7 +76,7 @@ static void measure(K(filter) *f, textbook *t, int step)
 }
 
 /* The run, by the library and by the textbook. */
-static void run(K(filter) *f)
+static void run(K(filter) * f)
 {
     textbook t;
     textbook_init(&t, 2, x0, P0);
@@ -271,12 +271,12 @@ static void assert_process_noise(const outputs *o, int t)
     textbook_multiply(AP, a, now->P, 2, 2, 2);
     textbook_multiply_transposed(APA, AP, a, 2, 2, 2);
     for (int i = 0; i < 2; i++) {
-        const double moved = a[2 * i] * now->x[0] + a[2 * i + 1] * now->x[1] +
-                             (double)B[i] * (double)control[t];
+        const double moved =
+            a[2 * i] * now->x[0] + a[2 * i + 1] * now->x[1] + (double)B[i] * (double)control[t];
         ASSERT_CLOSE(next->x[i] - moved, o->noise_mean[i], 8);
         for (int j = 0; j < 2; j++) {
-            const double expected = next->P[2 * i + j] - AL[2 * i + j] - AL[2 * j + i] +
-                                    APA[2 * i + j];
+            const double expected =
+                next->P[2 * i + j] - AL[2 * i + j] - AL[2 * j + i] + APA[2 * i + j];
             ASSERT_CLOSE(expected, o->noise_covariance[2 * i + j], 4);
         }
     }
@@ -585,7 +585,7 @@ static void init_of_the_filter_detaches_its_history(void)
 
 /* ------------------------------------------------------------------------- full, empty */
 
-static void fill(K(history) *h, K(filter) *f, int steps)
+static void fill(K(history) * h, K(filter) * f, int steps)
 {
     ASSERT_OK(K(filter_init)(f, x0, P0));
     if (h) ASSERT_OK(K(history_attach)(h, f));
@@ -672,7 +672,7 @@ static void a_measurement_too_many_fills_the_history(void)
 }
 
 /* `more` records beyond the steps that there is memory for, each a predict or a measurement */
-static void go_beyond(K(filter) *f, int more, int pattern)
+static void go_beyond(K(filter) * f, int more, int pattern)
 {
     for (int k = 0; k < more; k++) {
         if (pattern >> k & 1) ASSERT_OK(K(predict)(f, &motion, control));
@@ -804,12 +804,12 @@ static void textbook_of_turns(void)
     smoothed[STEPS - 1] = filtered[STEPS - 1];
     for (int step = STEPS - 2; step >= 0; step--) {
         smoothed[step] = filtered[step];
-        textbook_smooth(&smoothed[step], &predicted[step + 1], &smoothed[step + 1],
-                        turns[step % 3], lag_one[step]);
+        textbook_smooth(&smoothed[step], &predicted[step + 1], &smoothed[step + 1], turns[step % 3],
+                        lag_one[step]);
     }
 }
 
-static void assert_smoothed(const K(history) *h)
+static void assert_smoothed(const K(history) * h)
 {
     for (size_t t = 0; t < STEPS; t++) {
         num P[4];
@@ -945,7 +945,7 @@ static num big_process[2][KQ_PROCESS_LEN(16)], big_sensor[KQ_SENSOR_LEN(16)];
 static num big_filter[FILTER_LEN(16)], big_output[GUARDED(256)];
 
 /* Three steps, one change of process, one measurement a step, and all that can be read. */
-static void record(K(history) *h, int n)
+static void record(K(history) * h, int n)
 {
     K(process) p[2];
     K(sensor) s;

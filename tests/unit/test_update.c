@@ -48,7 +48,7 @@ void setUp(void)
 void tearDown(void) {}
 
 /* A sensor of m components for the two states, in memory that is used again each time. */
-static const K(sensor) *sensor_of(const num *h, const num *C, int m)
+static const K(sensor) * sensor_of(const num *h, const num *C, int m)
 {
     static num memory[KQ_SENSOR_LEN(3)];
     static K(sensor) s;
@@ -169,6 +169,28 @@ static void a_sharp_measurement_is_believed(void)
         ASSERT_WITHIN(1e-6, value[0], whole_mean(&level, 0));
         ASSERT_WITHIN(1e-8, 1e-5 / sqrt(2), K(sigma)(&level, 0));
     }
+}
+
+/* Each moves the mean by less than 1e-7, far below the last bit of a float near 64. */
+static void increments_below_the_last_bit_of_the_mean_add_up(void)
+{
+    SENSOR(gauge, 1, 1);
+    FILTER(level, 1);
+    static const num one[] = {1}, far[] = {0}, wide[] = {4096}, weak[] = {0x1p20};
+    static const num value[] = {64, 64.0625};
+    double x = 64 * 4096 / 4097.0, P = 4096 / 4097.0;
+    ASSERT_OK(K(sensor_init)(&gauge, one, one));
+    ASSERT_OK(K(filter_init)(&level, far, wide));
+    ASSERT_OK(K(update)(&level, &gauge, &value[0]));
+    ASSERT_OK(K(sensor_init)(&gauge, one, weak));
+    const double before = whole_mean(&level, 0), expected_before = x;
+    for (int k = 0; k < 2000; k++) {
+        ASSERT_OK(K(update)(&level, &gauge, &value[1]));
+        const double gain = P / (P + 0x1p20);
+        x += gain * (64.0625 - x);
+        P *= 1 - gain;
+    }
+    ASSERT_WITHIN(1e-6, x - expected_before, whole_mean(&level, 0) - before);
 }
 
 static void update_refuses_null(void)
@@ -524,6 +546,7 @@ static void run_update(void)
     RUN_TEST(a_noise_free_measurement_is_believed);
     RUN_TEST(a_measurement_of_any_sharpness_leaves_the_rest_accurate);
     RUN_TEST(a_sharp_measurement_is_believed);
+    RUN_TEST(increments_below_the_last_bit_of_the_mean_add_up);
     RUN_TEST(update_refuses_null);
     RUN_TEST(update_refuses_what_is_not_initialised);
     RUN_TEST(update_refuses_a_sensor_of_other_size);

@@ -17,8 +17,8 @@
 typedef struct {
     int n;
     double x[TEXTBOOK_MAX], P[TEXTBOOK_SQUARE];
-    double size[TEXTBOOK_MAX];                       /* sigma before the last update */
-    double K[TEXTBOOK_SQUARE], S[TEXTBOOK_SQUARE];   /* of the last update */
+    double size[TEXTBOOK_MAX];                     /* sigma before the last update */
+    double K[TEXTBOOK_SQUARE], S[TEXTBOOK_SQUARE]; /* of the last update */
     double nis, log_likelihood;
 } textbook;
 
@@ -41,8 +41,8 @@ static inline void textbook_multiply(double *C, const double *X, const double *Y
 }
 
 /* C = X Y', r x k times (c x k)' */
-static inline void textbook_multiply_transposed(double *C, const double *X, const double *Y,
-                                                int r, int k, int c)
+static inline void textbook_multiply_transposed(double *C, const double *X, const double *Y, int r,
+                                                int k, int c)
 {
     for (int i = 0; i < r; i++) {
         for (int j = 0; j < c; j++) {
@@ -151,7 +151,7 @@ static inline void textbook_smooth(textbook *s, const textbook *predicted, const
 
 /* The filter's mean and covariance are those of the textbook, up to the rounding of what they
    were before the last update. */
-static inline void assert_textbook(const textbook *t, const K(filter) *f, UNITY_LINE_TYPE line)
+static inline void assert_textbook(const textbook *t, const K(filter) * f, UNITY_LINE_TYPE line)
 {
     num P[TEXTBOOK_SQUARE];
     const int n = t->n;

@@ -58,21 +58,21 @@ static inline void assert_unchanged(kq_status expected, kq_status actual, UNITY_
     watched_assert_unchanged(line);
 }
 
-#define ASSERT_REFUSED(status, call)                                                            \
-    do {                                                                                        \
-        watched_store();                                                                        \
-        assert_unchanged(status, call, __LINE__);                                               \
+#define ASSERT_REFUSED(status, call)                                                               \
+    do {                                                                                           \
+        watched_store();                                                                           \
+        assert_unchanged(status, call, __LINE__);                                                  \
     } while (0)
 
 #define ASSERT_OK_UNCHANGED(call) ASSERT_REFUSED(KQ_OK, call)
 
 /* An object that was never given its sizes and memory. */
-#define ASSERT_REFUSED_SIZE_OR_MEMORY(call)                                                     \
-    do {                                                                                        \
-        watched_store();                                                                        \
-        const kq_status refused_with = call;                                                    \
-        assert_unchanged(refused_with == KQ_ERR_SIZE ? KQ_ERR_SIZE : KQ_ERR_MEMORY,             \
-                         refused_with, __LINE__);                                               \
+#define ASSERT_REFUSED_SIZE_OR_MEMORY(call)                                                        \
+    do {                                                                                           \
+        watched_store();                                                                           \
+        const kq_status refused_with = call;                                                       \
+        assert_unchanged(refused_with == KQ_ERR_SIZE ? KQ_ERR_SIZE : KQ_ERR_MEMORY, refused_with,  \
+                         __LINE__);                                                                \
     } while (0)
 
 /* ------------------------------------------------- numbers and covariances that are refused */
@@ -118,8 +118,16 @@ static inline void assert_covariance_must_be_symmetric(num *C, attempt *call)
 static inline void assert_covariance_must_be_semidefinite(num *C, attempt *call)
 {
     static const double bad[][3] = {
-        {1, 2, 1}, {-1, 0, 1}, {1, 0, -1}, {-1, 0, -1}, {0, 1, 1}, {1, 1, 0}, {0, 1, 0},
-        {1, 1 + 100 * EPS, 1}, {1, -1 - 100 * EPS, 1}, {0x1p20, 1.25, 0x1p-20},
+        {1, 2, 1},
+        {-1, 0, 1},
+        {1, 0, -1},
+        {-1, 0, -1},
+        {0, 1, 1},
+        {1, 1, 0},
+        {0, 1, 0},
+        {1, 1 + 100 * EPS, 1},
+        {1, -1 - 100 * EPS, 1},
+        {0x1p20, 1.25, 0x1p-20},
     };
     for (int k = 0; k < COUNT(bad); k++) {
         put_covariance(C, bad[k][0], bad[k][1], bad[k][1], bad[k][2]);
@@ -130,9 +138,9 @@ static inline void assert_covariance_must_be_semidefinite(num *C, attempt *call)
 static inline void assert_covariance_may_be_singular_or_rounded(num *C, attempt *call)
 {
     static const double good[][4] = {
-        {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0, 1}, {4, 2, 2, 1}, {1, -1, -1, 1},
-        {1, 1 + EPS, 1 + EPS, 1}, {1, 1, 1 + EPS, 1}, {1, 1 + EPS, 1, 1},
-        {0x1p20, 1 + EPS, 1, 0x1p-20},
+        {0, 0, 0, 0},       {1, 0, 0, 0},       {0, 0, 0, 1},
+        {4, 2, 2, 1},       {1, -1, -1, 1},     {1, 1 + EPS, 1 + EPS, 1},
+        {1, 1, 1 + EPS, 1}, {1, 1 + EPS, 1, 1}, {0x1p20, 1 + EPS, 1, 0x1p-20},
     };
     for (int k = 0; k < COUNT(good); k++) {
         put_covariance(C, good[k][0], good[k][1], good[k][2], good[k][3]);
