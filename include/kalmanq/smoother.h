@@ -118,8 +118,8 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
  * Smooths the whole history, in place: means and covariances of every step.  The filter is
  * detached and may go on.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
- * Accuracy in f32: a few 1e-6 of sigma and of P on ordinary models; x loses where sigma of the
- * filter is 1e5 times that of the smoother (it is one float's rounding of the former).
+ * Accuracy: each step is that of the filter; to it comes about eps sigma_filtered in the mean
+ * and in sigma, which shows where smoothing makes sigma smaller by 1e4 (f32) or 1e12 (f64).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already),
  * KQ_ERR_HISTORY_FULL (it overflowed while recording).
  */
