@@ -2,7 +2,7 @@
 #
 #   kq_setup build     C and C++ compiler, CMake, Ninja
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
-#   kq_setup tests     Eigen, Unity, clang, valgrind, and the compiler and emulator for Arm
+#   kq_setup tests     Eigen, Unity, clang, pkg-config, and the compiler and emulator for Arm
 #
 # Nothing that is there is installed again, and nothing is asked of the network then.
 
@@ -74,7 +74,7 @@ kq_fetch_unity() {
 }
 
 kq_setup_tests() {
-    kq_install libeigen3-dev valgrind pkg-config
+    kq_install libeigen3-dev pkg-config
     kq_have clang || kq_have clang-14 || kq_install clang
     kq_have arm-none-eabi-gcc qemu-system-arm ||
         kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm

@@ -210,7 +210,7 @@ kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, cons
  * singular, the component that says nothing new has a zero column: for consistent data K e is
  * that of the pseudo-inverse.
  *   K        n x m, written
- * Cost: about that of the update.  Stack: 136 words more.
+ * Cost: about that of the update.  Stack: 168 words more.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.
  */
 kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
