@@ -76,7 +76,8 @@ kq_fetch_unity() {
 kq_setup_tests() {
     kq_install libeigen3-dev pkg-config
     kq_have clang || kq_have clang-14 || kq_install clang
-    kq_have arm-none-eabi-gcc qemu-system-arm ||
+    kq_have arm-none-eabi-gcc qemu-system-arm &&
+        arm-none-eabi-gcc -print-file-name=rdimon.specs | grep -q / ||
         kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"

@@ -525,6 +525,19 @@ static void attach_empties_the_history(void)
     ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
 }
 
+/* The first filter still points to the history, and must not write on it any more. */
+static void a_history_assigned_anew_forgets_its_filter(void)
+{
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    ASSERT_OK(K(update)(&track, &radar, radar_z[3]));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_WITHIN(0, x0[0], K(smoothed_mean)(&tape, 0, 0));
+}
+
 /* The state as it is becomes step 0, whatever came before. */
 static void attach_begins_in_the_middle_of_a_run(void)
 {
@@ -1064,6 +1077,7 @@ static void run_history(void)
     RUN_TEST(attach_refuses);
     RUN_TEST(steps_are_the_predicts_and_one);
     RUN_TEST(attach_empties_the_history);
+    RUN_TEST(a_history_assigned_anew_forgets_its_filter);
     RUN_TEST(attach_begins_in_the_middle_of_a_run);
     RUN_TEST(a_history_records_one_filter_at_a_time);
     RUN_TEST(a_filter_has_one_history_at_a_time);
