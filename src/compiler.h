@@ -1,12 +1,36 @@
-/* The one thing that C11 cannot say: keep a function's large scratch array off the stack of
-   its caller.  Without it the library is as right, and its stack is deeper. */
+/* What C11 cannot say. */
 #ifndef KALMANQ_COMPILER_H
 #define KALMANQ_COMPILER_H
 
+#include <stdint.h>
+
+/* Keeps a function's large scratch array off the stack of its caller.  Without it the library
+   is as right, and its stack is deeper. */
 #if defined(__GNUC__)
 #define KQ_NOINLINE __attribute__((noinline))
 #else
 #define KQ_NOINLINE
 #endif
+
+/* Zeros above the highest bit that is set; 32 for 0. */
+static inline int leading_zeros(uint32_t a)
+{
+#if defined(__GNUC__)
+    return a ? (sizeof(unsigned) >= 4
+                    ? __builtin_clz((unsigned)a) - (int)(8 * sizeof(unsigned) - 32)
+                    : __builtin_clzl((unsigned long)a))
+             : 32;
+#else
+    int zeros = 32;
+    for (; a; a >>= 1) zeros--;
+    return zeros;
+#endif
+}
+
+static inline int leading_zeros_wide(uint64_t a)
+{
+    const uint32_t high = (uint32_t)(a >> 32);
+    return high ? leading_zeros(high) : 32 + leading_zeros((uint32_t)a);
+}
 
 #endif

@@ -13,20 +13,27 @@ typedef kq_likelihood_f32 likelihood;
 typedef kq_history_f32 history;
 typedef kq_smooth_extras_f32 smooth_extras;
 
+typedef num score;
+
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F32
+#define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
 
 #include "triangle.inc"
 
 #include "predict.inc"
 #include "update.inc"
-#include "root.inc"
 
 #include "process.inc"
 #include "sensor.inc"
 #include "likelihood.inc"
 #include "filter.inc"
+
+#include "root.inc"
+#include "model.inc"
+
+#include "read.inc"
 #include "history.inc"
 
 #include "step.inc"

@@ -21,24 +21,27 @@ static inline void mean_set(num *x, int n, int i, num value)
     x[n + i] = 0;
 }
 
-/* x_i += d; lo is left below an ulp of hi, for the next d to be added to */
-static inline void mean_add(num *x, int n, int i, num d)
+/* x_i += b w; lo is left below an ulp of hi, for the next increment to be added to */
+static inline unsigned mean_correct(num *x, int n, int i, num b, num w)
 {
-    const num low = x[n + i] + d;
+    const num low = x[n + i] + b * w;
     const num high = x[i] + low;
     x[n + i] = low - (high - x[i]);
     x[i] = high;
+    return 0;
 }
 
-/* The same for a d of any size: hi and lo are brought apart again, the sum is exact. */
-static inline void mean_add_exactly(num *x, int n, int i, num d)
+/* The same for an increment of any size: hi and lo are brought apart again, the sum is exact. */
+static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 {
+    const num d = b * w;
     const num low = x[n + i] + d;
     const num low_error = (d - (low - x[n + i])) + (x[n + i] - (low - (low - x[n + i])));
     const num high = x[i] + low;
     const num moved = high - x[i];
     x[n + i] = ((x[i] - (high - moved)) + (low - moved)) + low_error;
     x[i] = high;
+    return 0;
 }
 
 /* z - h'x: the high parts cancel first */
@@ -49,10 +52,21 @@ static inline num mean_residual(num z, const num *h, const num *x, int n)
     return z;
 }
 
+/* t <- x rounded, to be read while x is overwritten */
+static inline void mean_copy(num *t, const num *x, int n)
+{
+    for (int i = 0; i < n; i++) t[i] = mean_get(x, n, i);
+}
+
+static inline num control_drive(const num *row, const num *u, int count)
+{
+    return dot(0, row, u, count);
+}
+
 /* x_i <- row'x + drive as x_i + ((row - e_i)'x + drive), where t holds x rounded and the row
    is zero left of `first`.  row_i - 1 is exact for 1/2 <= row_i <= 2. */
-static inline void mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                num drive)
+static inline unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+                                    num drive)
 {
     num d = x[n + i] + drive + (row[i] - 1) * t[i];
     for (int k = first; k < i; k++) d += row[k] * t[k];
@@ -60,6 +74,7 @@ static inline void mean_advance(num *x, int n, int i, const num *row, int first,
     const num high = x[i] + d;
     x[n + i] = d - (high - x[i]);
     x[i] = high;
+    return 0;
 }
 
 #endif

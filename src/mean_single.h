@@ -23,14 +23,18 @@ static inline void mean_set(num *x, int n, int i, num value)
     x[i] = value;
 }
 
-/* x_i += d */
-static inline void mean_add(num *x, int n, int i, num d)
+/* x_i += b w */
+static inline unsigned mean_correct(num *x, int n, int i, num b, num w)
 {
     (void)n;
-    x[i] += d;
+    x[i] += b * w;
+    return 0;
 }
 
-static inline void mean_add_exactly(num *x, int n, int i, num d) { mean_add(x, n, i, d); }
+static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
+{
+    return mean_correct(x, n, i, b, w);
+}
 
 /* z - h'x */
 static inline num mean_residual(num z, const num *h, const num *x, int n)
@@ -39,13 +43,25 @@ static inline num mean_residual(num z, const num *h, const num *x, int n)
     return z;
 }
 
-/* x_i <- row'x + drive, where t holds the old x and the row is zero left of `first` */
-static inline void mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                num drive)
+/* t <- x, to be read while x is overwritten */
+static inline void mean_copy(num *t, const num *x, int n)
+{
+    for (int i = 0; i < n; i++) t[i] = x[i];
+}
+
+static inline num control_drive(const num *row, const num *u, int count)
+{
+    return dot(0, row, u, count);
+}
+
+/* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
+static inline unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+                                    num drive)
 {
     num d = drive;
     for (int k = first; k < n; k++) d += row[k] * t[k];
     x[i] = d;
+    return 0;
 }
 
 #endif

@@ -35,6 +35,10 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return NAN; }
 
+#include "rows_float.h"
+
 #include "mean_pair.h"
+
+#include "coordinates_float.h"
 
 #endif

@@ -259,6 +259,118 @@ kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const
 kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                           int steps, kq_filter_f64 *ahead);
 
+/* ------------------------------------------------------------------ q31
+ *
+ * The same filter in integers: rows of S with 32-bit mantissas and an exponent each, the mean in
+ * 32 + 24 bits.  Means, sigmas, controls, measurements and innovations are words in the formats of
+ * their components; P, S and K are kq_scaled_q31 in units of those words (fixed_point.h).
+ */
+
+/** Words of memory of a filter with n states. */
+#define KQ_FILTER_LEN_Q31(n) (2 * (n) + KQ_ROOT_LEN_Q31(n))
+
+struct kq_history_q31;
+
+/** The state before the first measurement as a table (process.h, fixed_point.h). */
+typedef struct {
+    int32_t states;                    /* n: 1..16 */
+    const kq_format_q31 *state_format; /* n */
+    const int32_t *mean;               /* x0, n words */
+    const int32_t *root;               /* of P0, KQ_ROOT_LEN_Q31(n) words */
+} kq_prior_table_q31;
+
+/* The fields of these two are the library's. */
+typedef struct {
+    int64_t nis;               /* Q39.24 */
+    kq_scaled_q31 determinant; /* in physical units */
+    uint32_t count;
+} kq_likelihood_q31;
+
+typedef struct {
+    uint8_t states;
+    uint8_t ready;
+    uint8_t events;
+    uint8_t sharp;
+    uint32_t length;
+    int32_t *memory;
+    struct kq_history_q31 *history;
+    const kq_format_q31 *state_format;
+    kq_likelihood_q31 last;
+    kq_likelihood_q31 run;
+} kq_filter_q31;
+
+/** A filter `name` of n states with its storage, in static memory. */
+#define KQ_FILTER_Q31(name, n)                                                                     \
+    static int32_t name##_memory[KQ_FILTER_LEN_Q31(n)];                                            \
+    static kq_filter_q31 name = {n,                                                                \
+                                 0,                                                                \
+                                 0,                                                                \
+                                 0,                                                                \
+                                 KQ_FILTER_LEN_Q31(n),                                             \
+                                 name##_memory,                                                    \
+                                 NULL,                                                             \
+                                 NULL,                                                             \
+                                 {0, {0, 0}, 0},                                                   \
+                                 {0, {0, 0}, 0}}
+
+/** As kq_filter_assign_f32; KQ_FILTER_LEN_Q31(n) words. */
+kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t length);
+
+/**
+ * x ~ N(x0, P0) from a table; mean and root are copied, the formats kept by reference.  Clears
+ * the events and the log-likelihood, detaches the history.
+ *   misfit   written if a mean is beyond its declared range (KQ_ERR_RANGE), or NULL
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE
+ * (a row of the root whose norm is not below 2^30, an exponent beyond 1000, a negative pivot).
+ */
+kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
+                             kq_misfit_q31 *misfit);
+
+/**
+ * As in f32.  KQ_ERR_MISMATCH also where filter and process or sensor do not agree on the
+ * states' formats; KQ_ERR_RANGE for a control or a measurement outside its declared range.
+ * Nothing can overflow but the mean, which is held at +-2^31 words with KQ_EVENT_SATURATED.
+ * Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-30 of their norm, and
+ * for a mean rounded to 2^-24 word; a process noise below 2^-15 sigma of its state is lost.
+ * Cost: in NUMBERS of 32 x 32 bit products about that of f32; integer instructions only.
+ */
+kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
+kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
+kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                               uint32_t present);
+kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+                      const kq_sensor_q31 *s, const int32_t *z);
+kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+                          int steps, kq_filter_q31 *ahead);
+
+/** x_i rounded to a word, and what the rounding left, in 2^-24 of a word: -2^23 .. 2^23.
+    KQ_NOT_A_WORD_Q31 where f or i is bad. */
+int32_t kq_mean_q31(const kq_filter_q31 *f, int i);
+int32_t kq_mean_low_q31(const kq_filter_q31 *f, int i);
+
+/** sqrt(P_ii) rounded to a word, at most 2^31 - 1.  (Finer: kq_covariance_q31.) */
+int32_t kq_sigma_q31(const kq_filter_q31 *f, int i);
+
+/** As in f32, entries to 31 bits. */
+kq_status kq_covariance_q31(const kq_filter_q31 *f, kq_scaled_q31 *P);
+kq_status kq_measurement_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int32_t *z,
+                             kq_scaled_q31 *S);
+kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_q31 *K);
+
+/** As in f32; e is held at +-(2^31 - 1) words. */
+kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                            int32_t *e);
+
+/** Scores are Q39.24: value = score * 2^-24, held at +-2^62.  The log-likelihood is that of z in
+    physical units.  KQ_NOT_A_SCORE_Q31 where f is bad. */
+int64_t kq_nis_q31(const kq_filter_q31 *f);
+int64_t kq_log_likelihood_last_q31(const kq_filter_q31 *f);
+int64_t kq_log_likelihood_q31(const kq_filter_q31 *f);
+
+int kq_taken_q31(const kq_filter_q31 *f);
+unsigned kq_events_q31(const kq_filter_q31 *f);
+void kq_events_clear_q31(kq_filter_q31 *f);
+
 #ifdef __cplusplus
 }
 #endif

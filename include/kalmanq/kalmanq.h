@@ -3,6 +3,8 @@
 #define KALMANQ_KALMANQ_H
 
 #include "filter.h"
+#include "fixed_point.h"
+#include "prepare.h"
 #include "process.h"
 #include "sensor.h"
 #include "size.h"

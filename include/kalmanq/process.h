@@ -12,6 +12,7 @@
 #ifndef KALMANQ_PROCESS_H
 #define KALMANQ_PROCESS_H
 
+#include "fixed_point.h"
 #include "size.h"
 #include "status.h"
 
@@ -111,6 +112,52 @@ kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const d
  */
 kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
 kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
+
+/* ------------------------------------------------------------------ q31 */
+
+/** A process as a table, const and in flash if you like; prepare.h fills in the arrays, or a
+    tool writes them (fixed_point.h: the units). */
+typedef struct {
+    int32_t states;                      /* n: 1..16 */
+    int32_t controls;                    /* l: 0..16 */
+    const kq_format_q31 *state_format;   /* n */
+    const kq_format_q31 *control_format; /* l, NULL if l = 0 */
+    const kq_scaled_q31 *transition;     /* A, n x n */
+    const kq_scaled_q31 *control;        /* B, n x l, NULL if l = 0 */
+    const int32_t *noise_root;           /* G, KQ_ROOT_LEN_Q31(n) words */
+} kq_process_table_q31;
+
+/* The fields are the library's. */
+typedef struct {
+    uint8_t states;
+    uint8_t controls;
+    uint8_t first[KQ_SIZE_MAX];
+    const kq_format_q31 *state_format;
+    const kq_format_q31 *control_format;
+    const kq_scaled_q31 *transition;
+    const kq_scaled_q31 *control;
+    const int32_t *noise_root; /* NULL until initialised */
+} kq_process_q31;
+
+/**
+ * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
+ *   p        written; needs no memory of its own
+ *   misfit   written if formats and coefficients do not fit (KQ_ERR_RANGE), or NULL
+ * What is checked, so that nothing can overflow afterwards, whatever the data:
+ *     sizes, pointers, fractions and ranges; coefficients as fixed_point.h says;
+ *     row norms of G below 2^30, its pivots >= 0;
+ *     sum_k |A_ik| + sum_k |B_ik| <= 16 in words: if not, state i needs more integer bits.
+ * Cost: n^2 + n l additions.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
+ */
+kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
+                              kq_misfit_q31 *misfit);
+
+/**
+ * As kq_process_change_transition_f32; A in words, checked as by init.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
+ */
+kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A);
 
 #ifdef __cplusplus
 }

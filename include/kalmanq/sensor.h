@@ -10,6 +10,7 @@
 #ifndef KALMANQ_SENSOR_H
 #define KALMANQ_SENSOR_H
 
+#include "fixed_point.h"
 #include "size.h"
 #include "status.h"
 
@@ -106,6 +107,48 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
  */
 kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
+
+/* ------------------------------------------------------------------ q31 */
+
+/** A sensor as a table (process.h, fixed_point.h). */
+typedef struct {
+    int32_t states;                          /* n: 1..16 */
+    int32_t components;                      /* m: 1..16 */
+    int32_t correlated;                      /* 0: R is diagonal, 1: it is not */
+    const kq_format_q31 *state_format;       /* n */
+    const kq_format_q31 *measurement_format; /* m */
+    const kq_scaled_q31 *measurement;        /* H, m x n */
+    const kq_scaled_q31 *noise;              /* m variances; correlated: KQ_TRIANGLE(m) numbers, D
+                                                and U of R = U D U' (prepare.h) */
+} kq_sensor_table_q31;
+
+/* The fields are the library's. */
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t correlated;
+    const kq_format_q31 *state_format;
+    const kq_format_q31 *measurement_format;
+    const kq_scaled_q31 *measurement;
+    const kq_scaled_q31 *noise; /* NULL until initialised */
+} kq_sensor_q31;
+
+/**
+ * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
+ *   s        written; needs no memory of its own
+ *   misfit   written if formats and coefficients do not fit (KQ_ERR_RANGE), or NULL
+ * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in words: if not, measurement c
+ * needs more integer bits.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
+ */
+kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                             kq_misfit_q31 *misfit);
+
+/**
+ * As kq_sensor_change_measurement_f32; H in words, checked as by init.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
+ */
+kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
 
 #ifdef __cplusplus
 }

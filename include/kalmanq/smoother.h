@@ -193,6 +193,63 @@ double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i);
 kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P);
 kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P);
 
+/* ------------------------------------------------------------------ q31, as in f32 */
+
+/** Bytes of one step: 56, 148, 448 at (n, m) = (2,1), (4,2), (9,3). */
+#define KQ_HISTORY_STEP_LEN_Q31(n, m)                                                              \
+    (KQ_FILTER_LEN_Q31((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 2))
+#define KQ_HISTORY_CHANGE_LEN_Q31 ((sizeof(void *) + sizeof(int32_t) - 1) / sizeof(int32_t))
+#define KQ_HISTORY_WORKSPACE_LEN_Q31(n)                                                            \
+    (((size_t)(n)*3 + 10) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
+#define KQ_HISTORY_LEN_Q31(n, m, steps, changes)                                                   \
+    ((size_t)(steps)*KQ_HISTORY_STEP_LEN_Q31(n, m) + (size_t)(changes)*KQ_HISTORY_CHANGE_LEN_Q31 + \
+     KQ_HISTORY_WORKSPACE_LEN_Q31(n))
+
+/* The fields are the library's. */
+typedef struct kq_history_q31 {
+    uint8_t states;
+    uint8_t phase;
+    uint16_t records;
+    uint32_t steps;
+    uint32_t step;
+    size_t length;
+    size_t used;
+    int32_t *memory;
+    const kq_process_q31 *process;
+    kq_filter_q31 *filter;
+} kq_history_q31;
+
+#define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
+    static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
+    static kq_history_q31 name = {                                                                 \
+        n, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory, NULL, NULL}
+
+kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
+kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);
+size_t kq_history_steps_q31(const kq_history_q31 *h);
+kq_status kq_smooth_q31(kq_history_q31 *h);
+kq_status kq_smooth_states_q31(kq_history_q31 *h);
+
+/** In units of the states' words. */
+typedef struct {
+    kq_scaled_q31 *lag_one;          /* n x n */
+    kq_scaled_q31 *noise_mean;       /* n */
+    kq_scaled_q31 *noise_covariance; /* n x n */
+} kq_smooth_extras_q31;
+
+kq_status kq_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
+                             const kq_smooth_extras_q31 *extras);
+
+/** In units of the measurement noise's standard deviation, as in f32. */
+kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_scaled_q31 *mean,
+                                            kq_scaled_q31 *variance);
+
+/** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
+int32_t kq_smoothed_mean_q31(const kq_history_q31 *h, size_t t, int i);
+int32_t kq_smoothed_mean_low_q31(const kq_history_q31 *h, size_t t, int i);
+int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i);
+kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P);
+
 #ifdef __cplusplus
 }
 #endif

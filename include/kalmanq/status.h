@@ -33,7 +33,13 @@ typedef enum {
     /** The history holds nothing to smooth, or has been smoothed already. */
     KQ_ERR_HISTORY_EMPTY = -9,
     /** The history ran out of memory while it was recording. */
-    KQ_ERR_HISTORY_FULL = -10
+    KQ_ERR_HISTORY_FULL = -10,
+    /** q31: a value is outside its declared range, or a range does not fit its format. */
+    KQ_ERR_RANGE = -11,
+    /** q31: a coefficient has no mantissa and exponent within their limits. */
+    KQ_ERR_COEFFICIENT = -12,
+    /** q31: a table contradicts itself, as a corrupted one does. */
+    KQ_ERR_TABLE = -13
 } kq_status;
 
 /** The status in words, for a log: never NULL, static storage. */
@@ -48,7 +54,9 @@ enum {
     /** An innovation or its variance left the number range: the measurement was not taken. */
     KQ_EVENT_OVERFLOW = 2,
     /** The attached history had no room for a record; it can no longer be smoothed. */
-    KQ_EVENT_HISTORY_FULL = 4
+    KQ_EVENT_HISTORY_FULL = 4,
+    /** q31: a state reached the end of its word and was held there. */
+    KQ_EVENT_SATURATED = 8
 };
 
 #ifdef __cplusplus

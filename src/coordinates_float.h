@@ -1,0 +1,118 @@
+/* The smoother's numbers in floating point: the twin of coordinates_q31.h. */
+#ifndef KALMANQ_COORDINATES_H
+#define KALMANQ_COORDINATES_H
+
+#define COORDINATE_PLANES 1
+
+typedef num wide;
+
+static inline wide coordinate_get(const num *a, int n, int i)
+{
+    (void)n;
+    return a[i];
+}
+
+static inline void coordinate_set(num *a, int n, int i, wide value)
+{
+    (void)n;
+    a[i] = value;
+}
+
+static inline scaled coordinate_scaled(wide a) { return a; }
+static inline wide coordinate_of(scaled a) { return a; }
+static inline wide coordinate_dot(const num *row, const num *a, int n) { return dot(0, row, a, n); }
+
+static inline void coordinate_turn(num *a, int n, int i, wide *b, scaled c, scaled s)
+{
+    (void)n;
+    const num old = a[i];
+    a[i] = c * old + s * *b;
+    *b = c * *b - s * old;
+}
+
+static inline void reflect_back(num *xi, int n, int first, wide alpha, const num *r, num p, num q)
+{
+    const num along = dot(0, r, xi + first, n - first) * q;
+    for (int k = first; k < n; k++) xi[k] += (alpha - along) * p * r[k - first];
+}
+
+/* Row i of a root times a */
+static inline scaled mean_part(const scaled *row, const num *a, int n, int i)
+{
+    num total = 0;
+    for (int k = i; k < n; k++) total += row[k - i] * a[k];
+    return total;
+}
+
+static inline void mean_move(num *x, int n, int i, const scaled *row, const num *a)
+{
+    mean_correct_exactly(x, n, i, mean_part(row, a, n, i), 1);
+}
+
+static inline void turn_row(num *T, int n, int i, num *u, scaled c, scaled s)
+{
+    for (int j = i; j < n; j++) {
+        num *t = T + j * (j + 1) / 2 + i;
+        const num old = *t;
+        *t = c * old + s * u[j];
+        u[j] = c * u[j] - s * old;
+    }
+}
+
+static inline void row_join(num *row, int n, int32_t exponent)
+{
+    (void)row, (void)n, (void)exponent;
+}
+
+/* s / 2 where |s| < c, otherwise +-2 / c with the sign of s (Stewart, The economical storage of
+   plane rotations, Numer. Math. 25, 1976) */
+static inline num rotation_word(scaled f, scaled before, scaled after)
+{
+    if (num_magnitude(f) < before) return num_half * (f / after);
+    return (f < 0 ? -2 : 2) * (after / before);
+}
+
+static inline void rotation_of(num word, scaled *c, scaled *s)
+{
+    if (num_magnitude(word) < 1) {
+        *s = 2 * word;
+        *c = num_root(1 - *s * *s);
+    } else {
+        *c = 2 / num_magnitude(word);
+        *s = num_root(1 - *c * *c);
+        if (word < 0) *s = -*s;
+    }
+}
+
+/* An entry of a row of Theta */
+static inline scaled unit_entry(num entry) { return entry; }
+
+static inline int32_t row_exponent(const num *row, int width)
+{
+    (void)row, (void)width;
+    return 0;
+}
+
+static inline void root_set_unit(num *T, int n, int k)
+{
+    (void)n;
+    T[k * (k + 1) / 2 + k] = 1;
+}
+
+static inline void store_scaled(num *word, scaled a) { *word = a; }
+static inline scaled load_scaled(const num *word) { return *word; }
+
+/* Mean and variance of a measurement noise into the update record that they come from */
+static inline void store_noise(num *record, scaled mean, scaled variance)
+{
+    record[0] = mean;
+    record[1] = variance;
+}
+
+static inline void load_noise(const num *record, scaled *mean, scaled *variance)
+{
+    *mean = record[0];
+    *variance = record[1];
+}
+
+#endif

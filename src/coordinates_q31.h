@@ -1,0 +1,213 @@
+/*
+ * The smoother's numbers: the mean of the coordinates, their root and the tape's rotations.
+ *
+ * The mean a is wide, in units of 2^-40: held at +-32768 standard deviations.  The root T and
+ * the rows of Theta are rows as everywhere, of norm 1 at most.
+ */
+#ifndef KALMANQ_COORDINATES_H
+#define KALMANQ_COORDINATES_H
+
+#include "mean_q31.h"
+#include "rows_q31.h"
+
+#define COORDINATE_PLANES 2
+
+static const int32_t coordinate_exponent = -40;
+
+static inline wide coordinate_get(const int32_t *a, int n, int i) { return wide_get(a, n, i); }
+static inline void coordinate_set(int32_t *a, int n, int i, wide value)
+{
+    (void)wide_set_held(a, n, i, value);
+}
+static inline scaled coordinate_scaled(wide a) { return scaled_of(a, coordinate_exponent); }
+static inline wide coordinate_of(scaled a)
+{
+    const wide value = wide_from(a.mantissa, a.exponent - coordinate_exponent);
+    return value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
+}
+
+/* c a in units of 2^-27 of a word of a */
+static inline int64_t coordinate_part(scaled c, wide a)
+{
+    return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff), 0);
+}
+
+/* row'a of a row of coordinates; |row| <= 1: at most 16 2^58 */
+static inline wide coordinate_dot(const int32_t *row, const int32_t *a, int n)
+{
+    int64_t total = 0;
+    for (int k = 0; k < n; k++) {
+        const scaled c = {row[k], one_exponent};
+        total = sum_of(total, wide_product(c, a[k], a[n + k], 0), 62);
+    }
+    return lower_wide(total, 3);
+}
+
+/* a <- c a + s b,  b <- c b - s a */
+static inline void coordinate_turn(int32_t *a, int n, int i, wide *b, scaled c, scaled s)
+{
+    const wide old = wide_get(a, n, i);
+    const int64_t now = sum_of(coordinate_part(c, old), coordinate_part(s, *b), 60);
+    const int64_t other = sum_of(coordinate_part(c, *b), -coordinate_part(s, old), 60);
+    coordinate_set(a, n, i, lower_wide(now, 3));
+    const wide held = lower_wide(other, 3);
+    *b = held > wide_max ? wide_max : held < -wide_max ? -wide_max : held;
+}
+
+/* One reflector (V, q) backwards: xi += V (alpha - q V'xi); V in Q30, q in Q31, p is not needed */
+static inline void reflect_back(int32_t *xi, int n, int first, wide alpha, const int32_t *V,
+                                int32_t p, int32_t q)
+{
+    (void)p;
+    int64_t along = 0; /* |V| <= 1: at most 16 2^58 */
+    for (int k = first; k < n; k++) {
+        const scaled c = {V[k - first], -30};
+        along = sum_of(along, wide_product(c, xi[k], xi[n + k], 0), 62);
+    }
+    const wide held = wide_from(along, -3);
+    const scaled share = {q, -31};
+    const wide back = wide_from(coordinate_part(share, held > wide_max    ? wide_max
+                                                       : held < -wide_max ? -wide_max
+                                                                          : held),
+                                -3);
+    wide d = alpha - back;
+    d = d > wide_max ? wide_max : d < -wide_max ? -wide_max : d;
+    for (int k = first; k < n; k++) {
+        const scaled c = {V[k - first], -30};
+        const wide move = lower_wide(coordinate_part(c, d), 3);
+        coordinate_set(xi, n, k, sum_of(wide_get(xi, n, k), move, 57));
+    }
+}
+
+/* x_i += the row i of the root times a */
+static inline void mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
+{
+    int64_t total = 0;
+    for (int k = i; k < n; k++) {
+        const scaled c = scaled_shift(row[k - i], 24 + coordinate_exponent);
+        total = sum_of(total, wide_product(c, a[k], a[n + k], 0), 62);
+    }
+    (void)wide_set_held(x, n, i, sum_of(wide_get(x, n, i), lower_wide(total, 3), 60));
+}
+
+/* ------------------------------------------------------------------ rows */
+
+/* Row i of the triangle T and the row u: T_i <- c T_i + s u,  u <- c u - s T_i */
+static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scaled s)
+{
+    const scaled now[2] = {c, s}, other[2] = {scaled_negative(s), c};
+    const int32_t E[2] = {T[KQ_TRIANGLE(n) + i], u[n]};
+    int32_t p[2], q[2], now_exponent = lowest_exponent, other_exponent = lowest_exponent;
+    align(p, now, E, 1, 2, &now_exponent);
+    align(q, other, E, 1, 2, &other_exponent);
+    uint32_t bits = 0;
+    for (int j = i; j < n; j++) {
+        int32_t *t = T + j * (j + 1) / 2 + i;
+        const int32_t old = *t;
+        *t = combined(sum_of(product(p[0], old), product(p[1], u[j]), 62));
+        u[j] = combined(sum_of(product(q[0], old), product(q[1], u[j]), 62));
+        bits |= magnitude(u[j]);
+    }
+    T[KQ_TRIANGLE(n) + i] = now_exponent;
+    const int up = bits ? leading_zeros(bits) - (32 - row_bits(n)) : 0;
+    for (int j = i; up > 0 && j < n; j++) u[j] = raise(u[j], up, 30);
+    u[n] = bits ? other_exponent - (up > 0 ? up : 0) : lowest_exponent;
+}
+
+/* The row [row T, beta], beta (n words behind) being in units of 2^one_exponent: both parts of one
+   exponent, `exponent` by align */
+static inline void row_join(int32_t *row, int n, int32_t exponent)
+{
+    for (int k = n; k < 2 * n; k++) row[k] = lower(row[k], exponent - one_exponent);
+    row[2 * n] = exponent;
+}
+
+/* An entry of a row of Theta */
+static inline scaled unit_entry(int32_t entry) { return (scaled){entry, one_exponent}; }
+
+static inline int32_t row_exponent(const int32_t *row, int width) { return row[width]; }
+
+static inline void root_set_unit(int32_t *T, int n, int k)
+{
+    T[k * (k + 1) / 2 + k] = num_one;
+    T[KQ_TRIANGLE(n) + k] = one_exponent;
+}
+
+/* Row i of a root times a */
+static inline scaled mean_part(const scaled *row, const int32_t *a, int n, int i)
+{
+    scaled total = {0, 0};
+    for (int k = i; k < n; k++) {
+        const scaled entry = scaled_of(row[k - i].mantissa, row[k - i].exponent);
+        const scaled mean = coordinate_scaled(coordinate_get(a, n, k));
+        total = scaled_plus(total, scaled_times(entry, mean));
+    }
+    return total;
+}
+
+/* ------------------------------------------------------------------ tape */
+
+/*
+ * A rotation in one word: the smaller of |c| and |s| to 26 bits (a sign bit of s, one bit that
+ * says which, 5 bits of exponent + 1, 0 for none, and 25 bits behind the leading one).
+ * c = before / after, s = f / after.
+ */
+static inline int32_t rotation_word(scaled f, scaled before, scaled after)
+{
+    const scaled size = {f.mantissa < 0 ? -f.mantissa : f.mantissa, f.exponent};
+    const int is_cosine = !scaled_is_less(size, before);
+    const scaled smaller = scaled_over(is_cosine ? before : size, after);
+    if (scaled_is_zero(smaller)) return 0;
+    uint32_t mantissa = ((uint32_t)smaller.mantissa + 16) >> 5; /* 2^25 .. 2^26 */
+    int32_t down = -31 - smaller.exponent;
+    if (mantissa >> 26) {
+        mantissa >>= 1;
+        down--;
+    }
+    if (down < 0) down = 0;
+    if (down > 30) down = 30;
+    const uint32_t word = (uint32_t)(f.mantissa < 0) << 31 | (uint32_t)is_cosine << 30 |
+                          (uint32_t)(down + 1) << 25 | (mantissa & 0x1ffffff);
+    return word >> 31 ? -(int32_t)(UINT32_MAX - word) - 1 : (int32_t)word;
+}
+
+static inline void rotation_of(int32_t word, scaled *c, scaled *s)
+{
+    const scaled one = {INT32_C(1) << 30, -30};
+    const uint32_t bits = (uint32_t)word;
+    const int32_t down = (int32_t)(bits >> 25 & 31) - 1;
+    const scaled smaller = {(int32_t)((bits & 0x1ffffff) | 0x2000000) << 5, -31 - down};
+    const scaled larger = scaled_root(scaled_minus(one, scaled_times(smaller, smaller)));
+    const int is_cosine = bits >> 30 & 1;
+    *c = is_cosine ? smaller : larger;
+    *s = is_cosine ? larger : smaller;
+    if (down < 0) {
+        *c = one;
+        *s = (scaled){0, 0};
+    }
+    if (bits >> 31) *s = scaled_negative(*s);
+}
+
+static inline void store_scaled(int32_t *word, scaled a)
+{
+    word[0] = a.mantissa;
+    word[1] = a.exponent;
+}
+
+static inline scaled load_scaled(const int32_t *word) { return (scaled){word[0], word[1]}; }
+
+/* Mean and variance of a measurement noise into the update record that they come from, which
+   has n + 2 >= 3 words: the variance is 1 at most, in Q30 */
+static inline void store_noise(int32_t *record, scaled mean, scaled variance)
+{
+    store_scaled(record, mean);
+    record[2] = word_of(scaled_shift(variance, 30));
+}
+
+static inline void load_noise(const int32_t *record, scaled *mean, scaled *variance)
+{
+    *mean = load_scaled(record);
+    *variance = scaled_of(record[2], -30);
+}
+
+#endif

@@ -1,0 +1,131 @@
+/*
+ * The mean in 32 + 24 bits: x = (high + low 2^-24) words, 0 <= low < 2^24, in two planes of n
+ * words.  |x| < 2^31 words always: what would leave it is held there, and that is the one place
+ * of the arithmetic where the data can saturate.
+ *
+ * WIDE numbers are int64_t in units of 2^-24; sums of products are in units of 2^-27.
+ */
+#ifndef KALMANQ_MEAN_H
+#define KALMANQ_MEAN_H
+
+#include "kalmanq/status.h"
+#include "scaled_q31.h"
+
+#define MEAN_PLANES 2
+
+typedef int64_t wide;
+
+static const int64_t wide_max = (INT64_C(1) << 55) - 1;
+
+static inline wide wide_get(const int32_t *x, int n, int i)
+{
+    return raise_wide(x[i], 24, 55) + x[n + i];
+}
+
+static inline void wide_set(int32_t *x, int n, int i, wide value)
+{
+    x[i] = (int32_t)(value >> 24); /* |value| < 2^55 */
+    x[n + i] = (int32_t)(value & 0xffffff);
+}
+
+/* Held within the word; answers whether it had to be. */
+static inline unsigned wide_set_held(int32_t *x, int n, int i, wide value)
+{
+    const wide held = value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
+    wide_set(x, n, i, held);
+    return held == value ? 0 : KQ_EVENT_SATURATED;
+}
+
+/*
+ * c (high + low 2^-24) in units of 2^-27, rounded.  c.mantissa x < 2^31 2^31 2^0, so the product
+ * with its lower part stays below 2^62; what the exponent makes larger than 2^58 (a full word is
+ * 2^58) times 2^limit is held there.
+ */
+static inline int64_t wide_product(scaled c, int32_t high, int32_t low, int limit)
+{
+    const int64_t p = sum_of(product(c.mantissa, high), product(c.mantissa, low) >> 24, 62);
+    const int32_t shift = c.exponent + 27;
+    if (shift <= 0) return lower_wide(p, -shift);
+    const int64_t most = INT64_C(1) << (58 + limit);
+    if (p == 0) return 0;
+    if (shift > 58 + limit || p > most >> shift || p < -(most >> shift))
+        return p < 0 ? -most : most;
+    return raise_wide(p, shift, 62);
+}
+
+/* x_i as one word, and what that leaves */
+static inline int32_t mean_get(const int32_t *x, int n, int i)
+{
+    const wide rounded = (wide_get(x, n, i) + (1 << 23)) >> 24;
+    return rounded > INT32_MAX ? INT32_MAX : (int32_t)rounded;
+}
+
+static inline int32_t mean_low(const int32_t *x, int n, int i)
+{
+    return (int32_t)(wide_get(x, n, i) - raise_wide(mean_get(x, n, i), 24, 55));
+}
+
+/* p 2^shift as a wide number, held at twice the word */
+static inline wide wide_from(int64_t p, int32_t shift)
+{
+    const wide most = 2 * wide_max;
+    if (p == 0) return 0;
+    if (shift > 0) {
+        if (shift > 56 || p > most >> shift || p < -(most >> shift)) return p < 0 ? -most : most;
+        return raise_wide(p, shift, 56);
+    }
+    const wide value = lower_wide(p, -shift);
+    return value > most ? most : value < -most ? -most : value;
+}
+
+/* x_i += b w.  b: any mantissa */
+static inline unsigned mean_correct(int32_t *x, int n, int i, scaled b, scaled w)
+{
+    const wide d = wide_from(product(b.mantissa, w.mantissa), b.exponent + w.exponent + 24);
+    return wide_set_held(x, n, i, wide_get(x, n, i) + d);
+}
+
+static inline unsigned mean_correct_exactly(int32_t *x, int n, int i, scaled b, scaled w)
+{
+    return mean_correct(x, n, i, b, w);
+}
+
+/* t <- x, to be read while x is overwritten */
+static inline void mean_copy(int32_t *t, const int32_t *x, int n)
+{
+    for (int k = 0; k < 2 * n; k++) t[k] = x[k];
+}
+
+/* sum_k row_k u_k, in units of 2^-27.  Init has checked that sum |A_ik| + sum |B_ik| <= 16, so
+   all sums of a row stay below 16 2^58 = 2^62. */
+static inline int64_t control_drive(const scaled *row, const int32_t *u, int count)
+{
+    int64_t sum = 0;
+    for (int k = 0; k < count; k++) sum = sum_of(sum, wide_product(row[k], u[k], 0, 4), 62);
+    return sum;
+}
+
+/* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
+static inline unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int first,
+                                    const int32_t *t, int64_t drive)
+{
+    int64_t sum = drive;
+    for (int k = first; k < n; k++) {
+        if (row[k].mantissa == 0) continue;
+        sum = sum_of(sum, wide_product(row[k], t[k], t[n + k], 4), 62);
+    }
+    return wide_set_held(x, n, i, lower_wide(sum, 3));
+}
+
+/* z - h'x.  |z| 2^27 < 2^58, and |h'x| 2^27 <= 2^62 by init's check. */
+static inline scaled mean_residual(int32_t z, const scaled *h, const int32_t *x, int n)
+{
+    int64_t sum = raise_wide(z, 27, 58);
+    for (int k = 0; k < n; k++) {
+        if (h[k].mantissa == 0) continue;
+        sum -= wide_product(h[k], x[k], x[n + k], 4);
+    }
+    return scaled_of(sum, -27);
+}
+
+#endif

@@ -1,0 +1,25 @@
+/*
+ * The number layer for fixed point: 32-bit words, in rows with an exponent (rows_q31.h), numbers
+ * of any size (scaled_q31.h), the mean in 56 bits (mean_q31.h).  Integer operations only, all of
+ * them in fixed.h and inverse_q31.h.
+ */
+#ifndef KALMANQ_NUM_Q31_H
+#define KALMANQ_NUM_Q31_H
+
+#include "rows_q31.h"
+
+#include "mean_q31.h"
+
+#include "coordinates_q31.h"
+
+typedef int32_t num;
+
+static const scaled num_tiny = {0, 0};                   /* a noise of it is none */
+static const scaled num_zero_variance = {1 << 30, -230}; /* 2^-200 words squared counts as 0 */
+static const scaled num_sharp = {1 << 30, -44};          /* 2^-14: r below this share of s is
+                                                            taken in stages, */
+static const scaled num_stage = {1 << 30, -42};          /* 2^-12: each with this for its noise */
+
+static inline num num_nan(void) { return KQ_NOT_A_WORD_Q31; }
+
+#endif

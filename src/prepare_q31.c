@@ -1,0 +1,249 @@
+/*
+ * Tables of the q31 arithmetic from doubles.  Every operation is exact or correctly rounded, and in
+ * one order, so the bytes are the same on every machine whose double is IEEE's.
+ */
+#include "kalmanq/prepare.h"
+
+#include "kalmanq/process.h"
+#include "rows_q31.h"
+
+_Static_assert(sizeof(double) == 8, "tables are made where double has 64 bits");
+
+static int is_finite(double a) { return a - a == 0; }
+
+/* a 2^exponent, exact unless it leaves the range of double */
+static double scaled_double(double a, int exponent)
+{
+    for (; exponent > 0; exponent--) a *= 2;
+    for (; exponent < 0; exponent++) a *= 0.5;
+    return a;
+}
+
+/* The exponent of |a| = m 2^exponent, 1/2 <= m < 1; a is not 0 */
+static int exponent_of(double a)
+{
+    int exponent = 0;
+    a = a < 0 ? -a : a;
+    for (; a >= 1; a *= 0.5) exponent++;
+    for (; a < 0.5; a *= 2) exponent--;
+    return exponent;
+}
+
+/* a to the nearest integer, |a| < 2^31 */
+static int32_t rounded(double a) { return (int32_t)(a < 0 ? a - 0.5 : a + 0.5); }
+
+static int size_is_valid(int size) { return size >= 1 && size <= KQ_SIZE_MAX; }
+
+static kq_status formats_check(const kq_format_q31 *format, int count)
+{
+    for (int i = 0; i < count; i++) {
+        if (format[i].fraction < KQ_FRACTION_MIN_Q31) return KQ_ERR_SIZE;
+        if (format[i].fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_SIZE;
+    }
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ formats and words */
+
+kq_status kq_format_prepare_q31(kq_format_q31 *format, double range)
+{
+    if (!format) return KQ_ERR_NULL;
+    if (!is_finite(range)) return KQ_ERR_NOT_FINITE;
+    if (!(range > 0)) return KQ_ERR_RANGE;
+    int fraction = 31 - exponent_of(range);
+    double word = scaled_double(range, fraction); /* 2^30 <= word < 2^31 */
+    if (word > INT32_MAX) {
+        fraction--;
+        word *= 0.5;
+    }
+    if (fraction < KQ_FRACTION_MIN_Q31 || fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_RANGE;
+    const int32_t whole = (int32_t)word;
+    *format = (kq_format_q31){.range = whole + (whole < word), .fraction = fraction};
+    return KQ_OK;
+}
+
+kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
+                                      kq_misfit_q31 *misfit)
+{
+    kq_format_q31 best;
+    if (!format) return KQ_ERR_NULL;
+    if (fraction < KQ_FRACTION_MIN_Q31 || fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_SIZE;
+    const kq_status status = kq_format_prepare_q31(&best, range);
+    if (status) return status;
+    if (best.fraction < fraction) {
+        if (misfit) *misfit = (kq_misfit_q31){.bits = fraction - best.fraction};
+        return KQ_ERR_RANGE;
+    }
+    const double word = scaled_double(range, fraction);
+    if (word < 0.5) return KQ_ERR_RANGE;
+    const int32_t whole = (int32_t)word;
+    *format = (kq_format_q31){.range = whole + (whole < word), .fraction = fraction};
+    return KQ_OK;
+}
+
+kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
+                                const kq_format_q31 *format, kq_misfit_q31 *misfit)
+{
+    int32_t made[KQ_SIZE_MAX];
+    if (!words || !x || !format) return KQ_ERR_NULL;
+    if (!size_is_valid(count) || formats_check(format, count)) return KQ_ERR_SIZE;
+    for (int i = 0; i < count; i++) {
+        if (!is_finite(x[i])) return KQ_ERR_NOT_FINITE;
+    }
+    for (int i = 0; i < count; i++) {
+        const double word = scaled_double(x[i], format[i].fraction), size = word < 0 ? -word : word;
+        if (size >= format[i].range + 0.5) {
+            const int bits = exponent_of(size / format[i].range);
+            if (misfit) *misfit = (kq_misfit_q31){.component = i, .bits = bits > 1 ? bits : 1};
+            return KQ_ERR_RANGE;
+        }
+        made[i] = rounded(word);
+    }
+    for (int i = 0; i < count; i++) words[i] = made[i];
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ coefficients */
+
+/* a 2^shift to 31 bits; KQ_ERR_COEFFICIENT if its exponent is beyond the limit */
+static kq_status coefficient_of(kq_scaled_q31 *out, double a, int shift)
+{
+    *out = (kq_scaled_q31){0, 0};
+    if (a == 0) return KQ_OK;
+    int exponent = exponent_of(a);
+    double mantissa = scaled_double(a, 31 - exponent); /* 2^30 <= |mantissa| < 2^31 */
+    if (mantissa >= INT32_MAX + 0.5 || mantissa <= -INT32_MAX - 0.5) {
+        mantissa *= 0.5;
+        exponent++;
+    }
+    out->mantissa = rounded(mantissa);
+    out->exponent = exponent - 31 + shift;
+    const int32_t most = KQ_EXPONENT_MAX_Q31;
+    return out->exponent > most || out->exponent < -most ? KQ_ERR_COEFFICIENT : KQ_OK;
+}
+
+kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows, int columns,
+                                const kq_format_q31 *row_format, const kq_format_q31 *column_format)
+{
+    kq_scaled_q31 trial;
+    if (!table || !M || !row_format || !column_format) return KQ_ERR_NULL;
+    if (!size_is_valid(rows) || !size_is_valid(columns)) return KQ_ERR_SIZE;
+    if (formats_check(row_format, rows) || formats_check(column_format, columns)) {
+        return KQ_ERR_SIZE;
+    }
+    for (int k = 0; k < rows * columns; k++) {
+        if (!is_finite(M[k])) return KQ_ERR_NOT_FINITE;
+    }
+    for (int write = 0; write <= 1; write++) {
+        for (int k = 0; k < rows * columns; k++) {
+            const int shift =
+                row_format[k / columns].fraction - column_format[k % columns].fraction;
+            const kq_status status = coefficient_of(write ? table + k : &trial, M[k], shift);
+            if (status) return status;
+        }
+    }
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ roots */
+
+/* The triangular root T of a covariance, or of F F': that of a process in double. */
+static kq_status root_of_matrix(double *T, const double *P, const double *F, int n, int r)
+{
+    static const double A[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    kq_process_f64 p;
+    kq_status status = kq_process_assign_f64(&p, n, 0, T, KQ_PROCESS_LEN(KQ_SIZE_MAX));
+    if (!status && P) status = kq_process_init_f64(&p, A, NULL, P);
+    else if (!status) status = kq_process_init_factor_f64(&p, A, NULL, F, r);
+    for (int i = 0; i < n && !status; i++) {
+        double *pivot = T + i * (i + 1) / 2 + i;
+        if (*pivot <= 0x1p-200) *pivot = 0; /* the process needs a pivot, a table does not */
+    }
+    return status;
+}
+
+/* Row i of T in units of 2^exponent words: as large as a row may be */
+static kq_status root_row_of(int32_t *root, const double *T, int n, int i, int fraction)
+{
+    double largest = 0;
+    for (int j = i; j < n; j++) {
+        const double entry = T[j * (j + 1) / 2 + i], size = entry < 0 ? -entry : entry;
+        if (size > largest) largest = size;
+    }
+    int exponent =
+        largest > 0 ? exponent_of(largest) - row_bits(n - i) : lowest_exponent - fraction;
+    if (largest > 0 && rounded(scaled_double(largest, -exponent)) >> row_bits(n - i)) exponent++;
+    for (int j = i; j < n; j++) {
+        const int k = j * (j + 1) / 2 + i;
+        root[k] = largest > 0 ? rounded(scaled_double(T[k], -exponent)) : 0;
+    }
+    root[KQ_TRIANGLE(n) + i] = exponent + fraction;
+    const int32_t own = exponent + fraction, most = KQ_EXPONENT_MAX_Q31;
+    return largest > 0 && (own > most || own < -most) ? KQ_ERR_COEFFICIENT : KQ_OK;
+}
+
+static kq_status root_prepare(int32_t *root, const double *P, const double *F, int n, int r,
+                              const kq_format_q31 *format)
+{
+    double T[KQ_TRIANGLE(KQ_SIZE_MAX)];
+    int32_t made[KQ_ROOT_LEN_Q31(KQ_SIZE_MAX)];
+    if (!root || !format) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || formats_check(format, n)) return KQ_ERR_SIZE;
+    kq_status status = root_of_matrix(T, P, F, n, r);
+    for (int i = 0; i < n && !status; i++) status = root_row_of(made, T, n, i, format[i].fraction);
+    for (int k = 0; k < KQ_ROOT_LEN_Q31(n) && !status; k++) root[k] = made[k];
+    return status;
+}
+
+kq_status kq_root_prepare_q31(int32_t *root, const double *P, int n, const kq_format_q31 *format)
+{
+    return P ? root_prepare(root, P, NULL, n, 0, format) : KQ_ERR_NULL;
+}
+
+kq_status kq_root_prepare_factor_q31(int32_t *root, const double *F, int n, int r,
+                                     const kq_format_q31 *format)
+{
+    return root_prepare(root, NULL, F, n, r, format);
+}
+
+/* ------------------------------------------------------------------ noises */
+
+kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, int m,
+                                        const kq_format_q31 *format)
+{
+    kq_scaled_q31 made[KQ_SIZE_MAX];
+    if (!table || !r || !format) return KQ_ERR_NULL;
+    if (!size_is_valid(m) || formats_check(format, m)) return KQ_ERR_SIZE;
+    for (int c = 0; c < m; c++) {
+        if (!is_finite(r[c])) return KQ_ERR_NOT_FINITE;
+        if (r[c] < 0) return KQ_ERR_NOT_SEMIDEFINITE;
+    }
+    for (int c = 0; c < m; c++) {
+        const kq_status status = coefficient_of(&made[c], r[c], 2 * format[c].fraction);
+        if (status) return status;
+    }
+    for (int c = 0; c < m; c++) table[c] = made[c];
+    return KQ_OK;
+}
+
+kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
+                               const kq_format_q31 *format)
+{
+    double T[KQ_TRIANGLE(KQ_SIZE_MAX)];
+    kq_scaled_q31 made[KQ_TRIANGLE(KQ_SIZE_MAX)];
+    if (!table || !R || !format) return KQ_ERR_NULL;
+    if (!size_is_valid(m) || formats_check(format, m)) return KQ_ERR_SIZE;
+    kq_status status = root_of_matrix(T, R, NULL, m, 0);
+    for (int j = 0; j < m && !status; j++) {
+        const double *column = T + j * (j + 1) / 2, pivot = column[j];
+        for (int i = 0; i < j && !status; i++) {
+            const int shift = format[i].fraction - format[j].fraction;
+            const double U = pivot > 0 ? column[i] / pivot : 0;
+            status = coefficient_of(&made[j * (j + 1) / 2 + i], U, shift);
+        }
+        if (status) break;
+        status = coefficient_of(&made[j * (j + 1) / 2 + j], pivot * pivot, 2 * format[j].fraction);
+    }
+    for (int k = 0; k < KQ_TRIANGLE(m) && !status; k++) table[k] = made[k];
+    return status;
+}

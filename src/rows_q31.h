@@ -1,0 +1,305 @@
+/*
+ * Rows of mantissas with one exponent: the root S and everything that is made of it.
+ *
+ * A ROW of a dense matrix is its `width` words and, behind them, its exponent.  A ROOT is its
+ * triangle by columns and, behind it, the exponents of its n rows.  The norm of a row, in units of
+ * 2^exponent, is below 2^30; orthogonal maps keep it, and that is the bound of everything here.
+ */
+#ifndef KALMANQ_ROWS_H
+#define KALMANQ_ROWS_H
+
+#include "scaled_q31.h"
+
+typedef int64_t sum;
+
+#define ROW_LEN(width) ((width) + 1)
+#define ROOT_LEN(n) KQ_ROOT_LEN_Q31(n)
+#define SCALED_WORDS 2
+
+/* A row that holds nothing; what is below it is not followed further down. */
+static const int32_t lowest_exponent = -16384;
+static const int32_t low_exponent = -8192;
+static const int32_t high_exponent = 8192;
+
+/* One in a row of coordinates: those have norm 1 at most */
+static const int32_t num_one = INT32_C(1) << 29;
+static const int32_t one_exponent = -29;
+
+static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
+static inline void row_set_exponent(int32_t *row, int width, int32_t exponent)
+{
+    row[width] = exponent;
+}
+
+/* Entry k of a row as a number of its own */
+static inline scaled row_entry(const int32_t *row, int width, int k)
+{
+    return scaled_of(row[k], row[width]);
+}
+
+static inline sum add_product(sum total, int32_t a, int32_t b)
+{
+    return sum_of(total, product(a, b), 62);
+}
+
+/* total + a'b.  For rows of norm below 2^30 it is below 2^60, and so is every part of it. */
+static inline sum dot(sum total, const int32_t *a, const int32_t *b, int count)
+{
+    for (int k = 0; k < count; k++) total = add_product(total, a[k], b[k]);
+    return total;
+}
+
+/* a'b of two rows as a number */
+static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
+{
+    return scaled_of(dot(0, a, b, width), a[width] + b[width]);
+}
+
+static inline int32_t moved(int32_t a, int32_t down)
+{
+    return down >= 0 ? lower(a, down) : raise(a, -down, 30);
+}
+
+/*
+ * The coefficients of a combination sum_k row_k R_k of rows R_k on one scale:
+ *     c_k = row_k 2^(E_k - exponent),  sum |c_k| <= 2^30,  exponent >= *exponent as given,
+ * E_k (`stride` apart) being the exponents of the rows.  Then |sum_k c_k R_k| < 2^60: narrowed by
+ * 31 it is a row of norm below 2^29, in units of 2^(exponent + 31).
+ */
+static inline const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride,
+                                   int count, int32_t *exponent)
+{
+    int32_t top = lowest_exponent;
+    for (int k = 0; k < count; k++) {
+        const int32_t own = row[k].exponent + E[k * stride];
+        if (row[k].mantissa && own > top) top = own;
+    }
+    uint32_t total = (uint32_t)count; /* >= what the shifts and the rounding leave out */
+    for (int k = 0; k < count; k++) { /* <= 16 (2^27 + 1) */
+        const int32_t down = top - row[k].exponent - E[k * stride];
+        if (row[k].mantissa && down < 28) total += magnitude(row[k].mantissa) >> 4 >> down;
+    }
+    const int32_t fit = top + 4 + (32 - leading_zeros(total)) - 30;
+    if (fit > *exponent - 31) *exponent = fit;
+    else *exponent -= 31;
+    for (int k = 0; k < count; k++) {
+        c[k] = row[k].mantissa ? moved(row[k].mantissa, *exponent - row[k].exponent - E[k * stride])
+                               : 0;
+    }
+    *exponent += 31;
+    return c;
+}
+
+static inline scaled root_entry(const int32_t *S, int n, int i, int k)
+{
+    return (scaled){S[k * (k + 1) / 2 + i], S[KQ_TRIANGLE(n) + i]};
+}
+
+/* A sum of products of the entries of rows i and j as a number */
+static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
+{
+    return scaled_of(total, S[KQ_TRIANGLE(n) + i] + S[KQ_TRIANGLE(n) + j]);
+}
+
+/* Numbers into one row: 16 of them below 2^31 2^-4 have a norm below 2^29. */
+static inline void row_of(int32_t *row, const scaled *entries, int width)
+{
+    int32_t top = lowest_exponent;
+    for (int k = 0; k < width; k++) {
+        if (entries[k].mantissa && entries[k].exponent > top) top = entries[k].exponent;
+    }
+    for (int k = 0; k < width; k++) {
+        row[k] =
+            entries[k].mantissa ? lower(entries[k].mantissa, top + 4 - entries[k].exponent) : 0;
+    }
+    row[width] = top + 4;
+}
+
+/* A combination as align has prepared it, one entry: a row of norm below 2^29 */
+static inline int32_t combined(sum total) { return narrow(total, 31, 29); }
+
+/* The noise block G of predict: rows of norm below 2^29, each brought to the exponent of its row of
+   A S, which align has made no smaller.  NULL: none. */
+static inline int32_t noise_exponent(const int32_t *G, int n, int l)
+{
+    return G[KQ_TRIANGLE(n) + l] + 1;
+}
+
+static inline int32_t noise_entry(const int32_t *G, int n, int l, int i, const int32_t *row,
+                                  int width)
+{
+    if (!G) return 0;
+    return lower(G[i * (i + 1) / 2 + l], row[width] - G[KQ_TRIANGLE(n) + l]);
+}
+
+/* The pivot of a reflector in G, which here is in its p. */
+static inline int32_t reflector_pivot(const int32_t *G, int i)
+{
+    (void)G, (void)i;
+    return 0;
+}
+
+/*
+ * One row (w, g), of norm below 2^30, through the reflector (V, p) of norm 1 in Q30, with
+ * q = 1 / (1 + p) in Q31: returns its entry in the pivot's column.
+ *     |entry| <= 2^30,  |entry + g| < 2^31 since |g| < 2^29.5,  |V d| <= 1.5 2^30
+ */
+static inline int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V,
+                              int32_t g_pivot, int32_t p, int32_t q, int count)
+{
+    (void)g_pivot;
+    const int32_t entry = narrow(dot(product(g, p), w, V, count), 30, 30);
+    const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), q), 31, 31);
+    for (int k = 0; k < count; k++) {
+        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 30);
+    }
+    return entry;
+}
+
+/*
+ * The reflector of a row (w, g), g >= 0: w <- V = w / s in Q30, p = g / s, q = 1 / (1 + p);
+ * returns s, the row's norm.  w 2^h and g 2^h are below 2^31 and the square of s 2^h, with
+ * 2h + 2 zeros on top, is normalised to [2^62, 2^64).
+ */
+static inline int32_t close_reflector(int32_t *w, int32_t g, int32_t *p, int32_t *q, int count)
+{
+    const uint64_t square = (uint64_t)dot(product(g, g), w, w, count); /* < 2^60 */
+    if (square == 0) { /* a reflector that leaves everything alone */
+        *p = INT32_C(1) << 30;
+        *q = INT32_C(1) << 30;
+        return 0;
+    }
+    const int zeros = leading_zeros_wide(square) & ~1, h = zeros / 2 - 1;
+    const uint32_t v = (uint32_t)((square << zeros) >> 32), inverse = inverse_root(v);
+    const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
+    for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], h, 31), half), 31, 30);
+    *p = narrow(product(raise(g, h, 31), half), 31, 30);
+    const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)*p; /* Q30, 1 .. 2 */
+    const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
+    *q = (int32_t)(share >> 1 > INT32_MAX ? INT32_MAX : share >> 1);
+    return lower((int32_t)root_by_inverse(v, inverse), h);
+}
+
+/* The row's result takes the exponent of the row it was made in. */
+static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *row, int width)
+{
+    S[KQ_TRIANGLE(n) + l] = row[width];
+}
+
+/* Row i of n - i entries is as large as its norm allows when its largest entry has this many
+   bits: 2^bits sqrt(n - i) <= 2^30. */
+static inline int row_bits(int entries) { return entries <= 1 ? 30 : entries <= 4 ? 29 : 28; }
+
+/* Rows are shifted up until they are as large as they may be.  Never down: orthogonal maps and
+   gains do not make them longer. */
+static inline void renormalise(int32_t *S, int n)
+{
+    int32_t *E = S + KQ_TRIANGLE(n);
+    for (int i = 0; i < n; i++) {
+        uint32_t bits = 0;
+        for (int j = i; j < n; j++) bits |= magnitude(S[j * (j + 1) / 2 + i]);
+        const int up = leading_zeros(bits) - (32 - row_bits(n - i));
+        if (bits == 0) E[i] = lowest_exponent;
+        if (E[i] > high_exponent) E[i] = high_exponent;
+        if (bits == 0 || up <= 0 || E[i] < low_exponent) continue;
+        for (int j = i; j < n; j++) {
+            S[j * (j + 1) / 2 + i] = raise(S[j * (j + 1) / 2 + i], up, 30);
+        }
+        E[i] -= up;
+    }
+}
+
+/* ------------------------------------------------------------------ update */
+
+/* What rounding alone makes of f'f, 16 units of each entry squared: a variance below it says
+   nothing. */
+static inline scaled rounding_floor(const int32_t *S, const scaled *h, const int32_t *f, int n)
+{
+    (void)S, (void)h;
+    return scaled_of(256 * n, 2 * f[n]);
+}
+
+/* No measurement is sharper than 2^-64 of the innovation variance. */
+static inline scaled least_noise(scaled r, scaled s)
+{
+    const scaled least = scaled_shift(s, -64);
+    return scaled_is_less(r, least) ? least : r;
+}
+
+/*
+ * The state of Carlson's sums a_j = r + f_0^2 + ... + f_j^2.  All in units of 2^(2 exponent),
+ * where the last of them, the innovation variance, is in [2^59, 2^61); f moves by `down`.
+ * root = sqrt(a) 2^(zeros/2 - 1), inverse = 2^(63 - zeros/2) / sqrt(a).
+ */
+typedef struct {
+    uint64_t a;
+    uint32_t root, inverse;
+    int zeros;
+    int32_t exponent, down;
+} rotor;
+
+/* c in Q31; g in Q29 for b shifted up by `up`; f */
+typedef struct {
+    int32_t c, g, f;
+    int up;
+} rotation;
+
+static inline void rotor_take_root(rotor *t)
+{
+    t->zeros = leading_zeros_wide(t->a) & ~1;
+    const uint32_t v = (uint32_t)((t->a << t->zeros) >> 32);
+    t->inverse = inverse_root(v);
+    t->root = root_by_inverse(v, t->inverse);
+}
+
+/* s = r + f'f, normalised */
+static inline rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
+{
+    rotor t;
+    t.exponent = (s.exponent - 29) >> 1;
+    t.down = t.exponent - f[n];
+    const int32_t up = r.exponent - 2 * t.exponent; /* <= 31, since r <= s */
+    t.a = (uint64_t)(up >= 0 ? raise_wide(r.mantissa, up, 62) : lower(r.mantissa, -up));
+    if (t.a == 0) t.a = 1;
+    rotor_take_root(&t);
+    return t;
+}
+
+/* c = sqrt(a_before / a),  g = f / sqrt(a_before a) */
+static inline rotation rotor_turn(rotor *t, int32_t f)
+{
+    const rotor before = *t;
+    rotation turn;
+    turn.f = t->down >= 0 ? lower(f, t->down) : raise(f, -t->down, 31);
+    t->a += (uint64_t)product(turn.f, turn.f); /* <= s < 2^61, and its rounding */
+    rotor_take_root(t);
+    const int half = (before.zeros - t->zeros) / 2;
+    const uint64_t c = (((uint64_t)before.root * t->inverse + (UINT64_C(1) << 30)) >> 31) >> half;
+    turn.c = c > INT32_MAX ? INT32_MAX : (int32_t)c;
+    /* |f| <= sqrt(a): |g| <= 2^30 */
+    const int32_t both = (int32_t)(product_high(before.inverse, t->inverse) >> 1);
+    turn.g = narrow(product(turn.f, both), 32 - t->zeros / 2, 31);
+    turn.up = before.zeros / 2 - 1;
+    return turn;
+}
+
+/*
+ * s <- c s - g b,  b <- b + f s.  |b| 2^up <= 2^30 because |b| <= |s_i| sqrt(a_before), and for the
+ * same reason |g b| <= |s_i|: the row's norm cannot grow.
+ */
+static inline void rotate(int32_t *s, scaled *b, rotation turn)
+{
+    const int32_t old = *s;
+    const int64_t back = raise_wide(product(turn.g, raise(b->mantissa, turn.up, 31)), 2, 62);
+    *s = narrow(sum_of(product(turn.c, old), -back, 62), 31, 30);
+    b->mantissa = (int32_t)sum_of(b->mantissa, narrow(product(old, turn.f), 31, 30), 31);
+}
+
+/* b gets its exponents: it is the sum of s f 2^-31 */
+static inline void rotor_end(const rotor *t, int32_t *S, scaled *b, int n)
+{
+    for (int i = 0; i < n; i++) b[i].exponent = S[KQ_TRIANGLE(n) + i] + t->exponent + 31;
+    renormalise(S, n);
+}
+
+#endif

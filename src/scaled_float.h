@@ -1,0 +1,20 @@
+/*
+ * Numbers of any size in floating point: every number is one.  scaled_q31.h has the same
+ * operations in integers.
+ */
+#ifndef KALMANQ_SCALED_FLOAT_H
+#define KALMANQ_SCALED_FLOAT_H
+
+typedef num scaled;
+
+static inline int scaled_is_zero(scaled a) { return a == 0; }
+static inline scaled scaled_negative(scaled a) { return -a; }
+static inline scaled scaled_times(scaled a, scaled b) { return a * b; }
+static inline scaled scaled_over(scaled a, scaled b) { return a / b; }
+static inline scaled scaled_plus(scaled a, scaled b) { return a + b; }
+static inline scaled scaled_minus(scaled a, scaled b) { return a - b; }
+static inline scaled scaled_root(scaled a) { return num_root(a); }
+static inline int scaled_is_less(scaled a, scaled b) { return a < b; }
+static inline num word_of(scaled a) { return a; }
+
+#endif
