@@ -29,7 +29,7 @@ static void say_number(sentence *s, int32_t number)
 
 size_t kq_misfit_text_q31(const kq_misfit_q31 *misfit, char *text, size_t length)
 {
-    static const char *const quantity[] = {"state ", "control ", "measurement "};
+    static const char quantity[][16] = {"state ", "control ", "measurement "};
     sentence s = {.at = text, .room = text ? length : 0};
     if (misfit && (unsigned)misfit->quantity < 3) {
         say(&s, quantity[misfit->quantity]);

@@ -21,8 +21,7 @@ static const num num_max = FLT_MAX;
 static const num num_tiny = 0x1p-120f;         /* smallest variance of a noise */
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
 static const num num_zero_variance = 0x1p-96f; /* an innovation variance below it counts as 0 */
-static const num num_sharp = 0x1p-16f;         /* r below this share of S is taken in stages, */
-static const num num_stage = 0x1p-12f;         /* each with this share for its noise */
+static const num num_stage = 0x1p-12f; /* of f'f: the noise of a stage */
 static const num num_window = 0x1p32f;         /* determinant kept within 1/window .. window */
 static const int num_window_bits = 32;
 static const num num_half = 0.5f;
@@ -36,6 +35,9 @@ static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return NAN; }
 
 #include "rows_float.h"
+
+/* r below this share of s is taken in stages */
+static inline num sharp_share(num s) { return s * 0x1p-16f; }
 
 #include "mean_pair.h"
 

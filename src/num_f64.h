@@ -20,8 +20,7 @@ static const num num_max = DBL_MAX;
 static const num num_tiny = 0x1p-400;          /* smallest variance of a noise */
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
-static const num num_sharp = 0x1p-48;          /* r below this share of S is taken in stages, */
-static const num num_stage = 0x1p-44;          /* each with this share for its noise */
+static const num num_stage = 0x1p-44; /* of f'f: the noise of a stage */
 static const num num_window = 0x1p256;         /* determinant kept within 1/window .. window */
 static const int num_window_bits = 256;
 static const num num_half = 0.5;
@@ -35,6 +34,9 @@ static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return (num)NAN; }
 
 #include "rows_float.h"
+
+/* r below this share of s is taken in stages */
+static inline num sharp_share(num s) { return s * 0x1p-48; }
 
 #include "mean_single.h"
 

@@ -75,7 +75,12 @@ static inline scaled scaled_root(scaled a)
     return (scaled){(int32_t)root, (a.exponent - odd) / 2 - 15};
 }
 
-static inline int scaled_is_less(scaled a, scaled b) { return scaled_minus(a, b).mantissa < 0; }
+/* a < b, for a, b >= 0 */
+static inline int scaled_is_less(scaled a, scaled b)
+{
+    if (a.mantissa == 0 || b.mantissa == 0) return a.mantissa < b.mantissa;
+    return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
+}
 
 /* a as a word, rounded, held at +-(2^31 - 1) */
 static inline int32_t word_of(scaled a)

@@ -14,13 +14,27 @@ esac
 nm=nm
 case $core in m*) nm=arm-none-eabi-nm ;; esac
 
-# What a float object may ask for: memory moves that compilers insert, and soft-float single
-# precision where there is no FPU.  Nothing of double, of the heap, of stdio, no assert; on
-# hardware floating point the root is an instruction.
-allowed='^(mem(cpy|move|set)|__aeabi_mem.*)$'
+# What an object may ask for: memory moves that compilers insert; in float, soft-float single
+# precision where there is no FPU; in fixed point, integer helpers.  Nothing of double, of the
+# heap, of stdio, no assert; on hardware floating point the root is an instruction.
+memory='^(mem(cpy|move|set)|__aeabi_mem.*)$'
+integers='^(__aeabi_(lmul|llsl|llsr|lasr|u?idiv(mod)?|u?lcmp)|__clzsi2)$'
+floats='^$'
 case $core in
-m0 | m3) allowed="$allowed|^__aeabi_(f(add|sub|mul|div|cmp(eq|lt|le|ge|gt|un)|2u?iz)|u?i2f|u?idiv(mod)?)$|^sqrtf$" ;;
+m0 | m3) floats="^__aeabi_(f(add|sub|mul|div|cmp(eq|lt|le|ge|gt|un)|2u?iz)|u?i2f|u?idiv(mod)?)$|^sqrtf$" ;;
 esac
+
+check_object() { # name, what it may refer to
+    object="$work/$core-O2-$1.c.o"
+    refers=$($nm -u "$object" | awk '{print $NF}')
+    foreign=$(echo "$refers" | grep -Ev "$memory|$2|^$" || true)
+    if [ -n "$foreign" ]; then
+        echo "$core: $1 refers to:" $foreign
+        exit 1
+    fi
+    echo "$core: $1 refers to:" $refers
+    ! $nm "$object" | grep -E ' [BbDdC] ' || { echo "$core: $1 has writable data"; exit 1; }
+}
 
 for level in -O0 -O1 -O2 -O3 -Os; do
     for file in "$source"/src/*.c; do
@@ -28,14 +42,8 @@ for level in -O0 -O1 -O2 -O3 -Os; do
         # shellcheck disable=SC2086
         $compiler $flags $level -I"$source/include" -c "$file" -o "$object"
     done
-    [ "$level" = -O2 ] || continue
-    object="$work/$core-O2-kq_f32.c.o"
-    foreign=$($nm -u "$object" | awk '{print $NF}' | grep -Ev "$allowed" || true)
-    if [ -n "$foreign" ]; then
-        echo "$core: the float object refers to:" $foreign
-        exit 1
-    fi
-    echo "$core: float object refers to:" $($nm -u "$object" | awk '{print $NF}')
-    ! $nm "$object" | grep -E ' [BbDdC] ' || { echo "$core: the object has writable data"; exit 1; }
 done
+check_object kq_f32 "$floats"
+check_object kq_q31 "$integers"
+check_object misfit_q31 "$integers"
 echo "$core: clean"
