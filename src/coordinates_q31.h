@@ -109,7 +109,7 @@ static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scal
         bits |= magnitude(u[j]);
     }
     T[KQ_TRIANGLE(n) + i] = now_exponent;
-    const int up = bits ? leading_zeros(bits) - (32 - row_bits(n)) : 0;
+    const int up = bits ? leading_zeros(bits) - 4 : 0; /* n <= 16 entries of 28 bits */
     for (int j = i; up > 0 && j < n; j++) u[j] = raise(u[j], up, 30);
     u[n] = bits ? other_exponent - (up > 0 ? up : 0) : lowest_exponent;
 }

@@ -34,9 +34,13 @@ size_t kq_misfit_text_q31(const kq_misfit_q31 *misfit, char *text, size_t length
     if (misfit && (unsigned)misfit->quantity < 3) {
         say(&s, quantity[misfit->quantity]);
         say_number(&s, misfit->component);
-        say(&s, " needs ");
-        say_number(&s, misfit->bits);
-        say(&s, misfit->bits == 1 ? " more integer bit" : " more integer bits");
+        if (misfit->bits == 0) {
+            say(&s, " is beyond its declared range");
+        } else {
+            say(&s, " needs ");
+            say_number(&s, misfit->bits);
+            say(&s, misfit->bits == 1 ? " more integer bit" : " more integer bits");
+        }
     }
     if (s.room) s.at[s.length < s.room ? s.length : s.room - 1] = 0;
     return s.length;

@@ -93,8 +93,8 @@ kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
     for (int i = 0; i < count; i++) {
         const double word = scaled_double(x[i], format[i].fraction), size = word < 0 ? -word : word;
         if (size >= format[i].range + 0.5) {
-            const int bits = exponent_of(size / format[i].range);
-            if (misfit) *misfit = (kq_misfit_q31){.component = i, .bits = bits > 1 ? bits : 1};
+            const int bits = size > INT32_MAX ? exponent_of(size) - 31 : 0;
+            if (misfit) *misfit = (kq_misfit_q31){.component = i, .bits = bits};
             return KQ_ERR_RANGE;
         }
         made[i] = rounded(word);
@@ -170,9 +170,9 @@ static kq_status root_row_of(int32_t *root, const double *T, int n, int i, int f
         const double entry = T[j * (j + 1) / 2 + i], size = entry < 0 ? -entry : entry;
         if (size > largest) largest = size;
     }
-    int exponent =
-        largest > 0 ? exponent_of(largest) - row_bits(n - i) : lowest_exponent - fraction;
-    if (largest > 0 && rounded(scaled_double(largest, -exponent)) >> row_bits(n - i)) exponent++;
+    const int bits = n - i <= 1 ? 30 : n - i <= 4 ? 29 : 28; /* 2^bits sqrt(n - i) <= 2^30 */
+    int exponent = largest > 0 ? exponent_of(largest) - bits : lowest_exponent - fraction;
+    if (largest > 0 && rounded(scaled_double(largest, -exponent)) >> bits) exponent++;
     for (int j = i; j < n; j++) {
         const int k = j * (j + 1) / 2 + i;
         root[k] = largest > 0 ? rounded(scaled_double(T[k], -exponent)) : 0;

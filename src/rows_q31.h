@@ -62,9 +62,10 @@ static inline int32_t moved(int32_t a, int32_t down)
 
 /*
  * The coefficients of a combination sum_k row_k R_k of rows R_k on one scale:
- *     c_k = row_k 2^(E_k - exponent),  sum |c_k| <= 2^30,  exponent >= *exponent as given,
+ *     c_k = row_k 2^(E_k - scale),  sum |c_k| <= 2^30,
  * E_k (`stride` apart) being the exponents of the rows.  Then |sum_k c_k R_k| < 2^60: narrowed by
- * 31 it is a row of norm below 2^29, in units of 2^(exponent + 31).
+ * 30 it is a row of norm up to 2^30 with the exponent scale + 30, which is left in *exponent and is
+ * not below what was there.
  */
 static inline const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride,
                                    int count, int32_t *exponent)
@@ -80,13 +81,12 @@ static inline const int32_t *align(int32_t *c, const scaled *row, const int32_t 
         if (row[k].mantissa && down < 28) total += magnitude(row[k].mantissa) >> 4 >> down;
     }
     const int32_t fit = top + 4 + (32 - leading_zeros(total)) - 30;
-    if (fit > *exponent - 31) *exponent = fit;
-    else *exponent -= 31;
+    const int32_t scale = fit > *exponent - 30 ? fit : *exponent - 30;
     for (int k = 0; k < count; k++) {
-        c[k] = row[k].mantissa ? moved(row[k].mantissa, *exponent - row[k].exponent - E[k * stride])
-                               : 0;
+        const int32_t down = scale - row[k].exponent - E[k * stride];
+        c[k] = row[k].mantissa ? moved(row[k].mantissa, down) : 0;
     }
-    *exponent += 31;
+    *exponent = scale + 30;
     return c;
 }
 
@@ -115,11 +115,11 @@ static inline void row_of(int32_t *row, const scaled *entries, int width)
     row[width] = top + 4;
 }
 
-/* A combination as align has prepared it, one entry: a row of norm below 2^29 */
-static inline int32_t combined(sum total) { return narrow(total, 31, 29); }
+/* One entry of a combination as align has prepared it */
+static inline int32_t combined(sum total) { return narrow(total, 30, 31); }
 
 /* The noise block G of predict: rows of norm below 2^29, each brought to the exponent of its row of
-   A S, which align has made no smaller.  NULL: none. */
+   A S, which align has made no smaller.  The norm of both is below 2^30.2.  NULL: none. */
 static inline int32_t noise_exponent(const int32_t *G, int n, int l)
 {
     return G[KQ_TRIANGLE(n) + l] + 1;
@@ -140,18 +140,19 @@ static inline int32_t reflector_pivot(const int32_t *G, int i)
 }
 
 /*
- * One row (w, g), of norm below 2^30, through the reflector (V, p) of norm 1 in Q30, with
+ * One row (w, g), |w| < 2^30.2 and g <= 2^29, through the reflector (V, p) of norm 1 in Q30, with
  * q = 1 / (1 + p) in Q31: returns its entry in the pivot's column.
- *     |entry| <= 2^30,  |entry + g| < 2^31 since |g| < 2^29.5,  |V d| <= 1.5 2^30
+ *     |entry| < 2^30.2,  |entry + g| <= sqrt(1 - p^2) |w| + (1 + p) g < 1.75 2^30 < 2^31,
+ *     |d| = |g + V'w / (1 + p)| < 2^31
  */
 static inline int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V,
                               int32_t g_pivot, int32_t p, int32_t q, int count)
 {
     (void)g_pivot;
-    const int32_t entry = narrow(dot(product(g, p), w, V, count), 30, 30);
+    const int32_t entry = narrow(dot(product(g, p), w, V, count), 30, 31);
     const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), q), 31, 31);
     for (int k = 0; k < count; k++) {
-        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 30);
+        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
     }
     return entry;
 }
@@ -163,7 +164,7 @@ static inline int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *res
  */
 static inline int32_t close_reflector(int32_t *w, int32_t g, int32_t *p, int32_t *q, int count)
 {
-    const uint64_t square = (uint64_t)dot(product(g, g), w, w, count); /* < 2^60 */
+    const uint64_t square = (uint64_t)dot(product(g, g), w, w, count); /* < 2^60.4 */
     if (square == 0) { /* a reflector that leaves everything alone */
         *p = INT32_C(1) << 30;
         *q = INT32_C(1) << 30;
@@ -186,24 +187,23 @@ static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *r
     S[KQ_TRIANGLE(n) + l] = row[width];
 }
 
-/* Row i of n - i entries is as large as its norm allows when its largest entry has this many
-   bits: 2^bits sqrt(n - i) <= 2^30. */
-static inline int row_bits(int entries) { return entries <= 1 ? 30 : entries <= 4 ? 29 : 28; }
-
-/* Rows are shifted up until they are as large as they may be.  Never down: orthogonal maps and
-   gains do not make them longer. */
+/* Brings every row's norm into [2^29, 2^30), the mantissas as long as they may be. */
 static inline void renormalise(int32_t *S, int n)
 {
     int32_t *E = S + KQ_TRIANGLE(n);
     for (int i = 0; i < n; i++) {
-        uint32_t bits = 0;
-        for (int j = i; j < n; j++) bits |= magnitude(S[j * (j + 1) / 2 + i]);
-        const int up = leading_zeros(bits) - (32 - row_bits(n - i));
-        if (bits == 0) E[i] = lowest_exponent;
-        if (E[i] > high_exponent) E[i] = high_exponent;
-        if (bits == 0 || up <= 0 || E[i] < low_exponent) continue;
+        sum square = 0; /* < 2^60.4 */
         for (int j = i; j < n; j++) {
-            S[j * (j + 1) / 2 + i] = raise(S[j * (j + 1) / 2 + i], up, 30);
+            const int32_t s = S[j * (j + 1) / 2 + i];
+            square = add_product(square, s, s);
+        }
+        const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
+        if (square == 0) E[i] = lowest_exponent;
+        if (E[i] > high_exponent) E[i] = high_exponent;
+        if (square == 0 || up == 0 || E[i] < low_exponent) continue;
+        for (int j = i; j < n; j++) {
+            int32_t *s = S + j * (j + 1) / 2 + i;
+            *s = up > 0 ? raise(*s, up, 30) : lower(*s, 1);
         }
         E[i] -= up;
     }

@@ -2,7 +2,7 @@
 # The demo: sets up what is missing, builds, then filters, forecasts and smooths.
 #   tools/demo.sh                                    the Nile and a simulated track
 #   tools/demo.sh my.csv --model local-level         measurements of your own
-#   tools/demo.sh my.csv --model constant-velocity [--q Q] [--r R] [--dt DT]
+#   tools/demo.sh my.csv --model constant-velocity [--q Q] [--r R] [--dt DT] [--range RANGE]
 #   tools/demo.sh --help                             all options
 # Results go to build/demo, or where --out says.
 set -eu

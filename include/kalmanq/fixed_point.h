@@ -65,7 +65,8 @@ typedef struct {
 typedef enum { KQ_STATE, KQ_CONTROL, KQ_MEASUREMENT } kq_quantity;
 
 /** What KQ_ERR_RANGE means: `component` of the states, controls or measurements needs `bits` more
-    integer bits (a fraction that is smaller by `bits`).  bits = 0: it fits. */
+    integer bits (a fraction that is smaller by `bits`).  bits = 0: its word would hold the value,
+    its declared range does not. */
 typedef struct {
     kq_quantity quantity;
     int32_t component;

@@ -1,6 +1,6 @@
 """Tests of the demo.
 
-    test_demo.py --programs DIR      where kq_demo_f32 and kq_demo_f64 are
+    test_demo.py --programs DIR      where kq_demo_f32, kq_demo_f64 and kq_demo_q31 are
                                      (or the environment variable KQ_DEMO_PROGRAMS)
 """
 
@@ -24,10 +24,12 @@ import csv_input
 import jobs
 import models
 import moments
+import ranges
 import reference
 import report
 import runner
 import simulate
+from demo import ARITHMETICS
 from errors import InputError
 from outputs import Outputs
 
@@ -68,6 +70,7 @@ BAD_FILES = [
     ("line\nbreak", b"", LEVEL, ["row 1:", "empty"]),
 ]
 
+MODEL = "A 1 Q 1 H 1 R 1 x0 0 P0 1 x_range 9 z_range 9"
 BAD_PROBLEMS = [
     ("", "line 1: the input ends where sizes"),
     ("sizes 0 1 1 0", "line 1: n is '0'"),
@@ -77,10 +80,32 @@ BAD_PROBLEMS = [
     ("sizes 1 1 1 0\nA nan", "line 2: 'nan' in A is not a number"),
     ("sizes 1 1 1 0\nA 1e999", "line 2: '1e999' in A is out of range"),
     ("sizes 1 1 1 0\nA 1\nB 1", "line 3: 'B' where Q should be"),
-    ("sizes 1 1 1 0\nA 1 Q -1 H 1 R 1 x0 0 P0 1\nz 1 end", "A, Q: "),
-    ("sizes 1 1 2 0\nA 1 Q 1 H 1 R 1 x0 0 P0 1\nz 1 end", "line 3: 'end' in z"),
-    ("sizes 1 1 1 0\nA 1 Q 1 H 1 R 1 x0 0 P0 1\nz 1 2", "line 3: '2' where end should be"),
+    ("sizes 1 1 1 0\nA 1 Q 1 H 1 R 1 x0 0 P0 1\nz 1 end", "line 3: 'z' where x_range should be"),
+    (f"sizes 1 1 2 0\n{MODEL}\nz 1 end", "line 3: 'end' in z"),
+    (f"sizes 1 1 1 0\n{MODEL}\nz 1 2", "line 3: '2' where end should be"),
     ("# " + "long " * 50 + "\n" + "x" * 100, "line 2: a word of more than 63 characters"),
+]
+
+# a model that the library refuses, and what of it the line names in floating and in fixed point
+REFUSED = [
+    ("A 1 Q -1 H 1 R 1 x0 0 P0 1", "A, Q: ", "Q: "),
+    ("A 1 Q 1 H 1 R -1 x0 0 P0 1", "H, R: ", "R: "),
+    ("A 1 Q 1 H 1 R 1 x0 0 P0 -1", "x0, P0: ", "P0: "),
+]
+
+# what floating point does not mind, and what the line says
+ONE = "sizes 1 1 1 0\nA 1 Q 1 H 1 R 1"
+TWO = "sizes 2 1 1 0\nA 1 1 0 1 Q 1 0 0 1 H 1 0 R 1"
+MISFITS = [
+    (f"{TWO} x0 0 0 P0 1 0 0 1 x_range 1 1e9 z_range 1 z 0 end", "A, Q: state 0 needs 26 more"),
+    (f"{TWO} x0 0 9 P0 1 0 0 1 x_range 1 1 z_range 1 z 0 end", "x0: state 1 needs "),
+    (f"{ONE} x0 0 P0 1 x_range 1e6 z_range 1 z 0 end", "H, R: measurement 0 needs 15 more"),
+    (
+        f"{ONE} x0 0 P0 1 x_range 1 z_range 1 z 9 end",
+        "z of step 0 is 9, its range 1: measurement 0 needs ",
+    ),
+    (f"{ONE} x0 0 P0 1 x_range 0 z_range 1 z 0 end", "x_range 0, 0: "),
+    (f"{ONE} x0 0 P0 1 x_range 1 z_range 1e99 z 0 end", "z_range 0, 1e+99: "),
 ]
 
 
@@ -153,6 +178,8 @@ class BadInput(InDirectory):
             ([good, "--model", LEVEL, "--r", "0"], "--r 0"),
             ([good, "--model", LEVEL, "--r", "nan"], "--r nan"),
             ([good, "--model", VELOCITY, "--dt", "0"], "--dt 0"),
+            ([good, "--model", LEVEL, "--range", "-3"], "--range -3"),
+            (["--range", "3"], "a CSV of your own"),
             ([good, "--model", LEVEL, "--forecast", "-1"], "--forecast -1"),
         ):
             with self.subTest(says):
@@ -162,6 +189,17 @@ class BadInput(InDirectory):
         path = self.file("timed.csv", "time,x\n0,1\n2,2\n4,3\n6,5\n8,4\n")
         done = run_demo(path, "--model", VELOCITY, "--dt", 1, "--out", self.out)
         self.assert_refused(done, "timed.csv: row 6", "the times step by 2")
+
+    def test_a_range_that_the_data_leave(self) -> None:
+        path = self.file("good.csv", "1\n2\n4\n3\n50\n4\n6\n")
+        done = run_demo(path, "--model", LEVEL, "--range", 10, "--out", self.out)
+        says = "kq_demo_q31: z of step 4 is 50, its range 10: measurement 0 needs "
+        self.assert_refused(done, says, "more integer bits")
+
+    def test_a_range_beyond_every_format(self) -> None:
+        path = self.file("good.csv", "1\n2\n4\n3\n5\n4\n6\n")
+        done = run_demo(path, "--model", LEVEL, "--range", 1e30, "--out", self.out)
+        self.assert_refused(done, "kq_demo_q31: x_range 0, 1e+30: ")
 
     def test_programs_that_are_not_built(self) -> None:
         good = self.file("good.csv", "1\n2\n4\n3\n5\n4\n6\n")
@@ -182,28 +220,69 @@ class BadInput(InDirectory):
         self.assertEqual(len(csv_input.read(NILE, csv_input.LOCAL_LEVEL).values), 100)
 
 
+def run_program(arithmetic: str, problem: str) -> subprocess.CompletedProcess[str]:
+    program = str(programs() / f"kq_demo_{arithmetic}")
+    return subprocess.run([program], input=problem, capture_output=True, text=True)
+
+
 class Programs(unittest.TestCase):
+    def assert_stops(self, arithmetic: str, problem: str, says: str) -> None:
+        done = run_program(arithmetic, problem)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertEqual(done.stderr.count("\n"), 1)
+        self.assertTrue(done.stderr.startswith(f"kq_demo_{arithmetic}: {says}"), done.stderr)
+
     def test_bad_problems(self) -> None:
-        for name in ("kq_demo_f32", "kq_demo_f64"):
+        for arithmetic in ARITHMETICS:
             for problem, says in BAD_PROBLEMS:
-                with self.subTest(name=name, says=says):
-                    done = subprocess.run(
-                        [str(programs() / name)], input=problem, capture_output=True, text=True
-                    )
-                    self.assertEqual((done.returncode, done.stdout), (1, ""))
-                    self.assertEqual(done.stderr.count("\n"), 1)
-                    self.assertTrue(done.stderr.startswith(f"{name}: {says}"), done.stderr)
+                with self.subTest(arithmetic=arithmetic, says=says):
+                    self.assert_stops(arithmetic, problem, says)
+
+    def test_refused_models(self) -> None:
+        for arithmetic in ARITHMETICS:
+            for model, floating, fixed in REFUSED:
+                with self.subTest(arithmetic=arithmetic, model=model):
+                    problem = f"sizes 1 1 1 0\n{model} x_range 9 z_range 9 z 1 end"
+                    says = fixed if arithmetic == "q31" else floating
+                    self.assert_stops(arithmetic, problem, says)
+
+    def test_misfits(self) -> None:
+        for problem, says in MISFITS:
+            with self.subTest(says):
+                self.assert_stops("q31", problem, says)
+                self.assertEqual(run_program("f64", problem).returncode, 0)
 
     def test_beyond_a_float(self) -> None:
-        problem = "sizes 1 1 1 0\nA 1 Q 1 H 1 R 1 x0 0 P0 1\nz 1e100 end"
-        for name, status in (("kq_demo_f32", 1), ("kq_demo_f64", 0)):
-            done = subprocess.run(
-                [str(programs() / name)], input=problem, capture_output=True, text=True
-            )
-            self.assertEqual(done.returncode, status)
+        problem = f"sizes 1 1 1 0\n{MODEL}\nz 1e100 end"
+        for arithmetic, status in (("f32", 1), ("f64", 0), ("q31", 1)):
+            self.assertEqual(run_program(arithmetic, problem).returncode, status)
+
+    def test_a_saturated_state(self) -> None:
+        """x doubles until it leaves its word; the event tells, in the forecast as well."""
+        start = "A 2 Q 0 H 1 R 1 x0 1 P0 0 x_range 1.9 z_range 1.9"
+        for sizes, data, events in (
+            ("1 1 1 0", "z nan", 0),
+            ("1 1 9 0", "z" + " nan" * 9, 8),
+            ("1 1 1 9", "z nan", 8),
+        ):
+            done = run_program("q31", f"sizes {sizes} {start} {data} end")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(f"\nevents {events}\n", done.stdout)
+
+    def test_fixed_point_is_exact_where_it_can_be(self) -> None:
+        """A constant from measurements without noise: what is read is what was given."""
+        problem = "sizes 1 1 2 1 A 1 Q 0 H 1 R 0 x0 0 P0 1 x_range 3 z_range 3 z 1.25 nan end"
+        done = run_program("q31", problem)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("\nformats state 29 measurement 29\n", done.stdout)
+        lines = {tuple(line.split()[:2]): line.split()[2:] for line in done.stdout.splitlines()}
+        for record in (("step", "0"), ("step", "1"), ("forecast", "1")):
+            filtered, _, other, _ = map(float, lines[record])
+            self.assertAlmostEqual(filtered, 1.25, delta=2**-29)
+            self.assertAlmostEqual(other, 1.25, delta=2**-29)
 
     def test_results_that_cannot_be_written(self) -> None:
-        problem = "sizes 1 1 1 0\nA 1 Q 1 H 1 R 1 x0 0 P0 1\nz 1 end"
+        problem = f"sizes 1 1 1 0\n{MODEL}\nz 1 end"
         if not os.path.exists("/dev/full"):
             self.skipTest("no /dev/full here")
         with open("/dev/full", "w", encoding="utf-8") as full:
@@ -224,7 +303,7 @@ class Programs(unittest.TestCase):
         z[0, 1] = np.nan
         job = type(job)(**{**job.__dict__, "z": z})
         true = reference.run(job.model, job.z, job.ahead)
-        for name, limit in (("f32", 2e-5), ("f64", 1e-9)):
+        for name, limit in (("f32", 2e-5), ("f64", 1e-9), ("q31", 2e-6)):
             found = runner.run(programs() / f"kq_demo_{name}", job)
             for part in ("filtered", "smoothed", "forecast", "forecast_z"):
                 error = report.mean_error(getattr(found, part), getattr(true, part))
@@ -359,6 +438,30 @@ class Moments(unittest.TestCase):
                 self.assertTrue(all(value > 0 for value in estimate), estimate)
 
 
+class Ranges(InDirectory):
+    def test_of_the_track(self) -> None:
+        """With a margin of 4, and further by as much as the forecast adds to the time."""
+        job = jobs.track(75)
+        reach = np.nanmax(np.abs(job.z), axis=0)
+        reach += (np.nanmax(job.z, axis=0) - np.nanmin(job.z, axis=0)) * 75 / 150
+        found = ranges.of(job)
+        np.testing.assert_allclose(found.measured, 4 * reach)
+        np.testing.assert_allclose(found.states, np.repeat(4 * reach, 2))  # dt is 1 s
+
+    def test_declared(self) -> None:
+        path = self.file("walk.csv", "time,x\n0,1\n0.5,2\n1,4\n1.5,3\n2,5\n2.5,4\n")
+        job = jobs.constant_velocity(path, 1.0, 1.0, None, 100.0, None)
+        found = ranges.of(job)
+        np.testing.assert_allclose(found.measured, [100])
+        np.testing.assert_allclose(found.states, [100, 200])
+
+    def test_never_below_the_prior_or_the_noise(self) -> None:
+        path = self.file("flat.csv", "0\n0\n0\n0\n")
+        found = ranges.of(jobs.local_level(path, 1.0, 4.0, None, None, 0))
+        np.testing.assert_allclose(found.measured, [4 * 2])
+        np.testing.assert_allclose(found.states, [10 * 2])
+
+
 class Input(InDirectory):
     def test_the_nile(self) -> None:
         data = csv_input.read(NILE, csv_input.LOCAL_LEVEL)
@@ -412,10 +515,10 @@ class EndToEnd(InDirectory):
         self.assertGreater(len(content), 20000)
 
     def assert_close(self, path: Path, names: list[str], limit: float) -> None:
-        """f32 and f64 against the reference in a file of results, in standard deviations."""
+        """Every arithmetic against the reference in a file of results, in standard deviations."""
         rows = read_csv(path)
         true = [row for row in rows if row["arithmetic"] == report.REFERENCE]
-        for arithmetic in ("f32", "f64"):
+        for arithmetic in ARITHMETICS:
             found = [row for row in rows if row["arithmetic"] == arithmetic]
             self.assertEqual(len(found), len(true))
             for a, b in zip(found, true):
@@ -430,11 +533,14 @@ class EndToEnd(InDirectory):
         self.assertEqual(sorted(path.name for path in self.out.iterdir()), names)
         for name in names:
             self.assertIn(name, printed)
-        self.assertIn("-641.5856", printed)
+        self.assertEqual(printed.count("-641.5856"), 4)
+        self.assertIn("q31 formats, states: flow Q13.18 (\u00b15846)\n", printed)
+        self.assertIn("q31 formats, measurements: flow Q13.18 (\u00b15846)\n", printed)
+        self.assertNotIn("KQ_EVENT", printed)
         self.assert_plot("nile.png")
         self.assert_plot("track.png")
-        self.assertEqual(len(read_csv(self.out / "nile.csv")), 3 * (100 + 10))
-        self.assertEqual(len(read_csv(self.out / "track.csv")), 3 * (150 + 20))
+        self.assertEqual(len(read_csv(self.out / "nile.csv")), 4 * (100 + 10))
+        self.assertEqual(len(read_csv(self.out / "track.csv")), 4 * (150 + 20))
         self.assert_close(self.out / "nile.csv", ["filtered_flow", "smoothed_flow"], 1e-4)
         self.assert_close(self.out / "track.csv", ["filtered_x", "smoothed_vy", "forecast_y"], 1e-4)
         gap = read_csv(self.out / "track_data.csv")[75:105]
@@ -447,7 +553,7 @@ class EndToEnd(InDirectory):
         printed = self.run_well(path, "--model", LEVEL, "--forecast", 3)
         self.assertIn("(estimated)", printed)
         self.assert_plot("my level_kalmanq.png")
-        self.assertEqual(len(read_csv(self.out / "my level_kalmanq.csv")), 3 * 53)
+        self.assertEqual(len(read_csv(self.out / "my level_kalmanq.csv")), 4 * 53)
 
     def test_a_track_of_ones_own(self) -> None:
         track = simulate.simulate(simulate.Settings(seed=8, steps=120, dt=0.1))
@@ -466,6 +572,19 @@ class EndToEnd(InDirectory):
         self.run_well(path, "--model", VELOCITY, "--q", 1, "--r", 1, "--forecast", 0)
         path = self.file("flat.csv", "5,0\n" * 9)
         self.run_well(path, "--model", VELOCITY)
+
+    def test_a_range_of_ones_own(self) -> None:
+        path = self.file("good.csv", "1\n2\n4\n3\n5\n4\n6\n")
+        printed = self.run_well(path, "--model", LEVEL, "--range", 1000)
+        self.assertIn("q31 formats, measurements: level Q10.21 (\u00b11000)", printed)
+
+    def test_a_forecast_out_of_range(self) -> None:
+        """Saturation is reported, and only of the arithmetic that has it."""
+        path = self.file("fast.csv", "".join(f"{10 * t}\n" for t in range(20)))
+        arguments = ["--model", VELOCITY, "--q", 1e-3, "--r", 1, "--range", 200]
+        printed = self.run_well(path, *arguments, "--forecast", 30)
+        self.assertIn("q31: KQ_EVENT_SATURATED", printed)
+        self.assertEqual(printed.count("KQ_EVENT"), 1)
 
     def test_where_it_is_started_does_not_matter(self) -> None:
         self.file("here.csv", "1\n2\n4\n3\n5\n4\n6\n")

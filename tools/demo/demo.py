@@ -1,5 +1,5 @@
-"""The kalmanq demo: filters, forecasts and smooths a data set in f32 and f64, compares both with
-a textbook filter in double precision, and writes the results as a CSV and a plot.
+"""The kalmanq demo: filters, forecasts and smooths a data set in f32, f64 and q31, compares all
+with a textbook filter in double precision, and writes the results as a CSV and a plot.
 
 Started by tools/demo.sh, which builds the programs it runs.
 """
@@ -25,11 +25,11 @@ from job import Job
 from outputs import Outputs
 
 ROOT = Path(__file__).resolve().parents[2]
-ARITHMETICS = ("f32", "f64")
+ARITHMETICS = ("f32", "f64", "q31")
 FORECAST_MOST = 10_000
 
-DEMO_HELP = """Filter, forecast and smooth with kalmanq, in f32 and f64. Without a CSV: the two
-built-in data sets, the Nile and a simulated track."""
+DEMO_HELP = """Filter, forecast and smooth with kalmanq, in f32, f64 and q31. Without a CSV: the
+two built-in data sets, the Nile and a simulated track."""
 
 MOMENTS_HELP = """Without --q or --r they are estimated by the method of moments. Local level:
 variance c0 and lag-1 autocovariance c1 of the first differences, r = -c1 and q = c0 + 2 c1.
@@ -45,6 +45,10 @@ is time. Times must be evenly spaced. The state before the first measurement is 
 of the data, give or take ten times their standard deviation; the velocity 0, give or take ten
 times the typical move per row."""
 
+RANGE_HELP = """q31 works in fixed point: every state and measurement has a format Qm.n that holds
+its range. The range of a measurement is --range, or else 4 times the largest in the data, and more
+with a long forecast; a state measured has the same, and a velocity may cross it in one step."""
+
 
 class ModelName(str, Enum):
     local_level = "local-level"
@@ -55,7 +59,9 @@ app = typer.Typer(add_completion=False)
 
 
 @app.command(
-    help="\n\n".join(" ".join(text.split()) for text in (DEMO_HELP, CSV_HELP, MOMENTS_HELP))
+    help="\n\n".join(
+        " ".join(text.split()) for text in (DEMO_HELP, CSV_HELP, MOMENTS_HELP, RANGE_HELP)
+    )
 )
 def main(
     csv: Optional[Path] = typer.Argument(None, help="Your measurements.", show_default=False),
@@ -72,6 +78,13 @@ def main(
     dt: Optional[float] = typer.Option(
         None, help="Time from one row to the next; 1 if not given.", show_default=False
     ),
+    measured_range: Optional[float] = typer.Option(
+        None,
+        "--range",
+        help="For q31: the measurements are between -RANGE and RANGE.",
+        metavar="RANGE",
+        show_default=False,
+    ),
     forecast: Optional[int] = typer.Option(
         None, help="Steps to forecast; if not given 10, for the track 20.", show_default=False
     ),
@@ -82,13 +95,13 @@ def main(
     programs: Path = typer.Option(ROOT / "build" / "demo-build" / "tools" / "demo", hidden=True),
 ) -> None:
     try:
-        check_options(csv, model, q, r, dt, forecast)
+        check_options(csv, model, q, r, dt, measured_range, forecast)
         if csv is None:
             chosen = [jobs.nile(ROOT, forecast), jobs.track(forecast)]
         elif model is ModelName.local_level:
-            chosen = [jobs.local_level(csv, q, r, dt, forecast)]
+            chosen = [jobs.local_level(csv, q, r, dt, measured_range, forecast)]
         else:
-            chosen = [jobs.constant_velocity(csv, q, r, dt, forecast)]
+            chosen = [jobs.constant_velocity(csv, q, r, dt, measured_range, forecast)]
         run_all(chosen, out, programs)
     except DemoError as problem:
         stop(str(problem))
@@ -108,13 +121,19 @@ def check_options(
     q: Optional[float],
     r: Optional[float],
     dt: Optional[float],
+    measured_range: Optional[float],
     forecast: Optional[int],
 ) -> None:
-    if csv is None and any(option is not None for option in (model, q, r, dt)):
-        raise DemoError("--model, --q, --r and --dt go with a CSV of your own")
+    if csv is None and any(option is not None for option in (model, q, r, dt, measured_range)):
+        raise DemoError("--model, --q, --r, --dt and --range go with a CSV of your own")
     if csv is not None and model is None:
         raise DemoError("--model is missing: local-level or constant-velocity")
-    for name, value, least in (("--q", q, 0.0), ("--r", r, 1e-30), ("--dt", dt, 1e-9)):
+    for name, value, least in (
+        ("--q", q, 0.0),
+        ("--r", r, 1e-30),
+        ("--dt", dt, 1e-9),
+        ("--range", measured_range, 1e-30),
+    ):
         if value is not None and not (math.isfinite(value) and least <= value <= 1e30):
             raise DemoError(f"{name} {value:g}: must be from {least:g} to 1e+30")
     if forecast is not None and not 0 <= forecast <= FORECAST_MOST:
@@ -127,7 +146,8 @@ def run_all(chosen: List[Job], out: Path, programs: Path) -> None:
     with Outputs(out, [path for job in chosen for path in job.inputs]) as outputs:
         for job, found in zip(chosen, runs):
             write(job, found, outputs)
-    console = Console(highlight=False)
+    # not a terminal: wide enough for every table, whatever reads it
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     for job, found in zip(chosen, runs):
         report.show(console, job, found)
     print()
@@ -147,7 +167,7 @@ def write(job: Job, found: "dict[str, Estimates]", outputs: Outputs) -> None:
     for name, text in job.extra_files.items():
         outputs.write(name, text)
     outputs.write(f"{job.name}.csv", results.to_csv(job, found))
-    plot.save(job, found["f32"], "f32", outputs.stage(f"{job.name}.png"))
+    plot.save(job, found, outputs.stage(f"{job.name}.png"))
 
 
 def shown(path: Path) -> str:

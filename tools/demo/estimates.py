@@ -26,6 +26,14 @@ class Band:
 
 
 @dataclass(frozen=True)
+class Formats:
+    """The n of every component's Qm.n: value = word * 2^-n."""
+
+    states: tuple[int, ...]
+    measured: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Estimates:
     filtered: Band  # T x n
     smoothed: Band  # T x n
@@ -34,3 +42,4 @@ class Estimates:
     log_likelihood: float
     memory: dict[str, int] = field(default_factory=dict)  # bytes, by object
     events: int = 0
+    formats: Formats | None = None  # fixed point only

@@ -24,6 +24,7 @@ class Job:
     time_name: str = "time"
     truth: np.ndarray | None = None  # T + ahead rows of states, where it is known
     note: str = ""  # a line below the table: the model's numbers
+    range: float | None = None  # of the measurements, as the user declares it (ranges.py)
     inputs: list[Path] = field(default_factory=list)  # files that must not be overwritten
     extra_files: dict[str, str] = field(default_factory=dict)  # to be written too, by name
 

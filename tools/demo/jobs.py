@@ -74,7 +74,12 @@ def track(ahead: int | None) -> Job:
 
 
 def local_level(
-    path: Path, q: float | None, r: float | None, dt: float | None, ahead: int | None
+    path: Path,
+    q: float | None,
+    r: float | None,
+    dt: float | None,
+    measured_range: float | None,
+    ahead: int | None,
 ) -> Job:
     data = csv_input.read(path, csv_input.LOCAL_LEVEL)
     step = time_step(path, data, dt)
@@ -88,11 +93,16 @@ def local_level(
     name = data.names[0]
     model = models.local_level(name, found_q, found_r, mean, (PRIOR_WIDTH * sigma) ** 2)
     note = f"q = {found_q:.6g}{origin(q)}, r = {found_r:.6g}{origin(r)}"
-    return users_job(path, data, model, step, ahead, note)
+    return users_job(path, data, model, step, measured_range, ahead, note)
 
 
 def constant_velocity(
-    path: Path, q: float | None, r: float | None, dt: float | None, ahead: int | None
+    path: Path,
+    q: float | None,
+    r: float | None,
+    dt: float | None,
+    measured_range: float | None,
+    ahead: int | None,
 ) -> Job:
     data = csv_input.read(path, csv_input.POSITIONS)
     step = time_step(path, data, dt)
@@ -108,11 +118,17 @@ def constant_velocity(
         f"{name}: q = {found_q:.6g}{origin(q)}, r = {found_r:.6g}{origin(r)}"
         for name, (found_q, found_r) in zip(data.names, noise)
     )
-    return users_job(path, data, model, step, ahead, note)
+    return users_job(path, data, model, step, measured_range, ahead, note)
 
 
 def users_job(
-    path: Path, data: Measurements, model: models.Model, step: float, ahead: int | None, note: str
+    path: Path,
+    data: Measurements,
+    model: models.Model,
+    step: float,
+    measured_range: float | None,
+    ahead: int | None,
+    note: str,
 ) -> Job:
     return Job(
         name=f"{path.stem}_kalmanq",
@@ -122,6 +138,7 @@ def users_job(
         time=times(data, step),
         dt=step,
         ahead=FORECAST_STEPS if ahead is None else ahead,
+        range=measured_range,
         note=note,
         inputs=[path],
     )

@@ -1,4 +1,8 @@
-"""The plots: data, filtered and smoothed mean with their 95 % bands, gaps, forecast."""
+"""The plots: data, filtered and smoothed mean with their 95 % bands, gaps, forecast; and how far
+each arithmetic is from the reference.
+
+The curves are those of one arithmetic: drawn on top of each other they would look the same.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +23,19 @@ from matplotlib.patches import Ellipse, Patch
 from estimates import Band, Estimates
 from job import Job
 
+Runs = dict[str, Estimates]
+DRAWN, REFERENCE = "f32", "reference"
+
 # Okabe and Ito's palette: told apart with any colour vision.  A band's tint is opaque, so that
 # bands on top of each other keep their colours.
 FILTER, SMOOTHER, FORECAST = "#D55E00", "#0072B2", "#009E73"
 TINT = {FILTER: "#FBE4D5", SMOOTHER: "#B9DAEF", FORECAST: "#BFE7DB"}
+ARITHMETIC = {"f32": "#CC79A7", "f64": "#56B4E9", "q31": "#B57900"}
 DATA, TRUTH, GAP = "#444444", "#000000", "#E6E6E6"
 TRUTH_STYLE: dict[str, Any] = {"color": TRUTH, "lw": 1.1, "ls": (0, (1, 1.3))}
 DATA_STYLE: dict[str, Any] = {"color": DATA, "ls": "", "marker": "o", "mew": 0}
 Z_STYLE: dict[str, Any] = {"color": FORECAST, "lw": 0.9, "ls": "--"}
+SHOWN = (1e-16, 1e-6)  # distances from the reference in sigma, and more where it is needed
 ELLIPSE_95 = np.sqrt(5.991465)  # half axis of the 95 % ellipse, in standard deviations
 
 STYLE: dict[str, Any] = {
@@ -45,11 +54,11 @@ STYLE: dict[str, Any] = {
 }
 
 
-def save(job: Job, found: Estimates, arithmetic: str, path: Path) -> None:
-    """Draws the run of one arithmetic into a PNG."""
+def save(job: Job, runs: Runs, path: Path) -> None:
+    """Draws the runs of a job into a PNG."""
     with plt.rc_context(STYLE):
-        figure = draw_series(job, found) if len(job.model.measured) == 1 else draw_track(job, found)
-        arrange(figure, job, literal(f"{job.title} (kalmanq, {arithmetic})"))
+        figure = draw_series(job, runs) if len(job.model.measured) == 1 else draw_track(job, runs)
+        arrange(figure, job, literal(f"{job.title} (kalmanq, {DRAWN})"))
         figure.savefig(path, format="png")
         plt.close(figure)
 
@@ -57,10 +66,14 @@ def save(job: Job, found: Estimates, arithmetic: str, path: Path) -> None:
 # ---- one measured component ------------------------------------------------------------------
 
 
-def draw_series(job: Job, found: Estimates) -> Figure:
-    figure, axes = plt.subplots(figsize=(11, 5.6))
-    plot_component(axes, job, found, 0)
-    label_time(axes, job)
+def draw_series(job: Job, runs: Runs) -> Figure:
+    figure, (above, below) = plt.subplots(
+        2, figsize=(11, 7.0), sharex=True, height_ratios=(3.4, 1)
+    )
+    plot_component(above, job, runs[DRAWN], 0)
+    plot_distances(below, job, runs)
+    label_time(below, job)
+    figure.align_ylabels([above, below])
     return figure
 
 
@@ -144,21 +157,24 @@ def limits(job: Job, found: Estimates, c: int) -> tuple[float, float]:
 # ---- two or three measured components --------------------------------------------------------
 
 
-def draw_track(job: Job, found: Estimates) -> Figure:
+def draw_track(job: Job, runs: Runs) -> Figure:
     """The path in the plane of the first two axes; every axis against time; where the truth is
-    known, the error."""
-    count = len(job.model.measured)
-    rows = count + (job.truth is not None)
-    figure = plt.figure(figsize=(13.5, 2.4 * rows + 1.3))
-    grid = figure.add_gridspec(rows, 2, width_ratios=(1, 1.1))
+    known, the error; the arithmetics."""
+    found, count = runs[DRAWN], len(job.model.measured)
+    rows = count + (job.truth is not None) + 1
+    figure = plt.figure(figsize=(13.5, 2.4 * rows + 1.1))
+    heights = [1.0] * (rows - 1) + [0.8]
+    grid = figure.add_gridspec(rows, 2, width_ratios=(1, 1.1), height_ratios=heights)
     plot_plane(figure.add_subplot(grid[:, 0]), job, found)
     series: list[Axes] = []
     for row in range(rows):
         axes = figure.add_subplot(grid[row, 1], sharex=series[0] if series else None)
         if row < count:
             plot_component(axes, job, found, row)
-        elif job.truth is not None:
+        elif job.truth is not None and row == count:
             plot_error(axes, job, found, job.truth, 0)
+        else:
+            plot_distances(axes, job, runs)
         axes.tick_params(labelbottom=row == rows - 1)
         series.append(axes)
     series[0].set_title("Against time, with 95 % bands")
@@ -227,6 +243,44 @@ def plot_error(axes: Axes, job: Job, found: Estimates, truth: np.ndarray, c: int
 def error_of(band: Band, truth: np.ndarray, i: int) -> Band:
     """The error of state i with its band: where that holds 0, the band held the truth."""
     return Band((band.mean[:, i] - truth)[:, None], band.sigma[:, [i]])
+
+
+# ---- the arithmetics -------------------------------------------------------------------------
+
+
+def plot_distances(axes: Axes, job: Job, runs: Runs) -> None:
+    """The distance of every arithmetic from the reference, in the reference's sigmas."""
+    reference = runs[REFERENCE]
+    drawn = [np.zeros(1)]
+    for name, colour in ARITHMETIC.items():
+        distance = np.concatenate(
+            [
+                distances(runs[name].filtered, reference.filtered),
+                distances(runs[name].forecast, reference.forecast),
+            ]
+        )
+        time = np.concatenate([job.time, job.future])
+        axes.plot(time, distance, color=colour, lw=1.1, marker="o", ms=marker(job) / 3, label=name)
+        smoothed = distances(runs[name].smoothed, reference.smoothed)
+        axes.plot(job.time, smoothed, color=colour, lw=0.8, ls=(0, (2, 1.5)), alpha=0.8)
+        drawn += [distance, smoothed]
+    for c in range(len(job.model.measured)):
+        shade_gaps(axes, job, c)
+    if job.ahead:
+        axes.axvline(job.time[-1], color="#888888", lw=0.8)
+    axes.set_yscale("log")
+    axes.set_ylim(SHOWN[0], max(4 * np.nanmax(np.concatenate(drawn)), SHOWN[1]))
+    axes.set_xlim(*time_limits(job))
+    axes.set_ylabel("[sigma]")
+    axes.set_title("Distance from the reference; dashed: the smoother")
+    place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "borderpad": 0}
+    axes.legend(ncol=len(ARITHMETIC), handlelength=1.4, columnspacing=1.2, **place)
+
+
+def distances(found: Band, true: Band) -> np.ndarray:
+    """Step by step, the distance of the state that is furthest off; NaN where there is none."""
+    furthest = np.max(np.abs(found.mean - true.mean) / true.sigma, axis=1)
+    return np.where(furthest > 0, furthest, np.nan)
 
 
 # ---- labels ----------------------------------------------------------------------------------

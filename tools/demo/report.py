@@ -1,4 +1,4 @@
-"""The table: log-likelihood, errors, memory."""
+"""The table: log-likelihood, errors, memory; below it the formats of fixed point."""
 
 from __future__ import annotations
 
@@ -7,11 +7,20 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+import ranges
 from estimates import Band, Estimates
 from job import Job
 
 REFERENCE = "reference"
 Row = tuple[str, list[str]]
+
+# KQ_EVENT_... of status.h, by bit
+EVENTS = {
+    1: "FLOOR (a measurement that could tell nothing new was not taken)",
+    2: "OVERFLOW (an innovation left the number range; the measurement was not taken)",
+    4: "HISTORY_FULL",
+    8: "SATURATED (a state left the range of its format and was held at its end)",
+}
 
 
 def show(console: Console, job: Job, runs: dict[str, Estimates]) -> None:
@@ -32,7 +41,7 @@ def show(console: Console, job: Job, runs: dict[str, Estimates]) -> None:
             table.add_row(Text(name), *cells, end_section=k == len(rows) - 1)
     console.print()
     console.print(table)
-    for line in filter(None, [job.note, *warnings(job, runs)]):
+    for line in filter(None, [job.note, *formats(job, runs), *warnings(job, runs)]):
         console.print(line, style="dim", markup=False, soft_wrap=True)
 
 
@@ -73,7 +82,7 @@ def coverage_rows(job: Job, runs: dict[str, Estimates], known: np.ndarray) -> li
         return f"{100 * inside[:, at].mean():.1f} %"
 
     return [
-        ("truth in its 95 % band: filtered", [share(run.filtered) for run in runs.values()]),
+        ("truth in 95 % band: filtered", [share(run.filtered) for run in runs.values()]),
         ("  smoothed", [share(run.smoothed) for run in runs.values()]),
     ]
 
@@ -95,7 +104,7 @@ def error_rows(runs: dict[str, Estimates]) -> list[Row]:
     reference = runs[REFERENCE]
     rows: list[Row] = []
     for label, part in (
-        ("largest error [sigma]: filtered", "filtered"),
+        ("worst error [sigma]: filtered", "filtered"),
         ("  smoothed", "smoothed"),
         ("  forecast", "forecast"),
     ):
@@ -129,22 +138,56 @@ def memory_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
 
     rows = [
         ("memory [bytes]: to filter", ("process", "sensor", "filter")),
-        ("  the model: A, H, R", ("model",)),
+        ("  the model's tables", ("model",)),
         (f"  to smooth {job.steps} steps", ("history",)),
     ]
     return [(label, [cell(run, *names) for run in runs.values()]) for label, names in rows]
 
 
+def formats(job: Job, runs: dict[str, Estimates]) -> list[str]:
+    """Qm.n of every component, and the range declared that it was chosen for."""
+    declared = ranges.of(job)
+    lines = []
+    for name, run in runs.items():
+        if run.formats is None:
+            continue
+        for label, components, fractions, widths in (
+            ("states", job.model.states, run.formats.states, declared.states),
+            ("measurements", job.model.measured, run.formats.measured, declared.measured),
+        ):
+            shown = [
+                f"{component} {format_text(fraction)} (\u00b1{width:.4g})"
+                for component, fraction, width in zip(components, fractions, widths)
+            ]
+            lines.append(f"{name} formats, {label}: {', '.join(shown)}")
+    return lines
+
+
+def format_text(fraction: int) -> str:
+    """Qm.n; m or n may be negative, where the point is outside the word."""
+    return f"Q{31 - fraction}.{fraction}"
+
+
 def warnings(job: Job, runs: dict[str, Estimates]) -> list[str]:
     lines = [
-        f"{name}: numeric events {run.events} (KQ_EVENT_..., status.h)"
+        f"{name}: KQ_EVENT_{text}"
         for name, run in runs.items()
-        if run.events
+        for bit, text in EVENTS.items()
+        if run.events & bit
     ]
-    rounding = float(np.nanmax(np.abs(job.z) / np.sqrt(np.diag(job.model.R)))) * 2**-24
+    sigma = np.sqrt(np.diag(job.model.R))
+    rounding = float(np.nanmax(np.abs(job.z) / sigma)) * 2**-24
     if rounding > 0.01:
         lines.append(
             f"f32 reads a measurement to 24 bits, here {rounding:.2g} of its sigma: "
             "subtract an origin from such data."
         )
+    for name, run in runs.items():
+        if run.formats is not None:
+            grid = float(np.max(2.0 ** -np.array(run.formats.measured, dtype=float) / 2 / sigma))
+            if grid > 0.01:
+                lines.append(
+                    f"{name} rounds a measurement to its format, by up to {grid:.2g} of its sigma: "
+                    "subtract an origin, or declare a smaller --range."
+                )
     return lines

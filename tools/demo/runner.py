@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+import ranges
 from errors import DemoError, one_line
-from estimates import Band, Estimates
+from estimates import Band, Estimates, Formats
 from job import Job
 
 TIME_LIMIT = 50  # seconds
@@ -40,6 +41,8 @@ def problem_text(job: Job) -> str:
     lines = [f"sizes {n} {m} {job.steps} {job.ahead}"]
     for name in ("A", "Q", "H", "R", "x0", "P0"):
         lines += [name, rows_text(getattr(model, name))]
+    declared = ranges.of(job)
+    lines += ["x_range", rows_text(declared.states), "z_range", rows_text(declared.measured)]
     return "\n".join(lines + ["z", rows_text(job.z), "end", ""])
 
 
@@ -68,7 +71,14 @@ def parse(program: Path, text: str, job: Job) -> Estimates:
         log_likelihood=float(records["log_likelihood"][0][0]),
         memory=dict(zip(memory[::2], map(int, memory[1::2]))),
         events=int(records["events"][0][0]),
+        formats=formats_of(records["formats"][0], n) if "formats" in records else None,
     )
+
+
+def formats_of(record: list[str], n: int) -> Formats:
+    """Of `state F[n] measurement F[m]`."""
+    states, measured = record[1 : n + 1], record[n + 2 :]
+    return Formats(tuple(map(int, states)), tuple(map(int, measured)))
 
 
 def bands(records: list[list[str]], widths: list[int]) -> list[Band]:

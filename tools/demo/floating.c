@@ -1,0 +1,82 @@
+/*
+ * f32 and f64: a number is a number.
+ */
+#include "arithmetic.h"
+
+#include <math.h>
+
+static word *words(const double *values, size_t count)
+{
+    word *made = allocate(count, sizeof(word));
+    for (size_t k = 0; k < count; k++) {
+        made[k] = (word)values[k];
+    }
+    return made;
+}
+
+static void prepare_process(objects *o, const problem *given)
+{
+    size_t n = (size_t)given->n, length = KQ_PROCESS_LEN(n);
+    word *memory = allocate(length, sizeof(word));
+    check(KQ(process_assign)(&o->motion, given->n, 0, memory, length), "process");
+    check(KQ(process_init)(&o->motion, words(given->A, n * n), NULL, words(given->Q, n * n)),
+          "A, Q");
+    o->process_bytes = sizeof(process) + length * sizeof(word);
+}
+
+static void prepare_sensor(objects *o, const problem *given)
+{
+    size_t n = (size_t)given->n, m = (size_t)given->m, length = KQ_SENSOR_LEN(m);
+    word *memory = allocate(length, sizeof(word));
+    check(KQ(sensor_assign)(&o->gauge, given->n, given->m, memory, length), "sensor");
+    check(KQ(sensor_init)(&o->gauge, words(given->H, m * n), words(given->R, m * m)), "H, R");
+    o->sensor_bytes = sizeof(sensor) + length * sizeof(word);
+}
+
+void prepare_model(objects *o, const problem *given)
+{
+    size_t n = (size_t)given->n, m = (size_t)given->m;
+    prepare_process(o, given);
+    prepare_sensor(o, given);
+    check(KQ(filter_init)(&o->track, words(given->x0, n), words(given->P0, n * n)), "x0, P0");
+    o->z = words(given->z, given->steps * m);
+    o->model_bytes = (n * n + m * n + m * m) * sizeof(word);
+}
+
+void state_of(const objects *o, const filter *f, double *mean, double *sigma)
+{
+    for (int i = 0; i < o->n; i++) {
+        mean[i] = (double)KQ(mean)(f, i) + (double)KQ(mean_low)(f, i);
+        sigma[i] = (double)KQ(sigma)(f, i);
+    }
+}
+
+void smoothed_of(const objects *o, size_t t, double *mean, double *sigma)
+{
+    for (int i = 0; i < o->n; i++) {
+        mean[i] = (double)KQ(smoothed_mean)(&o->tape, t, i) +
+                  (double)KQ(smoothed_mean_low)(&o->tape, t, i);
+        sigma[i] = (double)KQ(smoothed_sigma)(&o->tape, t, i);
+    }
+}
+
+void measurement_of(const objects *o, const filter *f, double *mean, double *sigma)
+{
+    word z[KQ_SIZE_MAX], S[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    int m = o->m;
+    check(KQ(measurement)(f, &o->gauge, z, S), "measurement");
+    for (int c = 0; c < m; c++) {
+        mean[c] = (double)z[c];
+        sigma[c] = sqrt((double)S[c * m + c]);
+    }
+}
+
+double log_likelihood_of(const filter *f)
+{
+    return (double)KQ(log_likelihood)(f);
+}
+
+void write_formats(const objects *o)
+{
+    (void)o;
+}
