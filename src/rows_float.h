@@ -128,9 +128,9 @@ static num rounding_floor(const num *S, const num *h, const num *f, int n)
     return 256 * num_epsilon * num_epsilon * total;
 }
 
-static inline scaled least_noise(scaled r, scaled s)
+static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 {
-    (void)s;
+    (void)s, (void)h, (void)n;
     return r;
 }
 

@@ -211,18 +211,30 @@ static inline void renormalise(int32_t *S, int n)
 
 /* ------------------------------------------------------------------ update */
 
-/* What rounding alone makes of f'f, 16 units of each entry squared: a variance below it says
-   nothing. */
-static inline scaled rounding_floor(const int32_t *S, const scaled *h, const int32_t *f, int n)
+/* h'h 2^-48: what the mean's last bit of 2^-24 word in each state makes of h'P h */
+static inline scaled mean_resolution(const scaled *h, int n)
 {
-    (void)S, (void)h;
-    return scaled_of(256 * n, 2 * f[n]);
+    scaled total = {0, 0};
+    for (int k = 0; k < n; k++) total = scaled_plus(total, scaled_times(h[k], h[k]));
+    return scaled_shift(total, -48);
 }
 
-/* No measurement is sharper than 2^-64 of the innovation variance. */
-static inline scaled least_noise(scaled r, scaled s)
+/* What rounding alone makes of h'P h: 16 units of each entry of f, or 2 last bits of the mean.  A
+   variance below either says nothing. */
+static inline scaled rounding_floor(const int32_t *S, const scaled *h, const int32_t *f, int n)
 {
-    const scaled least = scaled_shift(s, -64);
+    (void)S;
+    const scaled of_root = scaled_of(256 * n, 2 * f[n]);
+    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
+    return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
+}
+
+/* No measurement is sharper than the mean's last bit: a noise-free one leaves a variance below the
+   floor. */
+static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
+{
+    if (!scaled_is_less(r, scaled_shift(s, -30))) return r;
+    const scaled least = mean_resolution(h, n);
     return scaled_is_less(r, least) ? least : r;
 }
 

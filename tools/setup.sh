@@ -79,6 +79,7 @@ kq_setup_tests() {
     kq_have arm-none-eabi-gcc qemu-system-arm &&
         arm-none-eabi-gcc -print-file-name=rdimon.specs | grep -q / ||
         kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+    kq_have valgrind || kq_install valgrind
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"
 }

@@ -361,7 +361,7 @@ kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_
 kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                             int32_t *e);
 
-/** Scores are Q39.24: value = score * 2^-24, held at +-2^62.  The log-likelihood is that of z in
+/** Scores are Q39.24: value = score * 2^-24, held at +-2^61.  The log-likelihood is that of z in
     physical units.  KQ_NOT_A_SCORE_Q31 where f is bad. */
 int64_t kq_nis_q31(const kq_filter_q31 *f);
 int64_t kq_log_likelihood_last_q31(const kq_filter_q31 *f);

@@ -195,7 +195,7 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
 
 /* ------------------------------------------------------------------ q31, as in f32 */
 
-/** Bytes of one step: 56, 148, 448 at (n, m) = (2,1), (4,2), (9,3). */
+/** Bytes of one step: 56, 140, 424 at (n, m) = (2,1), (4,2), (9,3). */
 #define KQ_HISTORY_STEP_LEN_Q31(n, m)                                                              \
     (KQ_FILTER_LEN_Q31((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 2))
 #define KQ_HISTORY_CHANGE_LEN_Q31 ((sizeof(void *) + sizeof(int32_t) - 1) / sizeof(int32_t))

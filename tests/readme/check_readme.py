@@ -1,4 +1,4 @@
-"""The README's program compiles, clean, and prints what the README says.
+"""The README's programs compile, clean, and print what the README says.
 
 usage: check_readme.py README SOURCE WORK
 """
@@ -8,29 +8,34 @@ import subprocess
 import sys
 
 
-def block(text: str, language: str) -> str:
-    found = re.search(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    if not found:
-        sys.exit(f"the README has no ```{language} block")
-    return found.group(1)
+def programs(text: str) -> list[tuple[str, str]]:
+    """Each C program with the text block behind it."""
+    found = re.findall(r"^```c\n(.*?)^```\n+```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    if len(found) < 2:
+        sys.exit("the README should have a program in float and one in q31, with what they print")
+    return found
+
+
+def run(program: str, source: str, folder: pathlib.Path) -> str:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "example.c").write_text(program, encoding="utf-8")
+    sources = sorted(str(p) for p in (pathlib.Path(source) / "src").glob("*.c"))
+    subprocess.run(
+        ["cc", "-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror",
+         f"-I{source}/include", str(folder / "example.c"), *sources, "-lm", "-o",
+         str(folder / "example")],
+        check=True)
+    return subprocess.run([str(folder / "example")], check=True, capture_output=True,
+                          text=True).stdout
 
 
 def main(readme: str, source: str, work: str) -> None:
     text = pathlib.Path(readme).read_text(encoding="utf-8")
-    folder = pathlib.Path(work)
-    folder.mkdir(parents=True, exist_ok=True)
-    program = folder / "example.c"
-    program.write_text(block(text, "c"), encoding="utf-8")
-    sources = sorted(str(p) for p in (pathlib.Path(source) / "src").glob("*.c"))
-    subprocess.run(
-        ["cc", "-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror",
-         f"-I{source}/include", str(program), *sources, "-lm", "-o", str(folder / "example")],
-        check=True)
-    printed = subprocess.run([str(folder / "example")], check=True, capture_output=True,
-                             text=True).stdout
-    if printed != block(text, "text"):
-        sys.exit(f"the README's program prints:\n{printed}")
-    print(printed, end="")
+    for number, (program, expected) in enumerate(programs(text)):
+        printed = run(program, source, pathlib.Path(work) / str(number))
+        if printed != expected:
+            sys.exit(f"the README's program {number} prints:\n{printed}")
+        print(printed, end="")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,22 @@
+#!/bin/sh
+# check.sh WORK: the committed golden vectors are what the generator writes, byte for byte, and
+# replay.c has all of them.
+set -eu
+work=$1/regenerated
+here=$(cd "$(dirname "$0")" && pwd)
+rm -rf "$work"
+sh "$here/regenerate.sh" "$work"
+
+fail() {
+    echo "$1"
+    exit 1
+}
+
+diff -rq "$here/cases" "$work" ||
+    fail "after a change of the arithmetic that is meant: sh tests/vectors/regenerate.sh"
+for file in "$here"/cases/*.inc; do
+    name=$(basename "$file") size=$(wc -c <"$file")
+    grep -q "\"cases/$name\"" "$here/cases.c" || fail "cases.c lacks $name"
+    [ "$size" -lt 60000 ] || fail "$name is too large: $size bytes"
+done
+echo "$(ls "$work" | wc -l) files are as committed, $(cat "$work"/*.inc | wc -c) bytes"

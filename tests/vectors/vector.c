@@ -1,0 +1,652 @@
+#include "vector.h"
+
+#include <kalmanq/filter.h>
+#include <kalmanq/smoother.h>
+
+enum { SLOTS = 2, NUMBERS = 1024, MOST = KQ_SIZE_MAX };
+
+/* The tables of a process and of a sensor: the library refers to them. */
+typedef struct {
+    kq_process_q31 process;
+    kq_format_q31 control_format[MOST];
+    kq_scaled_q31 *transition;
+    int32_t noise_root[KQ_ROOT_LEN_Q31(MOST)];
+    int controls;
+} process_slot;
+
+typedef struct {
+    kq_sensor_q31 sensor;
+    kq_format_q31 measurement_format[MOST];
+    kq_scaled_q31 *measurement;
+    int components;
+} sensor_slot;
+
+static struct {
+    int n, step;
+    kq_format_q31 state_format[MOST];
+    process_slot process[SLOTS];
+    sensor_slot sensor[SLOTS];
+    kq_scaled_q31 numbers[NUMBERS]; /* coefficients of the slots, one behind the other */
+    size_t used;
+    kq_filter_q31 filter, ahead;
+    int32_t filter_memory[KQ_FILTER_LEN_Q31(MOST)], ahead_memory[KQ_FILTER_LEN_Q31(MOST)];
+    kq_history_q31 history;
+    int32_t history_memory[VECTOR_HISTORY_WORDS];
+    kq_scaled_q31 out[3][MOST * MOST];
+} machine;
+
+/* ------------------------------------------------------------------ what goes in */
+
+typedef struct {
+    const int32_t *at;
+    size_t left;
+    int bad; /* more was asked for than there is, or a number was out of its range */
+} words_in;
+
+static const int32_t *take(words_in *in, size_t count)
+{
+    static const int32_t nothing[KQ_ROOT_LEN_Q31(MOST)];
+    if (in->bad || count > in->left) {
+        in->bad = 1;
+        return nothing;
+    }
+    const int32_t *words = in->at;
+    in->at += count;
+    in->left -= count;
+    return words;
+}
+
+static int take_number(words_in *in, int least, int most)
+{
+    const int32_t word = *take(in, 1);
+    if (word < least || word > most) in->bad = 1;
+    return in->bad ? least : (int)word;
+}
+
+static void take_formats(words_in *in, kq_format_q31 *format, int count)
+{
+    const int32_t *words = take(in, 2 * (size_t)count);
+    for (int i = 0; i < count && !in->bad; i++) {
+        format[i] = (kq_format_q31){.range = words[2 * i], .fraction = words[2 * i + 1]};
+    }
+}
+
+static void take_scaled(words_in *in, kq_scaled_q31 *numbers, int count)
+{
+    const int32_t *words = take(in, 2 * (size_t)count);
+    for (int k = 0; k < count && !in->bad; k++) {
+        numbers[k] = (kq_scaled_q31){.mantissa = words[2 * k], .exponent = words[2 * k + 1]};
+    }
+}
+
+/* Coefficients into memory of their own, where they stay until the next VECTOR_STATES */
+static kq_scaled_q31 *keep_scaled(words_in *in, int count)
+{
+    kq_scaled_q31 *numbers = machine.numbers + machine.used;
+    if (machine.used + (size_t)count > NUMBERS) in->bad = 1;
+    if (in->bad) return machine.numbers;
+    take_scaled(in, numbers, count);
+    machine.used += (size_t)count;
+    return numbers;
+}
+
+/* 0 or 1, and `count` words behind the 1; NULL for the 0 */
+static const int32_t *take_controls(words_in *in, int count)
+{
+    return take_number(in, 0, 1) ? take(in, (size_t)count) : NULL;
+}
+
+static int is_complete(const words_in *in) { return !in->bad && in->left == 0; }
+
+/* ------------------------------------------------------------------ what comes out */
+
+static void put_words(const vector_sink *sink, const char *quantity, const int32_t *words,
+                      int count)
+{
+    for (int k = 0; k < count; k++) sink->put(sink->to, quantity, k, words[k]);
+}
+
+static void put_word(const vector_sink *sink, const char *quantity, int32_t word)
+{
+    put_words(sink, quantity, &word, 1);
+}
+
+/* The word of the same 32 bits */
+static int32_t word_of_bits(uint32_t bits)
+{
+    return bits >> 31 ? -(int32_t)(UINT32_MAX - bits) - 1 : (int32_t)bits;
+}
+
+/* Upper word, then lower word */
+static void put_score(const vector_sink *sink, const char *quantity, int64_t score)
+{
+    const uint64_t bits = (uint64_t)score;
+    put_words(sink, quantity,
+              (const int32_t[]){word_of_bits((uint32_t)(bits >> 32)),
+                                word_of_bits((uint32_t)(bits & UINT32_MAX))},
+              2);
+}
+
+static void put_scaled(const vector_sink *sink, const char *quantity, const kq_scaled_q31 *numbers,
+                       int count)
+{
+    for (int k = 0; k < count; k++) {
+        sink->put(sink->to, quantity, 2 * k, numbers[k].mantissa);
+        sink->put(sink->to, quantity, 2 * k + 1, numbers[k].exponent);
+    }
+}
+
+/* The upper triangle, row by row */
+static void put_symmetric(const vector_sink *sink, const char *quantity, const kq_scaled_q31 *P,
+                          int n)
+{
+    for (int i = 0, k = 0; i < n; i++) {
+        for (int j = i; j < n; j++, k++) {
+            sink->put(sink->to, quantity, 2 * k, P[i * n + j].mantissa);
+            sink->put(sink->to, quantity, 2 * k + 1, P[i * n + j].exponent);
+        }
+    }
+}
+
+/* All that predict and update change */
+static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    const int n = machine.n;
+    put_word(sink, "events", (int32_t)kq_events_q31(f));
+    put_word(sink, "taken", kq_taken_q31(f));
+    put_score(sink, "NIS", kq_nis_q31(f));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
+    put_words(sink, "mean", f->memory, n);
+    put_words(sink, "low", f->memory + n, n);
+    put_words(sink, "root", f->memory + 2 * n, KQ_TRIANGLE(n));
+    put_words(sink, "root exponent", f->memory + 2 * n + KQ_TRIANGLE(n), n);
+}
+
+/* All that can be read of a filter */
+static void put_reading(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    const int n = machine.n;
+    for (int i = 0; i < n; i++) sink->put(sink->to, "rounded mean", i, kq_mean_q31(f, i));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "rounded low", i, kq_mean_low_q31(f, i));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
+    put_word(sink, "covariance status", kq_covariance_q31(f, machine.out[0]));
+    put_symmetric(sink, "covariance", machine.out[0], n);
+    put_score(sink, "log-likelihood of the last update", kq_log_likelihood_last_q31(f));
+    put_score(sink, "log-likelihood", kq_log_likelihood_q31(f));
+}
+
+static void put_status(const vector_sink *sink, kq_status status)
+{
+    put_word(sink, "status", status);
+}
+
+static void put_misfit(const vector_sink *sink, const kq_misfit_q31 *misfit)
+{
+    const int32_t words[3] = {(int32_t)misfit->quantity, misfit->component, misfit->bits};
+    put_words(sink, "misfit", words, 3);
+}
+
+/* ------------------------------------------------------------------ models */
+
+static int set_states(words_in *in, const vector_sink *sink)
+{
+    (void)sink;
+    const int n = take_number(in, 1, MOST);
+    take_formats(in, machine.state_format, n);
+    if (!is_complete(in)) return -1;
+    machine.n = n;
+    machine.used = 0;
+    machine.step = 0;
+    for (int k = 0; k < SLOTS; k++) {
+        machine.process[k] = (process_slot){.controls = 0};
+        machine.sensor[k] = (sensor_slot){.components = 0};
+    }
+    return 0;
+}
+
+static int set_process(words_in *in, const vector_sink *sink)
+{
+    const int n = machine.n;
+    process_slot *slot = &machine.process[take_number(in, 0, SLOTS - 1)];
+    const int l = take_number(in, 0, MOST);
+    take_formats(in, slot->control_format, l);
+    slot->transition = keep_scaled(in, n * n);
+    kq_scaled_q31 *control = keep_scaled(in, n * l);
+    const int32_t *root = take(in, (size_t)KQ_ROOT_LEN_Q31(n));
+    if (!is_complete(in)) return -1;
+    for (int k = 0; k < KQ_ROOT_LEN_Q31(n); k++) slot->noise_root[k] = root[k];
+    slot->controls = l;
+    kq_misfit_q31 misfit = {KQ_STATE, 0, 0};
+    put_status(sink, kq_process_init_q31(
+                         &slot->process,
+                         &(kq_process_table_q31){.states = n,
+                                                 .controls = l,
+                                                 .state_format = machine.state_format,
+                                                 .control_format = l ? slot->control_format : 0,
+                                                 .transition = slot->transition,
+                                                 .control = l ? control : 0,
+                                                 .noise_root = slot->noise_root},
+                         &misfit));
+    put_misfit(sink, &misfit);
+    return 0;
+}
+
+static int set_sensor(words_in *in, const vector_sink *sink)
+{
+    const int n = machine.n;
+    sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const int m = take_number(in, 1, MOST), correlated = take_number(in, 0, 1);
+    take_formats(in, slot->measurement_format, m);
+    slot->measurement = keep_scaled(in, m * n);
+    kq_scaled_q31 *noise = keep_scaled(in, correlated ? KQ_TRIANGLE(m) : m);
+    if (!is_complete(in)) return -1;
+    slot->components = m;
+    kq_misfit_q31 misfit = {KQ_STATE, 0, 0};
+    put_status(sink, kq_sensor_init_q31(
+                         &slot->sensor,
+                         &(kq_sensor_table_q31){.states = n,
+                                                .components = m,
+                                                .correlated = correlated,
+                                                .state_format = machine.state_format,
+                                                .measurement_format = slot->measurement_format,
+                                                .measurement = slot->measurement,
+                                                .noise = noise},
+                         &misfit));
+    put_misfit(sink, &misfit);
+    return 0;
+}
+
+static int set_prior(words_in *in, const vector_sink *sink)
+{
+    const int n = machine.n;
+    const int32_t *mean = take(in, (size_t)n), *root = take(in, (size_t)KQ_ROOT_LEN_Q31(n));
+    if (!is_complete(in)) return -1;
+    kq_misfit_q31 misfit = {KQ_STATE, 0, 0};
+    kq_filter_q31 *f = &machine.filter;
+    kq_status status = kq_filter_assign_q31(f, n, machine.filter_memory, KQ_FILTER_LEN_Q31(MOST));
+    if (!status) {
+        status = kq_filter_init_q31(
+            f,
+            &(kq_prior_table_q31){
+                .states = n, .state_format = machine.state_format, .mean = mean, .root = root},
+            &misfit);
+    }
+    put_status(sink, status);
+    put_misfit(sink, &misfit);
+    if (!status) put_filter(sink, f);
+    machine.step = 0;
+    return 0;
+}
+
+static int change_transition(words_in *in, const vector_sink *sink)
+{
+    process_slot *slot = &machine.process[take_number(in, 0, SLOTS - 1)];
+    if (!slot->transition) return -1;
+    take_scaled(in, slot->transition, machine.n * machine.n);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_process_change_transition_q31(&slot->process, slot->transition));
+    return 0;
+}
+
+static int change_measurement(words_in *in, const vector_sink *sink)
+{
+    sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    if (!slot->measurement) return -1;
+    take_scaled(in, slot->measurement, slot->components * machine.n);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement));
+    return 0;
+}
+
+/* ------------------------------------------------------------------ the filter */
+
+static int predict(words_in *in, const vector_sink *sink)
+{
+    process_slot *slot = &machine.process[take_number(in, 0, SLOTS - 1)];
+    const int32_t *u = take_controls(in, slot->controls);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_predict_q31(&machine.filter, &slot->process, u));
+    put_filter(sink, &machine.filter);
+    machine.step++;
+    return 0;
+}
+
+/* The second word tells the plain call from that with a mask: -1 is the plain one. */
+static int update(words_in *in, const vector_sink *sink)
+{
+    sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const int present = take_number(in, -1, (1 << MOST) - 1);
+    const int32_t *z = take(in, (size_t)slot->components);
+    if (!is_complete(in)) return -1;
+    kq_filter_q31 *f = &machine.filter;
+    put_status(sink, present < 0 ? kq_update_q31(f, &slot->sensor, z)
+                                 : kq_update_subset_q31(f, &slot->sensor, z, (uint32_t)present));
+    put_filter(sink, f);
+    return 0;
+}
+
+static int step(words_in *in, const vector_sink *sink)
+{
+    process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
+    sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const int32_t *u = take_controls(in, process->controls);
+    const int32_t *z = take(in, (size_t)sensor->components);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_step_q31(&machine.filter, &process->process, u, &sensor->sensor, z));
+    put_filter(sink, &machine.filter);
+    machine.step++;
+    return 0;
+}
+
+static int read_filter(words_in *in, const vector_sink *sink)
+{
+    if (!is_complete(in)) return -1;
+    put_reading(sink, &machine.filter);
+    return 0;
+}
+
+static void put_implied(const vector_sink *sink, const kq_filter_q31 *f, const sensor_slot *slot)
+{
+    int32_t implied[MOST] = {0};
+    const int m = slot->components;
+    put_status(sink, kq_measurement_q31(f, &slot->sensor, implied, machine.out[0]));
+    put_words(sink, "implied measurement", implied, m);
+    put_scaled(sink, "innovation covariance", machine.out[0], m * m);
+}
+
+static int look(words_in *in, const vector_sink *sink)
+{
+    const sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const int m = slot->components;
+    const int32_t *z = take(in, (size_t)m);
+    if (!is_complete(in)) return -1;
+    const kq_filter_q31 *f = &machine.filter;
+    int32_t e[MOST] = {0};
+    put_implied(sink, f, slot);
+    put_status(sink, kq_innovation_q31(f, &slot->sensor, z, e));
+    put_words(sink, "innovation", e, m);
+    put_status(sink, kq_gain_q31(f, &slot->sensor, machine.out[0]));
+    put_scaled(sink, "gain", machine.out[0], machine.n * m);
+    return 0;
+}
+
+static int forecast(words_in *in, const vector_sink *sink)
+{
+    const process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
+    const sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const int steps = take_number(in, 0, 1000);
+    const int32_t *u = take_controls(in, steps * process->controls);
+    if (!is_complete(in)) return -1;
+    kq_filter_q31 *ahead = &machine.ahead;
+    kq_status status =
+        kq_filter_assign_q31(ahead, machine.n, machine.ahead_memory, KQ_FILTER_LEN_Q31(MOST));
+    if (!status) status = kq_forecast_q31(&machine.filter, &process->process, u, steps, ahead);
+    put_status(sink, status);
+    put_filter(sink, ahead);
+    put_reading(sink, ahead);
+    put_implied(sink, ahead, sensor);
+    return 0;
+}
+
+static int clear_events(words_in *in, const vector_sink *sink)
+{
+    if (!is_complete(in)) return -1;
+    kq_events_clear_q31(&machine.filter);
+    put_word(sink, "events", (int32_t)kq_events_q31(&machine.filter));
+    return 0;
+}
+
+/* ------------------------------------------------------------------ a long run */
+
+static uint32_t next_draw(uint32_t draw) /* Marsaglia's xorshift */
+{
+    draw ^= draw << 13;
+    draw ^= draw >> 17;
+    draw ^= draw << 5;
+    return draw;
+}
+
+/* A draw as a signed word, shifted right with its sign */
+static int32_t noise_of(uint32_t draw, int shift)
+{
+    const int32_t half = (int32_t)(draw >> 1 >> shift);
+    return draw & 1 ? -half : half;
+}
+
+static int32_t held(int64_t word, int32_t range)
+{
+    return (int32_t)(word > range ? range : word < -range ? -range : word);
+}
+
+/* What the filter expects, with noise of the generator: data that need no room in the case */
+static void draw_measurement(int32_t *z, const sensor_slot *slot, uint32_t *draw, int shift)
+{
+    kq_measurement_q31(&machine.filter, &slot->sensor, z, NULL);
+    for (int c = 0; c < slot->components; c++) {
+        *draw = next_draw(*draw);
+        z[c] = held((int64_t)z[c] + noise_of(*draw, shift), slot->measurement_format[c].range);
+    }
+}
+
+static uint32_t digest_filter(uint32_t digest)
+{
+    const kq_filter_q31 *f = &machine.filter;
+    const uint32_t prime = UINT32_C(16777619); /* FNV-1a, word by word */
+    for (int k = 0; k < KQ_FILTER_LEN_Q31(machine.n); k++) {
+        digest = (digest ^ (uint32_t)f->memory[k]) * prime;
+    }
+    return (digest ^ (uint32_t)(kq_nis_q31(f) & UINT32_MAX)) * prime;
+}
+
+static int run(words_in *in, const vector_sink *sink)
+{
+    const process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
+    const sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const int steps = take_number(in, 1, 100000);
+    uint32_t draw = (uint32_t)take_number(in, 1, INT32_MAX), digest = UINT32_C(2166136261);
+    const int shift = take_number(in, 0, 30);
+    if (!is_complete(in)) return -1;
+    int32_t z[MOST] = {0};
+    kq_status status = KQ_OK;
+    for (int t = 0; t < steps && !status; t++) {
+        status = kq_predict_q31(&machine.filter, &process->process, NULL);
+        draw_measurement(z, sensor, &draw, shift);
+        draw = next_draw(draw);
+        if (!status) {
+            status = kq_update_subset_q31(&machine.filter, &sensor->sensor, z, draw >> 16);
+        }
+        digest = digest_filter(digest);
+    }
+    put_status(sink, status);
+    put_word(sink, "digest", word_of_bits(digest));
+    put_filter(sink, &machine.filter);
+    machine.step += steps;
+    return 0;
+}
+
+/* ------------------------------------------------------------------ the smoother */
+
+static int attach(words_in *in, const vector_sink *sink)
+{
+    const size_t words = (size_t)take_number(in, 0, VECTOR_HISTORY_WORDS);
+    if (!is_complete(in)) return -1;
+    kq_history_q31 *h = &machine.history;
+    kq_status status = kq_history_assign_q31(h, machine.n, machine.history_memory, words);
+    if (!status) status = kq_history_attach_q31(h, &machine.filter);
+    put_status(sink, status);
+    return 0;
+}
+
+static void put_smoothed(const vector_sink *sink, size_t t, int with_sigma)
+{
+    const kq_history_q31 *h = &machine.history;
+    const int n = machine.n;
+    for (int i = 0; i < n; i++) {
+        sink->put(sink->to, "smoothed mean", i, kq_smoothed_mean_q31(h, t, i));
+    }
+    for (int i = 0; i < n; i++) {
+        sink->put(sink->to, "smoothed low", i, kq_smoothed_mean_low_q31(h, t, i));
+    }
+    for (int i = 0; i < n && with_sigma; i++) {
+        sink->put(sink->to, "smoothed sigma", i, kq_smoothed_sigma_q31(h, t, i));
+    }
+}
+
+/* Of every measurement of the step, up to the one that is refused */
+static void put_reading_noise(const vector_sink *sink)
+{
+    for (int k = 0;; k++) {
+        kq_scaled_q31 moments[2];
+        const kq_status status =
+            kq_smoothed_measurement_noise_q31(&machine.history, k, &moments[0], &moments[1]);
+        put_status(sink, status);
+        if (status) return;
+        put_scaled(sink, "measurement noise", moments, 2);
+    }
+}
+
+/* Lag-one covariance and process noise; the last step, done first, has none */
+static void put_extras(const vector_sink *sink, int what)
+{
+    const int n = machine.n;
+    if (what & VECTOR_LAG_ONE) put_scaled(sink, "lag-one", machine.out[0], n * n);
+    if (what & VECTOR_NOISE) {
+        put_scaled(sink, "process noise", machine.out[1], n);
+        put_symmetric(sink, "process noise covariance", machine.out[2], n);
+    }
+}
+
+static int smooth(words_in *in, const vector_sink *sink)
+{
+    const int process = take_number(in, -1, SLOTS - 1), what = take_number(in, 0, 15);
+    if (!is_complete(in)) return -1;
+    kq_history_q31 *h = &machine.history;
+    const kq_smooth_extras_q31 extras = {what & VECTOR_LAG_ONE ? machine.out[0] : NULL,
+                                         what & VECTOR_NOISE ? machine.out[1] : NULL,
+                                         what & VECTOR_NOISE ? machine.out[2] : NULL};
+    const kq_process_q31 *p = process < 0 ? NULL : &machine.process[process].process;
+    const kq_status status = kq_smooth_step_q31(h, p, &extras);
+    put_status(sink, status);
+    if (status) return 0;
+    const size_t t = h->step;
+    put_word(sink, "step", (int32_t)t);
+    if (t + 1 < kq_history_steps_q31(h)) put_extras(sink, what);
+    put_smoothed(sink, t, 1);
+    if (what & VECTOR_COVARIANCE) {
+        put_word(sink, "covariance status", kq_smoothed_covariance_q31(h, t, machine.out[0]));
+        put_symmetric(sink, "smoothed covariance", machine.out[0], machine.n);
+    }
+    if (what & VECTOR_READING_NOISE) put_reading_noise(sink);
+    return 0;
+}
+
+static int smooth_whole(words_in *in, const vector_sink *sink)
+{
+    const int states_only = take_number(in, 0, 1);
+    if (!is_complete(in)) return -1;
+    kq_history_q31 *h = &machine.history;
+    const kq_status status = states_only ? kq_smooth_states_q31(h) : kq_smooth_q31(h);
+    put_status(sink, status);
+    for (size_t t = 0; !status && t < kq_history_steps_q31(h); t++) {
+        put_smoothed(sink, t, !states_only);
+    }
+    return 0;
+}
+
+/* ------------------------------------------------------------------ operations */
+
+static const struct {
+    const char *name;
+    int (*act)(words_in *in, const vector_sink *sink);
+} operations[VECTOR_OPERATIONS] = {
+    [VECTOR_STATES] = {"states", set_states},
+    [VECTOR_PROCESS] = {"process", set_process},
+    [VECTOR_SENSOR] = {"sensor", set_sensor},
+    [VECTOR_PRIOR] = {"prior", set_prior},
+    [VECTOR_HISTORY] = {"history", attach},
+    [VECTOR_PREDICT] = {"predict", predict},
+    [VECTOR_UPDATE] = {"update", update},
+    [VECTOR_STEP] = {"step", step},
+    [VECTOR_READ] = {"read", read_filter},
+    [VECTOR_LOOK] = {"look", look},
+    [VECTOR_FORECAST] = {"forecast", forecast},
+    [VECTOR_TRANSITION] = {"change of transition", change_transition},
+    [VECTOR_MEASUREMENT] = {"change of measurement", change_measurement},
+    [VECTOR_CLEAR] = {"clear events", clear_events},
+    [VECTOR_SMOOTH] = {"smooth", smooth},
+    [VECTOR_SMOOTH_ALL] = {"smooth all", smooth_whole},
+    [VECTOR_RUN] = {"run", run},
+};
+
+static int is_operation(int32_t operation)
+{
+    return operation > VECTOR_END && operation < VECTOR_OPERATIONS;
+}
+
+const char *vector_name(int32_t operation)
+{
+    return is_operation(operation) ? operations[operation].name : "?";
+}
+
+int vector_operate(int32_t operation, const int32_t *in, size_t count, const vector_sink *sink)
+{
+    if (!is_operation(operation)) return -1;
+    words_in words = {in, count, 0};
+    return operations[operation].act(&words, sink);
+}
+
+/* ------------------------------------------------------------------ replay */
+
+typedef struct {
+    const int32_t *expected;
+    size_t count, compared;
+    int differs;
+    vector_difference *difference;
+} comparison;
+
+static void compare(void *to, const char *quantity, int index, int32_t word)
+{
+    comparison *c = to;
+    if (c->differs) return;
+    const int is_more = c->compared >= c->count;
+    if (!is_more && c->expected[c->compared] == word) {
+        c->compared++;
+        return;
+    }
+    c->differs = 1;
+    c->difference->quantity = quantity;
+    c->difference->index = index;
+    c->difference->position += c->compared;
+    c->difference->expected = is_more ? 0 : c->expected[c->compared];
+    c->difference->got = word;
+}
+
+/* The `count` words at position `at`, NULL where there are not as many */
+static const int32_t *part_of(const int32_t *words, size_t length, size_t at, int32_t count)
+{
+    return count >= 0 && at <= length && (size_t)count <= length - at ? words + at : NULL;
+}
+
+size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference)
+{
+    size_t at = 1, total = 0;
+    *difference = (vector_difference){.code = VECTOR_END};
+    if (count == 0 || words[0] != VECTOR_LAYOUT) return 0;
+    for (; at + 2 < count; difference->operation++) {
+        const int32_t code = words[at], inputs = words[at + 1];
+        const int32_t *in = part_of(words, count - 1, at + 2, inputs);
+        *difference = (vector_difference){
+            .operation = difference->operation, .code = code, .step = machine.step, .position = at};
+        if (!in) return 0;
+        at += 2 + (size_t)inputs;
+        const int32_t outputs = words[at++];
+        comparison c = {part_of(words, count, at, outputs), (size_t)outputs, 0, 0, difference};
+        if (!c.expected) return 0;
+        difference->position = at;
+        if (vector_operate(code, in, (size_t)inputs, &(vector_sink){compare, &c})) return 0;
+        if (c.differs || c.compared != c.count) return 0;
+        at += c.count;
+        total += c.count;
+    }
+    return at + 1 == count && words[at] == VECTOR_END ? total : 0;
+}

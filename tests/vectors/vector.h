@@ -1,0 +1,73 @@
+/*
+ * Golden vectors of the q31 arithmetic: a case is an array of words that holds operations, what
+ * goes into them, and every bit of what comes out of them (README.md: the layout).  Replayed here
+ * in freestanding C11, so that the same file runs on the host and in firmware: integers only, no
+ * stdio, no heap.
+ */
+#ifndef KALMANQ_VECTOR_H
+#define KALMANQ_VECTOR_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { VECTOR_LAYOUT = 1 }; /* word 0 of a case */
+
+enum {
+    VECTOR_END,
+    VECTOR_STATES,
+    VECTOR_PROCESS,
+    VECTOR_SENSOR,
+    VECTOR_PRIOR,
+    VECTOR_HISTORY,
+    VECTOR_PREDICT,
+    VECTOR_UPDATE,
+    VECTOR_STEP,
+    VECTOR_READ,
+    VECTOR_LOOK,
+    VECTOR_FORECAST,
+    VECTOR_TRANSITION,
+    VECTOR_MEASUREMENT,
+    VECTOR_CLEAR,
+    VECTOR_SMOOTH,
+    VECTOR_SMOOTH_ALL,
+    VECTOR_RUN,
+    VECTOR_OPERATIONS
+};
+
+/* What VECTOR_SMOOTH gives beside mean and sigma */
+enum { VECTOR_COVARIANCE = 1, VECTOR_LAG_ONE = 2, VECTOR_NOISE = 4, VECTOR_READING_NOISE = 8 };
+
+/* Words of the history's memory: with the rest about 35 kB of static memory */
+enum { VECTOR_HISTORY_WORDS = 4096 };
+
+/* Where what comes out goes: called for every word, in order. */
+typedef struct {
+    void (*put)(void *to, const char *quantity, int index, int32_t word);
+    void *to;
+} vector_sink;
+
+/**
+ * Carries out one operation on the one filter that there is.
+ *   in       `count` words
+ * Returns 0, or -1 where the words make no operation: nothing is done then.
+ */
+int vector_operate(int32_t operation, const int32_t *in, size_t count, const vector_sink *sink);
+
+/** The name of an operation, "?" where there is none. */
+const char *vector_name(int32_t operation);
+
+/* The first word that is not what the case holds */
+typedef struct {
+    size_t operation;     /* its number in the case, from 0 */
+    int32_t code;         /* which operation */
+    int step;             /* predicts up to it, since the last prior */
+    const char *quantity; /* NULL: the case cannot be read */
+    int index;            /* entry of the quantity */
+    size_t position;      /* in the case */
+    int32_t expected, got;
+} vector_difference;
+
+/** Replays a case.  Returns the number of words compared, or 0 at the first difference. */
+size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference);
+
+#endif
