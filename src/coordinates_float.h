@@ -52,7 +52,7 @@ static inline void mean_move(num *x, int n, int i, const scaled *row, const num 
 static inline void turn_row(num *T, int n, int i, num *u, scaled c, scaled s)
 {
     for (int j = i; j < n; j++) {
-        num *t = T + j * (j + 1) / 2 + i;
+        num *t = T + column(j) + i;
         const num old = *t;
         *t = c * old + s * u[j];
         u[j] = c * u[j] - s * old;
@@ -96,7 +96,7 @@ static inline int32_t row_exponent(const num *row, int width)
 static inline void root_set_unit(num *T, int n, int k)
 {
     (void)n;
-    T[k * (k + 1) / 2 + k] = 1;
+    T[column(k) + k] = 1;
 }
 
 static inline void store_scaled(num *word, scaled a) { *word = a; }

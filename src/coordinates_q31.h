@@ -15,15 +15,17 @@
 static const int32_t coordinate_exponent = -40;
 
 static inline wide coordinate_get(const int32_t *a, int n, int i) { return wide_get(a, n, i); }
+
 static inline void coordinate_set(int32_t *a, int n, int i, wide value)
 {
     (void)wide_set_held(a, n, i, value);
 }
+
 static inline scaled coordinate_scaled(wide a) { return scaled_of(a, coordinate_exponent); }
+
 static inline wide coordinate_of(scaled a)
 {
-    const wide value = wide_from(a.mantissa, a.exponent - coordinate_exponent);
-    return value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
+    return wide_held(wide_from(a.mantissa, a.exponent - coordinate_exponent));
 }
 
 /* c a in units of 2^-27 of a word of a */
@@ -50,8 +52,7 @@ static inline void coordinate_turn(int32_t *a, int n, int i, wide *b, scaled c, 
     const int64_t now = sum_of(coordinate_part(c, old), coordinate_part(s, *b), 60);
     const int64_t other = sum_of(coordinate_part(c, *b), -coordinate_part(s, old), 60);
     coordinate_set(a, n, i, lower_wide(now, 3));
-    const wide held = lower_wide(other, 3);
-    *b = held > wide_max ? wide_max : held < -wide_max ? -wide_max : held;
+    *b = wide_held(lower_wide(other, 3));
 }
 
 /* One reflector (V, q) backwards: xi += V (alpha - q V'xi); V in Q30, q in Q31, p is not needed */
@@ -64,14 +65,9 @@ static inline void reflect_back(int32_t *xi, int n, int first, wide alpha, const
         const scaled c = {V[k - first], -30};
         along = sum_of(along, wide_product(c, xi[k], xi[n + k], 0), 62);
     }
-    const wide held = wide_from(along, -3);
     const scaled share = {q, -31};
-    const wide back = wide_from(coordinate_part(share, held > wide_max    ? wide_max
-                                                       : held < -wide_max ? -wide_max
-                                                                          : held),
-                                -3);
-    wide d = alpha - back;
-    d = d > wide_max ? wide_max : d < -wide_max ? -wide_max : d;
+    const wide back = lower_wide(coordinate_part(share, wide_held(lower_wide(along, 3))), 3);
+    const wide d = wide_held(alpha - back);
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
         const wide move = lower_wide(coordinate_part(c, d), 3);
@@ -79,7 +75,7 @@ static inline void reflect_back(int32_t *xi, int n, int first, wide alpha, const
     }
 }
 
-/* x_i += the row i of the root times a */
+/* x_i += row i of the root times a */
 static inline void mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
 {
     int64_t total = 0;
@@ -102,7 +98,7 @@ static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scal
     align(q, other, E, 1, 2, &other_exponent);
     uint32_t bits = 0;
     for (int j = i; j < n; j++) {
-        int32_t *t = T + j * (j + 1) / 2 + i;
+        int32_t *t = T + column(j) + i;
         const int32_t old = *t;
         *t = combined(sum_of(product(p[0], old), product(p[1], u[j]), 62));
         u[j] = combined(sum_of(product(q[0], old), product(q[1], u[j]), 62));
@@ -129,7 +125,7 @@ static inline int32_t row_exponent(const int32_t *row, int width) { return row[w
 
 static inline void root_set_unit(int32_t *T, int n, int k)
 {
-    T[k * (k + 1) / 2 + k] = num_one;
+    T[column(k) + k] = num_one;
     T[KQ_TRIANGLE(n) + k] = one_exponent;
 }
 

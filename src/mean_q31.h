@@ -28,10 +28,15 @@ static inline void wide_set(int32_t *x, int n, int i, wide value)
     x[n + i] = (int32_t)(value & 0xffffff);
 }
 
-/* Held within the word; answers whether it had to be. */
-static inline unsigned wide_set_held(int32_t *x, int n, int i, wide value)
+static inline wide wide_held(int64_t value)
 {
-    const wide held = value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
+    return value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
+}
+
+/* Held within the word; answers whether it had to be. */
+static inline unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
+{
+    const wide held = wide_held(value);
     wide_set(x, n, i, held);
     return held == value ? 0 : KQ_EVENT_SATURATED;
 }

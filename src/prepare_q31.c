@@ -156,7 +156,7 @@ static kq_status root_of_matrix(double *T, const double *P, const double *F, int
     if (!status && P) status = kq_process_init_f64(&p, A, NULL, P);
     else if (!status) status = kq_process_init_factor_f64(&p, A, NULL, F, r);
     for (int i = 0; i < n && !status; i++) {
-        double *pivot = T + i * (i + 1) / 2 + i;
+        double *pivot = T + column(i) + i;
         if (*pivot <= 0x1p-200) *pivot = 0; /* the process needs a pivot, a table does not */
     }
     return status;
@@ -167,14 +167,14 @@ static kq_status root_row_of(int32_t *root, const double *T, int n, int i, int f
 {
     double largest = 0;
     for (int j = i; j < n; j++) {
-        const double entry = T[j * (j + 1) / 2 + i], size = entry < 0 ? -entry : entry;
+        const double entry = T[column(j) + i], size = entry < 0 ? -entry : entry;
         if (size > largest) largest = size;
     }
     const int bits = n - i <= 1 ? 30 : n - i <= 4 ? 29 : 28; /* 2^bits sqrt(n - i) <= 2^30 */
     int exponent = largest > 0 ? exponent_of(largest) - bits : lowest_exponent - fraction;
     if (largest > 0 && rounded(scaled_double(largest, -exponent)) >> bits) exponent++;
     for (int j = i; j < n; j++) {
-        const int k = j * (j + 1) / 2 + i;
+        const int k = column(j) + i;
         root[k] = largest > 0 ? rounded(scaled_double(T[k], -exponent)) : 0;
     }
     root[KQ_TRIANGLE(n) + i] = exponent + fraction;
@@ -235,14 +235,14 @@ kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
     if (!size_is_valid(m) || formats_check(format, m)) return KQ_ERR_SIZE;
     kq_status status = root_of_matrix(T, R, NULL, m, 0);
     for (int j = 0; j < m && !status; j++) {
-        const double *column = T + j * (j + 1) / 2, pivot = column[j];
+        const double pivot = T[column(j) + j];
         for (int i = 0; i < j && !status; i++) {
             const int shift = format[i].fraction - format[j].fraction;
-            const double U = pivot > 0 ? column[i] / pivot : 0;
-            status = coefficient_of(&made[j * (j + 1) / 2 + i], U, shift);
+            const double U = pivot > 0 ? T[column(j) + i] / pivot : 0;
+            status = coefficient_of(&made[column(j) + i], U, shift);
         }
         if (status) break;
-        status = coefficient_of(&made[j * (j + 1) / 2 + j], pivot * pivot, 2 * format[j].fraction);
+        status = coefficient_of(&made[column(j) + j], pivot * pivot, 2 * format[j].fraction);
     }
     for (int k = 0; k < KQ_TRIANGLE(m) && !status; k++) table[k] = made[k];
     return status;

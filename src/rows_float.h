@@ -6,6 +6,7 @@
 #define KALMANQ_ROWS_H
 
 #include "scaled_float.h"
+#include "triangle.h"
 
 typedef num sum;
 
@@ -53,7 +54,7 @@ static inline const num *align(num *c, const scaled *row, const num *E, int stri
 static inline scaled root_entry(const num *S, int n, int i, int k)
 {
     (void)n;
-    return S[k * (k + 1) / 2 + i];
+    return S[column(k) + i];
 }
 
 static inline scaled root_sum(sum total, const num *S, int n, int i, int j)
@@ -79,10 +80,10 @@ static inline num noise_entry(const num *G, int n, int l, int i, const num *row,
 {
     (void)n, (void)row, (void)width;
     if (!G) return i == l ? num_tiny_root : 0;
-    return G[i * (i + 1) / 2 + l];
+    return G[column(i) + l];
 }
 
-static inline num reflector_pivot(const num *G, int i) { return G ? G[i * (i + 1) / 2 + i] : 0; }
+static inline num reflector_pivot(const num *G, int i) { return G ? G[column(i) + i] : 0; }
 
 /* r and g_pivot are not normalised: p = 1 / s and q = 1 / (s + g_pivot), s their norm */
 static inline num reflect(num *restrict w, num g, const num *restrict r, num g_pivot, num p, num q,
@@ -122,7 +123,7 @@ static num rounding_floor(const num *S, const num *h, const num *f, int n)
     num total = 0;
     for (int j = 0; j < n; j++) {
         num size = 0;
-        for (int i = 0; i <= j; i++) size += num_magnitude(h[i] * S[j * (j + 1) / 2 + i]);
+        for (int i = 0; i <= j; i++) size += num_magnitude(h[i] * S[column(j) + i]);
         total += size * size;
     }
     return 256 * num_epsilon * num_epsilon * total;

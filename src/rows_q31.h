@@ -9,6 +9,7 @@
 #define KALMANQ_ROWS_H
 
 #include "scaled_q31.h"
+#include "triangle.h"
 
 typedef int64_t sum;
 
@@ -92,7 +93,7 @@ static inline const int32_t *align(int32_t *c, const scaled *row, const int32_t 
 
 static inline scaled root_entry(const int32_t *S, int n, int i, int k)
 {
-    return (scaled){S[k * (k + 1) / 2 + i], S[KQ_TRIANGLE(n) + i]};
+    return (scaled){S[column(k) + i], S[KQ_TRIANGLE(n) + i]};
 }
 
 /* A sum of products of the entries of rows i and j as a number */
@@ -129,7 +130,7 @@ static inline int32_t noise_entry(const int32_t *G, int n, int l, int i, const i
                                   int width)
 {
     if (!G) return 0;
-    return lower(G[i * (i + 1) / 2 + l], row[width] - G[KQ_TRIANGLE(n) + l]);
+    return lower(G[column(i) + l], row[width] - G[KQ_TRIANGLE(n) + l]);
 }
 
 /* The pivot of a reflector in G, which here is in its p. */
@@ -194,7 +195,7 @@ static inline void renormalise(int32_t *S, int n)
     for (int i = 0; i < n; i++) {
         sum square = 0; /* < 2^60.4 */
         for (int j = i; j < n; j++) {
-            const int32_t s = S[j * (j + 1) / 2 + i];
+            const int32_t s = S[column(j) + i];
             square = add_product(square, s, s);
         }
         const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
@@ -202,7 +203,7 @@ static inline void renormalise(int32_t *S, int n)
         if (E[i] > high_exponent) E[i] = high_exponent;
         if (square == 0 || up == 0 || E[i] < low_exponent) continue;
         for (int j = i; j < n; j++) {
-            int32_t *s = S + j * (j + 1) / 2 + i;
+            int32_t *s = S + column(j) + i;
             *s = up > 0 ? raise(*s, up, 30) : lower(*s, 1);
         }
         E[i] -= up;
