@@ -160,8 +160,9 @@ static inline int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *res
 
 /*
  * The reflector of a row (w, g), g >= 0: w <- V = w / s in Q30, p = g / s, q = 1 / (1 + p);
- * returns s, the row's norm.  w 2^h and g 2^h are below 2^31 and the square of s 2^h, with
- * 2h + 2 zeros on top, is normalised to [2^62, 2^64).
+ * returns s, the row's norm.  w 2^h and g 2^h are below 2^31, and the square of s 2^h, with
+ * 2h + 2 zeros on top, is normalised to [2^62, 2^64).  By rounding an entry of V or p may be 2
+ * units above 1.
  */
 static inline int32_t close_reflector(int32_t *w, int32_t g, int32_t *p, int32_t *q, int count)
 {
@@ -174,8 +175,8 @@ static inline int32_t close_reflector(int32_t *w, int32_t g, int32_t *p, int32_t
     const int zeros = leading_zeros_wide(square) & ~1, h = zeros / 2 - 1;
     const uint32_t v = (uint32_t)((square << zeros) >> 32), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
-    for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], h, 31), half), 31, 30);
-    *p = narrow(product(raise(g, h, 31), half), 31, 30);
+    for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], h, 31), half), 31, 31);
+    *p = narrow(product(raise(g, h, 31), half), 31, 31);
     const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)*p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
     *q = (int32_t)(share >> 1 > INT32_MAX ? INT32_MAX : share >> 1);
@@ -230,12 +231,14 @@ static inline scaled rounding_floor(const int32_t *S, const scaled *h, const int
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
 }
 
-/* No measurement is sharper than the mean's last bit: a noise-free one leaves a variance below the
-   floor. */
+/* No measurement is sharper than the mean's last bit, unless s is not far above that itself: a
+   noise-free one leaves a variance below the floor. */
 static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 {
-    if (!scaled_is_less(r, scaled_shift(s, -30))) return r;
-    const scaled least = mean_resolution(h, n);
+    const scaled sharp = scaled_shift(s, -30);
+    if (!scaled_is_less(r, sharp)) return r;
+    const scaled last_bit = mean_resolution(h, n);
+    const scaled least = scaled_is_less(sharp, last_bit) ? sharp : last_bit;
     return scaled_is_less(r, least) ? least : r;
 }
 

@@ -72,7 +72,8 @@ static inline scaled scaled_root(scaled a)
     const int odd = a.exponent & 1;
     const uint32_t v = (uint32_t)a.mantissa << odd;
     const uint32_t root = root_by_inverse(v, inverse_root(v)); /* sqrt(v) 2^15 < 2^31 */
-    return (scaled){(int32_t)root, (a.exponent - odd) / 2 - 15};
+    const uint32_t least = UINT32_C(1) << 30;                  /* 1 is held just below */
+    return (scaled){(int32_t)(root < least ? least : root), (a.exponent - odd) / 2 - 15};
 }
 
 /* a < b, for a, b >= 0 */

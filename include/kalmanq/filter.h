@@ -10,7 +10,7 @@
  * triangularisation of [A S, G], update takes one scalar measurement after the other with
  * Carlson's form, nothing is inverted.  A singular innovation covariance takes the
  * pseudo-inverse.  The mean is a pair of floats in f32: a float's 24 bits plus what the
- * increments below its last bit add up to; one double in f64.
+ * increments below its last bit add up to; one double in f64; 56 bits in q31.
  *
  * A run is init, update, predict, update, predict, ...: x0 and P0 hold before the first
  * measurement.  Any number of processes and sensors, of any size m, may take turns.
@@ -330,9 +330,12 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
  * As in f32.  KQ_ERR_MISMATCH also where filter and process or sensor do not agree on the
  * states' formats; KQ_ERR_RANGE for a control or a measurement outside its declared range.
  * Nothing can overflow but the mean, which is held at +-2^31 words with KQ_EVENT_SATURATED.
- * Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-30 of their norm, and
- * for a mean rounded to 2^-24 word; a process noise below 2^-15 sigma of its state is lost.
- * Cost: in NUMBERS of 32 x 32 bit products about that of f32; integer instructions only.
+ * Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-29 of their norm, and
+ * for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the sigmas: a
+ * sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of its state
+ * is lost; a noise-free measurement counts as one of 2^-24 word in every state.
+ * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R
+ * is decorrelated at every update, and a measurement with R below 2^-8 S is taken in stages.
  */
 kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
@@ -343,7 +346,8 @@ kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *
 kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
                           int steps, kq_filter_q31 *ahead);
 
-/** x_i rounded to a word, and what the rounding left, in 2^-24 of a word: -2^23 .. 2^23.
+/** x_i rounded to a word, and what the rounding left, in 2^-24 of a word: -2^23 .. 2^23,
+    beyond it only at the word's end.
     KQ_NOT_A_WORD_Q31 where f or i is bad. */
 int32_t kq_mean_q31(const kq_filter_q31 *f, int i);
 int32_t kq_mean_low_q31(const kq_filter_q31 *f, int i);

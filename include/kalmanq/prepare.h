@@ -27,7 +27,7 @@ extern "C" {
  * The format with the most fraction bits that holds +-range.
  *   range    > 0, in the component's unit
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (0 or negative, or no format can hold it:
- * 2^-64 <= range < 2^95).
+ * 2^-64 <= range <= (2^31 - 1) 2^64).
  */
 kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
 

@@ -1,0 +1,565 @@
+/* The filter in q31: against the one in double, what it refuses, how it saturates. */
+#include "q31.h"
+#include "unchanged.h"
+
+static process_model motion;
+static sensor_model radar, compass;
+static prior_model start;
+static kq_process_q31 blank_process;
+static kq_sensor_q31 blank_sensor;
+KQ_FILTER_Q31(track, 2);
+KQ_FILTER_Q31(twin, 2);
+KQ_FILTER_Q31(blank, 2);
+
+/* the same in double */
+PROCESS(motion_f64, 2, 1);
+SENSOR(radar_f64, 2, 3);
+SENSOR(compass_f64, 2, 1);
+FILTER(track_f64, 2);
+
+static const double range[] = {100, 10}, drive_range[] = {5}, measured_range[] = {100, 100, 100};
+static const double A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const double H[] = {1, 0, 0.5, 1, -1, 0.25};
+static const double R[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 2};
+static const double direction[] = {-1, 0.25}, variance[] = {0.125};
+static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3, 1, -1}, u[] = {4};
+
+/* a step is good to some units of 2^-30 */
+#define LIKE 0x1p-24
+
+static int32_t measured[3], drive[1], out[3], errors[3];
+static kq_scaled_q31 more[9];
+
+void setUp(void)
+{
+    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_sensor(&radar, 2, 3, range, measured_range, H, R);
+    put_sensor(&compass, 2, 1, range, measured_range, direction, variance);
+    put_prior(&start, 2, range, x0, P0);
+    ASSERT_OK(kq_vector_prepare_q31(measured, z, 3, radar.measurement_format, NULL));
+    ASSERT_OK(kq_vector_prepare_q31(drive, u, 1, motion.control_format, NULL));
+    ASSERT_OK(kq_filter_assign_q31(&track, 2, track_memory, COUNT(track_memory)));
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
+    ASSERT_OK(K(process_init)(&motion_f64, A, B, Q));
+    ASSERT_OK(K(sensor_init)(&radar_f64, H, R));
+    ASSERT_OK(K(sensor_init)(&compass_f64, direction, variance));
+    ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
+    watch_nothing();
+    WATCH(motion), WATCH(radar), WATCH(start), WATCH(track), WATCH(track_memory), WATCH(twin);
+    WATCH(twin_memory), WATCH(measured), WATCH(drive), WATCH(out), WATCH(errors), WATCH(more);
+}
+
+void tearDown(void) {}
+
+/* ------------------------------------------------------------ as the filter in double */
+
+static void assert_told(void)
+{
+    ASSERT_WITHIN(1e-6 * (1 + K(nis)(&track_f64)), K(nis)(&track_f64),
+                  score_value(kq_nis_q31(&track)));
+    ASSERT_WITHIN(1e-5, K(log_likelihood_last)(&track_f64),
+                  score_value(kq_log_likelihood_last_q31(&track)));
+    ASSERT_WITHIN(1e-4, K(log_likelihood)(&track_f64), score_value(kq_log_likelihood_q31(&track)));
+    TEST_ASSERT_EQUAL_INT(K(taken)(&track_f64), kq_taken_q31(&track));
+}
+
+/* Correlated and single, controls and none, several sensors in turn */
+static void a_run_is_that_of_the_filter_in_double(void)
+{
+    for (int step = 0; step < 200; step++) {
+        const double values[] = {0.5 * sin(step), cos(0.1 * step), -0.25}, push[] = {sin(step)};
+        const int32_t *words = words_of(values, 3, radar.measurement_format);
+        if (step % 2 == 0) {
+            ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
+            ASSERT_OK(K(update)(&track_f64, &radar_f64, values));
+            assert_told();
+        }
+        if (step % 3 == 0) {
+            words = words_of(values, 1, compass.measurement_format);
+            ASSERT_OK(kq_update_q31(&track, &compass.sensor, words));
+            ASSERT_OK(K(update)(&track_f64, &compass_f64, values));
+            assert_told();
+        }
+        ASSERT_LIKE(&track_f64, &track, LIKE);
+        words = words_of(push, 1, motion.control_format);
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, step % 5 ? words : NULL));
+        ASSERT_OK(K(predict)(&track_f64, &motion_f64, step % 5 ? push : NULL));
+        ASSERT_LIKE(&track_f64, &track, LIKE);
+    }
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+static void correlated_components_may_be_missing(void)
+{
+    for (uint32_t present = 0; present < 8; present++) {
+        ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+        ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
+        for (int step = 0; step < 4; step++) {
+            ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, measured, present));
+            ASSERT_OK(K(update_subset)(&track_f64, &radar_f64, z, present));
+            ASSERT_LIKE(&track_f64, &track, LIKE);
+            assert_told();
+            ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+            ASSERT_OK(K(predict)(&track_f64, &motion_f64, NULL));
+        }
+    }
+}
+
+/* A component that is missing is not read, and bits beyond the components are ignored. */
+static void a_component_that_is_missing_is_not_read(void)
+{
+    static int32_t unread[3];
+    memcpy(unread, measured, sizeof unread);
+    unread[1] = INT32_MIN;
+    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, unread, 5));
+    ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, measured, ~UINT32_C(2)));
+    ASSERT_SAME_Q31(&twin, &track);
+}
+
+/* The sensor of components 0 and 2 alone */
+static void a_subset_is_the_sensor_of_its_components(void)
+{
+    static sensor_model two;
+    static const double rows[] = {1, 0, -1, 0.25}, noise[] = {0.5, -0.125, -0.125, 2};
+    static const double values[] = {3, -1};
+    put_sensor(&two, 2, 2, range, measured_range, rows, noise);
+    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, measured, 5));
+    ASSERT_OK(kq_update_q31(&twin, &two.sensor, words_of(values, 2, two.measurement_format)));
+    double P[4], expected[4];
+    covariance_values(&track, start.state_format, P);
+    covariance_values(&twin, start.state_format, expected);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_WITHIN(LIKE, mean_value(&twin, i), mean_value(&track, i));
+    }
+    for (int k = 0; k < 4; k++) ASSERT_WITHIN(LIKE, expected[k], P[k]);
+}
+
+static void nothing_present_leaves_the_state(void)
+{
+    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
+    ASSERT_OK(kq_update_q31(&twin, &radar.sensor, measured));
+    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, measured, 0));
+    TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+    TEST_ASSERT_EQUAL_INT(0, kq_taken_q31(&track));
+    TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
+}
+
+static void a_step_is_predict_and_update(void)
+{
+    ASSERT_OK(kq_step_q31(&track, &motion.process, drive, &radar.sensor, measured));
+    ASSERT_OK(kq_predict_q31(&twin, &motion.process, drive));
+    ASSERT_OK(kq_update_q31(&twin, &radar.sensor, measured));
+    ASSERT_SAME_Q31(&twin, &track);
+}
+
+static void a_forecast_is_its_predicts(void)
+{
+    static const int32_t pushes[] = {1000, -2000, 3000};
+    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
+    watched_store();
+    ASSERT_OK(kq_forecast_q31(&track, &motion.process, pushes, 0, &twin));
+    ASSERT_SAME_Q31(&track, &twin);
+    ASSERT_OK(kq_forecast_q31(&track, &motion.process, pushes, 3, &twin));
+    for (int k = 0; k < 3; k++) ASSERT_OK(kq_predict_q31(&track, &motion.process, &pushes[k]));
+    ASSERT_SAME_Q31(&track, &twin);
+    ASSERT_OK(kq_forecast_q31(&track, &motion.process, NULL, 2, &twin));
+    for (int k = 0; k < 2; k++) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+    ASSERT_SAME_Q31(&track, &twin);
+}
+
+static void filters_in_turn_are_independent(void)
+{
+    KQ_FILTER_Q31(alone, 2);
+    ASSERT_OK(kq_filter_init_q31(&alone, &start.table, NULL));
+    for (int step = 0; step < 50; step++) {
+        measured[0] = 1000 * step;
+        ASSERT_OK(kq_step_q31(&alone, &motion.process, drive, &radar.sensor, measured));
+    }
+    for (int step = 0; step < 50; step++) {
+        measured[0] = 1000 * step;
+        ASSERT_OK(kq_step_q31(&track, &motion.process, drive, &radar.sensor, measured));
+        measured[0] = -5000 * step;
+        ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, measured, (uint32_t)step));
+        ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
+    }
+    ASSERT_SAME_Q31(&alone, &track);
+}
+
+static void gain_and_measurement_are_those_in_double(void)
+{
+    double gain[6], S[9], implied[3], e[3];
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, drive));
+    ASSERT_OK(K(predict)(&track_f64, &motion_f64, u));
+    ASSERT_OK(K(gain)(&track_f64, &radar_f64, gain));
+    ASSERT_OK(K(measurement)(&track_f64, &radar_f64, implied, S));
+    ASSERT_OK(K(innovation)(&track_f64, &radar_f64, z, e));
+    ASSERT_OK_UNCHANGED(kq_gain_q31(&track, &radar.sensor, (kq_scaled_q31[6]){{0, 0}}));
+    ASSERT_OK(kq_gain_q31(&track, &radar.sensor, more));
+    for (int k = 0; k < 6; k++) {
+        const int shift =
+            start.state_format[k / 3].fraction - radar.measurement_format[k % 3].fraction;
+        ASSERT_WITHIN(LIKE, gain[k], value_of(more[k], shift));
+    }
+    ASSERT_OK(kq_measurement_q31(&track, &radar.sensor, out, more));
+    ASSERT_OK(kq_innovation_q31(&track, &radar.sensor, measured, errors));
+    for (int c = 0; c < 3; c++) {
+        const int fraction = radar.measurement_format[c].fraction;
+        ASSERT_WITHIN(LIKE, implied[c], ldexp(out[c], -fraction));
+        ASSERT_WITHIN(LIKE, e[c], ldexp(errors[c], -fraction));
+        for (int d = 0; d < 3; d++) {
+            const int both = fraction + radar.measurement_format[d].fraction;
+            ASSERT_WITHIN(8 * LIKE, S[3 * c + d], value_of(more[3 * c + d], both));
+        }
+    }
+    ASSERT_OK(kq_innovation_q31(&track, &radar.sensor, measured, measured)); /* in place */
+    TEST_ASSERT_EQUAL_MEMORY(errors, measured, sizeof errors);
+}
+
+static void a_redundant_noise_free_component_is_not_taken(void)
+{
+    static const double twice[] = {1, 0, 1, 0}, none[4];
+    put_sensor(&radar, 2, 2, range, measured_range, twice, none);
+    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
+    TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, kq_events_q31(&track));
+    ASSERT_WITHIN(1e-6, 3, mean_value(&track, 0));
+    kq_events_clear_q31(&track);
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+/* ---------------------------------------------------------------------------- refusals */
+
+/* A filter of the same size in other formats, and one of another size */
+static kq_filter_q31 *other_filter(int n, const double *other_range)
+{
+    static int32_t memory[KQ_FILTER_LEN_Q31(3)];
+    static kq_filter_q31 f;
+    static prior_model p;
+    static const double zero[9], identity[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    put_prior(&p, n, other_range, zero, n == 3 ? identity : P0);
+    ASSERT_OK(kq_filter_assign_q31(&f, n, memory, COUNT(memory)));
+    ASSERT_OK(kq_filter_init_q31(&f, &p.table, NULL));
+    return &f;
+}
+
+static void assert_mismatch(kq_filter_q31 *f)
+{
+    const kq_process_q31 *p = &motion.process;
+    const kq_sensor_q31 *s = &radar.sensor;
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(f, p, drive));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_update_q31(f, s, measured));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_update_subset_q31(f, s, measured, 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_step_q31(f, p, drive, s, measured));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_forecast_q31(f, p, NULL, 1, &twin));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_gain_q31(f, s, more));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_measurement_q31(f, s, out, more));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_innovation_q31(f, s, measured, errors));
+}
+
+static void other_sizes_and_formats_are_refused(void)
+{
+    static const double wider[] = {100, 100}, three[] = {100, 10, 1};
+    assert_mismatch(other_filter(2, wider));
+    assert_mismatch(other_filter(3, three));
+}
+
+static void the_same_formats_in_another_array_are_not(void)
+{
+    kq_filter_q31 *f = other_filter(2, range);
+    ASSERT_OK(kq_step_q31(f, &motion.process, drive, &radar.sensor, measured));
+}
+
+static void null_is_refused(void)
+{
+    const kq_process_q31 *p = &motion.process;
+    const kq_sensor_q31 *s = &radar.sensor;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(NULL, p, drive));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(&track, NULL, drive));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_q31(NULL, s, measured));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_q31(&track, NULL, measured));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_q31(&track, s, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_subset_q31(&track, s, NULL, 0));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, p, NULL, s, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, p, NULL, NULL, measured));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_forecast_q31(&track, p, NULL, 1, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_forecast_q31(NULL, p, NULL, 1, &twin));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_gain_q31(&track, s, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_gain_q31(&track, NULL, more));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_measurement_q31(NULL, s, out, more));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_innovation_q31(&track, s, measured, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_innovation_q31(&track, s, NULL, errors));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_covariance_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_covariance_q31(NULL, more));
+    ASSERT_OK_UNCHANGED(kq_measurement_q31(&track, s, NULL, NULL));
+}
+
+static void what_is_not_initialised_is_refused(void)
+{
+    const kq_process_q31 *p = &motion.process;
+    const kq_sensor_q31 *s = &radar.sensor;
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&blank, p, drive));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &blank_process, drive));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_q31(&blank, s, measured));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_q31(&track, &blank_sensor, measured));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&track, p, drive, &blank_sensor, measured));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_forecast_q31(&blank, p, NULL, 1, &twin));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_gain_q31(&track, &blank_sensor, more));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_measurement_q31(&blank, s, out, more));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_innovation_q31(&blank, s, measured, errors));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&blank, more));
+}
+
+static void forecast_refuses(void)
+{
+    static int32_t memory[KQ_FILTER_LEN_Q31(3)];
+    kq_filter_q31 bare, three;
+    memset(&bare, 0, sizeof bare);
+    ASSERT_OK(kq_filter_assign_q31(&three, 3, memory, COUNT(memory)));
+    WATCH(bare), WATCH(three), WATCH(memory);
+    const kq_process_q31 *p = &motion.process;
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_forecast_q31(&track, p, NULL, -1, &twin));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_forecast_q31(&track, p, NULL, 1, &bare));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_forecast_q31(&track, p, NULL, 1, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_forecast_q31(&track, p, NULL, 1, &three));
+}
+
+static void a_word_out_of_its_range_is_refused(void)
+{
+    static const int32_t end = 100 << 24;
+    static const int32_t bad[] = {100 * (1 << 24) + 1, -100 * (1 << 24) - 1, INT32_MAX, -INT32_MAX,
+                                  INT32_MIN};
+    const kq_process_q31 *p = &motion.process;
+    const kq_sensor_q31 *s = &radar.sensor;
+    for (int c = 0; c < 3; c++) {
+        const int32_t good = measured[c];
+        TEST_ASSERT_EQUAL_INT32(end, radar.measurement_format[c].range);
+        for (int k = 0; k < COUNT(bad); k++) {
+            measured[c] = bad[k];
+            ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_q31(&track, s, measured));
+            ASSERT_REFUSED(KQ_ERR_RANGE,
+                           kq_update_subset_q31(&track, s, measured, UINT32_C(1) << c));
+            ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, p, drive, s, measured));
+            ASSERT_REFUSED(KQ_ERR_RANGE, kq_innovation_q31(&track, s, measured, errors));
+        }
+        measured[c] = good;
+    }
+    measured[0] = end, measured[1] = -end;
+    ASSERT_OK(kq_update_q31(&track, s, measured));
+}
+
+static void a_control_out_of_its_range_is_refused(void)
+{
+    const kq_process_q31 *p = &motion.process;
+    const int32_t end = motion.control_format[0].range;
+    const int32_t bad[] = {end + 1, -end - 1, INT32_MAX, INT32_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        const int32_t steps[] = {0, bad[k]};
+        drive[0] = bad[k];
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_q31(&track, p, drive));
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, p, drive, &radar.sensor, measured));
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_forecast_q31(&track, p, steps, 2, &twin));
+        ASSERT_OK(kq_forecast_q31(&track, p, steps, 1, &twin));
+    }
+    drive[0] = -end;
+    ASSERT_OK(kq_predict_q31(&track, p, drive));
+}
+
+static void what_is_read_of_a_bad_filter_or_state_is_no_word(void)
+{
+    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
+    const kq_filter_q31 *const none[] = {NULL, &blank};
+    for (int k = 0; k < COUNT(bad); k++) {
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(&track, bad[k]));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(&track, bad[k]));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(&track, bad[k]));
+    }
+    for (int k = 0; k < COUNT(none); k++) {
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(none[k], 0));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(none[k], 0));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(none[k], 0));
+        TEST_ASSERT_TRUE(kq_nis_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
+        TEST_ASSERT_TRUE(kq_log_likelihood_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
+        TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
+        TEST_ASSERT_EQUAL_INT(-1, kq_taken_q31(none[k]));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(none[k]));
+    }
+    kq_events_clear_q31(NULL);
+}
+
+/* -------------------------------------------------------------------------- saturation */
+
+/* One state that doubles at every step, in Q31.0; a gauge of it */
+static process_model growth;
+static sensor_model gauge;
+static prior_model seed;
+KQ_FILTER_Q31(level, 1);
+
+static void begin_growth(double x)
+{
+    static const double whole[] = {INT32_MAX}, two[] = {2}, one[] = {1}, q[] = {1}, r[] = {1e6};
+    const double start_at[] = {x};
+    put_process(&growth, 1, 0, whole, whole, two, NULL, q);
+    put_sensor(&gauge, 1, 1, whole, whole, one, r);
+    put_prior(&seed, 1, whole, start_at, one);
+    ASSERT_OK(kq_filter_init_q31(&level, &seed.table, NULL));
+}
+
+static int32_t end_of_word(int sign) { return sign < 0 ? -INT32_MAX : INT32_MAX; }
+
+static void assert_held(int sign)
+{
+    begin_growth(sign * 1e9);
+    ASSERT_OK(kq_predict_q31(&level, &growth.process, NULL));
+    TEST_ASSERT_EQUAL_INT32(sign < 0 ? -2000000000 : 2000000000, kq_mean_q31(&level, 0));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
+    for (int k = 0; k < 40; k++) {
+        ASSERT_OK(kq_predict_q31(&level, &growth.process, NULL));
+        TEST_ASSERT_EQUAL_INT32(end_of_word(sign), kq_mean_q31(&level, 0));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&level));
+    }
+}
+
+static void a_state_is_held_at_the_end_of_its_word(void)
+{
+    assert_held(1);
+    assert_held(-1);
+}
+
+static void saturation_is_remembered_until_cleared(void)
+{
+    const int32_t home[] = {0};
+    assert_held(-1);
+    ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&level));
+    kq_events_clear_q31(&level);
+    ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
+}
+
+static void measurements_bring_a_saturated_state_back(void)
+{
+    const int32_t home[] = {12345};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        assert_held(sign);
+        for (int k = 0; k < 4; k++) ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+        ASSERT_WITHIN(2000, 12345, kq_mean_q31(&level, 0));
+    }
+}
+
+/* An update that would overshoot the word: H small, the measurement at its end */
+static void an_update_is_held_too(void)
+{
+    static const double whole[] = {INT32_MAX}, small[] = {0.01}, sharp[] = {1e-6}, wide[] = {1e30};
+    static const double zero[] = {0};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const int32_t end[] = {end_of_word(sign)};
+        put_sensor(&gauge, 1, 1, whole, whole, small, sharp);
+        put_prior(&seed, 1, whole, zero, wide);
+        ASSERT_OK(kq_filter_init_q31(&level, &seed.table, NULL));
+        ASSERT_OK(kq_update_q31(&level, &gauge.sensor, end));
+        TEST_ASSERT_EQUAL_INT32(end_of_word(sign), kq_mean_q31(&level, 0));
+        TEST_ASSERT_BITS(KQ_EVENT_SATURATED, KQ_EVENT_SATURATED, kq_events_q31(&level));
+    }
+}
+
+static void a_sigma_beyond_the_word_is_held(void)
+{
+    static const double whole[] = {INT32_MAX}, wide[] = {1e30}, zero[] = {0};
+    put_prior(&seed, 1, whole, zero, wide);
+    ASSERT_OK(kq_filter_init_q31(&level, &seed.table, NULL));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_sigma_q31(&level, 0));
+}
+
+/* e = 2^30 - 1/2: the largest mantissa there is, rounded to a word */
+static void an_innovation_is_rounded_to_a_word(void)
+{
+    static const double whole[] = {INT32_MAX}, one[] = {1}, zero[] = {0};
+    const int32_t z1[] = {1}, far[] = {1 << 30}, back[] = {-(1 << 30)};
+    int32_t e[1];
+    put_sensor(&gauge, 1, 1, whole, whole, one, one);
+    put_prior(&seed, 1, whole, zero, one);
+    ASSERT_OK(kq_filter_init_q31(&level, &seed.table, NULL));
+    ASSERT_OK(kq_update_q31(&level, &gauge.sensor, z1));
+    ASSERT_WITHIN(1e-6, 0.5, mean_value(&level, 0));
+    level.memory[0] = 0; /* one half, exactly */
+    level.memory[1] = 1 << 23;
+    ASSERT_OK(kq_innovation_q31(&level, &gauge.sensor, far, e));
+    TEST_ASSERT_EQUAL_INT32(1 << 30, e[0]);
+    ASSERT_OK(kq_innovation_q31(&level, &gauge.sensor, back, e));
+    TEST_ASSERT_INT32_WITHIN(1, -(1 << 30), e[0]);
+}
+
+/* An innovation of 2^31 sigma: NIS is held, and stays a score however often. */
+static void a_score_is_held(void)
+{
+    static const double whole[] = {INT32_MAX}, one[] = {1}, zero[] = {0}, tiny[] = {1e-12};
+    const int32_t far[] = {INT32_MAX};
+    put_sensor(&gauge, 1, 1, whole, whole, one, tiny);
+    put_prior(&seed, 1, whole, zero, zero);
+    ASSERT_OK(kq_filter_init_q31(&level, &seed.table, NULL));
+    for (int k = 0; k < 5; k++) {
+        ASSERT_OK(kq_update_q31(&level, &gauge.sensor, far));
+        TEST_ASSERT_TRUE(kq_nis_q31(&level) > INT64_C(1) << 60);
+        TEST_ASSERT_TRUE(kq_nis_q31(&level) <= INT64_C(1) << 61);
+        TEST_ASSERT_TRUE(kq_log_likelihood_q31(&level) != KQ_NOT_A_SCORE_Q31);
+        TEST_ASSERT_TRUE(kq_log_likelihood_q31(&level) < -(INT64_C(1) << 59));
+    }
+}
+
+/* Variance and noise both far below the mean's last bit, the noise much more: not more than s */
+static void a_sharp_measurement_of_a_known_state_leaves_a_variance(void)
+{
+    static const double whole[] = {INT32_MAX}, one[] = {1}, zero[] = {0};
+    static const double known[] = {0x1p-60}, sharp[] = {0x1p-100};
+    const int32_t home[] = {0};
+    kq_scaled_q31 P;
+    put_sensor(&gauge, 1, 1, whole, whole, one, sharp);
+    put_prior(&seed, 1, whole, zero, known);
+    ASSERT_OK(kq_filter_init_q31(&level, &seed.table, NULL));
+    ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+    ASSERT_OK(kq_covariance_q31(&level, &P));
+    TEST_ASSERT_TRUE(value_of(P, 0) > 0 && value_of(P, 0) <= 0x1p-60);
+}
+
+static void run_refusals(void)
+{
+    RUN_TEST(other_sizes_and_formats_are_refused);
+    RUN_TEST(the_same_formats_in_another_array_are_not);
+    RUN_TEST(null_is_refused);
+    RUN_TEST(what_is_not_initialised_is_refused);
+    RUN_TEST(forecast_refuses);
+    RUN_TEST(a_word_out_of_its_range_is_refused);
+    RUN_TEST(a_control_out_of_its_range_is_refused);
+    RUN_TEST(what_is_read_of_a_bad_filter_or_state_is_no_word);
+}
+
+static void run_saturation(void)
+{
+    RUN_TEST(a_state_is_held_at_the_end_of_its_word);
+    RUN_TEST(saturation_is_remembered_until_cleared);
+    RUN_TEST(measurements_bring_a_saturated_state_back);
+    RUN_TEST(an_update_is_held_too);
+    RUN_TEST(a_sigma_beyond_the_word_is_held);
+    RUN_TEST(an_innovation_is_rounded_to_a_word);
+    RUN_TEST(a_score_is_held);
+    RUN_TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_run_is_that_of_the_filter_in_double);
+    RUN_TEST(correlated_components_may_be_missing);
+    RUN_TEST(a_component_that_is_missing_is_not_read);
+    RUN_TEST(a_subset_is_the_sensor_of_its_components);
+    RUN_TEST(nothing_present_leaves_the_state);
+    RUN_TEST(a_step_is_predict_and_update);
+    RUN_TEST(a_forecast_is_its_predicts);
+    RUN_TEST(filters_in_turn_are_independent);
+    RUN_TEST(gain_and_measurement_are_those_in_double);
+    RUN_TEST(a_redundant_noise_free_component_is_not_taken);
+    run_refusals();
+    run_saturation();
+    return UNITY_END();
+}

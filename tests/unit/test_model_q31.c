@@ -1,0 +1,447 @@
+/* Process, sensor and prior in q31: what init takes, what it refuses, and what it says of it. */
+#include "q31.h"
+#include "unchanged.h"
+
+static process_model motion;
+static sensor_model radar;
+static prior_model start;
+static kq_misfit_q31 misfit;
+static kq_process_q31 blank_process;
+static kq_sensor_q31 blank_sensor;
+KQ_FILTER_Q31(track, 2);
+
+static const double range[] = {100, 10}, drive_range[] = {5}, measured_range[] = {100, 100};
+static const double A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const double H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
+static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
+
+void setUp(void)
+{
+    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_sensor(&radar, 2, 2, range, measured_range, H, R);
+    put_prior(&start, 2, range, x0, P0);
+    ASSERT_OK(kq_filter_assign_q31(&track, 2, track_memory, COUNT(track_memory)));
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    misfit = (kq_misfit_q31){KQ_CONTROL, 7, 7};
+    watch_nothing();
+    WATCH(motion), WATCH(radar), WATCH(start), WATCH(misfit), WATCH(track), WATCH(track_memory);
+    WATCH(blank_process), WATCH(blank_sensor);
+}
+
+void tearDown(void) {}
+
+static kq_status init_process(void)
+{
+    return kq_process_init_q31(&motion.process, &motion.table, &misfit);
+}
+
+static kq_status init_sensor(void)
+{
+    return kq_sensor_init_q31(&radar.sensor, &radar.table, &misfit);
+}
+
+static kq_status init_filter(void) { return kq_filter_init_q31(&track, &start.table, &misfit); }
+
+typedef kq_status initialise(void);
+
+/* ------------------------------------------------------------------- what all refuse */
+
+static const int32_t bad_sizes[] = {0, -1, 17, 258, INT32_MAX, INT32_MIN};
+
+static void assert_size_is_checked(int32_t *size, int zero_is_good, initialise *init)
+{
+    const int32_t good = *size;
+    for (int k = zero_is_good; k < COUNT(bad_sizes); k++) {
+        *size = bad_sizes[k];
+        ASSERT_REFUSED(KQ_ERR_SIZE, init());
+    }
+    *size = good;
+    ASSERT_OK(init());
+}
+
+/* Each entry: fractions and ranges that are none */
+static void assert_formats_are_checked(kq_format_q31 *format, int count, initialise *init)
+{
+    static const int32_t ranges[] = {0, -1, INT32_MIN};
+    static const int32_t fractions[] = {KQ_FRACTION_MIN_Q31 - 1, KQ_FRACTION_MAX_Q31 + 1, INT32_MAX,
+                                        INT32_MIN};
+    for (int i = 0; i < count; i++) {
+        const kq_format_q31 good = format[i];
+        for (int k = 0; k < COUNT(ranges); k++) {
+            format[i].range = ranges[k];
+            ASSERT_REFUSED(KQ_ERR_TABLE, init());
+        }
+        format[i] = good;
+        for (int k = 0; k < COUNT(fractions); k++) {
+            format[i].fraction = fractions[k];
+            ASSERT_REFUSED(KQ_ERR_TABLE, init());
+        }
+        format[i] = good;
+    }
+    ASSERT_OK(init());
+}
+
+static void assert_coefficients_are_checked(kq_scaled_q31 *a, int count, initialise *init)
+{
+    static const kq_scaled_q31 bad[] = {
+        {(1 << 30) - 1, -30}, {-(1 << 30) + 1, -30}, {1, 0},
+        {INT32_MIN, -31},     {1 << 30, -1001},      {0, -1001},
+        {1 << 30, INT32_MIN}, {0, INT32_MAX},        {1 << 30, 1001}};
+    for (int i = 0; i < count; i++) {
+        const kq_scaled_q31 good = a[i];
+        for (int k = 0; k < COUNT(bad); k++) {
+            a[i] = bad[k];
+            ASSERT_REFUSED(KQ_ERR_COEFFICIENT, init());
+        }
+        a[i] = good;
+    }
+    ASSERT_OK(init());
+}
+
+/* The root of 2 states: row 0 is words 0 and 1, row 1 word 2, the exponents words 3 and 4. */
+static void assert_root_is_checked(int32_t *root, initialise *init)
+{
+    static const int32_t bad[][2] = {{0, -1},        {2, -1},        {2, (1 << 30) + 1},
+                                     {1, INT32_MIN}, {1, INT32_MAX}, {3, 1001},
+                                     {4, -1001},     {3, INT32_MAX}, {4, INT32_MIN}};
+    int32_t good[KQ_ROOT_LEN_Q31(2)];
+    memcpy(good, root, sizeof good);
+    for (int k = 0; k < COUNT(bad); k++) {
+        root[bad[k][0]] = bad[k][1];
+        ASSERT_REFUSED(KQ_ERR_TABLE, init());
+        memcpy(root, good, sizeof good);
+    }
+    root[0] = root[1] = 1 << 30; /* the norm is above 2^30, though no entry is */
+    ASSERT_REFUSED(KQ_ERR_TABLE, init());
+    memcpy(root, good, sizeof good);
+    ASSERT_OK(init());
+}
+
+/* ----------------------------------------------------------------------------- process */
+
+static void process_refuses_null(void)
+{
+    const kq_process_table_q31 good = motion.table;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(NULL, &motion.table, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(&motion.process, NULL, &misfit));
+    motion.table.state_format = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_process());
+    motion.table = good, motion.table.control_format = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_process());
+    motion.table = good, motion.table.transition = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_process());
+    motion.table = good, motion.table.control = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_process());
+    motion.table = good, motion.table.noise_root = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_process());
+}
+
+static void process_needs_no_control_arrays_without_controls(void)
+{
+    motion.table.controls = 0;
+    motion.table.control_format = NULL;
+    motion.table.control = NULL;
+    ASSERT_OK(init_process());
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+}
+
+static void process_checks_its_table(void)
+{
+    assert_size_is_checked(&motion.table.states, 0, init_process);
+    assert_size_is_checked(&motion.table.controls, 1, init_process);
+    assert_formats_are_checked(motion.state_format, 2, init_process);
+    assert_formats_are_checked(motion.control_format, 1, init_process);
+    assert_coefficients_are_checked(motion.transition, 4, init_process);
+    assert_coefficients_are_checked(motion.control, 2, init_process);
+    assert_root_is_checked(motion.noise_root, init_process);
+}
+
+/* a 2^-30, of any size, as a coefficient */
+static kq_scaled_q31 coefficient(double a)
+{
+    int exponent;
+    const double share = frexp(a, &exponent);
+    if (a == 0) return (kq_scaled_q31){0, 0};
+    return (kq_scaled_q31){(int32_t)(share * 0x1p31), exponent - 31};
+}
+
+/* Row 1 of A with a large coefficient: `bits` more integer bits, and not one less, make it fit. */
+static void assert_state_misfit(double large, int bits)
+{
+    motion.transition[2] = coefficient(large);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_init_q31(&motion.process, &motion.table, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
+    TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
+    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    TEST_ASSERT_EQUAL_INT(bits, misfit.bits);
+    motion.transition[2] = coefficient(ldexp(large, 1 - bits));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
+    motion.transition[2] = coefficient(ldexp(large, -bits));
+    ASSERT_OK(init_process());
+}
+
+static void the_overflow_check_names_component_and_bits(void)
+{
+    motion.control[1] = coefficient(0);
+    assert_state_misfit(15.01, 1);
+    assert_state_misfit(29.99, 1);
+    assert_state_misfit(30.01, 2);
+    assert_state_misfit(1e6, 17);
+    motion.transition[2] = coefficient(14.9999);
+    ASSERT_OK(init_process());
+}
+
+/* In doubles: a speed in too small a word.  The format with the bits that the misfit names does. */
+static void a_format_with_the_bits_named_fits(void)
+{
+    static const double fast[] = {1, 0, 1000, 1};
+    kq_format_q31 *format = motion.state_format;
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, NULL));
+    ASSERT_OK(kq_format_prepare_named_q31(&format[1], 24, 100, NULL));
+    motion.table.controls = 0;
+    ASSERT_OK(kq_matrix_prepare_q31(motion.transition, fast, 2, 2, format, format));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
+    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    for (int less = 1; less >= 0; less--) {
+        format[1].fraction = 24 - misfit.bits + less;
+        ASSERT_OK(kq_matrix_prepare_q31(motion.transition, fast, 2, 2, format, format));
+        TEST_ASSERT_EQUAL_INT(less ? KQ_ERR_RANGE : KQ_OK,
+                              kq_process_init_q31(&motion.process, &motion.table, NULL));
+    }
+}
+
+static void a_control_counts_as_a_part_of_its_state(void)
+{
+    motion.control[0] = coefficient(15.5);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
+    TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
+    TEST_ASSERT_EQUAL_INT(0, misfit.component);
+    TEST_ASSERT_EQUAL_INT(1, misfit.bits);
+}
+
+/* No format makes A_ii smaller. */
+static void a_state_cannot_grow_beyond_16_times_itself(void)
+{
+    motion.transition[0] = coefficient(16.01);
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, init_process());
+}
+
+static void change_transition_refuses(void)
+{
+    kq_scaled_q31 other[4];
+    memcpy(other, motion.transition, sizeof other);
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(NULL, other));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(&motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&blank_process, other));
+    other[1] = coefficient(17);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other));
+    other[1] = (kq_scaled_q31){1, 0};
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other));
+}
+
+static void change_transition_moves_otherwise(void)
+{
+    static const double faster[] = {1, 2, 0, 1};
+    PROCESS(expected, 2, 1);
+    FILTER(twin, 2);
+    static kq_scaled_q31 other[4];
+    ASSERT_OK(kq_matrix_prepare_q31(other, faster, 2, 2, motion.state_format, motion.state_format));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, other));
+    ASSERT_OK(K(process_init)(&expected, faster, B, Q));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+    ASSERT_OK(K(predict)(&twin, &expected, NULL));
+    ASSERT_LIKE(&twin, &track, 0x1p-26);
+}
+
+/* ------------------------------------------------------------------------------ sensor */
+
+static void sensor_refuses_null(void)
+{
+    const kq_sensor_table_q31 good = radar.table;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(NULL, &radar.table, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(&radar.sensor, NULL, &misfit));
+    radar.table.state_format = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_sensor());
+    radar.table = good, radar.table.measurement_format = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_sensor());
+    radar.table = good, radar.table.measurement = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_sensor());
+    radar.table = good, radar.table.noise = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_sensor());
+}
+
+static void sensor_checks_its_table(void)
+{
+    static const int32_t flags[] = {-1, 2, INT32_MAX, INT32_MIN};
+    assert_size_is_checked(&radar.table.states, 0, init_sensor);
+    assert_size_is_checked(&radar.table.components, 0, init_sensor);
+    assert_formats_are_checked(radar.state_format, 2, init_sensor);
+    assert_formats_are_checked(radar.measurement_format, 2, init_sensor);
+    assert_coefficients_are_checked(radar.measurement, 4, init_sensor);
+    assert_coefficients_are_checked(radar.noise, 3, init_sensor);
+    for (int k = 0; k < COUNT(flags); k++) {
+        radar.table.correlated = flags[k];
+        ASSERT_REFUSED(KQ_ERR_TABLE, init_sensor());
+    }
+}
+
+static void a_variance_is_not_negative(void)
+{
+    radar.noise[2] = (kq_scaled_q31){-(1 << 30), -30};
+    ASSERT_REFUSED(KQ_ERR_TABLE, init_sensor());
+    radar.noise[2] = radar.noise[0];
+    radar.noise[1] = (kq_scaled_q31){-(1 << 30), -30}; /* U may be */
+    ASSERT_OK(init_sensor());
+    radar.table.correlated = 0;
+    ASSERT_REFUSED(KQ_ERR_TABLE, init_sensor());
+    radar.noise[0] = (kq_scaled_q31){-(1 << 30), -30};
+    ASSERT_REFUSED(KQ_ERR_TABLE, init_sensor());
+}
+
+static void a_measurement_without_enough_bits_is_named(void)
+{
+    static const double large[] = {17, 33, 1000};
+    static const int bits[] = {1, 2, 6};
+    for (int k = 0; k < COUNT(large); k++) {
+        radar.measurement[2] = coefficient(0);
+        radar.measurement[3] = coefficient(large[k]);
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_sensor());
+        TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, misfit.quantity);
+        TEST_ASSERT_EQUAL_INT(1, misfit.component);
+        TEST_ASSERT_EQUAL_INT(bits[k], misfit.bits);
+        radar.measurement[3] = coefficient(ldexp(large[k], -bits[k]));
+        ASSERT_OK(init_sensor());
+    }
+}
+
+static void change_measurement_refuses(void)
+{
+    kq_scaled_q31 other[4];
+    memcpy(other, radar.measurement, sizeof other);
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(NULL, other));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(&radar.sensor, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_change_measurement_q31(&blank_sensor, other));
+    other[1] = coefficient(17);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_measurement_q31(&radar.sensor, other));
+    other[1] = (kq_scaled_q31){1, 0};
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_measurement_q31(&radar.sensor, other));
+}
+
+/* ------------------------------------------------------------------------------ filter */
+
+static void assign_refuses(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    static int32_t memory[KQ_FILTER_LEN_Q31(16)];
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_assign_q31(NULL, 2, track_memory, 100));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_assign_q31(&track, 2, NULL, 100));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_filter_assign_q31(&track, bad[k], memory, SIZE_MAX));
+    }
+    for (int n = 1; n <= 16; n++) {
+        const size_t length = (size_t)KQ_FILTER_LEN_Q31(n);
+        ASSERT_REFUSED(KQ_ERR_MEMORY, kq_filter_assign_q31(&track, n, memory, length - 1));
+    }
+}
+
+static void filter_refuses_null(void)
+{
+    const kq_prior_table_q31 good = start.table;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(NULL, &start.table, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(&track, NULL, &misfit));
+    start.table.state_format = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_filter());
+    start.table = good, start.table.mean = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_filter());
+    start.table = good, start.table.root = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, init_filter());
+}
+
+static void filter_checks_its_prior(void)
+{
+    kq_filter_q31 bare;
+    memset(&bare, 0, sizeof bare);
+    WATCH(bare);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_filter_init_q31(&bare, &start.table, &misfit));
+    for (int k = 0; k < COUNT(bad_sizes); k++) {
+        start.table.states = bad_sizes[k];
+        ASSERT_REFUSED(KQ_ERR_MISMATCH, init_filter());
+    }
+    start.table.states = 2;
+    assert_formats_are_checked(start.state_format, 2, init_filter);
+    assert_root_is_checked(start.root, init_filter);
+}
+
+static void a_mean_out_of_its_range_is_refused(void)
+{
+    static const int32_t bad[] = {(10 << 27) + 1, INT32_MAX, -(10 << 27) - 1, INT32_MIN};
+    TEST_ASSERT_EQUAL_INT32(10 << 27, start.state_format[1].range);
+    for (int k = 0; k < COUNT(bad); k++) {
+        start.mean[1] = bad[k];
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_filter_init_q31(&track, &start.table, NULL));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_filter());
+        TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
+        TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    }
+    start.mean[1] = -(10 << 27);
+    ASSERT_OK(init_filter());
+}
+
+static void init_sets_the_state(void)
+{
+    FILTER(twin, 2);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_LIKE(&twin, &track, 0x1p-27);
+    for (int i = 0; i < 2; i++) {
+        TEST_ASSERT_EQUAL_INT32(start.mean[i], kq_mean_q31(&track, i));
+        TEST_ASSERT_EQUAL_INT32(0, kq_mean_low_q31(&track, i));
+        const double sigma = ldexp(sqrt(P0[3 * i]), start.state_format[i].fraction);
+        ASSERT_WITHIN(0.51 + sigma * 0x1p-29, sigma, kq_sigma_q31(&track, i));
+    }
+    TEST_ASSERT_EQUAL_INT(0, kq_taken_q31(&track));
+    TEST_ASSERT_TRUE(kq_nis_q31(&track) == 0 && kq_log_likelihood_q31(&track) == 0);
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+/* Mean and root are the filter's own, the table may go. */
+static void init_copies_the_prior(void)
+{
+    FILTER(twin, 2);
+    memset(start.mean, 0x5A, sizeof start.mean);
+    memset(start.root, 0x5A, sizeof start.root);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_LIKE(&twin, &track, 0x1p-27);
+}
+
+static void run_process(void)
+{
+    RUN_TEST(process_refuses_null);
+    RUN_TEST(process_needs_no_control_arrays_without_controls);
+    RUN_TEST(process_checks_its_table);
+    RUN_TEST(the_overflow_check_names_component_and_bits);
+    RUN_TEST(a_format_with_the_bits_named_fits);
+    RUN_TEST(a_control_counts_as_a_part_of_its_state);
+    RUN_TEST(a_state_cannot_grow_beyond_16_times_itself);
+    RUN_TEST(change_transition_refuses);
+    RUN_TEST(change_transition_moves_otherwise);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    run_process();
+    RUN_TEST(sensor_refuses_null);
+    RUN_TEST(sensor_checks_its_table);
+    RUN_TEST(a_variance_is_not_negative);
+    RUN_TEST(a_measurement_without_enough_bits_is_named);
+    RUN_TEST(change_measurement_refuses);
+    RUN_TEST(assign_refuses);
+    RUN_TEST(filter_refuses_null);
+    RUN_TEST(filter_checks_its_prior);
+    RUN_TEST(a_mean_out_of_its_range_is_refused);
+    RUN_TEST(init_sets_the_state);
+    RUN_TEST(init_copies_the_prior);
+    return UNITY_END();
+}

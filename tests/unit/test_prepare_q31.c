@@ -1,0 +1,474 @@
+/* Tables of the q31 arithmetic made from doubles. */
+#include "q31.h"
+#include "unchanged.h"
+
+static kq_format_q31 format[2];
+static kq_misfit_q31 misfit;
+static kq_scaled_q31 table[4];
+static int32_t root[KQ_ROOT_LEN_Q31(2)], words[2];
+
+/* Q31.0 for both components, unless a test says otherwise */
+void setUp(void)
+{
+    for (int i = 0; i < 2; i++) format[i] = (kq_format_q31){.range = INT32_MAX, .fraction = 0};
+    misfit = (kq_misfit_q31){KQ_CONTROL, 7, 7};
+    memset(table, 0x5A, sizeof table);
+    memset(root, 0x5A, sizeof root);
+    memset(words, 0x5A, sizeof words);
+    watch_nothing();
+    WATCH(format), WATCH(misfit), WATCH(table), WATCH(root), WATCH(words);
+}
+
+void tearDown(void) {}
+
+static const double not_finite[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
+
+static void assert_scaled(int32_t mantissa, int32_t exponent, kq_scaled_q31 actual)
+{
+    TEST_ASSERT_EQUAL_INT32(mantissa, actual.mantissa);
+    TEST_ASSERT_EQUAL_INT32(exponent, actual.exponent);
+}
+
+/* ----------------------------------------------------------------------------- formats */
+
+static void assert_format(double range, int32_t word, int32_t fraction)
+{
+    ASSERT_OK(kq_format_prepare_q31(&format[0], range));
+    TEST_ASSERT_EQUAL_INT32(word, format[0].range);
+    TEST_ASSERT_EQUAL_INT32(fraction, format[0].fraction);
+}
+
+static void a_format_has_as_many_fraction_bits_as_its_range_allows(void)
+{
+    assert_format(1, 1 << 30, 30);
+    assert_format(0.9375, 0x78000000, 31);
+    assert_format(100, 100 << 24, 24);
+    assert_format(0.1, 1717986919, 34); /* rounded up: the range is within */
+    assert_format(INT32_MAX, INT32_MAX, 0);
+    assert_format(2147483647.5, 1 << 30, -1); /* more than the word holds */
+    assert_format(1e12, 1953125000, -9);
+    assert_format(0x1p-64, 1 << 30, KQ_FRACTION_MAX_Q31);
+    assert_format(0x1.8p94, 3 << 29, KQ_FRACTION_MIN_Q31);
+}
+
+static void a_format_needs_a_range_that_it_can_hold(void)
+{
+    static const double bad[] = {0, -0.0, -1, 0x1.8p-65, 0x1p95, 1e300, 5e-324, DBL_MAX, -DBL_MAX};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_q31(NULL, 1));
+    for (int k = 0; k < COUNT(not_finite); k++) {
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_format_prepare_q31(&format[0], not_finite[k]));
+    }
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], bad[k]));
+    }
+}
+
+static void a_named_format_is_the_one_named(void)
+{
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, &misfit));
+    TEST_ASSERT_EQUAL_INT32(100 << 15, format[0].range);
+    TEST_ASSERT_EQUAL_INT32(15, format[0].fraction);
+    TEST_ASSERT_EQUAL_INT(7, misfit.bits);
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 0, 0.75, NULL));
+    TEST_ASSERT_EQUAL_INT32(1, format[0].range);
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 65535, NULL));
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], -3, 1e10, NULL));
+    TEST_ASSERT_EQUAL_INT32(1250000000, format[0].range);
+}
+
+/* The bits of the misfit are those that it takes. */
+static void assert_misfit(int fraction, double range, int bits)
+{
+    WATCH(format);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], fraction, range, NULL));
+    const kq_format_q31 before = format[0];
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE,
+                          kq_format_prepare_named_q31(&format[0], fraction, range, &misfit));
+    ASSERT_SAME_BITS(before, format[0]);
+    TEST_ASSERT_EQUAL_INT(bits, misfit.bits);
+    ASSERT_OK(kq_format_prepare_named_q31(&format[1], fraction - bits, range, NULL));
+    TEST_ASSERT_EQUAL_INT(
+        KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[1], fraction - bits + 1, range, NULL));
+}
+
+static void a_named_format_says_how_many_bits_are_missing(void)
+{
+    assert_misfit(15, 65536, 1);
+    assert_misfit(15, 65535.99999, 1);
+    assert_misfit(15, 1e6, 4);
+    assert_misfit(30, 100, 6);
+    assert_misfit(31, 1, 1);
+    assert_misfit(0, 1e12, 9);
+}
+
+static void a_named_format_refuses(void)
+{
+    static const int bad[] = {KQ_FRACTION_MIN_Q31 - 1, KQ_FRACTION_MAX_Q31 + 1, INT_MAX, INT_MIN};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_named_q31(NULL, 15, 1, &misfit));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_format_prepare_named_q31(&format[0], bad[k], 1, &misfit));
+    }
+    for (int k = 0; k < COUNT(not_finite); k++) {
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE,
+                       kq_format_prepare_named_q31(&format[0], 15, not_finite[k], &misfit));
+    }
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0, &misfit));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, -1, &misfit));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0x1p-17, &misfit));
+}
+
+/* ------------------------------------------------------------------------------ misfit */
+
+static void assert_text(const char *expected, kq_quantity quantity, int component, int bits)
+{
+    const kq_misfit_q31 m = {quantity, component, bits};
+    char text[64];
+    memset(text, '?', sizeof text);
+    TEST_ASSERT_EQUAL_INT(strlen(expected), kq_misfit_text_q31(&m, text, sizeof text));
+    TEST_ASSERT_EQUAL_STRING(expected, text);
+}
+
+static void a_misfit_in_words(void)
+{
+    assert_text("state 2 needs 3 more integer bits", KQ_STATE, 2, 3);
+    assert_text("control 0 needs 1 more integer bit", KQ_CONTROL, 0, 1);
+    assert_text("measurement 15 needs 31 more integer bits", KQ_MEASUREMENT, 15, 31);
+}
+
+static void a_misfit_is_cut_where_there_is_no_room(void)
+{
+    static const char whole[] = "state 2 needs 3 more integer bits";
+    const kq_misfit_q31 m = {KQ_STATE, 2, 3};
+    for (size_t room = 0; room <= sizeof whole + 1; room++) {
+        char text[64];
+        const size_t kept = room > sizeof whole ? sizeof whole - 1 : room ? room - 1 : 0;
+        memset(text, '?', sizeof text);
+        TEST_ASSERT_EQUAL_INT(sizeof whole - 1, kq_misfit_text_q31(&m, text, room));
+        if (kept) TEST_ASSERT_EQUAL_MEMORY(whole, text, kept);
+        if (room == 0) TEST_ASSERT_EQUAL_INT('?', text[0]);
+        else TEST_ASSERT_EQUAL_INT(0, text[kept]);
+        TEST_ASSERT_EQUAL_INT('?', text[kept + 1]);
+    }
+}
+
+static void no_misfit_has_no_words(void)
+{
+    const kq_misfit_q31 m = {KQ_STATE, 2, 3};
+    char text[4] = "???";
+    TEST_ASSERT_EQUAL_INT(0, kq_misfit_text_q31(NULL, text, sizeof text));
+    TEST_ASSERT_EQUAL_STRING("", text);
+    TEST_ASSERT_EQUAL_INT(33, kq_misfit_text_q31(&m, NULL, 100));
+    TEST_ASSERT_EQUAL_INT(0, kq_misfit_text_q31(NULL, NULL, 0));
+}
+
+/* ------------------------------------------------------------------------------ vector */
+
+static void words_are_rounded_to_nearest(void)
+{
+    static const double x[] = {1.49, -1.51};
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    TEST_ASSERT_EQUAL_INT32(1, words[0]);
+    TEST_ASSERT_EQUAL_INT32(-2, words[1]);
+    format[0].fraction = 16;
+    format[1].fraction = -1;
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    TEST_ASSERT_EQUAL_INT32(97649, words[0]);
+    TEST_ASSERT_EQUAL_INT32(-1, words[1]);
+}
+
+static void words_may_use_the_whole_range(void)
+{
+    static const double x[] = {1000, -1000}, end[] = {INT32_MAX, -INT32_MAX};
+    ASSERT_OK(kq_vector_prepare_q31(words, end, 2, format, NULL));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, words[0]);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, words[1]);
+    format[0].range = format[1].range = 1000;
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, NULL));
+}
+
+static void words_refuse(void)
+{
+    static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
+    double x[] = {1, 2};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(NULL, x, 2, format, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(words, NULL, 2, format, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(words, x, 2, NULL, &misfit));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_vector_prepare_q31(words, x, bad[k], format, &misfit));
+    }
+    for (int k = 0; k < COUNT(not_finite); k++) {
+        x[1] = not_finite[k];
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    }
+    x[1] = 1001;
+    format[1].range = 1000;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, NULL));
+    x[1] = -1e300;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, NULL));
+}
+
+static void words_out_of_range_name_their_component(void)
+{
+    static const double x[] = {1, 0x1p33};
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    TEST_ASSERT_EQUAL_INT(3, misfit.bits);
+    format[1] = (kq_format_q31){.range = INT32_MAX, .fraction = -3};
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
+}
+
+/* ------------------------------------------------------------------------------ matrix */
+
+static void coefficients_are_exact_where_the_numbers_are(void)
+{
+    static const double M[] = {1, -0.5, 0, 3};
+    ASSERT_OK(kq_matrix_prepare_q31(table, M, 2, 2, format, format));
+    assert_scaled(1 << 30, -30, table[0]);
+    assert_scaled(-(1 << 30), -31, table[1]);
+    assert_scaled(0, 0, table[2]);
+    assert_scaled(3 << 29, -29, table[3]);
+}
+
+static void coefficients_are_rounded_to_31_bits(void)
+{
+    static const double M[] = {0.01, -0.01, 0x1.fffffffffp0, -1.0 / 3};
+    ASSERT_OK(kq_matrix_prepare_q31(table, M, 2, 2, format, format));
+    assert_scaled((int32_t)(0.01 * 0x1p37 + 0.5), -37, table[0]);
+    assert_scaled(-(int32_t)(0.01 * 0x1p37 + 0.5), -37, table[1]);
+    assert_scaled(1 << 30, -29, table[2]);
+    assert_scaled(-1431655765, -32, table[3]);
+}
+
+static void coefficients_are_in_words(void)
+{
+    static const double M[] = {1, 1, 1, 1};
+    format[0].fraction = 20;
+    format[1].fraction = -3;
+    ASSERT_OK(kq_matrix_prepare_q31(table, M, 2, 2, format, format));
+    assert_scaled(1 << 30, -30, table[0]);
+    assert_scaled(1 << 30, -30 + 23, table[1]);
+    assert_scaled(1 << 30, -30 - 23, table[2]);
+    assert_scaled(1 << 30, -30, table[3]);
+}
+
+static void matrix_refuses(void)
+{
+    static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
+    double M[] = {1, 0.5, 0, 3};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_matrix_prepare_q31(NULL, M, 2, 2, format, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_matrix_prepare_q31(table, NULL, 2, 2, format, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_matrix_prepare_q31(table, M, 2, 2, NULL, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_matrix_prepare_q31(table, M, 2, 2, format, NULL));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_matrix_prepare_q31(table, M, bad[k], 2, format, format));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_matrix_prepare_q31(table, M, 2, bad[k], format, format));
+    }
+    for (int k = 0; k < COUNT(not_finite); k++) {
+        M[3] = not_finite[k];
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_matrix_prepare_q31(table, M, 2, 2, format, format));
+    }
+    M[3] = 1e-300;
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_matrix_prepare_q31(table, M, 2, 2, format, format));
+    M[3] = 1;
+    format[1].fraction = KQ_FRACTION_MAX_Q31 + 1;
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_matrix_prepare_q31(table, M, 2, 2, format, format));
+}
+
+static void matrix_reaches_the_largest_exponent(void)
+{
+    static const double large[] = {0x1p938}, small[] = {0x1p-970}, beyond[] = {0x1p-971};
+    format[0].fraction = KQ_FRACTION_MAX_Q31 - 2;
+    ASSERT_OK(kq_matrix_prepare_q31(table, large, 1, 1, &format[0], &format[1]));
+    assert_scaled(1 << 30, KQ_EXPONENT_MAX_Q31, table[0]);
+    ASSERT_OK(kq_matrix_prepare_q31(table, small, 1, 1, &format[1], &format[1]));
+    assert_scaled(1 << 30, -KQ_EXPONENT_MAX_Q31, table[0]);
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT,
+                   kq_matrix_prepare_q31(table, beyond, 1, 1, &format[1], &format[1]));
+}
+
+/* ------------------------------------------------------------------------------- roots */
+
+/* T (i, j) in units of 2^-fraction words, from the root */
+static double root_value(int i, int j)
+{
+    return ldexp(root[j * (j + 1) / 2 + i], root[KQ_TRIANGLE(2) + i] - format[i].fraction);
+}
+
+static void assert_root(double t00, double t01, double t11)
+{
+    TEST_ASSERT_TRUE(root_value(0, 0) == t00);
+    TEST_ASSERT_TRUE(root_value(0, 1) == t01);
+    TEST_ASSERT_TRUE(root_value(1, 1) == t11);
+}
+
+static void roots_are_exact_where_the_numbers_are(void)
+{
+    static const double diagonal[] = {4, 0, 0, 9}, full[] = {5, 2, 2, 1}, zero[4];
+    ASSERT_OK(kq_root_prepare_q31(root, diagonal, 2, format));
+    assert_root(2, 0, 3);
+    ASSERT_OK(kq_root_prepare_q31(root, full, 2, format));
+    assert_root(1, 2, 1);
+    format[0].fraction = 12;
+    format[1].fraction = -5;
+    ASSERT_OK(kq_root_prepare_q31(root, full, 2, format));
+    assert_root(1, 2, 1);
+    ASSERT_OK(kq_root_prepare_q31(root, zero, 2, format));
+    for (int k = 0; k < KQ_TRIANGLE(2); k++) TEST_ASSERT_EQUAL_INT32(0, root[k]);
+}
+
+/* A row is as large as its norm allows: 29 bits for two entries, 30 for the last one. */
+static void roots_are_as_large_as_a_row_may_be(void)
+{
+    static const double P[] = {4, 0, 0, 9};
+    ASSERT_OK(kq_root_prepare_q31(root, P, 2, format));
+    TEST_ASSERT_EQUAL_INT32(1 << 28, root[0]);
+    TEST_ASSERT_EQUAL_INT32(-27, root[3]);
+    TEST_ASSERT_EQUAL_INT32(3 << 28, root[2]);
+    TEST_ASSERT_EQUAL_INT32(-28, root[4]);
+}
+
+static void a_singular_root_may_be_given_by_its_factor(void)
+{
+    static const double F[] = {3, 2}, wide[] = {1, 0, 0, 2, 0, 0};
+    ASSERT_OK(kq_root_prepare_factor_q31(root, F, 2, 1, format));
+    assert_root(0, 3, 2);
+    ASSERT_OK(kq_root_prepare_factor_q31(root, wide, 2, 3, format));
+    assert_root(0, 1, 2);
+    ASSERT_OK(kq_root_prepare_factor_q31(root, NULL, 2, 0, format));
+    assert_root(0, 0, 0);
+}
+
+static void roots_refuse(void)
+{
+    static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
+    static const double good[] = {1, 0, 0, 1}, indefinite[] = {1, 2, 2, 1}, skew[] = {1, 0.5, 0, 1};
+    static const double large[] = {1e300, 0, 0, 1e300};
+    double P[] = {1, 0, 0, 1};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_root_prepare_q31(NULL, good, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_root_prepare_q31(root, NULL, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_root_prepare_q31(root, good, 2, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_root_prepare_factor_q31(root, NULL, 2, 1, format));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_root_prepare_q31(root, good, bad[k], format));
+        if (bad[k] == 0) continue;
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_root_prepare_factor_q31(root, good, 2, bad[k], format));
+    }
+    for (int k = 0; k < COUNT(not_finite); k++) {
+        P[3] = not_finite[k];
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_root_prepare_q31(root, P, 2, format));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_root_prepare_factor_q31(root, P, 2, 2, format));
+    }
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_root_prepare_q31(root, indefinite, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, kq_root_prepare_q31(root, skew, 2, format));
+    ASSERT_OK(kq_root_prepare_q31(root, large, 2, format));
+    format[1].fraction = KQ_FRACTION_MIN_Q31 - 1;
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_root_prepare_q31(root, good, 2, format));
+}
+
+/* ------------------------------------------------------------------------------ noises */
+
+static void variances_are_exact_where_the_numbers_are(void)
+{
+    static const double r[] = {0.25, 0.01};
+    format[0].fraction = 10;
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(table, r, 2, format));
+    assert_scaled(1 << 30, -32 + 20, table[0]);
+    assert_scaled((int32_t)(0.01 * 0x1p37 + 0.5), -37, table[1]);
+}
+
+/* [5 2; 2 1] = U D U' with U = [1 2; 0 1], D = I */
+static void a_noise_is_U_and_D(void)
+{
+    static const double R[] = {5, 2, 2, 1}, zero[4];
+    format[0].fraction = 3;
+    format[1].fraction = 1;
+    ASSERT_OK(kq_noise_prepare_q31(table, R, 2, format));
+    assert_scaled(1 << 30, -30 + 6, table[0]);
+    assert_scaled(1 << 30, -29 + 2, table[1]);
+    assert_scaled(1 << 30, -30 + 2, table[2]);
+    ASSERT_OK(kq_noise_prepare_q31(table, zero, 2, format));
+    for (int k = 0; k < 3; k++) assert_scaled(0, 0, table[k]);
+}
+
+static void noises_refuse(void)
+{
+    static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
+    static const double good[] = {1, 0, 0, 1}, indefinite[] = {1, 2, 2, 1}, skew[] = {1, 0.5, 0, 1};
+    double r[] = {1, -1e-9};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_noise_prepare_q31(NULL, good, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_noise_prepare_q31(table, NULL, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_noise_prepare_q31(table, good, 2, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_noise_prepare_diagonal_q31(NULL, good, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_noise_prepare_diagonal_q31(table, NULL, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_noise_prepare_diagonal_q31(table, good, 2, NULL));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_noise_prepare_q31(table, good, bad[k], format));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_noise_prepare_diagonal_q31(table, good, bad[k], format));
+    }
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_noise_prepare_q31(table, indefinite, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, kq_noise_prepare_q31(table, skew, 2, format));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_noise_prepare_diagonal_q31(table, r, 2, format));
+    for (int k = 0; k < COUNT(not_finite); k++) {
+        r[1] = not_finite[k];
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_noise_prepare_diagonal_q31(table, r, 2, format));
+    }
+    r[1] = 1e-300;
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_noise_prepare_diagonal_q31(table, r, 2, format));
+}
+
+/* -------------------------------------------------------------------- tables by hand */
+
+/* Position and speed, 0.01 s: the table that a reader of the headers would write. */
+static const kq_format_q31 by_hand_format[] = {{100 << 15, 15}, {10 << 20, 20}};
+static const kq_scaled_q31 by_hand_A[] = {
+    {1 << 30, -30},
+    {(int32_t)(0.01 * 0x1p37 + 0.5), -37 + 15 - 20},
+    {0, 0},
+    {1 << 30, -30},
+};
+
+static void a_table_by_hand_is_the_prepared_one(void)
+{
+    static const double A[] = {1, 0.01, 0, 1};
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, NULL));
+    ASSERT_OK(kq_format_prepare_named_q31(&format[1], 20, 10, NULL));
+    ASSERT_SAME_BITS(by_hand_format, format);
+    ASSERT_OK(kq_matrix_prepare_q31(table, A, 2, 2, format, format));
+    ASSERT_SAME_BITS(by_hand_A, table);
+}
+
+static void run_coefficients(void)
+{
+    RUN_TEST(coefficients_are_exact_where_the_numbers_are);
+    RUN_TEST(coefficients_are_rounded_to_31_bits);
+    RUN_TEST(coefficients_are_in_words);
+    RUN_TEST(matrix_refuses);
+    RUN_TEST(matrix_reaches_the_largest_exponent);
+    RUN_TEST(roots_are_exact_where_the_numbers_are);
+    RUN_TEST(roots_are_as_large_as_a_row_may_be);
+    RUN_TEST(a_singular_root_may_be_given_by_its_factor);
+    RUN_TEST(roots_refuse);
+    RUN_TEST(variances_are_exact_where_the_numbers_are);
+    RUN_TEST(a_noise_is_U_and_D);
+    RUN_TEST(noises_refuse);
+    RUN_TEST(a_table_by_hand_is_the_prepared_one);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_format_has_as_many_fraction_bits_as_its_range_allows);
+    RUN_TEST(a_format_needs_a_range_that_it_can_hold);
+    RUN_TEST(a_named_format_is_the_one_named);
+    RUN_TEST(a_named_format_says_how_many_bits_are_missing);
+    RUN_TEST(a_named_format_refuses);
+    RUN_TEST(a_misfit_in_words);
+    RUN_TEST(a_misfit_is_cut_where_there_is_no_room);
+    RUN_TEST(no_misfit_has_no_words);
+    RUN_TEST(words_are_rounded_to_nearest);
+    RUN_TEST(words_may_use_the_whole_range);
+    RUN_TEST(words_refuse);
+    RUN_TEST(words_out_of_range_name_their_component);
+    run_coefficients();
+    return UNITY_END();
+}
