@@ -32,10 +32,11 @@ static inline int32_t lower(int32_t a, int shift)
     return shift > 31 ? 0 : (a >> shift) + (a >> (shift - 1) & 1);
 }
 
+/* The same for |a| < 2^63 - 1, in one shift of variable length */
 static inline int64_t lower_wide(int64_t a, int shift)
 {
     if (shift == 0) return a;
-    return shift > 63 ? 0 : (a >> shift) + (a >> (shift - 1) & 1);
+    return shift > 63 ? 0 : ((a >> (shift - 1)) + 1) >> 1;
 }
 
 /* a 2^shift, 0 <= shift <= 31 (63) */
