@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "api.hpp"
 #include "textbook.hpp"
 
 namespace reference
@@ -40,8 +41,9 @@ inline Vector<Quad> sigmas(const Matrix<Quad> &P, const Matrix<Quad> &prior, dou
 }
 
 /// max |x - x_ref|_i / sigma_i
-inline double meanError(const Vector<double> &x, const Vector<Quad> &exact,
-                        const Vector<Quad> &sigma)
+template <class Mean>
+double meanError(const Eigen::MatrixBase<Mean> &x, const Vector<Quad> &exact,
+                 const Vector<Quad> &sigma)
 {
     double worst = 0;
     for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -51,8 +53,9 @@ inline double meanError(const Vector<double> &x, const Vector<Quad> &exact,
 }
 
 /// max |P - P_ref|_ij / (left_i right_j)
-inline double covarianceError(const Matrix<double> &P, const Matrix<Quad> &exact,
-                              const Vector<Quad> &left, const Vector<Quad> &right)
+template <class Covariance>
+double covarianceError(const Eigen::MatrixBase<Covariance> &P, const Matrix<Quad> &exact,
+                       const Vector<Quad> &left, const Vector<Quad> &right)
 {
     double worst = 0;
     for (Eigen::Index i = 0; i < P.rows(); ++i) {
@@ -63,17 +66,20 @@ inline double covarianceError(const Matrix<double> &P, const Matrix<Quad> &exact
     return worst;
 }
 
-inline double covarianceError(const Matrix<double> &P, const Matrix<Quad> &exact,
-                              const Vector<Quad> &sigma)
+template <class Covariance>
+double covarianceError(const Eigen::MatrixBase<Covariance> &P, const Matrix<Quad> &exact,
+                       const Vector<Quad> &sigma)
 {
     return covarianceError(P, exact, sigma, sigma);
 }
 
 /// D^-1 P D^-1 with D_ii = sqrt(unit_ii), in long double.  Where unit_ii is 0, row and column i
 /// of P must be 0; if they are not, -infinity is put on the diagonal.
-inline Matrix<long double> dimensionless(const Matrix<double> &P, const Matrix<double> &unit)
+template <class Covariance, class Unit>
+Matrix<long double> dimensionless(const Eigen::MatrixBase<Covariance> &P,
+                                  const Eigen::MatrixBase<Unit> &unit)
 {
-    Matrix<long double> C = P.cast<long double>();
+    Matrix<long double> C = P.template cast<long double>();
     for (Eigen::Index i = 0; i < P.rows(); ++i) {
         if (unit(i, i) > 0) {
             const long double sigma = std::sqrt(static_cast<long double>(unit(i, i)));
@@ -88,7 +94,9 @@ inline Matrix<long double> dimensionless(const Matrix<double> &P, const Matrix<d
 
 /// The smallest eigenvalue of P in units of the variances of `unit`; -infinity where P is not
 /// finite.
-inline double smallestEigenvalue(const Matrix<double> &P, const Matrix<double> &unit)
+template <class Covariance, class Unit>
+double smallestEigenvalue(const Eigen::MatrixBase<Covariance> &P,
+                          const Eigen::MatrixBase<Unit> &unit)
 {
     const Matrix<long double> C = dimensionless(P, unit);
     if (!P.allFinite() || !C.allFinite()) return -infinite;
@@ -97,14 +105,16 @@ inline double smallestEigenvalue(const Matrix<double> &P, const Matrix<double> &
 }
 
 /// The same of the correlation matrix of P.
-inline double smallestEigenvalue(const Matrix<double> &P) { return smallestEigenvalue(P, P); }
+template <class Covariance> double smallestEigenvalue(const Eigen::MatrixBase<Covariance> &P)
+{
+    return smallestEigenvalue(P, P);
+}
 
 /// What rounding alone may take from that eigenvalue where P = S S' is multiplied out in T: up to
 /// (n + 1) eps / 2 of sigma_i sigma_j in each entry, so n times that in norm.
 template <class T> double eigenvalueRounding(Eigen::Index n)
 {
-    const double entry = static_cast<double>(n + 1) / 2 *
-                         static_cast<double>(std::numeric_limits<T>::epsilon());
+    const double entry = static_cast<double>(n + 1) / 2 * kq::epsilon<T>();
     return static_cast<double>(n) * entry;
 }
 

@@ -1,8 +1,8 @@
 // Seeded models and measurements: random ones, and the named classes of state-space models.
 //
-// Every number of a sequence is a float.  A covariance is built as F F' with F = diag(powers of
-// two) * (small integers): its entries are floats too, exactly, and it is positive semi-definite
-// without any rounding.
+// Every number of a sequence is a float, and every x0, u and z a q31 word.  A covariance is built
+// as F F' with F = diag(powers of two) * (small integers): its entries are floats too, exactly, and
+// it is positive semi-definite without any rounding.
 #ifndef KALMANQ_TESTS_REFERENCE_GENERATOR_HPP
 #define KALMANQ_TESTS_REFERENCE_GENERATOR_HPP
 
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "random.hpp"
+#include "ranges.hpp"
 #include "textbook.hpp"
 
 namespace reference::generator
@@ -298,6 +299,7 @@ inline Sequence randomSequence(Random &random, int number, const Options &option
     addSensors(random, sequence, features, units, options.steps);
     addSteps(random, sequence, features, options.steps);
     simulate(random, sequence);
+    declareRanges(sequence);
     return sequence;
 }
 
@@ -480,7 +482,10 @@ inline std::vector<Sequence> namedSequences(Random &random, int steps = 200)
     all.push_back(regression(random, 2, 0.0625, steps));
     all.push_back(regression(random, 4, 0.25, steps));
     all.push_back(regression(random, 3, 0, steps));
-    for (Sequence &sequence : all) simulate(random, sequence);
+    for (Sequence &sequence : all) {
+        simulate(random, sequence);
+        declareRanges(sequence);
+    }
     return all;
 }
 

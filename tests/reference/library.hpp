@@ -9,21 +9,13 @@
 #include <vector>
 
 #include "api.hpp"
+#include "formats.hpp"
 #include "library_run.hpp"
+#include "owners.hpp"
 #include "textbook.hpp"
 
 namespace reference
 {
-
-template <class T>
-Matrix<double> unflattened(const std::vector<T> &values, Eigen::Index rows, Eigen::Index columns)
-{
-    Matrix<double> M(rows, columns);
-    for (Eigen::Index i = 0; i < rows * columns; ++i) {
-        M(i / columns, i % columns) = static_cast<double>(values[static_cast<std::size_t>(i)]);
-    }
-    return M;
-}
 
 inline bool isFloat(const Matrix<double> &M) { return M == M.cast<float>().cast<double>(); }
 
@@ -39,7 +31,7 @@ template <class T> class Library
     using Api = kq::Api<T>;
 
     explicit Library(const Sequence &sequence, Processes sharing = Processes::separate)
-        : sequence_(sequence), n_(static_cast<int>(sequence.states()))
+        : sequence_(sequence), states_(sequence.states(), sequence.range)
     {
         for (std::size_t k = 0; k < sequence.processes.size(); ++k) addProcess(k, sharing);
         for (std::size_t k = 0; k < sequence.sensors.size(); ++k) addSensor(k);
@@ -47,31 +39,41 @@ template <class T> class Library
 
     typename Api::Process *process(std::size_t index)
     {
-        kq::ProcessOwner<T> &owner = processes_[processOf_[index]];
+        ProcessOwner<T> &owner = processes_[processOf_[index]];
         std::size_t &now = transitionNow_[processOf_[index]];
-        if (now != index) owner.changeTransition(flattened<T>(sequence_.processes[index].A));
+        if (now != index) owner.changeTransition(sequence_.processes[index].A);
         now = index;
         return owner.get();
     }
 
     typename Api::Sensor *sensor(std::size_t index)
     {
-        kq::SensorOwner<T> &owner = sensors_[sensorOf_[index]];
+        SensorOwner<T> &owner = sensors_[sensorOf_[index]];
         std::size_t &now = measurementNow_[sensorOf_[index]];
-        if (now != index) owner.changeMeasurement(flattened<T>(sequence_.sensors[index].H));
+        if (now != index) owner.changeMeasurement(sequence_.sensors[index].H);
         now = index;
         return owner.get();
     }
 
-    kq::FilterOwner<T> filter() const
+    const Formats<T> &states() const { return states_; }
+    const Formats<T> &components(std::size_t sensor) const
     {
-        return kq::FilterOwner<T>(n_, flattened<T>(sequence_.x0), flattened<T>(sequence_.P0));
+        return sensors_[sensorOf_[sensor]].components();
+    }
+    const Formats<T> &controls(std::size_t process) const
+    {
+        return processes_[processOf_[process]].controls();
+    }
+
+    void init(FilterOwner<T> &filter) const
+    {
+        kq::require(filter.init(sequence_.x0, sequence_.P0), "filter init");
     }
 
     void update(typename Api::Filter *filter, const Reading &reading)
     {
         const auto *sensor = this->sensor(reading.sensor);
-        const std::vector<T> z = flattened<T>(reading.z);
+        const auto z = components(reading.sensor).words(reading.z);
         const auto status = reading.present == UINT32_MAX
                                 ? Api::update(filter, sensor, z.data())
                                 : Api::updateSubset(filter, sensor, z.data(), reading.present);
@@ -80,8 +82,9 @@ template <class T> class Library
 
     void predict(typename Api::Filter *filter, const Step &step)
     {
-        const std::vector<T> u = flattened<T>(step.u);
-        kq::require(Api::predict(filter, process(step.process), kq::dataOrNull(u)), "predict");
+        const auto *process = this->process(step.process);
+        const auto u = controls(step.process).words(step.u);
+        kq::require(Api::predict(filter, process, dataOrNull(u)), "predict");
     }
 
   private:
@@ -96,66 +99,35 @@ template <class T> class Library
             }
         }
         const Matrix<double> Q = model.F * model.F.transpose();
-        const bool asFactor = !isFloat(Q) || n_ % 2 == 0;
+        const bool asFactor = !isFloat(Q) || states_.count() % 2 == 0;
         processOf_.push_back(processes_.size());
         transitionNow_.push_back(k);
-        processes_.emplace_back(n_, static_cast<int>(model.B.cols()), flattened<T>(model.A),
-                                flattened<T>(model.B), flattened<T>(asFactor ? model.F : Q),
-                                asFactor ? kq::Noise::factor : kq::Noise::covariance);
+        processes_.emplace_back(states_, model, asFactor ? Noise::factor : Noise::covariance);
     }
 
     void addSensor(std::size_t k)
     {
         const SensorModel &model = sequence_.sensors[k];
         for (std::size_t other = 0; other < k; ++other) {
-            const Matrix<double> &R = sequence_.sensors[other].R;
-            if (R.rows() == model.R.rows() && R == model.R) {
+            const SensorModel &known = sequence_.sensors[other];
+            if (known.R.rows() == model.R.rows() && known.R == model.R) {
                 sensorOf_.push_back(sensorOf_[other]);
                 return;
             }
         }
-        const bool asDiagonal = model.diagonal() && n_ % 3 != 0;
+        const bool asDiagonal = model.diagonal() && states_.count() % 3 != 0;
         sensorOf_.push_back(sensors_.size());
         measurementNow_.push_back(k);
-        sensors_.emplace_back(
-            n_, static_cast<int>(model.H.rows()), flattened<T>(model.H),
-            flattened<T>(asDiagonal ? Matrix<double>(model.R.diagonal()) : model.R),
-            asDiagonal ? kq::Noise::diagonal : kq::Noise::covariance);
+        sensors_.emplace_back(states_, model, asDiagonal ? Noise::diagonal : Noise::covariance);
     }
 
     const Sequence &sequence_;
-    int n_;
-    std::deque<kq::ProcessOwner<T>> processes_;
-    std::deque<kq::SensorOwner<T>> sensors_;
+    Formats<T> states_;
+    std::deque<ProcessOwner<T>> processes_;
+    std::deque<SensorOwner<T>> sensors_;
     std::vector<std::size_t> processOf_, sensorOf_;           // owner of each model
     std::vector<std::size_t> transitionNow_, measurementNow_; // model that an owner holds
 };
-
-/// Mean (the whole word) and covariance of a filter.
-template <class T> Belief<double> read(const typename kq::Api<T>::Filter *filter, Eigen::Index n)
-{
-    Belief<double> belief{Vector<double>(n), Matrix<double>(n, n)};
-    for (int i = 0; i < n; ++i) {
-        belief.mean(i) = static_cast<double>(kq::Api<T>::mean(filter, i)) +
-                         static_cast<double>(kq::Api<T>::meanLow(filter, i));
-    }
-    std::vector<T> P(static_cast<std::size_t>(n * n));
-    kq::require(kq::Api<T>::covariance(filter, P.data()), "covariance");
-    belief.covariance = unflattened(P, n);
-    return belief;
-}
-
-/// The most scalar measurements of one step.
-inline int depth(const Sequence &sequence)
-{
-    std::size_t most = 0;
-    for (const Step &step : sequence.steps) {
-        std::size_t count = 0;
-        for (const Reading &reading : step.readings) count += presentComponents(reading).size();
-        most = std::max(most, count);
-    }
-    return static_cast<int>(most);
-}
 
 /// Changes of process from one predict to the next.
 inline std::size_t changes(const Sequence &sequence)

@@ -1,4 +1,4 @@
-// A sequence run through the library in number type T, read back in double.
+// A sequence run through the library in arithmetic T, read back in a type that holds it exactly.
 //
 //     LibraryRun<float> run(sequence);
 //     run.record();                              only if it is to be smoothed
@@ -17,30 +17,24 @@
 #include <vector>
 
 #include "api.hpp"
+#include "formats.hpp"
+#include "owners.hpp"
+#include "readings.hpp"
 #include "textbook.hpp"
 
 namespace reference
 {
 
-/// By rows, as the library takes it; exact, because every number of a sequence is a float.
-template <class T> std::vector<T> flattened(const Matrix<double> &M)
+/// The most scalar measurements of one step.
+inline int depth(const Sequence &sequence)
 {
-    std::vector<T> values;
-    for (Eigen::Index i = 0; i < M.rows(); ++i) {
-        for (Eigen::Index j = 0; j < M.cols(); ++j) {
-            values.push_back(static_cast<T>(M(i, j)));
-        }
+    std::size_t most = 0;
+    for (const Step &step : sequence.steps) {
+        std::size_t count = 0;
+        for (const Reading &reading : step.readings) count += presentComponents(reading).size();
+        most = std::max(most, count);
     }
-    return values;
-}
-
-template <class T> Matrix<double> unflattened(const std::vector<T> &values, Eigen::Index n)
-{
-    Matrix<double> M(n, n);
-    for (Eigen::Index k = 0; k < n * n; ++k) {
-        M(k / n, k % n) = static_cast<double>(values[static_cast<std::size_t>(k)]);
-    }
-    return M;
+    return static_cast<int>(most);
 }
 
 template <class T> class LibraryRun
@@ -49,32 +43,22 @@ template <class T> class LibraryRun
 
   public:
     explicit LibraryRun(const Sequence &sequence)
-        : sequence_(sequence), n_(static_cast<int>(sequence.states())),
-          filter_(n_, flattened<T>(sequence.x0), flattened<T>(sequence.P0)),
-          square_(static_cast<std::size_t>(n_ * n_)), sensorMemory_(KQ_SIZE_MAX)
+        : sequence_(sequence), states_(sequence.states(), sequence.range), filter_(states_)
     {
+        kq::require(filter_.init(sequence.x0, sequence.P0), "filter init");
         for (const ProcessModel &process : sequence.processes) {
-            processes_.emplace_back(n_, 0, flattened<T>(process.A), std::vector<T>(),
-                                    flattened<T>(process.F), kq::Noise::factor);
+            processes_.emplace_back(states_, process, Noise::factor);
         }
         for (const SensorModel &sensor : sequence.sensors) {
-            rows_.push_back(flattened<T>(sensor.H));
+            sensors_.emplace_back(states_, sensor, Noise::diagonal);
         }
     }
 
     /// From here on, for smooth().
     void record()
     {
-        std::size_t most = 0;
-        for (const Step &step : sequence_.steps) {
-            std::size_t count = 0;
-            for (const Reading &reading : step.readings) {
-                count += presentComponents(reading).size();
-            }
-            most = std::max(most, count);
-        }
         const std::size_t steps = sequence_.steps.size();
-        history_ = std::make_unique<kq::HistoryOwner<T>>(n_, static_cast<int>(most), steps, steps);
+        history_ = std::make_unique<HistoryOwner<T>>(states_, depth(sequence_), steps, steps);
         kq::require(Api::historyAttach(history_->get(), filter_.get()), "history attach");
     }
 
@@ -83,7 +67,10 @@ template <class T> class LibraryRun
     {
         std::vector<int> taken;
         for (const Reading &reading : step.readings) {
-            read(reading);
+            SensorOwner<T> &sensor = sensors_[reading.sensor];
+            const auto z = sensor.components().words(reading.z);
+            kq::require(Api::updateSubset(filter_.get(), sensor.get(), z.data(), reading.present),
+                        "update");
             taken.push_back(Api::taken(filter_.get()));
         }
         return taken;
@@ -95,83 +82,27 @@ template <class T> class LibraryRun
                     "predict");
     }
 
-    Belief<double> belief()
-    {
-        kq::require(Api::covariance(filter_.get(), square_.data()), "covariance");
-        Belief<double> result{Vector<double>(n_), unflattened(square_, n_)};
-        for (int i = 0; i < n_; ++i) {
-            result.mean(i) = static_cast<double>(Api::mean(filter_.get(), i)) +
-                             static_cast<double>(Api::meanLow(filter_.get(), i));
-        }
-        return result;
-    }
-
-    /// The standard deviations as the library reports them.
-    Vector<double> sigma() const
-    {
-        Vector<double> result(n_);
-        for (int i = 0; i < n_; ++i) {
-            result(i) = static_cast<double>(Api::sigma(filter_.get(), i));
-        }
-        return result;
-    }
-
+    Belief<Wide<T>> belief() const { return read(filter_); }
+    Vector<Wide<T>> sigma() const { return readSigma(filter_); }
     unsigned events() const { return Api::events(filter_.get()); }
 
-    /// The recorded run backwards.  Of the extras, the lag-one covariance only.
-    std::vector<Smoothed<double>> smooth()
+    /// The recorded run backwards.
+    std::vector<Smoothed<Wide<T>>> smooth()
     {
-        const std::size_t steps = Api::historySteps(history_->get());
-        std::vector<Smoothed<double>> past(steps);
-        std::vector<T> lag(square_.size());
-        typename Api::Extras extras{lag.data(), nullptr, nullptr};
-        for (std::size_t t = steps; t-- > 0;) {
-            kq::require(Api::smoothStep(history_->get(), nullptr, &extras), "smooth step");
-            past[t].belief = smoothedBelief(t);
-            if (t + 1 < steps) {
-                past[t].lagOne = unflattened(lag, n_);
-            }
+        std::vector<Smoothed<Wide<T>>> past(Api::historySteps(history_->get()));
+        for (std::size_t t = past.size(); t-- > 0;) {
+            past[t] = smoothStep<T>(*history_, nullptr, t);
         }
         return past;
     }
 
   private:
-    /// One sensor object for all of them, initialised anew at every reading.
-    void read(const Reading &reading)
-    {
-        const SensorModel &model = sequence_.sensors[reading.sensor];
-        const int m = static_cast<int>(model.components());
-        kq::require(Api::sensorAssign(&sensor_, n_, m, sensorMemory_.data(), sensorMemory_.size()),
-                    "sensor assign");
-        const std::vector<T> variances = flattened<T>(model.R.diagonal());
-        kq::require(
-            Api::sensorInitDiagonal(&sensor_, rows_[reading.sensor].data(), variances.data()),
-            "sensor init");
-        const std::vector<T> z = flattened<T>(reading.z);
-        kq::require(Api::updateSubset(filter_.get(), &sensor_, z.data(), reading.present),
-                    "update");
-    }
-
-    Belief<double> smoothedBelief(std::size_t t)
-    {
-        const auto *history = history_->get();
-        kq::require(Api::smoothedCovariance(history, t, square_.data()), "smoothed covariance");
-        Belief<double> result{Vector<double>(n_), unflattened(square_, n_)};
-        for (int i = 0; i < n_; ++i) {
-            result.mean(i) = static_cast<double>(Api::smoothedMean(history, t, i)) +
-                             static_cast<double>(Api::smoothedMeanLow(history, t, i));
-        }
-        return result;
-    }
-
     const Sequence &sequence_;
-    int n_;
-    kq::FilterOwner<T> filter_;
-    std::vector<T> square_, sensorMemory_;
-    std::deque<kq::ProcessOwner<T>> processes_;
-    std::vector<std::vector<T>> rows_;
-    typename Api::Sensor sensor_{};
-    std::unique_ptr<kq::HistoryOwner<T>> history_;
+    Formats<T> states_;
+    FilterOwner<T> filter_;
+    std::deque<ProcessOwner<T>> processes_;
+    std::deque<SensorOwner<T>> sensors_;
+    std::unique_ptr<HistoryOwner<T>> history_;
 };
 
 } // namespace reference

@@ -1,8 +1,9 @@
 // Fourteen models that a filter in 32 bits has to get right, from a local level to covariances
 // that fall by fifteen decades, and runs drawn from them.
 //
-// Every number is a float and every measurement lies on a grid of 24 bits, so that all number
-// types see the same data.  The process noise is given by its factor, so that all have the same Q.
+// Every number is a float and every measurement lies on a grid of 2^-23 of its range, which is a
+// power of two: all arithmetics see the same data.  The process noise is given by its factor, so
+// that all have the same Q.
 #ifndef KALMANQ_TESTS_REFERENCE_NUMERICS_MODELS_HPP
 #define KALMANQ_TESTS_REFERENCE_NUMERICS_MODELS_HPP
 
@@ -27,7 +28,7 @@ struct NumericsModel {
     ProcessModel process;
     SensorModel sensor;
     Vector<double> x0, variances; // P0 is diagonal
-    Vector<double> reach;         // of the state: what the true start stays well within
+    Vector<double> reach;         // of the state: what the run stays within, powers of two
     Vector<double> range;         // of the measurement: 2^23 grid points
 
     Eigen::Index states() const { return x0.size(); }
@@ -84,6 +85,7 @@ inline NumericsModel withRanges(NumericsModel model, Vector<double> reach, Vecto
 {
     model.reach = std::move(reach);
     model.range = std::move(range);
+    model.sensor.range = model.range;
     return model;
 }
 
@@ -313,6 +315,13 @@ inline Reading drawReading(const NumericsModel &model, const Mode &mode, const S
     return reading;
 }
 
+/// The true state one step later.
+inline Vector<double> moved(const NumericsModel &model, const Vector<double> &x, Random &random)
+{
+    const Matrix<double> &F = model.process.F;
+    return model.process.A * x + F * randomMatrix(random, F.cols(), 1);
+}
+
 /// One run of a model; sensors[t] is the sensor of step t where the noise varies.
 inline Sequence simulate(const NumericsModel &model, const Mode &mode, std::size_t steps,
                          std::uint64_t seed)
@@ -323,7 +332,8 @@ inline Sequence simulate(const NumericsModel &model, const Mode &mode, std::size
                       model.variances.asDiagonal(),
                       {model.process},
                       {},
-                      {}};
+                      {},
+                      model.reach};
     Vector<double> x = trueStart(model, random);
     for (std::size_t t = 0; t < steps; ++t) {
         const SensorModel sensor = drawSensor(model, mode, random);
@@ -333,9 +343,7 @@ inline Sequence simulate(const NumericsModel &model, const Mode &mode, std::size
         }
         reading.sensor = sequence.sensors.size() - 1;
         sequence.steps.push_back({{reading}, 0, Vector<double>()});
-        x = (model.process.A * x +
-             model.process.F * randomMatrix(random, model.process.F.cols(), 1))
-                .eval();
+        x = moved(model, x, random);
     }
     return sequence;
 }

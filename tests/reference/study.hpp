@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 #include "accuracy.hpp"
+#include "api.hpp"
 #include "textbook.hpp"
 
 namespace reference
@@ -80,7 +80,7 @@ inline Study::Study(const Sequence &data)
     }
 }
 
-template <class T> constexpr double floorOf() { return sizeof(T) == sizeof(float) ? 1e-3 : 1e-6; }
+template <class T> constexpr double floorOf() { return kq::epsilon<T>() > 1e-12 ? 1e-3 : 1e-6; }
 
 /// The unit of each state: its sigma, but no less than `floor` times the largest of the run.  A
 /// state that is known exactly has sigma 0, and one that a noise-free sensor took from 1 to
@@ -90,11 +90,63 @@ inline Vector<Quad> units(const Study &study, const Matrix<Quad> &P, double floo
     return sigmas(P).cwiseMax(Quad(floor) * study.largest);
 }
 
-/// Half an ulp of 1 in T, times the number of states.
+/// What a step may do to a row of the root: half an ulp of 1 in T, times the number of states.
 template <class T> double roundingOf(const Study &study)
 {
-    const double eps = static_cast<double>(std::numeric_limits<T>::epsilon()) / 2;
-    return eps * static_cast<double>(study.sequence.states());
+    return kq::epsilon<T>() / 2 * static_cast<double>(study.sequence.states());
+}
+
+/// In q31 the library promises (2n + 4) 2^-30 of a row.
+template <> inline double roundingOf<kq::Q31>(const Study &study)
+{
+    return 0x1p-30 * static_cast<double>(2 * study.sequence.states() + 4);
+}
+
+/// How many of these an error may be.  In q31 they are the worst that a step can do.
+template <class T> constexpr double roundingsLimit(double floating) { return floating; }
+template <> constexpr double roundingsLimit<kq::Q31>(double /*floating*/) { return 8; }
+
+/// The largest fall of a sigma over the measurements of one step.
+inline double fallOf(const Study &study, double floor)
+{
+    double worst = 1;
+    for (const Track<Quad> &now : study.track) {
+        const Vector<Quad> before = units(study, now.predicted.covariance, floor);
+        const Vector<Quad> after = units(study, now.filtered.covariance, floor);
+        worst = std::max(worst, before.cwiseQuotient(after).cast<double>().maxCoeff());
+    }
+    return worst;
+}
+
+/// What turns roundings into errors of P.
+template <class T> double amplificationOf(const Study &study) { return study.amplification(); }
+
+/// The entries of a row have one exponent: where measurements shorten the row, its digits go too.
+template <> inline double amplificationOf<kq::Q31>(const Study &study)
+{
+    return study.amplification() * fallOf(study, floorOf<kq::Q31>());
+}
+
+/// One rounding of a sum of these terms, over eps / 2.
+template <class T>
+Vector<double> roundingOfSum(const Vector<double> &terms, const Vector<double> & /*range*/)
+{
+    return terms;
+}
+
+/// In q31 it is 2^-24 of a word, whatever the terms; a range is 2^30 words.
+template <>
+inline Vector<double> roundingOfSum<kq::Q31>(const Vector<double> & /*terms*/,
+                                             const Vector<double> &range)
+{
+    return range * (0x1p-54 / (kq::epsilon<kq::Q31>() / 2));
+}
+
+/// The ranges of the components that are present; none where none are declared.
+inline Vector<double> rangesOf(const Sequence &sequence, const Reading &reading)
+{
+    const Vector<double> &range = sequence.sensors[reading.sensor].range;
+    return range.size() > 0 ? range(presentComponents(reading)).eval() : range;
 }
 
 /// Sizes of rounding errors of the mean over eps: one rounding of every term that a step adds up,
@@ -120,7 +172,8 @@ template <class T> class Reach
         const Vector<double> x = study_.track[t].filtered.mean.cast<double>().cwiseAbs();
         Vector<double> terms = model_.A[step.process].cwiseAbs() * x;
         if (step.u.size() > 0) terms += model_.B[step.process].cwiseAbs() * step.u.cwiseAbs();
-        add(terms, units(study_, study_.track[t + 1].predicted.covariance, floorOf<T>()));
+        add(roundingOfSum<T>(terms, study_.sequence.range),
+            units(study_, study_.track[t + 1].predicted.covariance, floorOf<T>()));
     }
 
     /// z - H x, and K times that
@@ -130,7 +183,10 @@ template <class T> class Reach
         const Observation<double> seen(model_, study_.sequence.steps[t].readings[k]);
         if (seen.z.size() == 0) return;
         const Vector<Quad> x = now.predicted.mean.cwiseAbs().cwiseMax(now.filtered.mean.cwiseAbs());
-        const Vector<double> terms = seen.H.cwiseAbs() * x.cast<double>() + seen.z.cwiseAbs();
+        const Reading &reading = study_.sequence.steps[t].readings[k];
+        const Vector<double> terms =
+            roundingOfSum<T>(seen.H.cwiseAbs() * x.cast<double>() + seen.z.cwiseAbs(),
+                             rangesOf(study_.sequence, reading));
         add(terms, sigmas(now.updates[k].S));
         add(now.updates[k].K.cast<double>().cwiseAbs() * terms,
             units(study_, now.filtered.covariance, floorOf<T>()));

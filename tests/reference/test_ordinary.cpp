@@ -1,5 +1,5 @@
 // The filter on fourteen models, in four modes each, against a textbook filter in quadruple
-// precision and beside a UD filter in float.
+// precision and beside a UD filter in float: f32, f64 and q31, which see the same measurements.
 //
 // x: max over time of |x - x_ref|_i / sigma_ref_i,  P: max of |P - P_ref|_ij / (sigma_i sigma_j).
 
@@ -28,6 +28,14 @@ constexpr double visibleError = 1e-3;
 /// Errors of P below it are rounding in both filters, and not compared.
 constexpr double covarianceFloor = 1e-6;
 
+/// In q31, of the ordinary models: x in sigma, and beside UD.  The states of the dense model are
+/// a few sigmas, so that UD loses little in a word of 24 bits.
+constexpr double fixedMeanGoal = 1e-5, fixedAdvantage = 50, fixedAdvantageDense = 5;
+/// In q31, of all runs: (error of x with UD) / (error of x).
+constexpr double medianAdvantage = 1000, leastAdvantage = 1;
+/// Where both errors of P are below it, neither filter is called the better one.
+constexpr double fixedCovarianceFloor = 1e-7;
+
 /// Rows of S that nearly cancel in what is measured: 24 bits of S, not of the mean, limit the
 /// gain.  There the goal beside UD is out of reach, and the limit is UD's own error.
 bool isLimitedByRoot(const NumericsModel &model)
@@ -40,14 +48,14 @@ struct Figures {
     bool sound = true; // no NaN, no variance below 0
     unsigned events = 0;
 
-    void compare(const Belief<double> &mine, const Belief<Quad> &exact)
+    template <class Real> void compare(const Belief<Real> &mine, const Belief<Quad> &exact)
     {
         const Vector<Quad> sigma = sigmas(exact.covariance);
         x = std::max(x, meanError(mine.mean, exact.mean, sigma));
         P = std::max(P, covarianceError(mine.covariance, exact.covariance, sigma));
     }
 
-    void inspect(const Belief<double> &mine, const Vector<double> &sigma)
+    template <class Real> void inspect(const Belief<Real> &mine, const Vector<Real> &sigma)
     {
         eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
         sound = sound && mine.mean.allFinite() && sigma.allFinite() && sigma.minCoeff() >= 0;
@@ -61,7 +69,7 @@ Figures runLibrary(const Sequence &sequence, const std::vector<Track<Quad>> &exa
     LibraryRun<T> run(sequence);
     for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
         run.update(sequence.steps[t]);
-        const Belief<double> filtered = run.belief();
+        const Belief<Wide<T>> filtered = run.belief();
         figures.compare(filtered, exact[t].filtered);
         figures.inspect(filtered, run.sigma());
         run.predict(sequence.steps[t]);
@@ -89,7 +97,7 @@ Figures runUd(const Sequence &sequence, const std::vector<Track<Quad>> &exact)
         for (const Reading &reading : sequence.steps[t].readings) {
             update(filter, sequence.sensors[reading.sensor], reading);
         }
-        figures.compare({filter.mean(), filter.covariance()}, exact[t].filtered);
+        figures.compare<double>({filter.mean(), filter.covariance()}, exact[t].filtered);
         filter.predict(A, F);
     }
     return figures;
@@ -115,18 +123,49 @@ void checkAccuracy(Verdict &verdict, const Figures &mine, const Figures &ud,
     }
 }
 
-void testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, std::uint64_t seed)
+void checkFixed(Verdict &verdict, const Figures &mine, const Figures &ud,
+                const NumericsModel &model, const std::string &name)
+{
+    const double advantage = model.name == "n6 m3 dense" ? fixedAdvantageDense : fixedAdvantage;
+    verdict.expectAtMost(mine.x, fixedMeanGoal, name + ": error of x");
+    verdict.expectAtMost(mine.x, ud.x / advantage, name + ": error of x beside UD");
+    if (mine.P > ud.P && std::max(mine.P, ud.P) < fixedCovarianceFloor) {
+        std::printf("both below %.0e  %s: error of P %.3g, UD %.3g\n", fixedCovarianceFloor,
+                    name.c_str(), mine.P, ud.P);
+        return;
+    }
+    verdict.expectAtMost(mine.P, ud.P, name + ": error of P beside UD");
+}
+
+/// The advantage of q31 over UD in x.
+double testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, std::uint64_t seed)
 {
     const Sequence sequence = simulate(model, mode, stepCount, seed);
     const std::vector<Track<Quad>> exact = filter<Quad>(sequence);
     const Figures f32 = runLibrary<float>(sequence, exact);
     const Figures f64 = runLibrary<double>(sequence, exact);
+    const Figures q31 = runLibrary<Q31>(sequence, exact);
     const Figures ud = runUd(sequence, exact);
-    std::printf("%-22s %-13s %8.1e %8.1e %8.1e   %8.1e %8.1e %8.1e   %8.1e\n", model.name.c_str(),
-                mode.name, f32.x, f64.x, ud.x, f32.P, f64.P, ud.P, f32.eigenvalue);
-    checkSound(verdict, f32, sequence.name + ", f32", eigenvalueRounding<float>(model.states()));
-    checkSound(verdict, f64, sequence.name + ", f64", eigenvalueRounding<double>(model.states()));
+    std::printf("%-22s %-13s %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e\n",
+                model.name.c_str(), mode.name, f32.x, f64.x, q31.x, ud.x, f32.P, f64.P, q31.P, ud.P,
+                f32.eigenvalue, q31.eigenvalue);
+    const Eigen::Index n = model.states();
+    checkSound(verdict, f32, sequence.name + ", f32", eigenvalueRounding<float>(n));
+    checkSound(verdict, f64, sequence.name + ", f64", eigenvalueRounding<double>(n));
+    checkSound(verdict, q31, sequence.name + ", q31", eigenvalueRounding<Q31>(n));
     checkAccuracy(verdict, f32, ud, model, sequence.name);
+    if (model.ordinary) checkFixed(verdict, q31, ud, model, sequence.name + ", q31");
+    return ud.x / q31.x;
+}
+
+void checkAdvantage(Verdict &verdict, std::vector<double> advantages)
+{
+    std::sort(advantages.begin(), advantages.end());
+    const double median = advantages[advantages.size() / 2], least = advantages.front();
+    std::printf("error of x, UD over q31, %zu runs: median %.0f, least %.2g, most %.2g\n",
+                advantages.size(), median, least, advantages.back());
+    verdict.expectAtLeast(median, medianAdvantage, "q31: median advantage over UD in x");
+    verdict.expectAtLeast(least, leastAdvantage, "q31: least advantage over UD in x");
 }
 
 } // namespace
@@ -136,15 +175,17 @@ int main(int argc, char **argv)
     const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
     std::printf("seed %llu, %zu steps; errors of P below %.0e count as rounding\n",
                 static_cast<unsigned long long>(seed), stepCount, covarianceFloor);
-    std::printf("%-36s %-26s   %-26s   %s\n", "", "error of x in sigma", "error of P",
-                "eigenvalue");
-    std::printf("%-22s %-13s %8s %8s %8s   %8s %8s %8s   %8s\n", "model", "mode", "f32", "f64",
-                "UD f32", "f32", "f64", "UD f32", "f32");
+    std::printf("%-36s %-35s   %-35s   %s\n", "", "error of x in sigma", "error of P",
+                "smallest eigenvalue");
+    std::printf("%-22s %-13s %8s %8s %8s %8s   %8s %8s %8s %8s   %8s %8s\n", "model", "mode", "f32",
+                "f64", "q31", "UD f32", "f32", "f64", "q31", "UD f32", "f32", "q31");
     Verdict verdict;
+    std::vector<double> advantages;
     for (const NumericsModel &model : numericsModels()) {
         for (const Mode &mode : numericsModes()) {
-            testRun(verdict, model, mode, seed);
+            advantages.push_back(testRun(verdict, model, mode, seed));
         }
     }
+    checkAdvantage(verdict, advantages);
     return verdict.finish();
 }

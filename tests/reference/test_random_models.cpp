@@ -34,18 +34,31 @@ bool isOfCovariance(const std::string &name)
     return name.back() == 'P' || name.back() == 'S' || name == "P-" || name == "K";
 }
 
+/// A NIS or a log-likelihood.
+bool isScore(const std::string &name)
+{
+    return name == "nis" || name == "logp" || name == "sum logp";
+}
+
+/// What a score is rounded to beside 1: in q31 it has 24 bits after the point, and a logarithm and
+/// a square for each of them.
+template <class T> constexpr double scoreRounding() { return 0; }
+template <> constexpr double scoreRounding<Q31>() { return 0x1p-23; }
+
 /// The figures once more, in roundings: the root of P takes a few n eps of its rows at each step,
 /// which are amplified to errors of P; the mean takes a few n eps of its reach, and has the errors
 /// of the gain, which are those of P.
 template <class T> Figures inRoundings(const Study &study, const Figures &figures)
 {
-    const double rounding = roundingOf<T>(study), amplification = study.amplification();
+    const double rounding = roundingOf<T>(study), amplification = amplificationOf<T>(study);
     const double reach = Reach<T>(study).value();
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "events" || name == "taken" || name == "forecast changed") continue;
+        const double ofMean = rounding * (reach + amplification);
         if (isOfCovariance(name)) result.add("P in roundings", value / (rounding * amplification));
-        else result.add("x in roundings", value / (rounding * (reach + amplification)));
+        else if (!isScore(name)) result.add("x in roundings", value / ofMean);
+        else result.add("scores in roundings", value / (ofMean + scoreRounding<T>()));
     }
     return result;
 }
@@ -60,8 +73,9 @@ template <class T> class Comparison
 
     explicit Comparison(const Study &study)
         : study_(study), sequence_(study.sequence), library_(sequence_, Processes::shared),
-          filter_(library_.filter()), ahead_(static_cast<int>(sequence_.states()))
+          filter_(library_.states()), ahead_(library_.states())
     {
+        library_.init(filter_);
     }
 
     Figures run()
@@ -84,7 +98,7 @@ template <class T> class Comparison
   private:
     void compareBelief(const std::string &when, const Belief<Quad> &exact)
     {
-        const Belief<double> belief = read<T>(filter_.get(), sequence_.states());
+        const Belief<Wide<T>> belief = read(filter_);
         const Vector<Quad> unit = units(study_, exact.covariance, floorOf<T>());
         figures_.add("x" + when, meanError(belief.mean, exact.mean, unit));
         figures_.add("P" + when, covarianceError(belief.covariance, exact.covariance, unit));
@@ -108,20 +122,24 @@ template <class T> class Comparison
                            const Innovation<Quad> &exact)
     {
         const auto *sensor = library_.sensor(reading.sensor);
-        const Eigen::Index n = sequence_.states(), m = reading.z.size();
-        const auto width = static_cast<std::size_t>(m);
-        std::vector<T> z = flattened<T>(reading.z), e(width), S(width * width),
-                       K(static_cast<std::size_t>(n) * width);
+        const Formats<T> &states = library_.states(),
+                         &components = library_.components(reading.sensor);
+        const auto n = static_cast<std::size_t>(states.count()),
+                   m = static_cast<std::size_t>(components.count());
+        const auto z = components.words(reading.z);
+        std::vector<typename Api::Word> e(m);
+        std::vector<typename Api::Coefficient> S(m * m), K(n * m);
         kq::require(Api::innovation(filter_.get(), sensor, z.data(), e.data()), "innovation");
         kq::require(Api::measurement(filter_.get(), sensor, nullptr, S.data()), "measurement");
         kq::require(Api::gain(filter_.get(), sensor, K.data()), "gain");
 
         const Vector<Quad> deviation = sigmas(exact.S);
         const Vector<Quad> state = units(study_, belief.covariance, floorOf<T>());
-        figures_.add("e", meanError(unflattened(e, m, 1), exact.e, deviation));
-        figures_.add("S", covarianceError(unflattened(S, m), exact.S, deviation));
-        figures_.add(
-            "K", covarianceError(unflattened(K, n, m), exact.K, state, deviation.cwiseInverse()));
+        figures_.add("e", meanError(components.values(e, exact.e), exact.e, deviation));
+        figures_.add("S",
+                     covarianceError(components.covariance(S, components), exact.S, deviation));
+        figures_.add("K", covarianceError(states.map(K, components), exact.K, state,
+                                          deviation.cwiseInverse()));
     }
 
     /// NIS beside 1 + NIS; log-likelihood of the run beside the number of scalar measurements.
@@ -129,8 +147,9 @@ template <class T> class Comparison
     {
         exactLogLikelihood_ += exact.logLikelihood;
         measured_ += static_cast<int>(exact.e.size());
-        const Quad nis(Api::nis(filter_.get())), sum(Api::logLikelihood(filter_.get()));
-        const Quad last(Api::logLikelihoodLast(filter_.get()));
+        const Quad nis(Formats<T>::score(Api::nis(filter_.get())));
+        const Quad sum(Formats<T>::score(Api::logLikelihood(filter_.get())));
+        const Quad last(Formats<T>::score(Api::logLikelihoodLast(filter_.get())));
         figures_.add("nis", ratio(nis - exact.nis, Quad(1) + exact.nis));
         figures_.add("logp", ratio(last - exact.logLikelihood, Quad(1) + exact.nis));
         figures_.add("sum logp", ratio(sum - exactLogLikelihood_, Quad(1 + measured_)));
@@ -149,45 +168,49 @@ template <class T> class Comparison
             if (control.size() > 0) u.col(static_cast<Eigen::Index>(k)) = control;
         }
         const auto bytes = *filter_.get();
-        const std::vector<T> memory = filter_.memory();
+        const auto memory = filter_.memory();
         for (int k = 1; k <= furthest; ++k) {
             compareForecast(forecast(sequence_, study_.track[t].filtered, process, u, k), process,
                             u, k);
         }
-        const bool same =
-            std::memcmp(&bytes, filter_.get(), sizeof bytes) == 0 &&
-            std::memcmp(memory.data(), filter_.memory().data(), memory.size() * sizeof(T)) == 0;
+        const bool same = std::memcmp(&bytes, filter_.get(), sizeof bytes) == 0 &&
+                          std::memcmp(memory.data(), filter_.memory().data(),
+                                      memory.size() * sizeof(typename Api::Word)) == 0;
         figures_.add("forecast changed", same ? 0 : 1);
     }
 
     void compareForecast(const Belief<Quad> &exact, std::size_t process, const Matrix<double> &u,
                          int steps)
     {
-        const std::vector<T> controls = flattened<T>(u.transpose());
-        kq::require(Api::forecast(filter_.get(), library_.process(process),
-                                  kq::dataOrNull(controls), steps, ahead_.get()),
+        const auto controls = library_.controls(process).words(u);
+        kq::require(Api::forecast(filter_.get(), library_.process(process), dataOrNull(controls),
+                                  steps, ahead_.get()),
                     "forecast");
-        const Belief<double> belief = read<T>(ahead_.get(), sequence_.states());
+        const Belief<Wide<T>> belief = read(ahead_);
         const Vector<Quad> unit = units(study_, exact.covariance, floorOf<T>());
         figures_.add("forecast x", meanError(belief.mean, exact.mean, unit));
         figures_.add("forecast P", covarianceError(belief.covariance, exact.covariance, unit));
 
         const Model<Quad> model(sequence_);
         const Matrix<Quad> &H = model.H[0], &R = model.R[0];
-        const Eigen::Index m = H.rows();
-        std::vector<T> z(static_cast<std::size_t>(m)), S(static_cast<std::size_t>(m * m));
-        kq::require(Api::measurement(ahead_.get(), library_.sensor(0), z.data(), S.data()),
-                    "measurement");
+        const auto *sensor = library_.sensor(0);
+        const Formats<T> &components = library_.components(0);
+        const auto m = static_cast<std::size_t>(components.count());
+        std::vector<typename Api::Word> z(m);
+        std::vector<typename Api::Coefficient> S(m * m);
+        kq::require(Api::measurement(ahead_.get(), sensor, z.data(), S.data()), "measurement");
         const Matrix<Quad> exactS = symmetric<Quad>(H * exact.covariance * H.transpose() + R);
         const Vector<Quad> deviation = sigmas(exactS);
-        figures_.add("forecast z", meanError(unflattened(z, m, 1), H * exact.mean, deviation));
-        figures_.add("forecast S", covarianceError(unflattened(S, m), exactS, deviation));
+        const Vector<Quad> exactZ = H * exact.mean;
+        figures_.add("forecast z", meanError(components.values(z, exactZ), exactZ, deviation));
+        figures_.add("forecast S",
+                     covarianceError(components.covariance(S, components), exactS, deviation));
     }
 
     const Study &study_;
     const Sequence &sequence_;
     Library<T> library_;
-    kq::FilterOwner<T> filter_, ahead_;
+    FilterOwner<T> filter_, ahead_;
     Figures figures_;
     Quad exactLogLikelihood_ = 0;
     int measured_ = 0;
@@ -233,7 +256,9 @@ void compare(Report &report, const std::string &group, const Study &study, const
     const Figures figures = Comparison<T>(study).run();
     report.add(kq::Api<T>::name + group, name, figures, bounds);
     report.add(kq::Api<T>::name + group, name, inRoundings<T>(study, figures),
-               {{"x in roundings", 32}, {"P in roundings", 64}});
+               {{"x in roundings", roundingsLimit<T>(32)},
+                {"P in roundings", roundingsLimit<T>(64)},
+                {"scores in roundings", roundingsLimit<T>(32)}});
 }
 
 void compareAll(Report &report, const std::string &group, const Sequence &sequence)
@@ -250,24 +275,24 @@ void compareAll(Report &report, const std::string &group, const Sequence &sequen
     compare<double>(report, title, study, allOf(1e-9, 1e-11));
     const bool named = group == "named models";
     compare<float>(report, title, study, named ? allOf(1e-3, 2e-5) : allOf(infinite, 1e-3));
+    compare<Q31>(report, title, study, named ? allOf(1e-5, 1e-5) : allOf(1e-4, 1e-4));
 }
 
 // ------------------------------------------------------------------ singular covariances
 
 /// Exact and positive semi-definite, of about half rank: it has to be accepted, and to come back.
-template <class T> Figures singularStart(const Matrix<double> &P0)
+template <class T> Figures singularStart(const Matrix<double> &P0, const Vector<double> &range)
 {
     Figures figures;
-    const auto n = static_cast<int>(P0.rows());
-    kq::FilterOwner<T> filter(n);
-    const std::vector<T> x0(static_cast<std::size_t>(n)), P = flattened<T>(P0);
-    const bool refused = kq::Api<T>::filterInit(filter.get(), x0.data(), P.data()) != KQ_OK;
+    const Eigen::Index n = P0.rows();
+    const Formats<T> states(n, range);
+    FilterOwner<T> filter(states);
+    const bool refused = filter.init(Vector<double>::Zero(n), P0) != KQ_OK;
     figures.add("refused", refused ? 1 : 0);
     if (refused) return figures;
-    const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
-    const Matrix<Quad> exact = P0.cast<Quad>();
-    const Matrix<double> covariance = read<T>(filter.get(), n).covariance;
-    figures.add("P over n eps", covarianceError(covariance, exact, sigmas(exact)) / (n * eps));
+    const Matrix<Quad> exact = convert<Quad>(P0);
+    const double error = covarianceError(read(filter).covariance, exact, sigmas(exact));
+    figures.add("P over n eps", error / (static_cast<double>(n) * kq::epsilon<T>()));
     return figures;
 }
 
@@ -280,8 +305,9 @@ void compareSingular(Report &report, Random &random)
         const Matrix<double> P0 = F * F.transpose();
         const std::string name = "covariance " + std::to_string(number);
         const Bounds bounds{{"refused", 0}, {"P over n eps", 16}};
-        report.add("f64, singular P0", name, singularStart<double>(P0), bounds);
-        report.add("f32, singular P0", name, singularStart<float>(P0), bounds);
+        report.add("f64, singular P0", name, singularStart<double>(P0, scale), bounds);
+        report.add("f32, singular P0", name, singularStart<float>(P0, scale), bounds);
+        report.add("q31, singular P0", name, singularStart<Q31>(P0, scale), bounds);
     }
 }
 

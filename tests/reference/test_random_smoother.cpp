@@ -50,7 +50,8 @@ Vector<Quad> noiseUnits(const Case &model, std::size_t t)
 }
 
 /// All that is known of step t, beside the reference.
-void compareStep(Figures &figures, const Case &model, std::size_t t, const Smoothed<double> &now,
+template <class Real>
+void compareStep(Figures &figures, const Case &model, std::size_t t, const Smoothed<Real> &now,
                  double floor)
 {
     const Smoothed<Quad> &exact = model.past[t];
@@ -89,8 +90,9 @@ Decorrelation decorrelate(const Matrix<Quad> &R)
 /// What the library says of the k-th measurement of the step that was smoothed last.
 template <class T>
 void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
-                             const typename kq::Api<T>::History *history)
+                             const HistoryOwner<T> &history)
 {
+    using Api = kq::Api<T>;
     const Model<Quad> matrices(model.sequence);
     const Belief<Quad> &exact = model.past[t].belief;
     int k = 0;
@@ -101,58 +103,44 @@ void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
         const Vector<Quad> v = noise.inverse * seen.z - H * exact.mean;
         const Matrix<Quad> variance = H * exact.covariance * H.transpose();
         for (Eigen::Index c = 0; c < v.size(); ++c, ++k) {
-            T mean = 0, square = 0;
-            kq::require(kq::Api<T>::smoothedMeasurementNoise(history, k, &mean, &square),
+            typename Api::Coefficient mean{}, square{};
+            kq::require(Api::smoothedMeasurementNoise(history.get(), k, &mean, &square),
                         "smoothed measurement noise");
             if (noise.variances(c) == 0) continue;
             const Quad root = sqrt(noise.variances(c));
-            figures.add("v", ratio(Quad(mean) - v(c) / root, 1));
-            figures.add("var v", ratio(Quad(square) - variance(c, c) / noise.variances(c), 1));
+            const Quad noiseMean(Formats<T>::number(mean));
+            const Quad noiseSquare(Formats<T>::number(square));
+            figures.add("v", ratio(noiseMean - v(c) / root, 1));
+            figures.add("var v", ratio(noiseSquare - variance(c, c) / noise.variances(c), 1));
         }
     }
-    T mean, square;
+    typename Api::Coefficient mean, square;
     const bool over =
-        kq::Api<T>::smoothedMeasurementNoise(history, k, &mean, &square) == KQ_ERR_SIZE;
+        Api::smoothedMeasurementNoise(history.get(), k, &mean, &square) == KQ_ERR_SIZE;
     figures.add("count of v", over ? 0 : 1);
 }
 
 // ------------------------------------------------------------------ one sequence
 
-template <class T>
-Belief<double> smoothedBelief(const typename kq::Api<T>::History *history, std::size_t t,
-                              Eigen::Index n)
-{
-    Belief<double> belief{Vector<double>(n), Matrix<double>(n, n)};
-    for (int i = 0; i < n; ++i) {
-        belief.mean(i) = static_cast<double>(kq::Api<T>::smoothedMean(history, t, i)) +
-                         static_cast<double>(kq::Api<T>::smoothedMeanLow(history, t, i));
-    }
-    std::vector<T> P(static_cast<std::size_t>(n * n));
-    if (kq::Api<T>::smoothedCovariance(history, t, P.data()) != KQ_OK) {
-        P.assign(P.size(), std::numeric_limits<T>::quiet_NaN());
-    }
-    belief.covariance = unflattened(P, n);
-    return belief;
-}
-
 /// A recorded run of the library, not smoothed yet.
 template <class T> struct Recording {
     Library<T> library;
-    kq::FilterOwner<T> filter;
-    kq::HistoryOwner<T> history;
-    std::vector<Belief<double>> filtered;
+    FilterOwner<T> filter;
+    HistoryOwner<T> history;
+    std::vector<Belief<Wide<T>>> filtered;
 
     /// The history has exactly the room that its length constant promises to be enough.
     Recording(const Sequence &sequence, Processes sharing)
-        : library(sequence, sharing), filter(library.filter()),
-          history(static_cast<int>(sequence.states()), depth(sequence), sequence.steps.size(),
+        : library(sequence, sharing), filter(library.states()),
+          history(library.states(), depth(sequence), sequence.steps.size(),
                   sharing == Processes::shared ? 0 : changes(sequence))
     {
+        library.init(filter);
         kq::require(kq::Api<T>::historyAttach(history.get(), filter.get()), "history attach");
         for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
             const Step &step = sequence.steps[t];
             for (const Reading &reading : step.readings) library.update(filter.get(), reading);
-            filtered.push_back(read<T>(filter.get(), sequence.states()));
+            filtered.push_back(read(filter));
             if (t + 1 < sequence.steps.size()) library.predict(filter.get(), step);
         }
     }
@@ -161,28 +149,28 @@ template <class T> struct Recording {
 /// P_s <= P_f and P_s >= 0, in units of the variances of the filter and of the smoother, over the
 /// rounding of a covariance that is handed over in T.
 template <class T>
-void compareOrder(Figures &figures, const Belief<double> &filtered, const Belief<double> &smoothed)
+void compareOrder(Figures &figures, const Belief<Wide<T>> &filtered,
+                  const Belief<Wide<T>> &smoothed)
 {
     const double rounding = eigenvalueRounding<T>(filtered.mean.size());
-    const Matrix<double> gained = filtered.covariance - smoothed.covariance;
+    const Matrix<Wide<T>> gained = filtered.covariance - smoothed.covariance;
     figures.add("above filter", -smallestEigenvalue(gained, filtered.covariance) / rounding);
     figures.add("not PSD", -smallestEigenvalue(smoothed.covariance) / rounding);
 }
 
-double difference(const Belief<double> &a, const Belief<double> &b)
+template <class Real> double difference(const Belief<Real> &a, const Belief<Real> &b)
 {
     return a.mean == b.mean && a.covariance == b.covariance ? 0 : 1;
 }
 
 /// The whole history at once.
-template <class T> std::vector<Belief<double>> smoothAll(Figures &figures, const Case &model)
+template <class T> std::vector<Belief<Wide<T>>> smoothAll(Figures &figures, const Case &model)
 {
-    const Eigen::Index n = model.sequence.states();
     Recording<T> recording(model.sequence, Processes::separate);
     kq::require(kq::Api<T>::smooth(recording.history.get()), "smooth");
-    std::vector<Belief<double>> beliefs;
+    std::vector<Belief<Wide<T>>> beliefs;
     for (std::size_t t = 0; t < model.past.size(); ++t) {
-        beliefs.push_back(smoothedBelief<T>(recording.history.get(), t, n));
+        beliefs.push_back(readSmoothed(recording.history, t));
         compareOrder<T>(figures, recording.filtered[t], beliefs[t]);
     }
     figures.add("last step", difference(beliefs.back(), recording.filtered.back()));
@@ -191,50 +179,41 @@ template <class T> std::vector<Belief<double>> smoothAll(Figures &figures, const
 
 /// Step by step, with everything that a step can give; a process that has changed is passed in.
 template <class T>
-void smoothInSteps(Figures &figures, const Case &model, const std::vector<Belief<double>> &beliefs)
+void smoothInSteps(Figures &figures, const Case &model, const std::vector<Belief<Wide<T>>> &beliefs)
 {
     const Sequence &sequence = model.sequence;
-    const Eigen::Index n = sequence.states();
-    const auto width = static_cast<std::size_t>(n);
     Recording<T> recording(sequence, Processes::shared);
-    std::vector<T> lagOne(width * width), mean(width), covariance(width * width);
-    const typename kq::Api<T>::Extras extras{lagOne.data(), mean.data(), covariance.data()};
     for (std::size_t t = sequence.steps.size(); t-- > 0;) {
         const bool changed = sequence.processes.size() > 1;
         const auto *process =
             changed ? recording.library.process(sequence.steps[t].process) : nullptr;
-        auto *history = recording.history.get();
-        kq::require(kq::Api<T>::smoothStep(history, process, &extras), "smooth step");
-        const Belief<double> now = smoothedBelief<T>(history, t, n);
-        figures.add("one by one", difference(now, beliefs[t]));
-        compareStep(
-            figures, model, t,
-            {now, unflattened(lagOne, n), unflattened(mean, n, 1), unflattened(covariance, n)},
-            floorOf<T>());
-        compareMeasurementNoise<T>(figures, model, t, history);
+        const Smoothed<Wide<T>> now = smoothStep(recording.history, process, t);
+        figures.add("one by one", difference(now.belief, beliefs[t]));
+        compareStep(figures, model, t, now, floorOf<T>());
+        compareMeasurementNoise(figures, model, t, recording.history);
     }
 }
 
 /// The means alone, beside those of the full pass and the reference.
 template <class T>
-void smoothStates(Figures &figures, const Case &model, const std::vector<Belief<double>> &beliefs)
+void smoothStates(Figures &figures, const Case &model, const std::vector<Belief<Wide<T>>> &beliefs)
 {
     Recording<T> recording(model.sequence, Processes::separate);
     kq::require(kq::Api<T>::smoothStates(recording.history.get()), "smooth states");
     for (std::size_t t = 0; t < model.past.size(); ++t) {
         const Belief<Quad> &exact = model.past[t].belief;
         const Vector<Quad> unit = units(model, exact.covariance, floorOf<T>());
-        const Belief<double> now =
-            smoothedBelief<T>(recording.history.get(), t, model.sequence.states());
-        figures.add("x alone", meanError(now.mean, exact.mean, unit));
-        figures.add("x alone - x", meanError(now.mean, beliefs[t].mean.cast<Quad>().eval(), unit));
+        const Vector<Wide<T>> now = readSmoothedMean(recording.history, t);
+        const Vector<Quad> other = beliefs[t].mean.template cast<Quad>();
+        figures.add("x alone", meanError(now, exact.mean, unit));
+        figures.add("x alone - x", meanError(now, other, unit));
     }
 }
 
 template <class T> Figures compareLibrary(const Case &model)
 {
     Figures figures;
-    const std::vector<Belief<double>> beliefs = smoothAll<T>(figures, model);
+    const std::vector<Belief<Wide<T>>> beliefs = smoothAll<T>(figures, model);
     smoothInSteps<T>(figures, model, beliefs);
     smoothStates<T>(figures, model, beliefs);
     return figures;
@@ -249,13 +228,13 @@ Figures compareReference(const Case &model, const std::vector<Smoothed<Real>> &p
     Figures figures;
     for (std::size_t t = 0; t < past.size(); ++t) {
         const Smoothed<Real> &now = past[t];
-        compareStep(figures, model, t,
-                    {{now.belief.mean.template cast<double>(),
-                      now.belief.covariance.template cast<double>()},
-                     now.lagOne.template cast<double>(),
-                     now.noiseMean.template cast<double>(),
-                     now.noiseCovariance.template cast<double>()},
-                    floorOf<float>());
+        compareStep<double>(figures, model, t,
+                            {{now.belief.mean.template cast<double>(),
+                              now.belief.covariance.template cast<double>()},
+                             now.lagOne.template cast<double>(),
+                             now.noiseMean.template cast<double>(),
+                             now.noiseCovariance.template cast<double>()},
+                            floorOf<float>());
     }
     return figures;
 }
@@ -277,7 +256,7 @@ double refinement(const Case &model, double floor)
 template <class T> Figures inRoundings(const Case &model, const Figures &figures)
 {
     const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = model.amplification(), reach = Reach<T>(model).value();
+    const double amplification = amplificationOf<T>(model), reach = Reach<T>(model).value();
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "x" || name == "x alone" || name == "x alone - x" || name == "w" ||
@@ -290,7 +269,7 @@ template <class T> Figures inRoundings(const Case &model, const Figures &figures
     return result;
 }
 
-/// What holds for both number types: order in roundings of a covariance handed over, and flags.
+/// What holds for all arithmetics: order in roundings of a covariance handed over, and flags.
 Bounds allOf(double mean, double covariance)
 {
     return {
@@ -307,8 +286,9 @@ void compareLibrary(Report &report, const std::string &group, const Case &model,
     const std::string title = kq::Api<T>::name + (", " + group), &name = model.sequence.name;
     const Figures figures = compareLibrary<T>(model);
     report.add(title, name, figures, bounds);
-    report.add(title, name, inRoundings<T>(model, figures),
-               {{"x in roundings", 32}, {"P in roundings", 64}});
+    report.add(
+        title, name, inRoundings<T>(model, figures),
+        {{"x in roundings", roundingsLimit<T>(32)}, {"P in roundings", roundingsLimit<T>(64)}});
 }
 
 /// The gain of Rauch, Tung and Striebel needs the inverse of P-: a tolerance decides on its rank,
@@ -333,6 +313,7 @@ void compareAll(Report &report, const std::string &group, const Case &model)
     compareLibrary<double>(report, group, model, allOf(1e-9, 1e-10));
     const bool named = group == "named models";
     compareLibrary<float>(report, group, model, named ? allOf(1e-3, 2e-5) : allOf(infinite, 1e-3));
+    compareLibrary<Q31>(report, group, model, named ? allOf(1e-5, 1e-5) : allOf(1e-4, 1e-4));
 }
 
 void compareBatch(Report &report, Random &random, int number)

@@ -28,11 +28,13 @@ template <class Real> using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 /// x[t+1] = A x[t] + B u[t] + w[t],  w ~ N(0, F F').  B is n x 0 without controls.
 struct ProcessModel {
     Matrix<double> A, B, F;
+    Vector<double> range = Vector<double>(); // of u, for q31 only
 };
 
 /// z = H x + v,  v ~ N(0, R).
 struct SensorModel {
     Matrix<double> H, R;
+    Vector<double> range = Vector<double>(); // of z, for q31 only
 
     bool diagonal() const { return R.isDiagonal(0); }
     Eigen::Index components() const { return H.rows(); }
@@ -54,7 +56,8 @@ struct Step {
 };
 
 /// A run: update, predict, update, ..., update.  Every number in it is a float, so that all
-/// number types see the same data.
+/// number types see the same data.  Where ranges are declared, x0, u and z are on the grids of
+/// the q31 formats too.
 struct Sequence {
     std::string name;
     Vector<double> x0;
@@ -62,6 +65,7 @@ struct Sequence {
     std::vector<ProcessModel> processes;
     std::vector<SensorModel> sensors;
     std::vector<Step> steps;
+    Vector<double> range = Vector<double>(); // of x, for q31 only
 
     Eigen::Index states() const { return x0.size(); }
 };

@@ -1,0 +1,178 @@
+// A million steps in q31, a third of the measurements missing: two models that forget nothing
+// (no process noise, so that the errors of all steps add up) and one that does.
+//
+// The reference is a filter in quadruple precision, one scalar measurement after the other in
+// Joseph's form: its own error is 2^-113 a step.  Beside q31, f32 on the same data.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "accuracy.hpp"
+#include "library_run.hpp"
+#include "numerics_models.hpp"
+#include "verdict.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+constexpr std::size_t stepCount = 1000000;
+constexpr Mode gaps = {"30 % missing", 0.3, false};
+constexpr double meanGoal = 1e-3, covarianceGoal = 2e-3;
+/// Of an error from 1e5 to 1e6 steps, and squared from 1e4.  The square of time would be 100.
+constexpr double growthGoal = 30;
+
+class Reference
+{
+  public:
+    explicit Reference(const Sequence &sequence)
+        : model_(sequence), belief_{convert<Quad>(sequence.x0), convert<Quad>(sequence.P0)}
+    {
+    }
+
+    void update(const Reading &reading)
+    {
+        const Eigen::Index n = belief_.mean.size();
+        for (const Eigen::Index c : presentComponents(reading)) {
+            const Vector<Quad> h = model_.H[reading.sensor].row(c).transpose();
+            const Quad r = model_.R[reading.sensor](c, c);
+            const Vector<Quad> Ph = belief_.covariance * h;
+            const Vector<Quad> K = Ph / (h.dot(Ph) + r);
+            const Matrix<Quad> rest = Matrix<Quad>::Identity(n, n) - K * h.transpose();
+            belief_.mean += K * (Quad(reading.z(c)) - h.dot(belief_.mean));
+            belief_.covariance = symmetric<Quad>(rest * belief_.covariance * rest.transpose() +
+                                                 r * K * K.transpose());
+        }
+    }
+
+    void predict(const Step &step)
+    {
+        reference::predict(belief_, model_.A[step.process], model_.Q[step.process],
+                           model_.drive(step));
+    }
+
+    const Belief<Quad> &belief() const { return belief_; }
+
+  private:
+    Model<Quad> model_;
+    Belief<Quad> belief_;
+};
+
+/// The largest error of the second half of 1e4, 1e5 and 1e6 steps: one instant may be lucky.
+struct Growth {
+    static constexpr std::array<std::size_t, 3> ends = {stepCount / 100, stepCount / 10, stepCount};
+    std::array<double, 3> errors{};
+    double worst = 0;
+
+    void add(std::size_t t, double error)
+    {
+        worst = std::max(worst, error);
+        for (std::size_t k = 0; k < ends.size(); ++k) {
+            if (t < ends[k] && 2 * t >= ends[k]) errors[k] = std::max(errors[k], error);
+        }
+    }
+
+    void print(const char *name) const
+    {
+        std::printf("   %s %7.1e %7.1e %7.1e, worst %7.1e", name, errors[0], errors[1], errors[2],
+                    worst);
+    }
+};
+
+/// One filter of the library.
+template <class T> class Runner
+{
+  public:
+    explicit Runner(const Sequence &sequence) : run_(sequence) {}
+
+    void update(const Step &step, const Belief<Quad> &exact, std::size_t t)
+    {
+        run_.update(step);
+        const Belief<Wide<T>> mine = run_.belief();
+        const Vector<Quad> sigma = sigmas(exact.covariance);
+        x.add(t, meanError(mine.mean, exact.mean, sigma));
+        P.add(t, covarianceError(mine.covariance, exact.covariance, sigma));
+        eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
+        events |= run_.events();
+    }
+
+    void predict(const Step &step) { run_.predict(step); }
+
+    void print(const std::string &model) const
+    {
+        std::printf("%-14s %s", model.c_str(), kq::Api<T>::name);
+        x.print("x");
+        P.print("P");
+        std::printf("   %8.1e\n", eigenvalue);
+    }
+
+    Growth x, P;
+    double eigenvalue = 1;
+    unsigned events = 0;
+
+  private:
+    LibraryRun<T> run_;
+};
+
+void checkGrowth(Verdict &verdict, const Growth &growth, double goal, const std::string &name)
+{
+    const double least = growthGoal * std::min(growth.errors[1], growthGoal * growth.errors[0]);
+    verdict.expectAtMost(growth.worst, goal, name);
+    verdict.expectAtMost(growth.errors[2], least, name + " at 1e6 steps, from 1e5 and 1e4");
+}
+
+void check(Verdict &verdict, const Runner<Q31> &runner, const std::string &name, Eigen::Index n)
+{
+    verdict.expect(runner.events == 0, name + ": an event was raised");
+    verdict.expectAtLeast(runner.eigenvalue, -eigenvalueRounding<Q31>(n),
+                          name + ": smallest eigenvalue of P");
+    checkGrowth(verdict, runner.x, meanGoal, name + ": error of x");
+    checkGrowth(verdict, runner.P, covarianceGoal, name + ": error of P");
+}
+
+/// The measurements are drawn on the way: a million of them need not be kept.
+void testModel(Verdict &verdict, const NumericsModel &model, std::uint64_t seed)
+{
+    Sequence sequence = simulate(model, gaps, 0, seed);
+    sequence.sensors.push_back(model.sensor);
+    Random random(seed);
+    Vector<double> truth = trueStart(model, random);
+    Reference exact(sequence);
+    Runner<Q31> q31(sequence);
+    Runner<float> f32(sequence);
+    for (std::size_t t = 0; t < stepCount; ++t) {
+        const Step step{
+            {drawReading(model, gaps, model.sensor, truth, random)}, 0, Vector<double>()};
+        exact.update(step.readings[0]);
+        q31.update(step, exact.belief(), t);
+        f32.update(step, exact.belief(), t);
+        exact.predict(step);
+        q31.predict(step);
+        f32.predict(step);
+        truth = moved(model, truth, random);
+    }
+    q31.print(model.name);
+    f32.print(model.name);
+    check(verdict, q31, model.name, model.states());
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    std::printf("seed %llu, %zu steps, %s\n", static_cast<unsigned long long>(seed), stepCount,
+                gaps.name);
+    std::printf("largest error of the second half of 1e4, 1e5 and 1e6 steps, and of all; smallest "
+                "eigenvalue of P\n");
+    Verdict verdict;
+    for (const NumericsModel &model : {constantState(), straightLine(), rotation()}) {
+        testModel(verdict, model, seed);
+    }
+    return verdict.finish();
+}
