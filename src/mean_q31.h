@@ -61,7 +61,7 @@ static inline int64_t wide_product(scaled c, int32_t high, int32_t low, int limi
 /* x_i as one word, and what that leaves */
 static inline int32_t mean_get(const int32_t *x, int n, int i)
 {
-    const wide rounded = (wide_get(x, n, i) + (1 << 23)) >> 24;
+    const wide rounded = (wide_get(x, n, i) + (INT32_C(1) << 23)) >> 24;
     return rounded > INT32_MAX ? INT32_MAX : rounded < -INT32_MAX ? -INT32_MAX : (int32_t)rounded;
 }
 

@@ -334,8 +334,8 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
  * for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the sigmas: a
  * sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of its state
  * is lost; a noise-free measurement counts as one of 2^-24 word in every state.
- * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R
- * is decorrelated at every update, and a measurement with R below 2^-8 S is taken in stages.
+ * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated
+ * R is decorrelated at every update, and a measurement with R below 2^-8 S is taken in stages.
  */
 kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);

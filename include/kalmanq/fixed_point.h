@@ -34,8 +34,8 @@ extern "C" {
 
 /**
  * mantissa * 2^exponent, 2^30 <= |mantissa| < 2^31, or both 0.  In a table |exponent| is at most
- * KQ_EXPONENT_MAX_Q31.  By hand: 0.01 is {(int32_t)(0.01 * 0x1p37 + 0.5), -37}, 1 is {1 << 30,
- * -30}.
+ * KQ_EXPONENT_MAX_Q31.  By hand: 0.01 is {(int32_t)(0.01 * 0x1p37 + 0.5), -37}, 1 is
+ * {(int32_t)0x1p30, -30}.
  */
 typedef struct {
     int32_t mantissa;
