@@ -26,14 +26,14 @@ static inline int32_t narrow(int64_t a, int shift, int bits)
 }
 
 /* a 2^-shift rounded to nearest, for any shift >= 0: never larger than a */
-static inline int32_t lower(int32_t a, int shift)
+static inline int32_t lower(int32_t a, int32_t shift)
 {
     if (shift == 0) return a;
     return shift > 31 ? 0 : (a >> shift) + (a >> (shift - 1) & 1);
 }
 
 /* The same for |a| < 2^63 - 1, in one shift of variable length */
-static inline int64_t lower_wide(int64_t a, int shift)
+static inline int64_t lower_wide(int64_t a, int32_t shift)
 {
     if (shift == 0) return a;
     return shift > 63 ? 0 : ((a >> (shift - 1)) + 1) >> 1;

@@ -55,7 +55,7 @@ static inline int64_t wide_product(scaled c, int32_t high, int32_t low, int limi
     if (p == 0) return 0;
     if (shift > 58 + limit || p > most >> shift || p < -(most >> shift))
         return p < 0 ? -most : most;
-    return raise_wide(p, shift, 62);
+    return raise_wide(p, (int)shift, 62);
 }
 
 /* x_i as one word, and what that leaves */
@@ -77,7 +77,7 @@ static inline wide wide_from(int64_t p, int32_t shift)
     if (p == 0) return 0;
     if (shift > 0) {
         if (shift > 56 || p > most >> shift || p < -(most >> shift)) return p < 0 ? -most : most;
-        return raise_wide(p, shift, 56);
+        return raise_wide(p, (int)shift, 56);
     }
     const wide value = lower_wide(p, -shift);
     return value > most ? most : value < -most ? -most : value;

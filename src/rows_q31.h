@@ -58,7 +58,7 @@ static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 
 static inline int32_t moved(int32_t a, int32_t down)
 {
-    return down >= 0 ? lower(a, down) : raise(a, -down, 30);
+    return down >= 0 ? lower(a, down) : raise(a, (int)-down, 30);
 }
 
 /*
@@ -275,7 +275,7 @@ static inline rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
     t.exponent = (s.exponent - 29) >> 1;
     t.down = t.exponent - f[n];
     const int32_t up = r.exponent - 2 * t.exponent; /* <= 31, since r <= s */
-    t.a = (uint64_t)(up >= 0 ? raise_wide(r.mantissa, up, 62) : lower(r.mantissa, -up));
+    t.a = (uint64_t)(up >= 0 ? raise_wide(r.mantissa, (int)up, 62) : lower(r.mantissa, -up));
     if (t.a == 0) t.a = 1;
     rotor_take_root(&t);
     return t;
@@ -286,7 +286,7 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
 {
     const rotor before = *t;
     rotation turn;
-    turn.f = t->down >= 0 ? lower(f, t->down) : raise(f, -t->down, 31);
+    turn.f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
     t->a += (uint64_t)product(turn.f, turn.f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
     const int half = (before.zeros - t->zeros) / 2;

@@ -90,7 +90,7 @@ static inline int32_t checked_narrow(checked_site *site, int64_t a, int shift, i
     return (int32_t)result;
 }
 
-static inline int32_t checked_lower(checked_site *site, int32_t a, int shift)
+static inline int32_t checked_lower(checked_site *site, int32_t a, int32_t shift)
 {
     if (shift < 0) checked_stop(site, "negative shift", a, shift, 31, 0);
     if (shift == 0) return a;
@@ -98,7 +98,7 @@ static inline int32_t checked_lower(checked_site *site, int32_t a, int shift)
     return (int32_t)checked_result(site, ((int64_t)(a >> (shift - 1)) + 1) >> 1, a, shift, 31);
 }
 
-static inline int64_t checked_lower_wide(checked_site *site, int64_t a, int shift)
+static inline int64_t checked_lower_wide(checked_site *site, int64_t a, int32_t shift)
 {
     if (shift < 0) checked_stop(site, "negative shift", a, shift, 63, 0);
     if (shift == 0) return a;
