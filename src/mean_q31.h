@@ -42,9 +42,9 @@ static inline unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
 }
 
 /*
- * c (high + low 2^-24) in units of 2^-27, rounded.  c.mantissa x < 2^31 2^31 2^0, so the product
- * with its lower part stays below 2^62; what the exponent makes larger than 2^58 (a full word is
- * 2^58) times 2^limit is held there.
+ * c (high + low 2^-24) in units of 2^-27, rounded.  |c.mantissa| < 2^31 and |high| <= 2^31, so
+ * the product with its lower part stays within 2^62; what the exponent makes larger than 2^58 (a
+ * full word is 2^58) times 2^limit is held there.
  */
 static inline int64_t wide_product(scaled c, int32_t high, int32_t low, int limit)
 {
@@ -87,7 +87,7 @@ static inline wide wide_from(int64_t p, int32_t shift)
 static inline unsigned mean_correct(int32_t *x, int n, int i, scaled b, scaled w)
 {
     const wide d = wide_from(product(b.mantissa, w.mantissa), b.exponent + w.exponent + 24);
-    return wide_set_held(x, n, i, wide_get(x, n, i) + d);
+    return wide_set_held(x, n, i, sum_of(wide_get(x, n, i), d, 58));
 }
 
 static inline unsigned mean_correct_exactly(int32_t *x, int n, int i, scaled b, scaled w)
@@ -128,7 +128,7 @@ static inline scaled mean_residual(int32_t z, const scaled *h, const int32_t *x,
     int64_t sum = raise_wide(z, 27, 58);
     for (int k = 0; k < n; k++) {
         if (h[k].mantissa == 0) continue;
-        sum -= wide_product(h[k], x[k], x[n + k], 4);
+        sum = sum_of(sum, -wide_product(h[k], x[k], x[n + k], 4), 63);
     }
     return scaled_of(sum, -27);
 }

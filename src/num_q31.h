@@ -1,7 +1,7 @@
 /*
  * The number layer for fixed point: 32-bit words, in rows with an exponent (rows_q31.h), numbers
- * of any size (scaled_q31.h), the mean in 56 bits (mean_q31.h).  Integer operations only, all of
- * them in fixed.h and inverse_q31.h.
+ * of any size (scaled_q31.h), the mean in 56 bits (mean_q31.h).  Integer operations only; what
+ * could lose a bit is in fixed.h, where tests/checked watches it.
  */
 #ifndef KALMANQ_NUM_Q31_H
 #define KALMANQ_NUM_Q31_H

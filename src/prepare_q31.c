@@ -93,7 +93,8 @@ kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
     for (int i = 0; i < count; i++) {
         const double word = scaled_double(x[i], format[i].fraction), size = word < 0 ? -word : word;
         if (size >= format[i].range + 0.5) {
-            const int bits = size > INT32_MAX ? exponent_of(size) - 31 : 0;
+            const int most = exponent_of(size) - 31; /* 0 at 2^31 - 1/2, which rounds up */
+            const int bits = size < INT32_MAX + 0.5 ? 0 : most > 0 ? most : 1;
             if (misfit) *misfit = (kq_misfit_q31){.component = i, .bits = bits};
             return KQ_ERR_RANGE;
         }

@@ -119,8 +119,8 @@ static inline void row_of(int32_t *row, const scaled *entries, int width)
 /* One entry of a combination as align has prepared it */
 static inline int32_t combined(sum total) { return narrow(total, 30, 31); }
 
-/* The noise block G of predict: rows of norm below 2^29, each brought to the exponent of its row of
-   A S, which align has made no smaller.  The norm of both is below 2^30.2.  NULL: none. */
+/* The noise block G of predict, NULL: none.  Its rows, of norm 2^30 at most, are brought to the
+   exponent of their row of A S, at least one above their own: the norm of both is below 2^30.2. */
 static inline int32_t noise_exponent(const int32_t *G, int n, int l)
 {
     return G[KQ_TRIANGLE(n) + l] + 1;

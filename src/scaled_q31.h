@@ -65,7 +65,7 @@ static inline scaled scaled_plus(scaled a, scaled b)
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
-/* a >= 0: sqrt(v 2^e) with v = mantissa or, for e even, twice that, in [2^30, 2^32) */
+/* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
 static inline scaled scaled_root(scaled a)
 {
     if (a.mantissa <= 0) return (scaled){0, 0};

@@ -321,7 +321,7 @@ kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t 
  * the events and the log-likelihood, detaches the history.
  *   misfit   written if a mean is beyond its declared range (KQ_ERR_RANGE), or NULL
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE
- * (a row of the root whose norm is not below 2^30, an exponent beyond 1000, a negative pivot).
+ * (a row of the root whose norm is above 2^30, an exponent beyond 1000, a negative pivot).
  */
 kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
                              kq_misfit_q31 *misfit);
@@ -329,13 +329,14 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
 /**
  * As in f32.  KQ_ERR_MISMATCH also where filter and process or sensor do not agree on the
  * states' formats; KQ_ERR_RANGE for a control or a measurement outside its declared range.
- * Nothing can overflow but the mean, which is held at +-2^31 words with KQ_EVENT_SATURATED.
- * Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-29 of their norm, and
- * for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the sigmas: a
- * sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of its state
- * is lost; a noise-free measurement counts as one of 2^-24 word in every state.
- * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated
- * R is decorrelated at every update, and a measurement with R below 2^-8 S is taken in stages.
+ * Nothing can overflow but the mean, which is held at +-2^31 words with KQ_EVENT_SATURATED;
+ * KQ_EVENT_OVERFLOW does not occur.  An innovation variance of 2^-200 squared words is at the
+ * floor. Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-29 of their
+ * norm, and for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the
+ * sigmas: a sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of
+ * its state is lost; a noise-free measurement counts as one of 2^-24 word in every state. Cost: the
+ * multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is
+ * decorrelated at every update, and a measurement with R below 2^-8 S is taken in stages.
  */
 kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);

@@ -2,8 +2,9 @@
  * kalmanq: a model of doubles made into the tables of the q31 arithmetic.
  *
  * On the host to write a table for flash, or on the target at start-up: the same bytes by
- * either way, and on every machine.  It is the one part of q31 that computes in floating point, in
- * a file of its own: firmware with tables in flash does not link it.
+ * either way, and on every machine whose double has 64 bits (avr-gcc: -mdouble=64).  It is the one
+ * part of q31 that computes in floating point, in a file of its own: firmware with tables in flash
+ * does not link it.
  *
  *     double              becomes        by
  *     range               kq_format_q31  kq_format_prepare, kq_format_prepare_named
@@ -12,7 +13,7 @@
  *     R                   kq_scaled_q31  kq_noise_prepare, kq_noise_prepare_diagonal
  *     x0, u, z            words          kq_vector_prepare
  *
- * Everything written is left as it was if the call is refused.
+ * If a call is refused nothing is written but the misfit, if there is one.
  */
 #ifndef KALMANQ_PREPARE_H
 #define KALMANQ_PREPARE_H
@@ -26,8 +27,8 @@ extern "C" {
 /**
  * The format with the most fraction bits that holds +-range.
  *   range    > 0, in the component's unit
- * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (0 or negative, or no format can hold it:
- * 2^-64 <= range <= (2^31 - 1) 2^64).
+ * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (0 or negative, or outside 2^-64 .. (2^31 - 1) 2^64,
+ * which no format holds).
  */
 kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
 
@@ -36,7 +37,7 @@ kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
  *   misfit   written if the range does not fit: bits more integer bits are needed; the caller
  *            fills in whose format it is.  Or NULL.
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_SIZE (fraction), KQ_ERR_RANGE (it does not fit, is not
- * positive, or is below half of the last bit).
+ * positive, is below half of the last bit or outside 2^-64 .. (2^31 - 1) 2^64).
  */
 kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
                                       kq_misfit_q31 *misfit);
@@ -57,9 +58,9 @@ kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows,
  * The root of a covariance of the states, Q = G G' or P0.
  *   root     KQ_ROOT_LEN_Q31(n) words, written
  *   P        n x n, symmetric positive semi-definite, may be singular or 0
- * Accuracy: that of kq_process_init_f64, then 29 to 30 bits of each row's norm.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
- * KQ_ERR_COEFFICIENT.
+ * Accuracy: that of kq_process_init_f64, then half a unit in each entry, the largest of a row
+ * having 28 bits (30 in the last row, 29 in the three above it). KQ_ERR_NULL, KQ_ERR_SIZE,
+ * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_COEFFICIENT.
  */
 kq_status kq_root_prepare_q31(int32_t *root, const double *P, int n, const kq_format_q31 *format);
 
@@ -85,8 +86,9 @@ kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, i
 /**
  * Words of x, rounded to nearest.
  *   words    count, written
- *   misfit   written if a value is beyond its declared range; or NULL
- * KQ_ERR_NULL, KQ_ERR_SIZE (count: 1..16), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE.
+ *   misfit   written if a value is beyond its declared range: component and bits (the quantity is
+ * the caller's to fill in, KQ_STATE is written); or NULL KQ_ERR_NULL, KQ_ERR_SIZE (count: 1..16, or
+ * a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE.
  */
 kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
                                 const kq_format_q31 *format, kq_misfit_q31 *misfit);

@@ -145,8 +145,10 @@ typedef struct {
  *   misfit   written if formats and coefficients do not fit (KQ_ERR_RANGE), or NULL
  * What is checked, so that nothing can overflow afterwards, whatever the data:
  *     sizes, pointers, fractions and ranges; coefficients as fixed_point.h says;
- *     row norms of G below 2^30, its pivots >= 0;
- *     sum_k |A_ik| + sum_k |B_ik| <= 16 in words: if not, state i needs more integer bits.
+ *     row norms of G at most 2^30, its pivots >= 0;
+ *     sum_k |A_ik| + sum_k |B_ik| <= 16 in words: if not, state i needs more integer bits, at
+ *     least as many as the misfit says (KQ_ERR_RANGE);  |A_ii| <= 16, which no format could help
+ *     (KQ_ERR_COEFFICIENT).
  * Cost: n^2 + n l additions.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
  */

@@ -2,7 +2,8 @@
  * kalmanq: what a call answers, and what a filter remembers.
  *
  * A call that is given something wrong is REFUSED: it returns a negative kq_status, and every
- * object and every output array is byte for byte what it was.  A numeric EVENT is not an
+ * object and every output array is byte for byte what it was (but for a kq_misfit_q31, which says
+ * why).  A numeric EVENT is not an
  * error: the call does what is best, and a sticky bit in the filter says that it happened.
  */
 #ifndef KALMANQ_STATUS_H
@@ -28,7 +29,8 @@ typedef enum {
     KQ_ERR_NOT_SEMIDEFINITE = -6,
     /** The object was never initialised, or its initialisation was refused. */
     KQ_ERR_NOT_READY = -7,
-    /** Two objects of one call have different numbers of states, or one is given twice. */
+    /** Two objects of one call have different numbers of states, q31: different formats of the
+        states, or one is given twice. */
     KQ_ERR_MISMATCH = -8,
     /** The history holds nothing to smooth, or has been smoothed already. */
     KQ_ERR_HISTORY_EMPTY = -9,
@@ -36,7 +38,7 @@ typedef enum {
     KQ_ERR_HISTORY_FULL = -10,
     /** q31: a value is outside its declared range, or a range does not fit its format. */
     KQ_ERR_RANGE = -11,
-    /** q31: a coefficient has no mantissa and exponent within their limits. */
+    /** q31: a coefficient has no mantissa and exponent within their limits, or |A_ii| > 16. */
     KQ_ERR_COEFFICIENT = -12,
     /** q31: a table contradicts itself, as a corrupted one does. */
     KQ_ERR_TABLE = -13
