@@ -12,6 +12,23 @@
 #define KQ_NOINLINE
 #endif
 
+/* A kernel that is to be compiled for the sizes it is called with. */
+#if defined(__GNUC__)
+#define KQ_INLINE static inline __attribute__((always_inline))
+#else
+#define KQ_INLINE static inline
+#endif
+
+/* Before a loop over states: where the sizes are constants (fixed_sizes.h) it is unrolled. */
+#ifndef KQ_UNROLL
+#define KQ_UNROLL
+#endif
+
+/* A function with scratch of its own, inline where the sizes are constants. */
+#ifndef KQ_APART
+#define KQ_APART KQ_NOINLINE static
+#endif
+
 /* Zeros above the highest bit that is set; 32 for 0. */
 static inline int leading_zeros(uint32_t a)
 {

@@ -30,10 +30,10 @@ static inline void coordinate_turn(num *a, int n, int i, wide *b, scaled c, scal
     *b = c * *b - s * old;
 }
 
-static inline void reflect_back(num *xi, int n, int first, wide alpha, const num *r, num p, num q)
+static inline void reflect_back(num *xi, int n, int first, wide alpha, const num *r, const num *pq)
 {
-    const num along = dot(0, r, xi + first, n - first) * q;
-    for (int k = first; k < n; k++) xi[k] += (alpha - along) * p * r[k - first];
+    const num along = dot(0, r, xi + first, n - first) * pq[1];
+    for (int k = first; k < n; k++) xi[k] += (alpha - along) * pq[0] * r[k - first];
 }
 
 /* Row i of a root times a */

@@ -28,21 +28,21 @@ static inline wide coordinate_of(scaled a)
     return wide_held(wide_from(a.mantissa, a.exponent - coordinate_exponent));
 }
 
-/* c a in units of 2^-27 of a word of a */
+/* c a in units of 2^-26 of a word of a */
 static inline int64_t coordinate_part(scaled c, wide a)
 {
-    return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff), 0);
+    return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff));
 }
 
-/* row'a of a row of coordinates; |row| <= 1: at most 16 2^58 */
+/* row'a of a row of coordinates; |row| <= 1: at most 16 2^57 */
 static inline wide coordinate_dot(const int32_t *row, const int32_t *a, int n)
 {
     int64_t total = 0;
     for (int k = 0; k < n; k++) {
         const scaled c = {row[k], one_exponent};
-        total = sum_of(total, wide_product(c, a[k], a[n + k], 0), 62);
+        total = sum_of(total, wide_product(c, a[k], a[n + k]), 62);
     }
-    return lower_wide(total, 3);
+    return lower_wide(total, 2);
 }
 
 /* a <- c a + s b,  b <- c b - s a */
@@ -51,26 +51,25 @@ static inline void coordinate_turn(int32_t *a, int n, int i, wide *b, scaled c, 
     const wide old = wide_get(a, n, i);
     const int64_t now = sum_of(coordinate_part(c, old), coordinate_part(s, *b), 60);
     const int64_t other = sum_of(coordinate_part(c, *b), -coordinate_part(s, old), 60);
-    coordinate_set(a, n, i, lower_wide(now, 3));
-    *b = wide_held(lower_wide(other, 3));
+    coordinate_set(a, n, i, lower_wide(now, 2));
+    *b = wide_held(lower_wide(other, 2));
 }
 
 /* One reflector (V, q) backwards: xi += V (alpha - q V'xi); V in Q30, q in Q31, p is not needed */
 static inline void reflect_back(int32_t *xi, int n, int first, wide alpha, const int32_t *V,
-                                int32_t p, int32_t q)
+                                const int32_t *pq)
 {
-    (void)p;
-    int64_t along = 0; /* |V| <= 1: at most 16 2^58 */
+    int64_t along = 0; /* |V| <= 1: at most 16 2^57 */
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
-        along = sum_of(along, wide_product(c, xi[k], xi[n + k], 0), 62);
+        along = sum_of(along, wide_product(c, xi[k], xi[n + k]), 62);
     }
-    const scaled share = {q, -31};
-    const wide back = lower_wide(coordinate_part(share, wide_held(lower_wide(along, 3))), 3);
+    const scaled share = {pq[1], -31};
+    const wide back = lower_wide(coordinate_part(share, wide_held(lower_wide(along, 2))), 2);
     const wide d = wide_held(alpha - back);
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
-        const wide move = lower_wide(coordinate_part(c, d), 3);
+        const wide move = lower_wide(coordinate_part(c, d), 2);
         coordinate_set(xi, n, k, sum_of(wide_get(xi, n, k), move, 57));
     }
 }
@@ -81,9 +80,9 @@ static inline void mean_move(int32_t *x, int n, int i, const scaled *row, const 
     int64_t total = 0;
     for (int k = i; k < n; k++) {
         const scaled c = scaled_shift(row[k - i], 24 + coordinate_exponent);
-        total = sum_of(total, wide_product(c, a[k], a[n + k], 0), 62);
+        total = sum_of(total, wide_product_held(c, a[k], a[n + k]), 62);
     }
-    (void)wide_set_held(x, n, i, sum_of(wide_get(x, n, i), lower_wide(total, 3), 60));
+    (void)wide_set_held(x, n, i, sum_of(wide_get(x, n, i), lower_wide(total, 2), 60));
 }
 
 /* ------------------------------------------------------------------ rows */
@@ -134,7 +133,7 @@ static inline scaled mean_part(const scaled *row, const int32_t *a, int n, int i
 {
     scaled total = {0, 0};
     for (int k = i; k < n; k++) {
-        const scaled entry = scaled_of(row[k - i].mantissa, row[k - i].exponent);
+        const scaled entry = scaled_normal(row[k - i]);
         const scaled mean = coordinate_scaled(coordinate_get(a, n, k));
         total = scaled_plus(total, scaled_times(entry, mean));
     }

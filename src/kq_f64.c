@@ -1,31 +1,15 @@
 /*
  * kalmanq in double: the algorithm over num_f64.h, and its public names.
  */
-#include "kalmanq/kalmanq.h"
-
-#include "compiler.h"
-#include "num_f64.h"
-
-typedef kq_process_f64 process;
-typedef kq_sensor_f64 sensor;
-typedef kq_filter_f64 filter;
-typedef kq_likelihood_f64 likelihood;
-typedef kq_history_f64 history;
-typedef kq_smooth_extras_f64 smooth_extras;
-
-typedef num score;
-
-#define FILTER_LEN KQ_FILTER_LEN_F64
-#define HISTORY_LEN KQ_HISTORY_LEN_F64
-#define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F64
-#define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
+#include "types_f64.h"
 
 #include "triangle.inc"
 
+#include "process.inc"
 #include "predict.inc"
 #include "update.inc"
 
-#include "process.inc"
+#include "fit_float.inc"
 #include "sensor.inc"
 #include "likelihood.inc"
 #include "filter.inc"
@@ -36,7 +20,11 @@ typedef num score;
 #include "read.inc"
 #include "history.inc"
 
+#include "care.inc"
+#include "take.inc"
 #include "step.inc"
+#include "gain.inc"
+#include "forecast.inc"
 #include "smoother.inc"
 
 kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length)

@@ -1,30 +1,15 @@
 /*
  * kalmanq in fixed point: the algorithm over num_q31.h, and its public names.
  */
-#include "kalmanq/kalmanq.h"
-
-#include "compiler.h"
-#include "num_q31.h"
-
-typedef kq_process_q31 process;
-typedef kq_sensor_q31 sensor;
-typedef kq_filter_q31 filter;
-typedef kq_likelihood_q31 likelihood;
-typedef kq_history_q31 history;
-typedef kq_smooth_extras_q31 smooth_extras;
-typedef int64_t score;
-
-#define FILTER_LEN KQ_FILTER_LEN_Q31
-#define HISTORY_LEN KQ_HISTORY_LEN_Q31
-#define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_Q31
-#define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN_Q31
+#include "types_q31.h"
 
 #include "triangle.inc"
 
+#include "process.inc"
 #include "predict.inc"
 #include "update.inc"
 
-#include "process.inc"
+#include "fit_q31.inc"
 #include "sensor.inc"
 #include "likelihood_q31.inc"
 #include "filter.inc"
@@ -34,7 +19,11 @@ typedef int64_t score;
 #include "read.inc"
 #include "history.inc"
 
+#include "care.inc"
+#include "take.inc"
 #include "step.inc"
+#include "gain.inc"
+#include "forecast.inc"
 #include "smoother.inc"
 
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,

@@ -21,14 +21,22 @@ static inline void mean_set(num *x, int n, int i, num value)
     x[n + i] = 0;
 }
 
-/* x_i += b w; lo is left below an ulp of hi, for the next increment to be added to */
-static inline unsigned mean_correct(num *x, int n, int i, num b, num w)
+/* x_i += b w: into lo, which mean_settle takes into hi at the end of an update */
+KQ_INLINE unsigned mean_correct(num *x, int n, int i, num b, num w)
 {
-    const num low = x[n + i] + b * w;
-    const num high = x[i] + low;
-    x[n + i] = low - (high - x[i]);
-    x[i] = high;
+    x[n + i] += b * w;
     return 0;
+}
+
+/* lo is left below an ulp of hi, for the next increment to be added to. */
+KQ_INLINE void mean_settle(num *x, int n)
+{
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) {
+        const num low = x[n + i], high = x[i] + low;
+        x[n + i] = low - (high - x[i]);
+        x[i] = high;
+    }
 }
 
 /* The same for an increment of any size: hi and lo are brought apart again, the sum is exact. */
@@ -44,17 +52,22 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return 0;
 }
 
-/* z - h'x: the high parts cancel first */
-static inline num mean_residual(num z, const num *h, const num *x, int n)
+/* z - h'x, h being 0 outside of from .. to-1: the high parts cancel first */
+KQ_INLINE num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
 {
-    for (int k = 0; k < n; k++) z -= h[k] * x[k];
-    for (int k = 0; k < n; k++) z -= h[k] * x[n + k];
-    return z;
+    num low = 0;
+    KQ_UNROLL
+    for (int k = from; k < to; k++) {
+        z -= h[k] * x[k];
+        low += h[k] * x[n + k];
+    }
+    return z - low;
 }
 
 /* t <- x rounded, to be read while x is overwritten */
-static inline void mean_copy(num *t, const num *x, int n)
+KQ_INLINE void mean_copy(num *t, const num *x, int n)
 {
+    KQ_UNROLL
     for (int i = 0; i < n; i++) t[i] = mean_get(x, n, i);
 }
 
@@ -65,12 +78,12 @@ static inline num control_drive(const num *row, const num *u, int count)
 
 /* x_i <- row'x + drive as x_i + ((row - e_i)'x + drive), where t holds x rounded and the row
    is zero left of `first`.  row_i - 1 is exact for 1/2 <= row_i <= 2. */
-static inline unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                     num drive)
 {
     num d = x[n + i] + drive + (row[i] - 1) * t[i];
-    for (int k = first; k < i; k++) d += row[k] * t[k];
-    for (int k = i + 1; k < n; k++) d += row[k] * t[k];
+    d = dot(d, row + first, t + first, i - first);
+    d = dot(d, row + i + 1, t + i + 1, n - 1 - i);
     const num high = x[i] + d;
     x[n + i] = d - (high - x[i]);
     x[i] = high;

@@ -24,28 +24,33 @@ static inline void mean_set(num *x, int n, int i, num value)
 }
 
 /* x_i += b w */
-static inline unsigned mean_correct(num *x, int n, int i, num b, num w)
+KQ_INLINE unsigned mean_correct(num *x, int n, int i, num b, num w)
 {
     (void)n;
     x[i] += b * w;
     return 0;
 }
 
+KQ_INLINE void mean_settle(num *x, int n) { (void)x, (void)n; }
+
 static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 {
     return mean_correct(x, n, i, b, w);
 }
 
-/* z - h'x */
-static inline num mean_residual(num z, const num *h, const num *x, int n)
+/* z - h'x, h being 0 outside of from .. to-1 */
+KQ_INLINE num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
 {
-    for (int k = 0; k < n; k++) z -= h[k] * x[k];
+    (void)n;
+    KQ_UNROLL
+    for (int k = from; k < to; k++) z -= h[k] * x[k];
     return z;
 }
 
 /* t <- x, to be read while x is overwritten */
-static inline void mean_copy(num *t, const num *x, int n)
+KQ_INLINE void mean_copy(num *t, const num *x, int n)
 {
+    KQ_UNROLL
     for (int i = 0; i < n; i++) t[i] = x[i];
 }
 
@@ -55,7 +60,7 @@ static inline num control_drive(const num *row, const num *u, int count)
 }
 
 /* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
-static inline unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                     num drive)
 {
     num d = drive;

@@ -22,8 +22,6 @@ static const num num_tiny = 0x1p-120f;         /* smallest variance of a noise *
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
 static const num num_zero_variance = 0x1p-96f; /* an innovation variance below it counts as 0 */
 static const num num_stage = 0x1p-12f;         /* of f'f: the noise of a stage */
-static const num num_window = 0x1p32f;         /* determinant kept within 1/window .. window */
-static const int num_window_bits = 32;
 static const num num_half = 0.5f;
 static const num num_root_half = 0.70710678f;
 static const num num_log_2 = 0.69314718f;
@@ -34,10 +32,23 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return NAN; }
 
-#include "rows_float.h"
+
+/* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
+static inline num num_split(num a, int32_t *exponent)
+{
+    union {
+        num value;
+        uint32_t bits;
+    } both = {a};
+    *exponent += (int32_t)(both.bits >> 23) - 126;
+    both.bits = (both.bits & UINT32_C(0x7fffff)) | UINT32_C(126) << 23;
+    return both.value;
+}
 
 /* r below this share of s is taken in stages */
 static inline num sharp_share(num s) { return s * 0x1p-16f; }
+
+#include "rows_float.h"
 
 #include "mean_pair.h"
 

@@ -21,8 +21,6 @@ static const num num_tiny = 0x1p-400;          /* smallest variance of a noise *
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
 static const num num_stage = 0x1p-44;          /* of f'f: the noise of a stage */
-static const num num_window = 0x1p256;         /* determinant kept within 1/window .. window */
-static const int num_window_bits = 256;
 static const num num_half = 0.5;
 static const num num_root_half = 0.70710678118654752;
 static const num num_log_2 = 0.69314718055994531;
@@ -33,10 +31,23 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return (num)NAN; }
 
-#include "rows_float.h"
+
+/* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
+static inline num num_split(num a, int32_t *exponent)
+{
+    union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    *exponent += (int32_t)(both.bits >> 52) - 1022;
+    both.bits = (both.bits & UINT64_C(0xfffffffffffff)) | UINT64_C(1022) << 52;
+    return both.value;
+}
 
 /* r below this share of s is taken in stages */
 static inline num sharp_share(num s) { return s * 0x1p-48; }
+
+#include "rows_float.h"
 
 #include "mean_single.h"
 

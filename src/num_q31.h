@@ -6,11 +6,7 @@
 #ifndef KALMANQ_NUM_Q31_H
 #define KALMANQ_NUM_Q31_H
 
-#include "rows_q31.h"
-
-#include "mean_q31.h"
-
-#include "coordinates_q31.h"
+#include "scaled_q31.h"
 
 typedef int32_t num;
 
@@ -22,6 +18,12 @@ static const scaled num_stage = {INT32_C(1) << 30, -36}; /* 2^-6 of f'f: the noi
 /* r below this share of s is taken in stages */
 static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
 
+#include "rows_q31.h"
+
 static inline num num_nan(void) { return KQ_NOT_A_WORD_Q31; }
+
+#include "mean_q31.h"
+
+#include "coordinates_q31.h"
 
 #endif

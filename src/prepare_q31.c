@@ -5,7 +5,8 @@
 #include "kalmanq/prepare.h"
 
 #include "kalmanq/process.h"
-#include "rows_q31.h"
+#include "scaled_q31.h"
+#include "triangle.h"
 
 _Static_assert(sizeof(double) == 8, "tables are made where double has 64 bits");
 

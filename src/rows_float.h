@@ -20,6 +20,12 @@ static const num num_one = 1;
 
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
+static inline int32_t entry_exponent(scaled h, const num *E)
+{
+    (void)h, (void)E;
+    return 0;
+}
+
 static inline void row_set_exponent(num *row, int width, int32_t exponent)
 {
     (void)row, (void)width, (void)exponent;
@@ -33,16 +39,48 @@ static inline scaled row_entry(const num *row, int width, int k)
 
 static inline sum add_product(sum total, num a, num b) { return total + a * b; }
 
-static inline sum dot(sum total, const num *a, const num *b, int count)
+KQ_INLINE sum dot(sum total, const num *a, const num *b, int count)
 {
+    KQ_UNROLL
     for (int k = 0; k < count; k++) total = add_product(total, a[k], b[k]);
     return total;
+}
+
+/* rows_q31.h */
+KQ_INLINE void row_times_triangle(num *out, const num *c, const num *s, int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        out[j - from] = dot(c[0] * s[0], c + 1, s + 1, j - from);
+        s -= j;
+    }
+}
+
+/* A column is loaded once for both. */
+KQ_INLINE void two_rows_times_triangle(num *w, num *v, const num *a, const num *b, const num *s,
+                                   int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        num of_a = a[0] * s[0], of_b = b[0] * s[0];
+        KQ_UNROLL
+        for (int k = 1; k <= j - from; k++) {
+            of_a = add_product(of_a, a[k], s[k]);
+            of_b = add_product(of_b, b[k], s[k]);
+        }
+        w[j - from] = of_a;
+        v[j - from] = of_b;
+        s -= j;
+    }
 }
 
 static inline scaled row_product(const num *a, const num *b, int width)
 {
     return dot(0, a, b, width);
 }
+
+/* r + f'f */
+static inline scaled add_square(scaled r, const num *f, int n) { return r + dot(0, f, f, n); }
 
 static inline const num *align(num *c, const scaled *row, const num *E, int stride, int count,
                                int32_t *exponent)
@@ -76,31 +114,63 @@ static inline int32_t noise_exponent(const num *G, int n, int l)
     return 0;
 }
 
-static inline num noise_entry(const num *G, int n, int l, int i, const num *row, int width)
+static inline int32_t noise_shift(const num *G, int n, int l, const num *row, int width)
 {
-    (void)n, (void)row, (void)width;
-    if (!G) return i == l ? num_tiny_root : 0;
-    return G[column(i) + l];
+    (void)G, (void)n, (void)l, (void)row, (void)width;
+    return 0;
 }
 
-static inline num reflector_pivot(const num *G, int i) { return G ? G[column(i) + i] : 0; }
+static inline num noise_word(const num *g, int32_t shift)
+{
+    (void)shift;
+    return *g;
+}
+
+static inline num reflector_pivot(const num *g) { return *g; }
 
 /* r and g_pivot are not normalised: p = 1 / s and q = 1 / (s + g_pivot), s their norm */
-static inline num reflect(num *restrict w, num g, const num *restrict r, num g_pivot, num p, num q,
-                          int count)
+KQ_INLINE num reflect(num *restrict w, num g, const num *restrict r, num g_pivot, const num *pq,
+                      int count)
 {
-    const num entry = dot(g * g_pivot, w, r, count) * p;
-    const num factor = -(entry + g) * q;
+    const num entry = dot(g * g_pivot, w, r, count) * pq[0];
+    const num factor = -(entry + g) * pq[1];
+    KQ_UNROLL
     for (int k = 0; k < count; k++) w[k] += factor * r[k];
     return entry;
 }
 
-/* G_ii >= num_tiny_root, so no norm is ever 0 and nothing needs a test. */
-static inline num close_reflector(num *w, num g, num *p, num *q, int count)
+/* Two rows w and v, their entries into s and the word before it */
+KQ_INLINE void reflect_two(num *s, num *restrict w, num *restrict v, num g_w, num g_v,
+                           const num *restrict r, num g_pivot, const num *pq, int count)
+{
+    num of_w = g_w * g_pivot, of_v = g_v * g_pivot;
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) {
+        of_w = add_product(of_w, w[k], r[k]);
+        of_v = add_product(of_v, v[k], r[k]);
+    }
+    of_w *= pq[0];
+    of_v *= pq[0];
+    s[0] = of_w;
+    s[-1] = of_v;
+    of_w = -(of_w + g_w) * pq[1];
+    of_v = -(of_v + g_v) * pq[1];
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) {
+        w[k] += of_w * r[k];
+        v[k] += of_v * r[k];
+    }
+}
+
+/* The pivot of a row without noise.  G_ii >= num_tiny_root, so no norm is ever 0 and nothing needs a
+   test. */
+#define num_no_noise num_tiny_root
+
+KQ_INLINE num close_reflector(const num *w, num g, num *pq, int count)
 {
     const num s = num_root(dot(g * g, w, w, count));
-    *p = 1 / s;
-    *q = 1 / (s + g);
+    pq[0] = 1 / s;
+    pq[1] = 1 / (s + g);
     return s;
 }
 
@@ -135,6 +205,12 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return r;
 }
 
+/* Is there nothing that the careful update is for: rounding, sharpness, overflow? */
+static inline int is_ordinary(scaled r, scaled s, scaled e)
+{
+    return r >= sharp_share(s) + num_zero_variance && num_is_finite(e * (e / s));
+}
+
 typedef struct {
     num a;
 } rotor;
@@ -149,8 +225,15 @@ static inline rotor rotor_begin(scaled r, scaled s, const num *f, int n)
     return (rotor){.a = r};
 }
 
+/* A turn by 0 costs less than the question. */
+static inline int is_no_turn(num f)
+{
+    (void)f;
+    return 0;
+}
+
 /* Two divisions, not one reciprocal: its rounding would add up in steady operation. */
-static inline rotation rotor_turn(rotor *t, num f)
+KQ_INLINE rotation rotor_turn(rotor *t, num f)
 {
     const num before = t->a;
     t->a += f * f;
@@ -158,16 +241,44 @@ static inline rotation rotor_turn(rotor *t, num f)
     return (rotation){.c = c, .g = c * (f / before), .f = f};
 }
 
-static inline void rotate(num *s, scaled *b, rotation turn)
+/* Column s of S, b_last being 0 before: s <- c s - g b,  b <- b + f s, which is S f so far. */
+KQ_INLINE void rotate(num *restrict s, num *restrict b, rotation turn, int last)
 {
-    const num old = *s;
-    *s = turn.c * old - turn.g * *b;
-    *b += turn.f * old;
+    KQ_UNROLL
+    for (int i = 0; i < last; i++) {
+        const num old = s[i];
+        s[i] = turn.c * old - turn.g * b[i];
+        b[i] += turn.f * old;
+    }
+    b[last] = turn.f * s[last];
+    s[last] *= turn.c;
 }
 
-static inline void rotor_end(const rotor *t, num *S, scaled *b, int n)
+/* With b in units of it, S f is complete. */
+static inline scaled rotor_unit(const rotor *t)
 {
-    (void)t, (void)S, (void)b, (void)n;
+    (void)t;
+    return 1;
+}
+
+/* The x of the state is to move by b times this. */
+static inline scaled rotor_weight(const rotor *t, scaled e, scaled s)
+{
+    (void)t;
+    return e / s;
+}
+
+static inline scaled weight_nis(scaled w, scaled e) { return w * e; }
+
+static inline scaled column_entry(const num *b, const num *S, int n, int i)
+{
+    (void)S, (void)n;
+    return b[i];
+}
+
+static inline void renormalise_if_strong(num *S, scaled r, scaled s, int n)
+{
+    (void)S, (void)r, (void)s, (void)n;
 }
 
 #endif

@@ -17,16 +17,14 @@ typedef int64_t sum;
 #define ROOT_LEN(n) KQ_ROOT_LEN_Q31(n)
 #define SCALED_WORDS 2
 
-/* A row that holds nothing; what is below it is not followed further down. */
-static const int32_t lowest_exponent = -16384;
-static const int32_t low_exponent = -8192;
-static const int32_t high_exponent = 8192;
-
 /* One in a row of coordinates: those have norm 1 at most */
 static const int32_t num_one = INT32_C(1) << 29;
 static const int32_t one_exponent = -29;
 
 static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
+/* Of words of a row of exponent *E times h, where h is 2^k */
+static inline int32_t entry_exponent(scaled h, const int32_t *E) { return h.exponent + 30 + *E; }
+
 static inline void row_set_exponent(int32_t *row, int width, int32_t exponent)
 {
     row[width] = exponent;
@@ -56,6 +54,15 @@ static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
     return scaled_of(dot(0, a, b, width), a[width] + b[width]);
 }
 
+/* r + f'f, r > 0: mostly in one sum, with r in units of the square */
+static inline scaled add_square(scaled r, const int32_t *f, int n)
+{
+    const sum square = dot(0, f, f, n); /* < 2^60.4 */
+    const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
+    if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
+    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62), exponent);
+}
+
 static inline int32_t moved(int32_t a, int32_t down)
 {
     return down >= 0 ? lower(a, down) : raise(a, (int)-down, 30);
@@ -68,24 +75,28 @@ static inline int32_t moved(int32_t a, int32_t down)
  * 30 it is a row of norm up to 2^30 with the exponent scale + 30, which is left in *exponent and is
  * not below what was there.
  */
-static inline const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride,
-                                   int count, int32_t *exponent)
+KQ_APART const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride, int count,
+                             int32_t *exponent)
 {
     int32_t top = lowest_exponent;
+    uint32_t total = 0; /* of the sizes in units of 2^(top + 4) */
+    KQ_UNROLL
     for (int k = 0; k < count; k++) {
+        if (row[k].mantissa == 0) continue;
         const int32_t own = row[k].exponent + E[k * stride];
-        if (row[k].mantissa && own > top) top = own;
+        if (own > top) {
+            total = own - top < 32 ? total >> (own - top) : 0;
+            top = own;
+        }
+        if (top - own < 28) total += magnitude(row[k].mantissa) >> 4 >> (top - own);
     }
-    uint32_t total = (uint32_t)count; /* >= what the shifts and the rounding leave out */
-    for (int k = 0; k < count; k++) { /* <= 16 (2^27 + 1) */
-        const int32_t down = top - row[k].exponent - E[k * stride];
-        if (row[k].mantissa && down < 28) total += magnitude(row[k].mantissa) >> 4 >> down;
-    }
+    total += (uint32_t)(2 * count); /* >= what the shifts and the rounding leave out */
     const int32_t fit = top + 4 + (32 - leading_zeros(total)) - 30;
     const int32_t scale = fit > *exponent - 30 ? fit : *exponent - 30;
+    KQ_UNROLL
     for (int k = 0; k < count; k++) {
-        const int32_t down = scale - row[k].exponent - E[k * stride];
-        c[k] = row[k].mantissa ? moved(row[k].mantissa, down) : 0;
+        const int32_t mantissa = row[k].mantissa;
+        c[k] = mantissa ? moved(mantissa, scale - row[k].exponent - E[k * stride]) : 0;
     }
     *exponent = scale + 30;
     return c;
@@ -119,24 +130,45 @@ static inline void row_of(int32_t *row, const scaled *entries, int width)
 /* One entry of a combination as align has prepared it */
 static inline int32_t combined(sum total) { return narrow(total, 30, 31); }
 
-/* The noise block G of predict, NULL: none.  Its rows, of norm 2^30 at most, are brought to the
-   exponent of their row of A S, at least one above their own: the norm of both is below 2^30.2. */
+/* out_j = c'(column j) for j = n-1 .. from, the columns' entries from row `from` on; s: the last
+   column's.  Downwards, because c may be in out. */
+KQ_APART void row_times_triangle(int32_t *out, const int32_t *c, const int32_t *s, int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        out[j - from] = combined(dot(0, c, s, j + 1 - from));
+        s -= j;
+    }
+}
+
+/* Two of them, into w and v */
+KQ_INLINE void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
+                                   const int32_t *s, int from, int n)
+{
+    row_times_triangle(w, a, s, from, n);
+    row_times_triangle(v, b, s, from, n);
+}
+
+/* The noise block G of predict: its rows, of norm 2^30 at most, are brought to the exponent of their
+   row of A S, at least one above their own: the norm of both is below 2^30.2. */
 static inline int32_t noise_exponent(const int32_t *G, int n, int l)
 {
     return G[KQ_TRIANGLE(n) + l] + 1;
 }
 
-static inline int32_t noise_entry(const int32_t *G, int n, int l, int i, const int32_t *row,
-                                  int width)
+static inline int32_t noise_shift(const int32_t *G, int n, int l, const int32_t *row, int width)
 {
-    if (!G) return 0;
-    return lower(G[column(i) + l], row[width] - G[KQ_TRIANGLE(n) + l]);
+    return row[width] - G[KQ_TRIANGLE(n) + l];
 }
 
+static inline int32_t noise_word(const int32_t *g, int32_t shift) { return lower(*g, shift); }
+
+static const int32_t num_no_noise = 0;
+
 /* The pivot of a reflector in G, which here is in its p. */
-static inline int32_t reflector_pivot(const int32_t *G, int i)
+static inline int32_t reflector_pivot(const int32_t *g)
 {
-    (void)G, (void)i;
+    (void)g;
     return 0;
 }
 
@@ -146,16 +178,26 @@ static inline int32_t reflector_pivot(const int32_t *G, int i)
  *     |entry| < 2^30.2,  |entry + g| <= sqrt(1 - p^2) |w| + (1 + p) g < 1.75 2^30 < 2^31,
  *     |d| = |g + V'w / (1 + p)| < 2^31
  */
-static inline int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V,
-                              int32_t g_pivot, int32_t p, int32_t q, int count)
+KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V,
+                              int32_t g_pivot, const int32_t *pq, int count)
 {
     (void)g_pivot;
-    const int32_t entry = narrow(dot(product(g, p), w, V, count), 30, 31);
-    const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), q), 31, 31);
+    const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
+    const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), pq[1]), 31, 31);
+    KQ_UNROLL
     for (int k = 0; k < count; k++) {
         w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
     }
     return entry;
+}
+
+/* Two rows w and v, their entries into s and the word before it */
+KQ_INLINE void reflect_two(int32_t *s, int32_t *restrict w, int32_t *restrict v, int32_t g_w,
+                           int32_t g_v, const int32_t *restrict V, int32_t g_pivot,
+                           const int32_t *pq, int count)
+{
+    s[0] = reflect(w, g_w, V, g_pivot, pq, count);
+    s[-1] = reflect(v, g_v, V, g_pivot, pq, count);
 }
 
 /*
@@ -164,22 +206,24 @@ static inline int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *res
  * 2h + 2 zeros on top, is normalised to [2^62, 2^64).  By rounding an entry of V or p may be 2
  * units above 1.
  */
-static inline int32_t close_reflector(int32_t *w, int32_t g, int32_t *p, int32_t *q, int count)
+KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
 {
     const uint64_t square = (uint64_t)dot(product(g, g), w, w, count); /* < 2^60.4 */
     if (square == 0) { /* a reflector that leaves everything alone */
-        *p = INT32_C(1) << 30;
-        *q = INT32_C(1) << 30;
+        pq[0] = INT32_C(1) << 30;
+        pq[1] = INT32_C(1) << 30;
         return 0;
     }
     const int zeros = leading_zeros_wide(square) & ~1, h = zeros / 2 - 1;
     const uint32_t v = (uint32_t)((square << zeros) >> 32), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
+    KQ_UNROLL
     for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], h, 31), half), 31, 31);
-    *p = narrow(product(raise(g, h, 31), half), 31, 31);
-    const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)*p; /* Q30, 1 .. 2 */
+    const int32_t p = narrow(product(raise(g, h, 31), half), 31, 31);
+    const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
-    *q = (int32_t)(share >> 1 > INT32_MAX ? INT32_MAX : share >> 1);
+    pq[0] = p;
+    pq[1] = (int32_t)(share >> 1 > INT32_MAX ? INT32_MAX : share >> 1);
     return lower((int32_t)root_by_inverse(v, inverse), h);
 }
 
@@ -190,24 +234,31 @@ static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *r
 }
 
 /* Brings every row's norm into [2^29, 2^30), the mantissas as long as they may be. */
-static inline void renormalise(int32_t *S, int n)
+KQ_APART void renormalise(int32_t *S, int n)
 {
-    int32_t *E = S + KQ_TRIANGLE(n);
+    int32_t *E = S + KQ_TRIANGLE(n), *row = S; /* at its diagonal entry */
+    KQ_UNROLL
     for (int i = 0; i < n; i++) {
         sum square = 0; /* < 2^60.4 */
+        const int32_t *s = row;
+        KQ_UNROLL
         for (int j = i; j < n; j++) {
-            const int32_t s = S[column(j) + i];
-            square = add_product(square, s, s);
+            square = add_product(square, *s, *s);
+            s += j + 1;
         }
         const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
         if (square == 0) E[i] = lowest_exponent;
         if (E[i] > high_exponent) E[i] = high_exponent;
-        if (square == 0 || up == 0 || E[i] < low_exponent) continue;
-        for (int j = i; j < n; j++) {
-            int32_t *s = S + column(j) + i;
-            *s = up > 0 ? raise(*s, up, 30) : lower(*s, 1);
+        if (square != 0 && up != 0 && E[i] >= low_exponent) {
+            int32_t *t = row;
+            KQ_UNROLL
+            for (int j = i; j < n; j++) {
+                *t = up > 0 ? raise(*t, up, 30) : lower(*t, 1);
+                t += j + 1;
+            }
+            E[i] -= up;
         }
-        E[i] -= up;
+        row += i + 2;
     }
 }
 
@@ -242,6 +293,14 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return scaled_is_less(r, least) ? least : r;
 }
 
+/* Is there nothing that the careful update is for: rounding, sharpness?  r >= 2^-8 s, and s above the
+   variance that counts as 0 */
+static inline int is_ordinary(scaled r, scaled s, scaled e)
+{
+    (void)e;
+    return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
+}
+
 /*
  * The state of Carlson's sums a_j = r + f_0^2 + ... + f_j^2.  All in units of 2^(2 exponent),
  * where the last of them, the innovation variance, is in [2^59, 2^61); f moves by `down`.
@@ -254,10 +313,9 @@ typedef struct {
     int32_t exponent, down;
 } rotor;
 
-/* c in Q31; g in Q29 for b shifted up by `up`; f */
+/* The cosine and the sine of a rotation in Q31 */
 typedef struct {
-    int32_t c, g, f;
-    int up;
+    int32_t c, t;
 } rotation;
 
 static inline void rotor_take_root(rotor *t)
@@ -281,41 +339,75 @@ static inline rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
     return t;
 }
 
-/* c = sqrt(a_before / a),  g = f / sqrt(a_before a) */
+static inline int is_no_turn(int32_t f) { return f == 0; }
+
+/* c = sqrt(a_before / a),  t = f / sqrt(a); |f| < sqrt(a), which is below 2^(32 - zeros/2) */
 static inline rotation rotor_turn(rotor *t, int32_t f)
 {
-    const rotor before = *t;
+    const uint32_t root = t->root;
+    const int zeros = t->zeros;
     rotation turn;
-    turn.f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
-    t->a += (uint64_t)product(turn.f, turn.f); /* <= s < 2^61, and its rounding */
+    f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
+    t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
-    const int half = (before.zeros - t->zeros) / 2;
-    const uint64_t c = (((uint64_t)before.root * t->inverse + (UINT64_C(1) << 30)) >> 31) >> half;
+    const uint64_t c =
+        (((uint64_t)root * t->inverse + (UINT32_C(1) << 30)) >> 31) >> ((zeros - t->zeros) / 2);
     turn.c = c > INT32_MAX ? INT32_MAX : (int32_t)c;
-    /* |f| <= sqrt(a): |g| <= 2^30 */
-    const int32_t both = (int32_t)(product_high(before.inverse, t->inverse) >> 1);
-    turn.g = narrow(product(turn.f, both), 32 - t->zeros / 2, 31);
-    turn.up = before.zeros / 2 - 1;
+    const int32_t tall = raise(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
+    const int64_t sine = (product(tall, half) + (INT32_C(1) << 29)) >> 30;
+    turn.t = sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
     return turn;
 }
 
 /*
- * s <- c s - g b,  b <- b + f s.  |b| 2^up <= 2^30 because |b| <= |s_i| sqrt(a_before), and for the
- * same reason |g b| <= |s_i|: the row's norm cannot grow.
+ * Column s of S, b_last being 0 before: s <- c s - t b,  b <- c b + t s: a row of S and its b are
+ * together as long as the row was, so no row's norm grows.  At the end b = S f / sqrt(a).
  */
-static inline void rotate(int32_t *s, scaled *b, rotation turn)
+KQ_INLINE void rotate(int32_t *restrict s, int32_t *restrict b, rotation turn, int last)
 {
-    const int32_t old = *s;
-    const int64_t back = raise_wide(product(turn.g, raise(b->mantissa, turn.up, 31)), 2, 62);
-    *s = narrow(sum_of(product(turn.c, old), -back, 62), 31, 30);
-    b->mantissa = (int32_t)sum_of(b->mantissa, narrow(product(old, turn.f), 31, 30), 31);
+    const int32_t back = -turn.t;
+    KQ_UNROLL
+    for (int i = 0; i < last; i++) {
+        const int32_t old = s[i], own = b[i];
+        s[i] = narrow(sum_of(product(turn.c, old), product(back, own), 62), 31, 30);
+        b[i] = narrow(sum_of(product(turn.c, own), product(turn.t, old), 62), 31, 30);
+    }
+    const int32_t old = s[last];
+    s[last] = narrow(product(turn.c, old), 31, 30);
+    b[last] = narrow(product(turn.t, old), 31, 30);
 }
 
-/* b gets its exponents: it is the sum of s f 2^-31 */
-static inline void rotor_end(const rotor *t, int32_t *S, scaled *b, int n)
+/* sqrt(a): with b in units of it, S f is complete. */
+static inline scaled rotor_unit(const rotor *t)
 {
-    for (int i = 0; i < n; i++) b[i].exponent = S[KQ_TRIANGLE(n) + i] + t->exponent + 31;
-    renormalise(S, n);
+    return scaled_of(t->root, t->exponent + 1 - t->zeros / 2);
+}
+
+/* The mean is to move by b times e / sqrt(a). */
+static inline scaled rotor_weight(const rotor *t, scaled e, scaled s)
+{
+    (void)s;
+    const int32_t half = (int32_t)(t->inverse >> 1);
+    return scaled_of_product(e.mantissa, half, e.exponent + t->zeros / 2 - 62 - t->exponent);
+}
+
+static inline scaled weight_nis(scaled w, scaled e)
+{
+    (void)e;
+    return scaled_times(w, w);
+}
+
+/* b_i in units of word i: not normalised */
+static inline scaled column_entry(const int32_t *b, const int32_t *S, int n, int i)
+{
+    return (scaled){b[i], S[KQ_TRIANGLE(n) + i]};
+}
+
+/* Rows are at most sqrt(r / s) as long as before: where that may be below 1/2 they are renormalised
+   at once, not only at the end of the update. */
+static inline void renormalise_if_strong(int32_t *S, scaled r, scaled s, int n)
+{
+    if (r.exponent < s.exponent) renormalise(S, n);
 }
 
 #endif

@@ -11,25 +11,42 @@
 
 typedef kq_scaled_q31 scaled;
 
-/* a 2^exponent, rounded */
-static inline scaled scaled_of(int64_t a, int32_t exponent)
+/* A row that holds nothing; what is below it is not followed further down. */
+static const int32_t lowest_exponent = -16384;
+static const int32_t low_exponent = -8192;
+static const int32_t high_exponent = 8192;
+
+static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
+
+/* a 2^exponent, rounded, a > 0 */
+static inline scaled scaled_of_positive(uint64_t a, int32_t exponent)
 {
-    if (a == 0) return (scaled){0, 0};
-    const uint64_t size = a < 0 ? 0 - (uint64_t)a : (uint64_t)a;
-    const int zeros = leading_zeros_wide(size);
+    const int zeros = leading_zeros_wide(a);
     /* the highest bit to bit 62, then half of the last bit kept is added: < 2^63 */
-    const uint64_t top = zeros ? size << (zeros - 1) : size >> 1;
+    const uint64_t top = zeros ? a << (zeros - 1) : a >> 1;
     uint32_t mantissa = (uint32_t)((top + UINT32_C(0x80000000)) >> 32); /* 2^30 .. 2^31 */
     exponent += 33 - zeros;
     if (mantissa >> 31) {
         mantissa >>= 1;
         exponent++;
     }
-    return (scaled){a < 0 ? -(int32_t)mantissa : (int32_t)mantissa, exponent};
+    return (scaled){(int32_t)mantissa, exponent};
 }
 
+/* a 2^exponent, rounded */
+static inline scaled scaled_of(int64_t a, int32_t exponent)
+{
+    if (a == 0) return (scaled){0, 0};
+    if (a > 0) return scaled_of_positive((uint64_t)a, exponent);
+    return scaled_negative(scaled_of_positive(0 - (uint64_t)a, exponent));
+}
+
+/* The same number with a normalised mantissa */
+static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
+
 static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }
-static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
+/* Does a factor of a leave every bit as it is?  2^k, k any */
+static inline int scaled_is_unit(scaled a) { return a.mantissa == INT32_C(1) << 30; }
 
 /* a 2^shift */
 static inline scaled scaled_shift(scaled a, int32_t shift)
@@ -37,17 +54,27 @@ static inline scaled scaled_shift(scaled a, int32_t shift)
     return (scaled){a.mantissa, a.mantissa ? a.exponent + shift : 0};
 }
 
-static inline scaled scaled_times(scaled a, scaled b) /* |product| < 2^62 */
+/* a b 2^exponent for normalised mantissas, or 0: the product is in [2^60, 2^62) */
+static inline scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
 {
-    return scaled_of(product(a.mantissa, b.mantissa), a.exponent + b.exponent);
+    const int64_t p = product(a, b);
+    const int32_t long_one = narrow(p, 31, 31);
+    if (p == 0) return (scaled){0, 0};
+    if (magnitude(long_one) >> 30) return (scaled){long_one, exponent + 31};
+    return (scaled){narrow(p, 30, 31), exponent + 30};
 }
 
-/* b != 0 and normalised.  1 / |b| = reciprocal(2 |b|) 2^-62 */
+static inline scaled scaled_times(scaled a, scaled b)
+{
+    return scaled_of_product(a.mantissa, b.mantissa, a.exponent + b.exponent);
+}
+
+/* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62 */
 static inline scaled scaled_over(scaled a, scaled b)
 {
-    const uint32_t inverse = reciprocal(magnitude(b.mantissa) << 1);
-    const int64_t quotient = product(a.mantissa, (int32_t)(inverse >> 1)); /* < 2^62 */
-    return scaled_of(b.mantissa < 0 ? -quotient : quotient, a.exponent - b.exponent - 61);
+    const int32_t inverse = (int32_t)(reciprocal(magnitude(b.mantissa) << 1) >> 1);
+    return scaled_of_product(b.mantissa < 0 ? -a.mantissa : a.mantissa, inverse,
+                             a.exponent - b.exponent - 61);
 }
 
 static inline scaled scaled_plus(scaled a, scaled b)
@@ -60,7 +87,8 @@ static inline scaled scaled_plus(scaled a, scaled b)
         a = larger;
     }
     const int64_t high = raise_wide(a.mantissa, 30, 61), low = raise_wide(b.mantissa, 30, 61);
-    return scaled_of(sum_of(high, lower_wide(low, a.exponent - b.exponent), 62), a.exponent - 30);
+    const int32_t down = a.exponent - b.exponent;
+    return scaled_of(sum_of(high, down < 63 ? low >> down : 0, 62), a.exponent - 30);
 }
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }

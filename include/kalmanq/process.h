@@ -34,6 +34,7 @@ typedef struct {
     const float *transition;    /* A, n x n, the caller's */
     const float *control;       /* B, n x l, the caller's, or NULL */
     uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
+    uint8_t upper;              /* A is upper triangular */
 } kq_process_f32;
 
 typedef struct {
@@ -45,16 +46,17 @@ typedef struct {
     const double *transition;
     const double *control;
     uint8_t first[KQ_SIZE_MAX];
+    uint8_t upper;
 } kq_process_f64;
 
 /** A process `name` of n states and l controls (0: none) with its storage, at file or block
     scope, in static memory. */
 #define KQ_PROCESS_F32(name, n, l)                                                                 \
     static float name##_memory[KQ_PROCESS_LEN(n)];                                                 \
-    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}}
+    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0}
 #define KQ_PROCESS_F64(name, n, l)                                                                 \
     static double name##_memory[KQ_PROCESS_LEN(n)];                                                \
-    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}}
+    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0}
 
 /**
  * Gives a process its sizes and its memory where they are known at run time only (the macros
@@ -132,6 +134,7 @@ typedef struct {
     uint8_t states;
     uint8_t controls;
     uint8_t first[KQ_SIZE_MAX];
+    uint8_t upper;
     const kq_format_q31 *state_format;
     const kq_format_q31 *control_format;
     const kq_scaled_q31 *transition;

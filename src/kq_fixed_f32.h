@@ -1,0 +1,51 @@
+#ifndef KALMANQ_FIXED_F32_H
+#define KALMANQ_FIXED_F32_H
+
+#pragma GCC system_header
+
+#include "fixed_sizes.h"
+
+#include "types_f32.h"
+
+#include "triangle.inc"
+
+#include "process.inc"
+#include "predict.inc"
+#include "update.inc"
+
+#include "fit_float.inc"
+#include "sensor.inc"
+#include "likelihood.inc"
+
+static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
+{
+    (void)h, (void)e;
+    kq_update_subset_f32(f, z.sensor, z.z, UINT32_C(1) << c);
+}
+
+#include "take.inc"
+#include "fixed.inc"
+
+KQ_INLINE kq_status kq_fixed_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+                                         int n, int options)
+{
+    if (fixed_predict(f, p, u, n, options) == KQ_OK) return KQ_OK;
+    return kq_predict_f32(f, p, u);
+}
+
+KQ_INLINE kq_status kq_fixed_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+                                        int n, int m, int options)
+{
+    if (fixed_update(f, s, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_update_f32(f, s, z);
+}
+
+KQ_INLINE kq_status kq_fixed_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+                                      const kq_sensor_f32 *s, const float *z, int n, int m,
+                                      int options)
+{
+    if (fixed_step(f, p, u, s, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_step_f32(f, p, u, s, z);
+}
+
+#endif
