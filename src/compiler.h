@@ -12,8 +12,8 @@
 #define KQ_NOINLINE
 #endif
 
-/* A kernel that is to be compiled for the sizes it is called with. */
-#if defined(__GNUC__)
+/* A kernel that is to be compiled for the sizes it is called with, unless memory counts more. */
+#if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
 #define KQ_INLINE static inline __attribute__((always_inline))
 #else
 #define KQ_INLINE static inline

@@ -10,26 +10,26 @@
 #ifndef KALMANQ_FIXED_H
 #define KALMANQ_FIXED_H
 
-#include <stdint.h>
+#include "compiler.h"
+
+#include "kalmanq/port/integer.h"
 
 _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");
 
 static inline uint32_t magnitude(int32_t a) { return a < 0 ? 0 - (uint32_t)a : (uint32_t)a; }
 
-static inline int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
-
 /* a 2^-shift rounded to nearest, 1 <= shift <= 62 */
-static inline int32_t narrow(int64_t a, int shift, int bits)
+KQ_INLINE int32_t narrow(int64_t a, int shift, int bits)
 {
     (void)bits;
-    return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
+    return shift_rounded_wide(a, shift);
 }
 
 /* a 2^-shift rounded to nearest, for any shift >= 0: never larger than a */
 static inline int32_t lower(int32_t a, int32_t shift)
 {
     if (shift == 0) return a;
-    return shift > 31 ? 0 : (a >> shift) + (a >> (shift - 1) & 1);
+    return shift > 31 ? 0 : shift_rounded(a, (int)shift);
 }
 
 /* The same for |a| < 2^63 - 1; most shifts are below 32, and cost a 32-bit core less */
@@ -46,20 +46,20 @@ static inline int64_t lower_wide(int64_t a, int32_t shift)
 }
 
 /* a 2^shift, 0 <= shift <= 31 (63) */
-static inline int32_t raise(int32_t a, int shift, int bits)
+KQ_INLINE int32_t raise(int32_t a, int shift, int bits)
 {
     (void)bits;
     return (int32_t)((uint32_t)a << shift);
 }
 
-static inline int64_t raise_wide(int64_t a, int shift, int bits)
+KQ_INLINE int64_t raise_wide(int64_t a, int shift, int bits)
 {
     (void)bits;
     return (int64_t)((uint64_t)a << shift);
 }
 
 /* a + b; |a + b| <= 2^bits */
-static inline int64_t sum_of(int64_t a, int64_t b, int bits)
+KQ_INLINE int64_t sum_of(int64_t a, int64_t b, int bits)
 {
     (void)bits;
     return a + b;

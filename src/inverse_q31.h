@@ -5,13 +5,8 @@
 #ifndef KALMANQ_INVERSE_Q31_H
 #define KALMANQ_INVERSE_Q31_H
 
-#include "compiler.h"
-#include "fixed.h"
 
-static inline uint32_t product_high(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(((uint64_t)a * b) >> 32);
-}
+#include "fixed.h"
 
 /* round(256 / sqrt((k + 16.5) / 64)) - 256 */
 static const uint8_t inverse_root_start[48] = {

@@ -22,6 +22,8 @@ static const int32_t num_one = INT32_C(1) << 29;
 static const int32_t one_exponent = -29;
 
 static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
+enum { select_always = 1 };
+
 /* Of words of a row of exponent *E times h, where h is 2^k */
 static inline int32_t entry_exponent(scaled h, const int32_t *E) { return h.exponent + 30 + *E; }
 
@@ -36,14 +38,15 @@ static inline scaled row_entry(const int32_t *row, int width, int k)
     return scaled_of(row[k], row[width]);
 }
 
-static inline sum add_product(sum total, int32_t a, int32_t b)
+KQ_INLINE sum add_product(sum total, int32_t a, int32_t b)
 {
     return sum_of(total, product(a, b), 62);
 }
 
 /* total + a'b.  For rows of norm below 2^30 it is below 2^60, and so is every part of it. */
-static inline sum dot(sum total, const int32_t *a, const int32_t *b, int count)
+KQ_INLINE sum dot(sum total, const int32_t *a, const int32_t *b, int count)
 {
+    KQ_UNROLL
     for (int k = 0; k < count; k++) total = add_product(total, a[k], b[k]);
     return total;
 }
@@ -128,7 +131,7 @@ static inline void row_of(int32_t *row, const scaled *entries, int width)
 }
 
 /* One entry of a combination as align has prepared it */
-static inline int32_t combined(sum total) { return narrow(total, 30, 31); }
+KQ_INLINE int32_t combined(sum total) { return narrow(total, 30, 31); }
 
 /* out_j = c'(column j) for j = n-1 .. from, the columns' entries from row `from` on; s: the last
    column's.  Downwards, because c may be in out. */

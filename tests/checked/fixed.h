@@ -11,6 +11,8 @@
 
 #include <stdint.h>
 
+#include "kalmanq/port/integer.h"
+
 #include "sites.h"
 
 _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");
@@ -52,8 +54,6 @@ _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");
     })
 
 static inline uint32_t magnitude(int32_t a) { return a < 0 ? 0 - (uint32_t)a : (uint32_t)a; }
-
-static inline int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
 
 static inline uint64_t checked_magnitude(int64_t a)
 {

@@ -1,0 +1,31 @@
+/*
+ * The integer operations that a core may do better than C says them: the portable form.  A directory
+ * of port/ that comes before this one on the include path replaces it (port/README.md); results are the
+ * same bits.  Not for callers of the library.
+ */
+#ifndef KALMANQ_PORT_INTEGER_H
+#define KALMANQ_PORT_INTEGER_H
+
+#include <stdint.h>
+
+KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
+
+/* The upper word of a b */
+KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a * b) >> 32);
+}
+
+/* a 2^-shift rounded to nearest, halves up, 1 <= shift <= 31 */
+KQ_INLINE int32_t shift_rounded(int32_t a, int shift)
+{
+    return (a >> shift) + (a >> (shift - 1) & 1);
+}
+
+/* The same of a product, as a word */
+KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
+{
+    return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
+}
+
+#endif

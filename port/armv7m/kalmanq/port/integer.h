@@ -1,0 +1,43 @@
+/*
+ * Cortex-M3 and up (ARMv7-M, Thumb-2): rounding by the carry that a shift leaves, which compilers do
+ * not use.  include/kalmanq/port/integer.h says what each operation is.
+ */
+#ifndef KALMANQ_PORT_INTEGER_H
+#define KALMANQ_PORT_INTEGER_H
+
+#include <stdint.h>
+
+KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
+
+KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a * b) >> 32);
+}
+
+KQ_INLINE int32_t shift_rounded(int32_t a, int shift)
+{
+    __asm("asrs %0, %0, %1\n\t"
+          "adc %0, %0, #0"
+          : "+r"(a)
+          : "r"(shift)
+          : "cc");
+    return a;
+}
+
+/* Where the shift is known: 1 .. 31 */
+KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
+{
+    if (!__builtin_constant_p(shift) || shift > 31) {
+        return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
+    }
+    uint32_t low = (uint32_t)a;
+    const uint32_t high = (uint32_t)((uint64_t)a >> 32) << (32 - shift);
+    __asm("lsrs %0, %0, %2\n\t"
+          "adc %0, %0, %1"
+          : "+r"(low)
+          : "r"(high), "I"(shift)
+          : "cc");
+    return (int32_t)low;
+}
+
+#endif

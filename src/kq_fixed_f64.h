@@ -1,0 +1,51 @@
+#ifndef KALMANQ_FIXED_F64_H
+#define KALMANQ_FIXED_F64_H
+
+#pragma GCC system_header
+
+#include "fixed_sizes.h"
+
+#include "types_f64.h"
+
+#include "triangle.inc"
+
+#include "process.inc"
+#include "predict.inc"
+#include "update.inc"
+
+#include "fit_float.inc"
+#include "sensor.inc"
+#include "likelihood.inc"
+
+static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
+{
+    (void)h, (void)e;
+    kq_update_subset_f64(f, z.sensor, z.z, UINT32_C(1) << c);
+}
+
+#include "take.inc"
+#include "fixed.inc"
+
+KQ_INLINE kq_status kq_fixed_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+                                         int n, int options)
+{
+    if (fixed_predict(f, p, u, n, options) == KQ_OK) return KQ_OK;
+    return kq_predict_f64(f, p, u);
+}
+
+KQ_INLINE kq_status kq_fixed_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+                                        int n, int m, int options)
+{
+    if (fixed_update(f, s, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_update_f64(f, s, z);
+}
+
+KQ_INLINE kq_status kq_fixed_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+                                      const kq_sensor_f64 *s, const double *z, int n, int m,
+                                      int options)
+{
+    if (fixed_step(f, p, u, s, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_step_f64(f, p, u, s, z);
+}
+
+#endif

@@ -1,0 +1,51 @@
+#ifndef KALMANQ_FIXED_Q31_H
+#define KALMANQ_FIXED_Q31_H
+
+#pragma GCC system_header
+
+#include "fixed_sizes.h"
+
+#include "types_q31.h"
+
+#include "triangle.inc"
+
+#include "process.inc"
+#include "predict.inc"
+#include "update.inc"
+
+#include "fit_q31.inc"
+#include "sensor.inc"
+#include "likelihood_q31.inc"
+
+static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
+{
+    (void)h, (void)e;
+    kq_update_subset_q31(f, z.sensor, z.z, UINT32_C(1) << c);
+}
+
+#include "take.inc"
+#include "fixed.inc"
+
+KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+                                         int n, int options)
+{
+    if (fixed_predict(f, p, u, n, options) == KQ_OK) return KQ_OK;
+    return kq_predict_q31(f, p, u);
+}
+
+KQ_INLINE kq_status kq_fixed_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                                        int n, int m, int options)
+{
+    if (fixed_update(f, s, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_update_q31(f, s, z);
+}
+
+KQ_INLINE kq_status kq_fixed_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+                                      const kq_sensor_q31 *s, const int32_t *z, int n, int m,
+                                      int options)
+{
+    if (fixed_step(f, p, u, s, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_step_q31(f, p, u, s, z);
+}
+
+#endif
