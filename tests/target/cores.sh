@@ -68,7 +68,7 @@ core_is_cortex_m() {
     memory=$boards/mps2.ld
     [ $core = m33 ] && memory=$boards/mps2_secure.ld
     gcc="arm-none-eabi-gcc -mthumb $machine"
-    linker="$gcc --specs=rdimon.specs -nostartfiles -L $boards -T $memory $boards/cortex_m.c"
+    linker="$gcc --specs=rdimon.specs -nostartfiles -Wl,-z,noexecstack -L $boards -T $memory $boards/cortex_m.c"
     libraries=-lm
     nm=arm-none-eabi-nm
     emulator="qemu-system-arm -M $board -nographic -semihosting -kernel"
@@ -97,8 +97,14 @@ core_is_avr() {
 core_takes_clang() {
     clang=$(command -v clang || command -v clang-14) || core_unknown clang
     compiler=$clang
-    [ $core = host ] && return
+    if [ $core = host ]; then
+        linker=$clang
+        return
+    fi
     headers=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep '/stdio\.h$' | head -n 1)
-    compiler="$clang --target=$triple $machine -ftls-model=local-exec"
-    compiler="$compiler -isystem $(dirname "$headers")"
+    compiler="$clang --target=$triple $machine -isystem $(dirname "$headers")"
+    case $core in
+    m*) compiler="$compiler -fshort-enums" ;;       # as gcc
+    rv32) compiler="$compiler -ftls-model=local-exec" ;; # as picolibc
+    esac
 }

@@ -8,26 +8,26 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 core_select "$core"
 mkdir -p "$work"
 
-try() { # HOW, and what run.sh must say, or nothing if it must pass
+try() { # HOW, seconds, and what run.sh must say, or nothing if it must pass
     status=0
     # shellcheck disable=SC2086
     $compiler -std=c11 -Os -DHOW="$1" -c "$root/tests/target/misbehave.c" -o "$work/$1.o"
     # shellcheck disable=SC2086
     $linker "$work/$1.o" -o "$work/$1"
-    sh "$root/tests/target/run.sh" "$core" "$work/$1" 2 >"$work/$1.log" 2>&1 || status=$?
+    sh "$root/tests/target/run.sh" "$core" "$work/$1" "$2" >"$work/$1.log" 2>&1 || status=$?
     said=$(tail -n 1 "$work/$1.log")
     echo "$1: status $status, $said"
-    if [ -z "${2-}" ]; then
+    if [ $# = 2 ]; then
         [ $status = 0 ]
     else
-        [ $status = 1 ] && echo "$said" | grep -Eq "$2"
+        [ $status = 1 ] && echo "$said" | grep -Eq "$3"
     fi
 }
 
-try GOOD
-try SILENT 'without a report'
+try GOOD 20
+try SILENT 20 'without a report'
 for when in '' _AFTER_REPORT; do
-    try ENDLESS$when 'no end after'
-    try CRASH$when 'ended with status [1-9]'
-    try FAILING$when 'ended with status [1-9]'
+    try ENDLESS$when 1 'no end after'
+    try CRASH$when 20 'ended with status [1-9]'
+    try FAILING$when 20 'ended with status [1-9]'
 done
