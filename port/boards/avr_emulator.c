@@ -1,7 +1,7 @@
 /*
  * avr_emulator PROGRAM: runs an ELF file on an emulated ATmega2560 with external SRAM (libsimavr),
  * prints what UART 0 sends, and ends with the program's exit status, signalled as avr.c says.
- * Anything else is a crash: 99.  KQ_AVR_CYCLES limits the cycles, in millions.
+ * Anything else is a crash: 99, and so are more than 10^10 cycles, or KQ_AVR_CYCLES millions.
  */
 #include <signal.h>
 #include <simavr/avr_uart.h>
@@ -64,7 +64,7 @@ static int run(avr_t *avr, unsigned long long cycles)
     int state = cpu_Running;
     while (state != cpu_Done && state != cpu_Crashed) {
         state = avr_run(avr);
-        if (cycles && avr->cycle > cycles) return crashed(avr, "cycle limit reached");
+        if (avr->cycle > cycles) return crashed(avr, "cycle limit reached");
         if (avr->pc >= avr->codeend) return crashed(avr, "left the code");
     }
     if (state == cpu_Crashed || avr->data[GPIOR1] != ENDED) return crashed(avr, "crash");
@@ -81,5 +81,5 @@ int main(int count, char **arguments)
         fprintf(stderr, "avr_emulator PROGRAM\n");
         return CRASHED;
     }
-    return run(avr, millions ? 1000000 * strtoull(millions, NULL, 10) : 0);
+    return run(avr, 1000000 * (millions ? strtoull(millions, NULL, 10) : 10000));
 }

@@ -1,5 +1,5 @@
 #!/bin/sh
-# compare.sh WORK CORE COMPILER OPTIONS...: builds f32 and f64 with bits.c and compares the bits of
+# compare.sh WORK CORE COMPILER OPTIONS...: links f32 and f64 with bits.c and compares the bits of
 # all they answer with the expected ones, once for each OPTIONS, as "-O0" or "-O1 -DKQ_BITS_FALSIFY".
 # CORE and COMPILER are those of tests/target/cores.sh.
 # shellcheck disable=SC2086
@@ -16,8 +16,8 @@ warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 compare() { # ARITHMETIC
     define=-DKQ_BITS_$(echo "$1" | tr f F)
-    objects=
-    for file in "$here/bits.c" "$here/model.c" "$root/src/kq_$1.c"; do
+    objects="$library/kq_$1.c.o"
+    for file in "$here/bits.c" "$here/model.c"; do
         object="$work/$1-$(basename "$file").o"
         $compiler $options $flags $warnings $define $include -c "$file" -o "$object"
         objects="$objects $object"
@@ -27,6 +27,7 @@ compare() { # ARITHMETIC
 }
 
 for options in "$@"; do
+    library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
     for source in $sources; do
         case $source in
         kq_f*)

@@ -1,13 +1,11 @@
 #!/bin/sh
-# compile.sh CORE COMPILER WORK: every source file compiles clean, at -O0 to -O3 and -Os, and the
+# compile.sh CORE COMPILER: every source file compiles clean, at -O0 to -O3 and -Os, and the
 # objects refer to nothing that does not belong there.
 set -eu
-core=$1 work=$3/compile-$1-$2
+name=$1 compiler_name=$2
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/target/cores.sh"
-core_select "$core" "$2"
-mkdir -p "$work"
-flags="-std=c11 -fno-math-errno -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
+core_select "$name" "$compiler_name"
 
 # What an object may ask for: memory moves that compilers insert; in float, soft-float single
 # precision where there is no FPU; in fixed point, integer helpers.  Nothing of double, of the
@@ -35,25 +33,22 @@ avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy co
 esac
 
 check_object() { # name, what it may refer to
-    object="$work/O2-$1.c.o"
+    object="$library/$1.c.o"
     refers=$($nm -u "$object" | awk '{print $NF}')
     foreign=$(echo "$refers" | grep -Ev "$memory|$2|^$" || true)
     if [ -n "$foreign" ]; then
-        echo "$core: $1 refers to:" $foreign
+        echo "$name: $1 refers to:" $foreign
         exit 1
     fi
-    echo "$core: $1 refers to:" $refers
+    echo "$name: $1 refers to:" $refers
     [ "$core" = avr ] || # constants are in RAM there
-        ! $nm "$object" | grep -E ' [BbDdC] ' || { echo "$core: $1 has writable data"; exit 1; }
+        ! $nm "$object" | grep -E ' [BbDdC] ' || { echo "$name: $1 has writable data"; exit 1; }
 }
 
-for level in -O0 -O1 -O2 -O3 -Os; do
-    for file in $sources; do
-        # shellcheck disable=SC2086
-        $compiler $flags $level $include -c "$root/src/$file" -o "$work/${level#-}-$file.o"
-    done
+for level in -O0 -O1 -O3 -Os -O2; do
+    library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" $level)
 done
 check_object kq_f32 "$floats"
 check_object kq_q31 "$integers"
 check_object misfit_q31 "$integers"
-echo "$core: clean"
+echo "$name: clean"

@@ -54,7 +54,7 @@ core_select() {
     include="-I$root/include"
     case $1 in
     *+port)
-        [ -d "$root/port/$port" ] || core_unknown "port/$port"
+        [ -n "$port" ] && [ -d "$root/port/$port" ] || core_unknown "port/$port"
         include="-I$root/port/$port $include"
         ;;
     esac

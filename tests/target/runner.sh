@@ -31,3 +31,5 @@ for when in '' _AFTER_REPORT; do
     try CRASH$when 20 'ended with status [1-9]'
     try FAILING$when 20 'ended with status [1-9]'
 done
+export KQ_AVR_CYCLES=1
+[ "$core" != avr ] || try ENDLESS 20 'ended with status 99'

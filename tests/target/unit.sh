@@ -7,44 +7,40 @@
 # library has no erfc, which "numbers" needs.
 # shellcheck disable=SC2086
 set -eu
-core=$1 unity=$2 work=$3/unit-$1
+name=$1 unity=$2 work=$3/unit-$1
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/target/cores.sh"
-core_select "$core"
+core_select "$name"
 rm -rf "$work"
 mkdir -p "$work"
 
 texts="status process sensor filter update forecast smoother laws numbers"
 fixed="inverse prepare model filter smoother numbers"
-arithmetics="f32 f64" level=-O2
+arithmetics="f32 f64" level=-O2 own_level=-O0
 if [ "$core" = avr ]; then
-    texts=${texts% numbers} fixed= arithmetics=f32 level=-Os
+    texts=${texts% numbers} fixed= arithmetics=f32 level=-Os own_level=-Os
 fi
 
 flags="-std=c11 -ffp-contract=off -fno-math-errno -ffunction-sections -fdata-sections"
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 tests="-DUNITY_INCLUDE_DOUBLE -DUNITY_DOUBLE_PRECISION=1e-12 -isystem $unity -I$root/src"
 
-library=
-for file in $sources; do
-    $compiler $flags $warnings $include $level -c "$root/src/$file" -o "$work/library-$file.o"
-    library="$library $work/library-$file.o"
-done
+library=$(sh "$root/tests/target/library.sh" "$name" gcc $level)/*.o
 $compiler -std=c11 $tests -w -Os -c "$unity/unity.c" -o "$work/unity.o"
 
 failed=0
-run_suite() { # NAME, FILE, options
-    name=$1 file=$2
+run_suite() { # SUITE, FILE, options
+    suite=$1 file=$2
     shift 2
-    $compiler $flags $warnings $include $tests "$@" -O1 -c "$root/tests/unit/$file.c" \
-        -o "$work/$name.o"
-    $linker "$work/$name.o" "$work/unity.o" $library $libraries -o "$work/$name"
-    if sh "$root/tests/target/run.sh" "$core" "$work/$name" >"$work/$name.log" 2>&1 &&
-        summary=$(tr -d '\r' <"$work/$name.log" | grep '^[1-9][0-9]* Tests 0 Failures 0 Ignored'); then
-        echo "$core $name: $summary"
+    $compiler $flags $warnings $include $tests "$@" $own_level -c "$root/tests/unit/$file.c" \
+        -o "$work/$suite.o"
+    $linker "$work/$suite.o" "$work/unity.o" $library $libraries -o "$work/$suite"
+    if sh "$root/tests/target/run.sh" "$core" "$work/$suite" >"$work/$suite.log" 2>&1 &&
+        summary=$(tr -d '\r' <"$work/$suite.log" | grep '^[1-9][0-9]* Tests 0 Failures 0 Ignored'); then
+        echo "$name $suite: $summary"
     else
-        cat "$work/$name.log"
-        echo "$core $name: failed"
+        cat "$work/$suite.log"
+        echo "$name $suite: failed"
         failed=1
     fi
 }
