@@ -1,7 +1,7 @@
 #!/bin/sh
 # compare.sh WORK CORE COMPILER OPTIONS...: links f32 and f64 with bits.c and compares the bits of
-# all they answer with the expected ones, once for each OPTIONS, as "-O0" or "-O1 -DKQ_BITS_FALSIFY".
-# CORE and COMPILER are those of tests/target/cores.sh.
+# all they answer with the expected ones, once for each OPTIONS, as "-O0" or
+# "-O1 -DKQ_BITS_FALSIFY".  CORE and COMPILER are those of tests/target/cores.sh.
 # shellcheck disable=SC2086
 set -eu
 work=$1/$2-$3 name=$2 compiler_name=$3

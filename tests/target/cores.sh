@@ -68,7 +68,8 @@ core_is_cortex_m() {
     memory=$boards/mps2.ld
     [ $core = m33 ] && memory=$boards/mps2_secure.ld
     gcc="arm-none-eabi-gcc -mthumb $machine"
-    linker="$gcc --specs=rdimon.specs -nostartfiles -Wl,-z,noexecstack -L $boards -T $memory $boards/cortex_m.c"
+    linker="$gcc --specs=rdimon.specs -nostartfiles -Wl,-z,noexecstack"
+    linker="$linker -L $boards -T $memory $boards/cortex_m.c"
     libraries=-lm
     nm=arm-none-eabi-nm
     emulator="qemu-system-arm -M $board -nographic -semihosting -kernel"
@@ -101,8 +102,8 @@ core_takes_clang() {
         linker=$clang
         return
     fi
-    headers=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep '/stdio\.h$' | head -n 1)
-    compiler="$clang --target=$triple $machine -isystem $(dirname "$headers")"
+    header=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep -m 1 '/stdio\.h$')
+    compiler="$clang --target=$triple $machine -isystem $(dirname "$header")"
     case $core in
     m*) compiler="$compiler -fshort-enums" ;;       # as gcc
     rv32) compiler="$compiler -ftls-model=local-exec" ;; # as picolibc

@@ -70,7 +70,8 @@ typedef struct {
     int32_t expected, got;
 } vector_difference;
 
-/** Replays a case; `words` are in flash (flash.h).  Returns the number of words compared, or 0 at the first difference. */
+/** Replays a case; `words` are in flash (flash.h).  Returns the number of words compared, or 0 at
+ * the first difference. */
 size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference);
 
 #endif
