@@ -18,7 +18,7 @@ core_unknown() {
 }
 
 core_select() {
-    core=${1%+port} boards="$root/port/boards" port=
+    core=${1%+port} boards="$root/port/boards" port= libraries=-lm
     sources="kq_f32.c kq_f64.c kq_q31.c prepare_q31.c misfit_q31.c status.c"
     case $core in
     host) ;;
@@ -61,7 +61,7 @@ core_select() {
 }
 
 core_is_host() {
-    gcc=gcc linker="gcc" libraries=-lm nm=nm emulator= machine=
+    gcc=gcc linker="gcc" nm=nm emulator= machine=
 }
 
 core_is_cortex_m() {
@@ -70,7 +70,6 @@ core_is_cortex_m() {
     gcc="arm-none-eabi-gcc -mthumb $machine"
     linker="$gcc --specs=rdimon.specs -nostartfiles -Wl,-z,noexecstack"
     linker="$linker -L $boards -T $memory $boards/cortex_m.c"
-    libraries=-lm
     nm=arm-none-eabi-nm
     emulator="qemu-system-arm -M $board -nographic -semihosting -kernel"
 }
@@ -79,7 +78,6 @@ core_is_cortex_m() {
 core_is_riscv() {
     gcc="riscv64-unknown-elf-gcc --specs=picolibc.specs $machine"
     linker="$gcc --crt0=semihost --oslib=semihost -T $boards/riscv_virt.ld"
-    libraries=-lm
     nm=riscv64-unknown-elf-nm
     emulator="qemu-system-riscv32 -M virt -bios none -nographic -semihosting -kernel"
 }
@@ -89,7 +87,6 @@ core_is_avr() {
     gcc="avr-gcc $machine"
     memory="-Wl,--defsym=__DATA_REGION_LENGTH__=0xFFA0,--section-start,.data=0x802200"
     linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
-    libraries=-lm
     sources="kq_f32.c kq_q31.c misfit_q31.c status.c" # a double has 32 bits in avr-gcc 5
     nm=avr-nm
     emulator=${KQ_AVR_EMULATOR:-avr_emulator}
@@ -105,7 +102,7 @@ core_takes_clang() {
     header=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep -m 1 '/stdio\.h$')
     compiler="$clang --target=$triple $machine -isystem $(dirname "$header")"
     case $core in
-    m*) compiler="$compiler -fshort-enums" ;;       # as gcc
+    m*) compiler="$compiler -fshort-enums" ;; # as gcc
     rv32) compiler="$compiler -ftls-model=local-exec" ;; # as picolibc
     esac
 }
