@@ -155,7 +155,7 @@ kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f)
     return history_attach(h, f);
 }
 
-size_t kq_history_steps_f32(const kq_history_f32 *h) { return h ? h->steps : 0; }
+size_t kq_history_steps_f32(const kq_history_f32 *h) { return h ? (size_t)h->steps : 0; }
 
 kq_status kq_smooth_f32(kq_history_f32 *h) { return smooth_all(h, HISTORY_SMOOTHING); }
 

@@ -155,7 +155,7 @@ kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f)
     return history_attach(h, f);
 }
 
-size_t kq_history_steps_f64(const kq_history_f64 *h) { return h ? h->steps : 0; }
+size_t kq_history_steps_f64(const kq_history_f64 *h) { return h ? (size_t)h->steps : 0; }
 
 kq_status kq_smooth_f64(kq_history_f64 *h) { return smooth_all(h, HISTORY_SMOOTHING); }
 

@@ -140,7 +140,7 @@ kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f)
     return history_attach(h, f);
 }
 
-size_t kq_history_steps_q31(const kq_history_q31 *h) { return h ? h->steps : 0; }
+size_t kq_history_steps_q31(const kq_history_q31 *h) { return h ? (size_t)h->steps : 0; }
 
 kq_status kq_smooth_q31(kq_history_q31 *h) { return smooth_all(h, HISTORY_SMOOTHING); }
 

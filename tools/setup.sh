@@ -2,7 +2,8 @@
 #
 #   kq_setup build     C and C++ compiler, CMake, Ninja
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
-#   kq_setup tests     Eigen, Unity, clang, pkg-config, and the compiler and emulator for Arm
+#   kq_setup tests     Eigen, Unity, clang, pkg-config, and compilers and emulators for Arm, RISC-V
+#                      and AVR
 #
 # Nothing that is there is installed again, and nothing is asked of the network then.
 
@@ -73,12 +74,24 @@ kq_fetch_unity() {
     rm -rf "$work"
 }
 
+# A file of a C library, which the compiler finds: kq_have_file COMPILER FILE
+kq_have_file() { "$1" -print-file-name="$2" | grep -q /; }
+
+kq_setup_targets() {
+    kq_have arm-none-eabi-gcc qemu-system-arm && kq_have_file arm-none-eabi-gcc rdimon.specs ||
+        kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+    kq_have riscv64-unknown-elf-gcc qemu-system-riscv32 &&
+        kq_have_file riscv64-unknown-elf-gcc picolibc.specs ||
+        kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc
+    kq_have avr-gcc && kq_have_file avr-gcc libc.a &&
+        echo '#include <simavr/sim_avr.h>' | cc -E - >/dev/null 2>&1 ||
+        kq_install gcc-avr avr-libc libsimavr-dev
+}
+
 kq_setup_tests() {
     kq_install libeigen3-dev pkg-config
     kq_have clang || kq_have clang-14 || kq_install clang
-    kq_have arm-none-eabi-gcc qemu-system-arm &&
-        arm-none-eabi-gcc -print-file-name=rdimon.specs | grep -q / ||
-        kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+    kq_setup_targets
     kq_have valgrind || kq_install valgrind
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"

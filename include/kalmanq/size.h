@@ -14,6 +14,14 @@
 /** Largest n, m and l. */
 #define KQ_SIZE_MAX 16
 
+/** Of the lengths that can be large: size_t, but never 16 bits, where such a length would wrap and
+   the array be too short.  So it is too long, and does not compile. */
+#if SIZE_MAX < UINT32_MAX
+typedef uint32_t kq_length;
+#else
+typedef size_t kq_length;
+#endif
+
 /** Words of a triangular n x n matrix, diagonal included. */
 #define KQ_TRIANGLE(n) ((n) * ((n) + 1) / 2)
 

@@ -46,11 +46,11 @@ extern "C" {
 #define KQ_HISTORY_WORKSPACE_LEN(n)                                                                \
     (((size_t)(n)*3 + 4) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                   \
-    ((size_t)(steps)*KQ_HISTORY_STEP_LEN_F32(n, m) + (size_t)(changes)*KQ_HISTORY_CHANGE_LEN_F32 + \
-     KQ_HISTORY_WORKSPACE_LEN(n))
+    ((kq_length)(steps)*KQ_HISTORY_STEP_LEN_F32(n, m) +                                            \
+     (kq_length)(changes)*KQ_HISTORY_CHANGE_LEN_F32 + KQ_HISTORY_WORKSPACE_LEN(n))
 #define KQ_HISTORY_LEN_F64(n, m, steps, changes)                                                   \
-    ((size_t)(steps)*KQ_HISTORY_STEP_LEN_F64(n, m) + (size_t)(changes)*KQ_HISTORY_CHANGE_LEN_F64 + \
-     KQ_HISTORY_WORKSPACE_LEN(n))
+    ((kq_length)(steps)*KQ_HISTORY_STEP_LEN_F64(n, m) +                                            \
+     (kq_length)(changes)*KQ_HISTORY_CHANGE_LEN_F64 + KQ_HISTORY_WORKSPACE_LEN(n))
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_history_f32 {
@@ -206,8 +206,8 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
 #define KQ_HISTORY_WORKSPACE_LEN_Q31(n)                                                            \
     (((size_t)(n)*3 + 10) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_Q31(n, m, steps, changes)                                                   \
-    ((size_t)(steps)*KQ_HISTORY_STEP_LEN_Q31(n, m) + (size_t)(changes)*KQ_HISTORY_CHANGE_LEN_Q31 + \
-     KQ_HISTORY_WORKSPACE_LEN_Q31(n))
+    ((kq_length)(steps)*KQ_HISTORY_STEP_LEN_Q31(n, m) +                                            \
+     (kq_length)(changes)*KQ_HISTORY_CHANGE_LEN_Q31 + KQ_HISTORY_WORKSPACE_LEN_Q31(n))
 
 /* The fields are the library's. */
 typedef struct kq_history_q31 {

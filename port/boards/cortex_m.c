@@ -9,7 +9,9 @@ extern uint32_t stack_top, data_start, data_end, data_load, bss_start, bss_end;
 extern void initialise_monitor_handles(void);
 int main(void);
 
-static void reset(void)
+void reset(void);
+
+void reset(void)
 {
     const uint32_t *from = &data_load;
     for (uint32_t *to = &data_start; to < &data_end; to++) *to = *from++;

@@ -1,23 +1,25 @@
 #!/bin/sh
-# pair_cost.sh SOURCE WORK: what the pair of floats costs on a Cortex-M4F, in instructions of one
+# pair_cost.sh WORK: what the pair of floats costs on a Cortex-M4F, in instructions of one
 # predict + one full update, run-time sizes, -O2.  "plain" is the same library with the mean
 # in one float: mean_pair.h replaced by mean_single.h.
 set -eu
-source=$1 work=$2
+work=$1
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/target/cores.sh"
+core_select m4f
 rm -rf "$work/pair" "$work/plain"
 mkdir -p "$work"
-cp -r "$source/src" "$work/pair"
-cp -r "$source/src" "$work/plain"
-cp "$source/src/mean_single.h" "$work/plain/mean_pair.h"
+cp -r "$root/src" "$work/pair"
+cp -r "$root/src" "$work/plain"
+cp "$root/src/mean_single.h" "$work/plain/mean_pair.h"
 
 count() {
-    arm-none-eabi-gcc -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 \
-        -ffp-contract=fast -fno-math-errno -I"$source/include" \
-        "$source/tests/target/pair_cost.c" "$source/port/boards/cortex_m.c" "$work/$1/kq_f32.c" \
-        --specs=rdimon.specs -nostartfiles -T "$source/port/boards/mps2.ld" -lm \
+    # shellcheck disable=SC2086
+    $linker -std=c11 -O2 -ffp-contract=fast -fno-math-errno $include \
+        "$root/tests/target/pair_cost.c" "$work/$1/kq_f32.c" $libraries \
         -o "$work/$1.elf" 2>"$work/$1.log" || { cat "$work/$1.log"; exit 1; }
-    timeout 50 qemu-system-arm -M mps2-an386 -nographic -semihosting -icount shift=0 \
-        -kernel "$work/$1.elf" >"$work/$1.txt"
+    # shellcheck disable=SC2086
+    timeout 50 $emulator "$work/$1.elf" -icount shift=0 >"$work/$1.txt"
 }
 
 count pair

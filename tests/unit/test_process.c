@@ -98,8 +98,8 @@ static void assign_takes_more_memory_than_it_needs(void)
     static num memory[KQ_PROCESS_LEN(2) + 1];
     K(process) p;
     ASSERT_OK(K(process_assign)(&p, 2, 0, memory, COUNT(memory)));
-    for (int k = 0; k < 2; k++) {
-        ASSERT_OK(K(process_assign)(&p, 2, 0, memory, k ? SIZE_MAX : 65536 + 1));
+    for (int k = 0; k < 2; k++) { /* low halves: all ones; 1 */
+        ASSERT_OK(K(process_assign)(&p, 2, 0, memory, k ? SIZE_MAX : SIZE_MAX / 2 + 2));
         ASSERT_OK(K(process_init)(&p, A, NULL, Q));
         assert_noise(&p, Q);
     }

@@ -89,7 +89,7 @@ static void assign_takes_more_memory_than_it_needs(void)
     ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, SIZE_MAX));
     ASSERT_OK(K(sensor_init)(&s, H, R));
     assert_model(&s, H, R);
-    ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, 65536 + 1));
+    ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, SIZE_MAX / 2 + 2));
     ASSERT_OK(K(sensor_init)(&s, H, R));
     assert_model(&s, H, R);
 }

@@ -355,10 +355,11 @@ static void assert_radar_noise(int t)
 static void assert_number_of_noises(int count)
 {
     num mean = 77, spread = 77;
-    static const int beyond[] = {0, 1, 255, 256, 65535, 65536};
+    static const int32_t beyond[] = {0, 1, 255, 256, 65535, 65536};
     for (int k = 0; k < COUNT(beyond); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE,
-                       K(smoothed_measurement_noise)(&tape, count + beyond[k], &mean, &spread));
+        if (beyond[k] > INT_MAX - count) continue;
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, count + (int)beyond[k],
+                                                                  &mean, &spread));
     }
     ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, -1, &mean, &spread));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_measurement_noise)(&tape, INT_MAX, &mean, &spread));
@@ -473,11 +474,11 @@ static void assign_refuses_sizes_out_of_range(void)
 static void assign_refuses_short_memory(void)
 {
     for (size_t n = 1; n <= 16; n++) {
-        const size_t least = HISTORY_LEN(n, 0, 1, 0);
+        const size_t least = (size_t)HISTORY_LEN(n, 0, 1, 0);
         ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_assign)(&tape, (int)n, tape_memory, least - 1));
         ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_assign)(&tape, (int)n, tape_memory, 0));
         K(history) h;
-        ASSERT_OK(K(history_assign)(&h, (int)n, tape_memory, HISTORY_LEN(n, 1, 1, 0)));
+        ASSERT_OK(K(history_assign)(&h, (int)n, tape_memory, (size_t)HISTORY_LEN(n, 1, 1, 0)));
     }
 }
 
@@ -990,7 +991,7 @@ static void record(K(history) * h, int n)
 static void no_size_writes_outside_its_memory(void)
 {
     for (int n = 1; n <= 16; n++) {
-        const size_t length = HISTORY_LEN((size_t)n, 1, 3, 1);
+        const size_t length = (size_t)HISTORY_LEN((size_t)n, 1, 3, 1);
         K(history) h;
         put_identity(big_A, n, 1);
         put_identity(big_P, n, 1);

@@ -178,7 +178,7 @@ static void increments_below_the_last_bit_of_the_mean_add_up(void)
     FILTER(level, 1);
     static const num one[] = {1}, far[] = {0}, wide[] = {4096}, weak[] = {0x1p20};
     static const num value[] = {64, 64.0625};
-    double x = 64 * 4096 / 4097.0, P = 4096 / 4097.0;
+    double x = 64 * (4096 / 4097.0), P = 4096 / 4097.0;
     ASSERT_OK(K(sensor_init)(&gauge, one, one));
     ASSERT_OK(K(filter_init)(&level, far, wide));
     ASSERT_OK(K(update)(&level, &gauge, &value[0]));
@@ -546,7 +546,9 @@ static void run_update(void)
     RUN_TEST(a_noise_free_measurement_is_believed);
     RUN_TEST(a_measurement_of_any_sharpness_leaves_the_rest_accurate);
     RUN_TEST(a_sharp_measurement_is_believed);
-    RUN_TEST(increments_below_the_last_bit_of_the_mean_add_up);
+    if (DBL_MANT_DIG > FLT_MANT_DIG) { /* the expectation must be finer than a float */
+        RUN_TEST(increments_below_the_last_bit_of_the_mean_add_up);
+    }
     RUN_TEST(update_refuses_null);
     RUN_TEST(update_refuses_what_is_not_initialised);
     RUN_TEST(update_refuses_a_sensor_of_other_size);

@@ -1,36 +1,37 @@
 #include "cases.h"
+#include "flash.h"
 
-static const int32_t level[] = {
+static const int32_t level[] FLASH = {
 #include "cases/level.inc"
 };
-static const int32_t velocity[] = {
+static const int32_t velocity[] FLASH = {
 #include "cases/velocity.inc"
 };
-static const int32_t acceleration[] = {
+static const int32_t acceleration[] FLASH = {
 #include "cases/acceleration.inc"
 };
-static const int32_t plane[] = {
+static const int32_t plane[] FLASH = {
 #include "cases/plane.inc"
 };
-static const int32_t dense[] = {
+static const int32_t dense[] FLASH = {
 #include "cases/dense.inc"
 };
-static const int32_t imu[] = {
+static const int32_t imu[] FLASH = {
 #include "cases/imu.inc"
 };
-static const int32_t sixteen[] = {
+static const int32_t sixteen[] FLASH = {
 #include "cases/sixteen.inc"
 };
-static const int32_t sharp[] = {
+static const int32_t sharp[] FLASH = {
 #include "cases/sharp.inc"
 };
-static const int32_t singular[] = {
+static const int32_t singular[] FLASH = {
 #include "cases/singular.inc"
 };
-static const int32_t saturated[] = {
+static const int32_t saturated[] FLASH = {
 #include "cases/saturated.inc"
 };
-static const int32_t changing[] = {
+static const int32_t changing[] FLASH = {
 #include "cases/changing.inc"
 };
 

@@ -91,4 +91,9 @@ static int replay_all(void)
 
 #endif
 
-int main(void) { return replay_all(); }
+int main(void)
+{
+    const int bad = replay_all();
+    printf("%s\n", bad ? "FAIL" : "OK");
+    return bad;
+}

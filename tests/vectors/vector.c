@@ -1,3 +1,4 @@
+#include "flash.h"
 #include "vector.h"
 
 #include <kalmanq/filter.h>
@@ -31,9 +32,11 @@ static struct {
     kq_filter_q31 filter, ahead;
     int32_t filter_memory[KQ_FILTER_LEN_Q31(MOST)], ahead_memory[KQ_FILTER_LEN_Q31(MOST)];
     kq_history_q31 history;
-    int32_t history_memory[VECTOR_HISTORY_WORDS];
     kq_scaled_q31 out[3][MOST * MOST];
 } machine;
+
+/* Apart, as an object has at most 32 kB where a pointer has 16 bits */
+static int32_t history_memory[VECTOR_HISTORY_WORDS];
 
 /* ------------------------------------------------------------------ what goes in */
 
@@ -56,11 +59,16 @@ static const int32_t *take(words_in *in, size_t count)
     return words;
 }
 
-static int take_number(words_in *in, int least, int most)
+static int32_t take_word(words_in *in, int32_t least, int32_t most)
 {
     const int32_t word = *take(in, 1);
     if (word < least || word > most) in->bad = 1;
-    return in->bad ? least : (int)word;
+    return in->bad ? least : word;
+}
+
+static int take_number(words_in *in, int least, int most)
+{
+    return (int)take_word(in, least, most);
 }
 
 static void take_formats(words_in *in, kq_format_q31 *format, int count)
@@ -315,7 +323,7 @@ static int predict(words_in *in, const vector_sink *sink)
 static int update(words_in *in, const vector_sink *sink)
 {
     sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
-    const int present = take_number(in, -1, (1 << MOST) - 1);
+    const int32_t present = take_word(in, -1, (INT32_C(1) << MOST) - 1);
     const int32_t *z = take(in, (size_t)slot->components);
     if (!is_complete(in)) return -1;
     kq_filter_q31 *f = &machine.filter;
@@ -442,8 +450,8 @@ static int run(words_in *in, const vector_sink *sink)
 {
     const process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
     const sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
-    const int steps = take_number(in, 1, 100000);
-    uint32_t draw = (uint32_t)take_number(in, 1, INT32_MAX), digest = UINT32_C(2166136261);
+    const int steps = take_number(in, 1, 10000);
+    uint32_t draw = (uint32_t)take_word(in, 1, INT32_MAX), digest = UINT32_C(2166136261);
     const int shift = take_number(in, 0, 30);
     if (!is_complete(in)) return -1;
     int32_t z[MOST] = {0};
@@ -471,7 +479,7 @@ static int attach(words_in *in, const vector_sink *sink)
     const size_t words = (size_t)take_number(in, 0, VECTOR_HISTORY_WORDS);
     if (!is_complete(in)) return -1;
     kq_history_q31 *h = &machine.history;
-    kq_status status = kq_history_assign_q31(h, machine.n, machine.history_memory, words);
+    kq_status status = kq_history_assign_q31(h, machine.n, history_memory, words);
     if (!status) status = kq_history_attach_q31(h, &machine.filter);
     put_status(sink, status);
     return 0;
@@ -528,7 +536,7 @@ static int smooth(words_in *in, const vector_sink *sink)
     const kq_status status = kq_smooth_step_q31(h, p, &extras);
     put_status(sink, status);
     if (status) return 0;
-    const size_t t = h->step;
+    const size_t t = (size_t)h->step;
     put_word(sink, "step", (int32_t)t);
     if (t + 1 < kq_history_steps_q31(h)) put_extras(sink, what);
     put_smoothed(sink, t, 1);
@@ -609,7 +617,8 @@ static void compare(void *to, const char *quantity, int index, int32_t word)
     comparison *c = to;
     if (c->differs) return;
     const int is_more = c->compared >= c->count;
-    if (!is_more && c->expected[c->compared] == word) {
+    const int32_t expected = is_more ? 0 : flash_word(c->expected + c->compared);
+    if (!is_more && expected == word) {
         c->compared++;
         return;
     }
@@ -617,36 +626,37 @@ static void compare(void *to, const char *quantity, int index, int32_t word)
     c->difference->quantity = quantity;
     c->difference->index = index;
     c->difference->position += c->compared;
-    c->difference->expected = is_more ? 0 : c->expected[c->compared];
+    c->difference->expected = expected;
     c->difference->got = word;
 }
 
-/* The `count` words at position `at`, NULL where there are not as many */
-static const int32_t *part_of(const int32_t *words, size_t length, size_t at, int32_t count)
+/* Are there `count` words at position `at`? */
+static int is_part(size_t length, size_t at, int32_t count)
 {
-    return count >= 0 && at <= length && (size_t)count <= length - at ? words + at : NULL;
+    return count >= 0 && at <= length && (uint32_t)count <= length - at;
 }
 
 size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference)
 {
+    static int32_t in[VECTOR_INPUTS];
     size_t at = 1, total = 0;
     *difference = (vector_difference){.code = VECTOR_END};
-    if (count == 0 || words[0] != VECTOR_LAYOUT) return 0;
+    if (count == 0 || flash_word(words) != VECTOR_LAYOUT) return 0;
     for (; at + 2 < count; difference->operation++) {
-        const int32_t code = words[at], inputs = words[at + 1];
-        const int32_t *in = part_of(words, count - 1, at + 2, inputs);
+        const int32_t code = flash_word(words + at), inputs = flash_word(words + at + 1);
         *difference = (vector_difference){
             .operation = difference->operation, .code = code, .step = machine.step, .position = at};
-        if (!in) return 0;
-        at += 2 + (size_t)inputs;
-        const int32_t outputs = words[at++];
-        comparison c = {part_of(words, count, at, outputs), (size_t)outputs, 0, 0, difference};
-        if (!c.expected) return 0;
+        at += 2;
+        if (!is_part(count - 1, at, inputs) || inputs > VECTOR_INPUTS) return 0;
+        for (size_t k = 0; k < (size_t)inputs; k++) in[k] = flash_word(words + at++);
+        const int32_t outputs = flash_word(words + at++);
+        if (!is_part(count, at, outputs)) return 0;
+        comparison c = {words + at, (size_t)outputs, 0, 0, difference};
         difference->position = at;
         if (vector_operate(code, in, (size_t)inputs, &(vector_sink){compare, &c})) return 0;
         if (c.differs || c.compared != c.count) return 0;
         at += c.count;
         total += c.count;
     }
-    return at + 1 == count && words[at] == VECTOR_END ? total : 0;
+    return at + 1 == count && flash_word(words + at) == VECTOR_END ? total : 0;
 }

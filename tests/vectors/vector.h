@@ -37,7 +37,10 @@ enum {
 /* What VECTOR_SMOOTH gives beside mean and sigma */
 enum { VECTOR_COVARIANCE = 1, VECTOR_LAG_ONE = 2, VECTOR_NOISE = 4, VECTOR_READING_NOISE = 8 };
 
-/* Words of the history's memory: with the rest about 35 kB of static memory */
+/* Inputs of one operation: at least those of a process with n = l = 16 */
+enum { VECTOR_INPUTS = 1280 };
+
+/* Words of the history's memory: with the rest about 40 kB of static memory */
 enum { VECTOR_HISTORY_WORDS = 4096 };
 
 /* Where what comes out goes: called for every word, in order. */
@@ -67,7 +70,8 @@ typedef struct {
     int32_t expected, got;
 } vector_difference;
 
-/** Replays a case.  Returns the number of words compared, or 0 at the first difference. */
+/** Replays a case; `words` are in flash (flash.h).  Returns the number of words compared, or 0 at
+ * the first difference. */
 size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference);
 
 #endif

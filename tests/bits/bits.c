@@ -1,0 +1,282 @@
+/*
+ * The bits of everything that a float arithmetic answers, over models of several sizes: a digest
+ * for each quantity of each step, against expected_f32.inc and expected_f64.inc (regenerate.sh).
+ *   KQ_BITS_WORDS     prints every word, so that two machines can be compared by diff
+ *   KQ_BITS_WRITE     prints the digests as they are in those files
+ *   KQ_BITS_FALSIFY   the model is wrong in its last bits: every case must be found to differ
+ */
+#include "model.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#ifdef KQ_BITS_FALSIFY
+enum { FALSIFIED = 1 };
+#else
+enum { FALSIFIED = 0 };
+#endif
+
+enum { STEPS = 12, AHEAD = 5, PARTS = sizeof(num) / sizeof(uint32_t) };
+
+static const model_case cases[] = {
+    {"level", 1, 1, 1, 0, 1},
+    {"two", 2, 1, 0, 0, 1},
+    {"three", 3, 2, 1, CORRELATED, 4},
+    {"four", 4, 2, 0, 0, 100},
+    {"six", 6, 3, 1, CORRELATED, 1},
+    {"nine", 9, 3, 0, 0, (num)0.01},
+    {"sixteen", 16, 4, 1, CORRELATED, 1},
+    {"exact", 3, 2, 0, EXACT, 1},
+    {"sharp", 4, 3, 0, SHARP, 10},
+    {"sharp and correlated", 2, 2, 0, SHARP | CORRELATED, 1},
+    {"small", 2, 1, 1, 0, SMALL},
+    {"tiny", 3, 2, 1, 0, TINY},
+    {"large", 2, 2, 0, CORRELATED, LARGE},
+};
+
+static const uint32_t expected[] = {
+#ifdef KQ_BITS_WRITE
+    0
+#else
+#include EXPECTED
+#endif
+};
+
+enum {
+    CASES = sizeof cases / sizeof cases[0],
+    EXPECTATIONS = sizeof expected / sizeof expected[0]
+};
+
+/* ------------------------------------------------------------------ digests */
+
+static const char *name; /* of the case */
+static const uint32_t EMPTY = UINT32_C(2166136261);
+static uint32_t digest; /* FNV-1a, word by word, since the last check */
+static int checked, differences;
+
+static void put_word(uint32_t word)
+{
+    digest = (digest ^ word) * UINT32_C(16777619);
+#ifdef KQ_BITS_WORDS
+    printf("%08lx\n", (unsigned long)word);
+#endif
+}
+
+static void put(num value)
+{
+    uint32_t parts[PARTS];
+    memcpy(parts, &value, sizeof value);
+    for (int k = 0; k < PARTS; k++) put_word(parts[k]);
+}
+
+static void put_all(const num *values, int count)
+{
+    for (int k = 0; k < count; k++) put(values[k]);
+}
+
+static void put_status(kq_status status) { put_word((uint32_t)(int32_t)status); }
+
+/* What becomes of a digest: compared, or written */
+static void report(const char *quantity, int step, uint32_t want)
+{
+#if defined(KQ_BITS_WRITE)
+    (void)want;
+    printf("0x%08lx, /* %s, %s, %d */\n", (unsigned long)digest, name, quantity, step);
+#elif defined(KQ_BITS_WORDS)
+    (void)want;
+    printf("%s, %s, %d\n", name, quantity, step);
+#else
+    if (digest == want) return;
+    differences++;
+    if (FALSIFIED) return;
+    printf("%s: %s at step %d: %08lx expected, not %08lx\n", name, quantity, step,
+           (unsigned long)want, (unsigned long)digest);
+#endif
+}
+
+/* The digest since the last check is that of `quantity` at `step`. */
+static void check(const char *quantity, int step)
+{
+    report(quantity, step, checked < EXPECTATIONS ? expected[checked] : 0);
+    checked++;
+    digest = EMPTY;
+}
+
+/* ------------------------------------------------------------------ a run */
+
+static model M;
+static K(process) process;
+static K(sensor) sensor;
+static K(filter) filter, ahead;
+static K(history) history;
+static num process_memory[KQ_PROCESS_LEN(MOST_STATES)];
+static num sensor_memory[KQ_SENSOR_LEN(MOST_COMPONENTS)];
+static num filter_memory[FILTER_LEN(MOST_STATES)], ahead_memory[FILTER_LEN(MOST_STATES)];
+static num history_memory[HISTORY_LEN(MOST_STATES, MOST_COMPONENTS, STEPS, 0)];
+static num out[3][MOST_STATES * MOST_STATES];
+
+#define LENGTH(memory) (sizeof memory / sizeof memory[0])
+
+static void prepare(const model_case *c)
+{
+    model_make(&M, c);
+    if (FALSIFIED) M.A[0] += M.A[0] * (sizeof(num) == 4 ? (num)0x1p-22 : (num)0x1p-50);
+    put_status(K(process_assign)(&process, M.n, M.l, process_memory, LENGTH(process_memory)));
+    put_status(K(process_init)(&process, M.A, M.l ? M.B : NULL, M.Q));
+    put_status(K(sensor_assign)(&sensor, M.n, M.m, sensor_memory, LENGTH(sensor_memory)));
+    put_status(K(sensor_init)(&sensor, M.H, M.R));
+    put_status(K(filter_assign)(&filter, M.n, filter_memory, LENGTH(filter_memory)));
+    put_status(K(filter_assign)(&ahead, M.n, ahead_memory, LENGTH(ahead_memory)));
+    put_status(K(history_assign)(&history, M.n, history_memory, LENGTH(history_memory)));
+}
+
+static void begin(void)
+{
+    put_status(K(filter_init)(&filter, M.x0, M.P0));
+    put_status(K(history_attach)(&history, &filter));
+}
+
+static void put_state(const K(filter) * f)
+{
+    for (int i = 0; i < M.n; i++) {
+        put(K(mean)(f, i));
+        put(K(mean_low)(f, i));
+        put(K(sigma)(f, i));
+    }
+    put_status(K(covariance)(f, out[0]));
+    put_all(out[0], M.n * M.n);
+    put_word(K(events)(f));
+}
+
+static void put_score(const K(filter) * f)
+{
+    put_word((uint32_t)K(taken)(f));
+    put(K(nis)(f));
+    put(K(log_likelihood_last)(f));
+    put(K(log_likelihood)(f));
+}
+
+static void put_look(const num *z)
+{
+    put_status(K(measurement)(&filter, &sensor, out[0], out[1]));
+    put_all(out[0], M.m);
+    put_all(out[1], M.m * M.m);
+    put_status(K(innovation)(&filter, &sensor, z, out[0]));
+    put_all(out[0], M.m);
+    put_status(K(gain)(&filter, &sensor, out[2]));
+    put_all(out[2], M.n * M.m);
+}
+
+/* Every third step lacks a component. */
+static void step(const model_case *c, int t)
+{
+    num z[MOST_COMPONENTS], u[1] = {model_draw()};
+    const uint32_t present = UINT32_MAX << (t / 3 % 2);
+    for (int k = 0; k < M.m; k++) z[k] = 4 * c->scale * model_draw();
+    if (t > 0) put_status(K(predict)(&filter, &process, M.l ? u : NULL));
+    if (t % 4 == 1) {
+        put_look(z);
+        check("look", t);
+    }
+    if (t % 3 == 2) put_status(K(update_subset)(&filter, &sensor, z, present));
+    else put_status(K(update)(&filter, &sensor, z));
+    put_state(&filter);
+    check("state", t);
+    put_score(&filter);
+    check("score", t);
+}
+
+static void forecast(void)
+{
+    num u[AHEAD];
+    for (int k = 0; k < AHEAD; k++) u[k] = model_draw();
+    put_status(K(forecast)(&filter, &process, M.l ? u : NULL, AHEAD, &ahead));
+    put_state(&ahead);
+    check("forecast", AHEAD);
+}
+
+static void put_smoothed(size_t t)
+{
+    for (int i = 0; i < M.n; i++) {
+        put(K(smoothed_mean)(&history, t, i));
+        put(K(smoothed_mean_low)(&history, t, i));
+        put(K(smoothed_sigma)(&history, t, i));
+    }
+    put_status(K(smoothed_covariance)(&history, t, out[0]));
+    put_all(out[0], M.n * M.n);
+}
+
+static void put_noises(void)
+{
+    num mean, variance;
+    for (int k = 0; K(smoothed_measurement_noise)(&history, k, &mean, &variance) == KQ_OK; k++) {
+        put(mean);
+        put(variance);
+    }
+}
+
+static void smooth(void)
+{
+    static num noise_mean[MOST_STATES];
+    const K(smooth_extras) extras = {out[1], noise_mean, out[2]};
+    for (int t = STEPS; t-- > 0;) {
+        put_status(K(smooth_step)(&history, NULL, &extras));
+        put_smoothed((size_t)t);
+        put_noises();
+        if (t + 1 < STEPS) {
+            put_all(out[1], M.n * M.n);
+            put_all(noise_mean, M.n);
+            put_all(out[2], M.n * M.n);
+        }
+        check("smoothed", t);
+    }
+}
+
+/* The means alone, of the same run without its draws */
+static void smooth_means(void)
+{
+    num z[MOST_COMPONENTS] = {0};
+    begin();
+    for (int t = 0; t < STEPS; t++) {
+        if (t > 0) put_status(K(predict)(&filter, &process, NULL));
+        put_status(K(update)(&filter, &sensor, z));
+    }
+    put_status(K(smooth_states)(&history));
+    for (size_t t = 0; t < STEPS; t++) {
+        for (int i = 0; i < M.n; i++) put(K(smoothed_mean)(&history, t, i));
+    }
+    check("means", STEPS);
+}
+
+/* Answers how many digests differ. */
+static int run(const model_case *c)
+{
+    const int before = differences;
+    name = c->name;
+    prepare(c);
+    begin();
+    check("begin", 0);
+    for (int t = 0; t < STEPS; t++) step(c, t);
+    forecast();
+    smooth();
+    smooth_means();
+    return differences - before;
+}
+
+int main(void)
+{
+    int bad = 0;
+    digest = EMPTY;
+    for (int k = 0; k < CASES; k++) {
+        const int differs = run(&cases[k]) != 0;
+        if (differs == FALSIFIED) continue;
+        bad = 1;
+        if (FALSIFIED) printf("%s: a wrong model is not found\n", cases[k].name);
+    }
+#if !defined(KQ_BITS_WRITE) && !defined(KQ_BITS_WORDS)
+    bad |= checked != EXPECTATIONS;
+    printf("%d cases, %d of %d digests compared, %d differ\n%s\n", (int)CASES, checked,
+           (int)EXPECTATIONS, differences, bad ? "FAIL" : "OK");
+#endif
+    return bad;
+}

@@ -1,0 +1,40 @@
+#!/bin/sh
+# compare.sh WORK CORE COMPILER OPTIONS...: links f32 and f64 with bits.c and compares the bits of
+# all they answer with the expected ones, once for each OPTIONS, as "-O0" or
+# "-O1 -DKQ_BITS_FALSIFY".  CORE and COMPILER are those of tests/target/cores.sh.
+# shellcheck disable=SC2086
+set -eu
+work=$1/$2-$3 name=$2 compiler_name=$3
+shift 3
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+. "$root/tests/target/cores.sh"
+core_select "$name" "$compiler_name"
+mkdir -p "$work"
+flags="-std=c11 -ffp-contract=off -fno-math-errno"
+warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
+
+compare() { # ARITHMETIC
+    define=-DKQ_BITS_$(echo "$1" | tr f F)
+    objects="$library/kq_$1.c.o"
+    for file in "$here/bits.c" "$here/model.c"; do
+        object="$work/$1-$(basename "$file").o"
+        $compiler $options $flags $warnings $define $include -c "$file" -o "$object"
+        objects="$objects $object"
+    done
+    $linker $options $objects $libraries -o "$work/$1"
+    sh "$root/tests/target/run.sh" "$core" "$work/$1" 120
+}
+
+for options in "$@"; do
+    library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
+    for source in $sources; do
+        case $source in
+        kq_f*)
+            arithmetic=$(basename "${source#kq_}" .c)
+            echo "== $arithmetic, $name, $compiler_name $options"
+            compare "$arithmetic"
+            ;;
+        esac
+    done
+done

@@ -1,0 +1,29 @@
+/* One text for f32 and f64: compiled with KQ_BITS_F32 or with KQ_BITS_F64. */
+#ifndef KALMANQ_BITS_NUMBER_H
+#define KALMANQ_BITS_NUMBER_H
+
+#include <kalmanq/kalmanq.h>
+
+#if defined(KQ_BITS_F32)
+typedef float num;
+#define K(name) kq_##name##_f32
+#define FILTER_LEN KQ_FILTER_LEN_F32
+#define HISTORY_LEN KQ_HISTORY_LEN_F32
+#define SMALL 0x1p-42f /* variances at the lower end of those that count */
+#define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
+#define LARGE 0x1p+62f /* variances at the upper end of all numbers */
+#define EXPECTED "expected_f32.inc"
+#elif defined(KQ_BITS_F64)
+typedef double num;
+#define K(name) kq_##name##_f64
+#define FILTER_LEN KQ_FILTER_LEN_F64
+#define HISTORY_LEN KQ_HISTORY_LEN_F64
+#define SMALL 0x1p-170
+#define TINY 0x1p-1018
+#define LARGE 0x1p+510
+#define EXPECTED "expected_f64.inc"
+#else
+#error "compile with one of -DKQ_BITS_F32 and -DKQ_BITS_F64"
+#endif
+
+#endif

@@ -1,0 +1,108 @@
+# The one place that knows the cores: compilers and their flags, C libraries, boards, emulators.
+# Sourced, with $root set to the source tree.
+#
+#   core_select CORE [COMPILER]    CORE: host, m0, m3, m4f, m7, m33, rv32, avr
+#                                  COMPILER: gcc (if none is given), clang
+#   $compiler $include -c FILE     compiles;  $nm lists symbols
+#   $linker OBJECT... $libraries -o PROGRAM    links, with the board's start-up and memory
+#   $emulator PROGRAM              runs it (better: run.sh)
+#   $sources                       the library's files that the compiler can build, without src/
+#
+# CORE+port, as m3+port, puts the headers of the core's own port before the portable ones.  clang
+# takes the C library and the linker of gcc.
+# shellcheck shell=sh disable=SC2034
+
+core_unknown() {
+    echo "cores.sh: what is $1?" >&2
+    exit 1
+}
+
+core_select() {
+    core=${1%+port} boards="$root/port/boards" port= libraries=-lm
+    sources="kq_f32.c kq_f64.c kq_q31.c prepare_q31.c misfit_q31.c status.c"
+    case $core in
+    host) ;;
+    m0) machine="-mcpu=cortex-m0" triple=thumbv6m-none-eabi board=mps2-an385 port=armv6m ;;
+    m3) machine="-mcpu=cortex-m3" triple=thumbv7m-none-eabi board=mps2-an385 port=armv7m ;;
+    m4f)
+        machine="-mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16"
+        triple=thumbv7em-none-eabi board=mps2-an386 port=armv7em
+        ;;
+    m7)
+        machine="-mcpu=cortex-m7 -mfloat-abi=hard -mfpu=fpv5-d16"
+        triple=thumbv7em-none-eabi board=mps2-an500 port=armv7em
+        ;;
+    m33)
+        machine="-mcpu=cortex-m33 -mfloat-abi=hard -mfpu=fpv5-sp-d16"
+        triple=thumbv8m.main-none-eabi board=mps2-an505 port=armv7em
+        ;;
+    rv32) machine="-march=rv32imac -mabi=ilp32" triple=riscv32-unknown-elf port=rv32 ;;
+    avr) machine="-mmcu=atmega2560" triple=avr port=avr ;;
+    *) core_unknown "core $1" ;;
+    esac
+    case $core in
+    host) core_is_host ;;
+    m*) core_is_cortex_m ;;
+    rv32) core_is_riscv ;;
+    avr) core_is_avr ;;
+    esac
+    case ${2:-gcc} in
+    gcc) compiler=$gcc ;;
+    clang) core_takes_clang ;;
+    *) core_unknown "compiler $2" ;;
+    esac
+    include="-I$root/include"
+    case $1 in
+    *+port)
+        [ -n "$port" ] && [ -d "$root/port/$port" ] || core_unknown "port/$port"
+        include="-I$root/port/$port $include"
+        ;;
+    esac
+}
+
+core_is_host() {
+    gcc=gcc linker="gcc" nm=nm emulator= machine=
+}
+
+core_is_cortex_m() {
+    memory=$boards/mps2.ld
+    [ $core = m33 ] && memory=$boards/mps2_secure.ld
+    gcc="arm-none-eabi-gcc -mthumb $machine"
+    linker="$gcc --specs=rdimon.specs -nostartfiles -Wl,-z,noexecstack"
+    linker="$linker -L $boards -T $memory $boards/cortex_m.c"
+    nm=arm-none-eabi-nm
+    emulator="qemu-system-arm -M $board -nographic -semihosting -kernel"
+}
+
+# The C library is picolibc, with its start-up and its semihosting
+core_is_riscv() {
+    gcc="riscv64-unknown-elf-gcc --specs=picolibc.specs $machine"
+    linker="$gcc --crt0=semihost --oslib=semihost -T $boards/riscv_virt.ld"
+    nm=riscv64-unknown-elf-nm
+    emulator="qemu-system-riscv32 -M virt -bios none -nographic -semihosting -kernel"
+}
+
+# avr_emulator is built with the tests; KQ_AVR_EMULATOR says where it is.
+core_is_avr() {
+    gcc="avr-gcc $machine"
+    memory="-Wl,--defsym=__DATA_REGION_LENGTH__=0xFFA0,--section-start,.data=0x802200"
+    linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
+    sources="kq_f32.c kq_q31.c misfit_q31.c status.c" # a double has 32 bits in avr-gcc 5
+    nm=avr-nm
+    emulator=${KQ_AVR_EMULATOR:-avr_emulator}
+}
+
+core_takes_clang() {
+    clang=$(command -v clang || command -v clang-14) || core_unknown clang
+    compiler=$clang
+    if [ $core = host ]; then
+        linker=$clang
+        return
+    fi
+    header=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep -m 1 '/stdio\.h$')
+    compiler="$clang --target=$triple $machine -isystem $(dirname "$header")"
+    case $core in
+    m*) compiler="$compiler -fshort-enums" ;; # as gcc
+    rv32) compiler="$compiler -ftls-model=local-exec" ;; # as picolibc
+    esac
+}
