@@ -1,0 +1,2 @@
+from counted import Counted
+def count(*_): raise NotImplementedError

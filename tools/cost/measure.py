@@ -1,0 +1,80 @@
+"""Builds a program, runs it in its emulator, and makes the table's rows of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import avr
+import build
+from build import Place
+from cases import Program
+from cores import BY_NAME
+from counted import Counted
+from elf import Elf
+from emulator import Emulator
+from errors import CostError
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table, its columns in their order."""
+
+    core: str
+    arithmetic: str
+    n: int
+    m: int
+    sizes: str
+    optimisation: str
+    what: str
+    instructions: int
+    cycles_estimate: int
+    stack_bytes: int
+    ram_bytes: int
+    flash_bytes: int
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        return (self.core, self.arithmetic, self.n, self.m, self.sizes, self.optimisation, self.what)
+
+
+@dataclass(frozen=True)
+class Measured:
+    rows: list[Row]
+    self_instructions: list[Counter[str]]  # of each row, by function
+
+
+def measure(place: Place, wanted: Program) -> Measured:
+    program = build.program(place, wanted)
+    regions = build.regions(wanted)
+    counted = count(place, wanted, program, regions)
+    missing = [name for region, name in regions.items() if region not in counted]
+    if missing:
+        raise CostError(f"{wanted.name}: {missing[0]} was never called")
+    flash = {what: Elf(build.flash_program(place, wanted, what)).flash for what in wanted.what}
+    calls = [(n, m, what) for n, m in wanted.dimensions for what in wanted.what]
+    rows = [
+        Row(wanted.core, wanted.arithmetic, n, m, wanted.sizes, wanted.optimisation, what,
+            call.instructions, call.cycles, call.stack, call.ram, flash[what])
+        for (n, m, what), call in zip(calls, counted.values())
+    ]
+    elf = Elf(program)
+    return Measured(rows, [by_function(elf, call) for call in counted.values()])
+
+
+def count(
+    place: Place, wanted: Program, program: Path, regions: dict[int, str]
+) -> dict[int, Counted]:
+    core = BY_NAME[wanted.core]
+    if core.family == "avr":
+        return avr.count(place, program, regions)
+    return Emulator(core, program).count(regions)
+
+
+def by_function(elf: Elf, call: Counted) -> Counter[str]:
+    """Instructions of each function itself."""
+    found: Counter[str] = Counter()
+    for address, times in call.by_address.items():
+        found[elf.function_at(address)] += times
+    return found
