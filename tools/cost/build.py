@@ -16,7 +16,7 @@ TEXTBOOKS = ROOT / "tests" / "cost"
 
 FLAGS = ("-std=c11", "-ffp-contract=fast", "-fno-math-errno", "-ffunction-sections",
          "-fdata-sections", "-Wall", "-Wextra")
-HOST_FLAGS = ("-std=c11", "-O1", "-ffp-contract=off")
+HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
 SHAPES = {FIXED: "KQ_UPPER", FIXED_DENSE: "KQ_DENSE"}
 SUBJECT = {"textbook-f32": "textbook", "textbook-q16": "q16"}
@@ -33,6 +33,10 @@ class Place:
     @property
     def model(self) -> Path:
         return self.work / "model"
+
+    @property
+    def avr_counter(self) -> Path:
+        return self.work / "avr_count"
 
     def fixed_header(self, arithmetic: str) -> Path:
         """What a user includes to have functions of fixed sizes."""

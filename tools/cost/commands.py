@@ -8,6 +8,7 @@ from typing import Sequence
 from errors import CostError, one_line
 
 TIME_LIMIT = 300  # seconds
+TELLING = ("error: ", "undefined reference", "cannot find", "will not fit")
 
 
 def run(command: Sequence[str]) -> str:
@@ -28,5 +29,5 @@ def run(command: Sequence[str]) -> str:
 def complaint(text: str) -> str:
     """The line that matters most."""
     lines = [line for line in text.splitlines() if line.strip()] or ["failed"]
-    errors = [line for line in lines if "error" in line or "undefined" in line]
+    errors = [line for line in lines if any(word in line for word in TELLING)]
     return one_line((errors or lines)[0])

@@ -8,6 +8,8 @@ from typing import Iterator
 
 from elftools.elf.elffile import ELFFile
 
+from errors import CostError
+
 ALLOCATED, WITHOUT_BYTES = 2, "SHT_NOBITS"
 
 
@@ -22,6 +24,11 @@ class Elf:
             self.flash = flash_bytes(elf)
             self.symbols, functions = symbols(elf, ~1 if arm else ~0)
         self.functions = sorted(functions)
+
+    def address(self, name: str) -> int:
+        if name not in self.symbols:
+            raise CostError(f"{self.path.name}: has no function {name}")
+        return self.symbols[name]
 
     def function_at(self, address: int) -> str:
         index = bisect.bisect_right(self.functions, (address, "\x7f")) - 1

@@ -57,6 +57,7 @@ class Emulator:
         self.core = core
         self.elf = Elf(program)
         self.code = instructions(f"{core.prefix}objdump", program)
+        self.unknown_pushes = unknown_pushes(core, self.code)
         self.thumb = int(core.family == "arm")
         self.registers = ARM if core.family == "arm" else RISCV
         self.uc = machine(core)
@@ -79,8 +80,8 @@ class Emulator:
     def count(self, functions: dict[int, str]) -> dict[int, Counted]:
         """One call of the function of each region."""
         found: dict[int, Counted] = {}
-        marks = {name: self.address(f"cost_{name}") for name in ("region", "failed", "end")}
-        pc = self.address("main")
+        marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
+        pc = self.elf.address("main")
         while True:
             pc = self.run_to(pc, list(marks.values()))
             first, second = (self.uc.reg_read(name) for name in self.registers.arguments)
@@ -88,14 +89,9 @@ class Emulator:
                 raise CostError(f"{self.elf.path.name}: a call answered {signed(first)}")
             if pc == marks["end"]:
                 return found
-            pc = self.run_to(pc, [self.address(functions[first])])
+            pc = self.run_to(pc, [self.elf.address(functions[first])])
             found[first] = Counted(ram=second)
             pc = self.count_call(pc, found[first])
-
-    def address(self, name: str) -> int:
-        if name not in self.elf.symbols:
-            raise CostError(f"{self.elf.path.name}: has no function {name}")
-        return self.elf.symbols[name]
 
     # ---- running -----------------------------------------------------------------------------
 
@@ -132,7 +128,7 @@ class Emulator:
         hook = self.uc.hook_add(unicorn.UC_HOOK_BLOCK, blocks.enter)
         others = [
             self.uc.hook_add(unicorn.UC_HOOK_CODE, blocks.look, None, place, place)
-            for place in self.after_unknown_pushes()
+            for place in self.unknown_pushes
         ]
         reached = self.run(pc, back)
         for each in (hook, *others):
@@ -141,10 +137,6 @@ class Emulator:
             raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
         blocks.add_up(counted)
         return reached
-
-    def after_unknown_pushes(self) -> list[int]:
-        push = PUSH[self.core.family]
-        return [at + i.size for at, i in self.code.items() if push(i) is None]
 
     def block(self, address: int, size: int) -> list[tuple[int, Instruction]]:
         found = []
@@ -204,6 +196,12 @@ def machine(core: Core) -> unicorn.Uc:
     uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
     uc.ctl_set_cpu_model(getattr(arm_const, f"UC_CPU_ARM_{core.model}"))
     return uc
+
+
+def unknown_pushes(core: Core, code: dict[int, Instruction]) -> list[int]:
+    """Where to look, for the text does not say how far the stack pointer has moved."""
+    push = PUSH[core.family]
+    return [address + i.size for address, i in code.items() if push(i) is None]
 
 
 def signed(word: int) -> int:

@@ -68,7 +68,7 @@ def count(
 ) -> dict[int, Counted]:
     core = BY_NAME[wanted.core]
     if core.family == "avr":
-        return avr.count(place, program, regions)
+        return avr.count(place.avr_counter, program, regions)
     return Emulator(core, program).count(regions)
 
 

@@ -7,9 +7,11 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Callable
 
+import avr
 import build
 from build import Place
 from cases import Program
+from cores import BY_NAME
 from measure import Measured, measure
 
 WORKERS = 2
@@ -23,6 +25,8 @@ def run_all(
         place = Place(source, Path(folder))
         wanted = [program for program in wanted if place.has(program)]
         build.model_printer(place)
+        if any(BY_NAME[program.core].family == "avr" for program in wanted):
+            avr.build(build.TARGET / "avr_count.c", place.avr_counter)
         with ProcessPoolExecutor(WORKERS) as pool:
             keys = sorted({build.library_key(program) for program in wanted})
             finish([pool.submit(build.library, place, *key) for key in keys])
