@@ -19,7 +19,7 @@ FLAGS = ("-std=c11", "-ffp-contract=fast", "-fno-math-errno", "-ffunction-sectio
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
 SHAPES = {FIXED: "KQ_UPPER", FIXED_DENSE: "KQ_DENSE"}
-SUBJECT = {"textbook-f32": "textbook", "textbook-q16": "q16"}
+TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
 
 
@@ -77,7 +77,7 @@ def library(place: Place, core: str, arithmetic: str, level: str) -> None:
 def library_sources(place: Place, arithmetic: str) -> list[Path]:
     """The library, but for the other arithmetics and for what only a host needs."""
     if arithmetic in TEXTBOOK:
-        return [TEXTBOOKS / f"{SUBJECT[arithmetic]}_filter.c"]
+        return [TEXTBOOKS / f"{TEXTBOOK_PREFIX[arithmetic]}_filter.c"]
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
@@ -118,7 +118,7 @@ def measured(place: Place, wanted: Program) -> list[Path]:
 
 def program_text(place: Place, wanted: Program) -> str:
     """C that includes everything once for each size."""
-    subject = SUBJECT.get(wanted.arithmetic, "library")
+    subject = "textbook" if wanted.arithmetic in TEXTBOOK else "library"
     numbers = NUMBERS.get(wanted.arithmetic, wanted.arithmetic)
     lines = [f"#define KQ_COST_{numbers}", *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
              f'#include "{subject}.h"']
@@ -144,7 +144,7 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
     if wanted.sizes != RUNTIME:
         return f"user_{name}_{n}_{m}"
     if wanted.arithmetic in TEXTBOOK:
-        return f"{SUBJECT[wanted.arithmetic]}_{name}"
+        return f"{TEXTBOOK_PREFIX[wanted.arithmetic]}_{name}"
     return f"kq_{name}_{wanted.arithmetic}"
 
 
@@ -173,7 +173,8 @@ def compiled(place: Place, core: Core, level: str, source: Path, folder: Path,
 def linked(core: Core, objects: list[Path], target: Path, entry: str | None = None) -> Path:
     """A whole program, or what one function needs."""
     starts_itself = core.family == "avr" and entry is None
-    flags = () if starts_itself else ("-nostartfiles", f"-Wl,-e,{entry or 'main'}")
+    flags = ("-Wl,-u,cost_failed",) if entry is None else ()
+    flags += () if starts_itself else ("-nostartfiles", f"-Wl,-e,{entry or 'main'}")
     run([f"{core.prefix}gcc", *core.flags, *flags, "-Wl,--gc-sections",
          *(str(path) for path in objects), "-lm", "-o", str(target)])
     return target

@@ -14,7 +14,7 @@ class Core:
     flags: tuple[str, ...]
     arithmetics: tuple[str, ...]  # of the library, at run-time sizes
     port: str | None = None  # folder of port/ whose headers replace the portable ones, if it exists
-    model: str | None = None  # of the emulator
+    model: str = ""  # of the emulator
 
 
 def arm(
@@ -40,7 +40,8 @@ CORES = (
     arm("m0", "Cortex-M0", ("-mcpu=cortex-m0",), "armv6m"),
     arm("m3", "Cortex-M3", ("-mcpu=cortex-m3",), "armv7m"),
     arm("m4f", "Cortex-M4F", M4F, "armv7em", model="CORTEX_M4"),
-    arm("m7", "Cortex-M7, double FPU", M7, "armv7em"),
+    # Unicorn's M7 has no double: the largest A core executes the same instructions
+    arm("m7", "Cortex-M7, double FPU", M7, "armv7em", model="MAX"),
     arm("m33", "Cortex-M33, FPU", M33, "armv7em"),
     Core(
         "rv32",

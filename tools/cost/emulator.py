@@ -27,6 +27,7 @@ STACK = PLACE_SIZE - 0x100  # at the end of the first
 NOWHERE = PLACE_SIZE - 4
 CONTROL_SPACE, CONTROL_SIZE = 0xE000_0000, 0x0010_0000
 COPROCESSORS = 0xE000_ED88  # CPACR: enables the FPU
+FPU_ACCESS = 0xF << 20
 WATCHDOG = 60_000_000  # microseconds of one run without a mark
 
 
@@ -73,8 +74,10 @@ class Emulator:
             self.uc.reg_write(riscv_const.UC_RISCV_REG_GP, pointer)
 
     def enable_fpu(self) -> None:
+        """As the start-up code of an M core, or of the A core that stands for one."""
         self.uc.mem_map(CONTROL_SPACE, CONTROL_SIZE)
-        self.uc.mem_write(COPROCESSORS, (0xF << 20).to_bytes(4, "little"))
+        self.uc.mem_write(COPROCESSORS, FPU_ACCESS.to_bytes(4, "little"))
+        self.uc.reg_write(arm_const.UC_ARM_REG_C1_C0_2, FPU_ACCESS)
         self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
 
     def count(self, functions: dict[int, str]) -> dict[int, Counted]:
@@ -193,7 +196,8 @@ class Blocks:
 def machine(core: Core) -> unicorn.Uc:
     if core.family == "riscv":
         return unicorn.Uc(unicorn.UC_ARCH_RISCV, unicorn.UC_MODE_RISCV32)
-    uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
+    profile = unicorn.UC_MODE_MCLASS if core.model.startswith("CORTEX_M") else 0
+    uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | profile)
     uc.ctl_set_cpu_model(getattr(arm_const, f"UC_CPU_ARM_{core.model}"))
     return uc
 

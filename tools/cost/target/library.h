@@ -10,18 +10,21 @@
 
 #if defined(KQ_COST_f32)
 #define T f32
+typedef float word;
 #define KQ_COST_PROCESS KQ_PROCESS_F32
 #define KQ_COST_SENSOR KQ_SENSOR_DIAGONAL_F32
 #define KQ_COST_FILTER KQ_FILTER_F32
 #define KQ_COST_HISTORY KQ_HISTORY_F32
 #elif defined(KQ_COST_f64)
 #define T f64
+typedef double word;
 #define KQ_COST_PROCESS KQ_PROCESS_F64
 #define KQ_COST_SENSOR KQ_SENSOR_DIAGONAL_F64
 #define KQ_COST_FILTER KQ_FILTER_F64
 #define KQ_COST_HISTORY KQ_HISTORY_F64
 #elif defined(KQ_COST_q31)
 #define T q31
+typedef int32_t word;
 #define KQ_COST_FILTER KQ_FILTER_Q31
 #define KQ_COST_HISTORY KQ_HISTORY_Q31
 #endif

@@ -92,6 +92,7 @@ static void print_narrow(const model *M)
     print_q16(M, "P0", M->P0, n * n);
     print_q16(M, "H", M->H, m * n);
     print_q16(M, "R", M->R, m);
+    print_q16(M, "x0", M->x0, n);
     print_q16(M, "z", M->z, m);
 }
 

@@ -8,7 +8,7 @@
 #define WITH_TYPE(name, type) JOIN2(name, type)
 #define WITH_SIZE(name, n, m) JOIN3(name, n, m)
 
-#define TYPED(name) WITH_TYPE(name, T)     /* kq_predict: kq_predict_f32 */
+#define TYPED(name) WITH_TYPE(name, T)    /* kq_predict: kq_predict_f32 */
 #define SIZED(name) WITH_SIZE(name, N, M) /* A: A_4_2 */
 
 /* What a user calls: the library, or functions of his own that are compiled for one size. */
