@@ -56,8 +56,8 @@ def model_printer(place: Place) -> None:
          "-lm", "-o", str(place.model)])
 
 
-def library_folder(place: Place, core: str, arithmetic: str, level: str) -> Path:
-    return place.work / f"library-{core}-{arithmetic}-{level}"
+def library_folder(place: Place, key: tuple[str, str, str]) -> Path:
+    return place.work / "-".join(("library", *key))
 
 
 def library_key(wanted: Program) -> tuple[str, str, str]:
@@ -66,9 +66,10 @@ def library_key(wanted: Program) -> tuple[str, str, str]:
     return wanted.core, wanted.arithmetic, level
 
 
-def library(place: Place, core: str, arithmetic: str, level: str) -> None:
+def library(place: Place, key: tuple[str, str, str]) -> None:
     """The objects that are not of one program."""
-    folder = library_folder(place, core, arithmetic, level)
+    core, arithmetic, level = key
+    folder = library_folder(place, key)
     folder.mkdir(parents=True)
     for source in library_sources(place, arithmetic):
         compiled(place, BY_NAME[core], level, source, folder)
@@ -111,7 +112,7 @@ def user_flags(place: Place, wanted: Program) -> tuple[str, ...]:
 
 def measured(place: Place, wanted: Program) -> list[Path]:
     """The objects whose flash counts."""
-    folder = library_folder(place, *library_key(wanted))
+    folder = library_folder(place, library_key(wanted))
     user = [] if wanted.sizes == RUNTIME else [place.work / wanted.name / "user.o"]
     return [*user, *sorted(folder.glob("*.o"))]
 
@@ -175,7 +176,7 @@ def linked(core: Core, objects: list[Path], target: Path, entry: str | None = No
     starts_itself = core.family == "avr" and entry is None
     flags = ("-Wl,-u,cost_failed",) if entry is None else ()
     flags += () if starts_itself else ("-nostartfiles", f"-Wl,-e,{entry or 'main'}")
-    run([f"{core.prefix}gcc", *core.flags, *flags, "-Wl,--gc-sections",
+    run([f"{core.prefix}gcc", *core.flags, *core.link_flags, *flags, "-Wl,--gc-sections",
          *(str(path) for path in objects), "-lm", "-o", str(target)])
     return target
 

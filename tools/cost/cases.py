@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Iterator
 
 from cores import BY_NAME, CORES, Core
+from errors import CostError
+from row import Row
 
 WHAT = ("predict", "update", "step", "smooth")  # the order of COST_... in target/marks.h
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
@@ -43,14 +45,30 @@ class Choice:
     sizes: tuple[str, ...] = ()
     optimisation: tuple[str, ...] = ()
     n: tuple[int, ...] = ()
+    what: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        for name, known in KNOWN.items():
+            for value in getattr(self, name):
+                if value not in known:
+                    raise CostError(f"--{name} {value}: must be one of {', '.join(map(str, known))}")
 
     def takes(self, name: str, value: object) -> bool:
         wanted = getattr(self, name)
         return not wanted or value in wanted
 
-    @property
-    def is_everything(self) -> bool:
-        return self == Choice()
+    def takes_row(self, row: Row) -> bool:
+        return all(self.takes(name, getattr(row, name)) for name in KNOWN)
+
+
+KNOWN: dict[str, tuple[object, ...]] = {
+    "core": tuple(BY_NAME),
+    "arithmetic": ("f32", "f64", "q31", *TEXTBOOK),
+    "sizes": tuple(LEVELS),
+    "optimisation": ("O2", "O3", "Os"),
+    "n": tuple(n for n, _ in SIZES),
+    "what": WHAT,
+}
 
 
 def programs(choice: Choice) -> list[Program]:

@@ -1,40 +1,51 @@
-"""What the library costs on seven cores: instructions, cycles, stack, RAM and flash.
-
-Started by tools/cost.py.
-"""
+"""The command line.  Started by tools/cost.py."""
 
 import sys
 from pathlib import Path
-from typing import List, Optional
+from typing import List
 
 import typer
-from rich.console import Console
 
-import report
-from cases import Choice, programs
+import actions
+from cases import Choice
 from errors import CostError, one_line
-from run_all import run_all
 
-ROOT = Path(__file__).resolve().parents[2]
+HELP = """What the library costs on seven cores: instructions, estimated cycles, stack, RAM and
+flash. Without options: measures everything and writes tools/cost.csv. With any of the filters
+(each may be repeated): prints what they let through. tools/cost/README.md says what is counted."""
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
-@app.command()
+@app.command(help=" ".join(HELP.split()))
 def main(
-    core: List[str] = typer.Option([], help="Only this core; may be repeated."),
-    arithmetic: List[str] = typer.Option([], help="Only f32, f64, q31, textbook-f32, textbook-q16."),
-    sizes: List[str] = typer.Option([], help="Only runtime, fixed, fixed-dense."),
-    optimisation: List[str] = typer.Option([], help="Only O2, O3, Os."),
-    n: List[int] = typer.Option([], help="Only this number of states."),
-    what: List[str] = typer.Option([], help="Only predict, update, step, smooth."),
-    hot: int = typer.Option(0, help="Also the functions that took most, by self instructions."),
-    source: Path = typer.Option(ROOT, help="A checkout to measure instead of this one."),
+    core: List[str] = typer.Option([], help="m0, m3, m4f, m7, m33, rv32, avr."),
+    arithmetic: List[str] = typer.Option([], help="f32, f64, q31, textbook-f32, textbook-q16."),
+    sizes: List[str] = typer.Option([], help="runtime, fixed, fixed-dense."),
+    optimisation: List[str] = typer.Option([], help="O2, O3, Os."),
+    n: List[int] = typer.Option([], help="Number of states."),
+    what: List[str] = typer.Option([], help="predict, update, step, smooth."),
+    hot: int = typer.Option(0, help="Print the functions with most instructions, too."),
+    source: Path = typer.Option(
+        actions.ROOT, help="A checkout to measure instead of this one.", show_default=False
+    ),
+    check: bool = typer.Option(False, "--check", help="Compare with tools/cost.csv."),
+    plot: bool = typer.Option(False, "--plot", help="Draw the table: tools/cost.png."),
+    readme: bool = typer.Option(False, "--readme", help="Put the table into README.md."),
 ) -> None:
     try:
-        choice = Choice(tuple(core), tuple(arithmetic), tuple(sizes), tuple(optimisation), tuple(n))
-        found = run_all(source.resolve(), programs(choice), lambda *_: None)
-        report.show(Console(highlight=False, width=None if sys.stdout.isatty() else 130), found, what, hot)
+        choice = Choice(
+            tuple(core), tuple(arithmetic), tuple(sizes), tuple(optimisation), tuple(n), tuple(what)
+        )
+        choice.check()
+        if check:
+            raise typer.Exit(0 if actions.check(source, choice) else 1)
+        if plot:
+            actions.draw()
+        if readme:
+            actions.write_readme()
+        if not (plot or readme):
+            actions.measure(source, choice, hot)
     except CostError as problem:
         stop(str(problem))
     except OSError as problem:

@@ -15,6 +15,7 @@ class Core:
     arithmetics: tuple[str, ...]  # of the library, at run-time sizes
     port: str | None = None  # folder of port/ whose headers replace the portable ones, if it exists
     model: str = ""  # of the emulator
+    link_flags: tuple[str, ...] = ()
 
 
 def arm(
@@ -50,6 +51,7 @@ CORES = (
         prefix="riscv64-unknown-elf-",
         flags=("-march=rv32imac", "-mabi=ilp32", "--specs=picolibc.specs"),
         arithmetics=("f32", "f64", "q31"),
+        link_flags=("-Wl,--defsym=__ram_size=0x1000000",),  # picolibc's default is a small board
     ),
     Core(
         "avr",

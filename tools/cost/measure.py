@@ -15,32 +15,13 @@ from counted import Counted
 from elf import Elf
 from emulator import Emulator
 from errors import CostError
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of the table, its columns in their order."""
-
-    core: str
-    arithmetic: str
-    n: int
-    m: int
-    sizes: str
-    optimisation: str
-    what: str
-    instructions: int
-    cycles_estimate: int
-    stack_bytes: int
-    ram_bytes: int
-    flash_bytes: int
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        return (self.core, self.arithmetic, self.n, self.m, self.sizes, self.optimisation, self.what)
+from row import Row
 
 
 @dataclass(frozen=True)
 class Measured:
+    """What one program gave."""
+
     rows: list[Row]
     self_instructions: list[Counter[str]]  # of each row, by function
 
