@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""tools/cost.py: what the library costs on seven cores (tools/cost/cli.py; --help says more).
+"""tools/cost.py: what the library costs on seven cores (--help says more).
 
-Sets up what is missing first, as tools/setup.sh knows how.
+Installs what is missing, as tools/setup.sh knows how; the rest is in tools/cost.
 """
 
 import os
@@ -9,16 +9,18 @@ import sys
 from pathlib import Path
 
 TOOLS = Path(__file__).resolve().parent
-SETUP = '. "$0/setup.sh" && kq_setup cost && KQ_COST_READY=1 exec "$KQ_PYTHON" -B "$0/cost.py" "$@"'
+SETUP = '. "$0/setup.sh" && kq_setup cost && KQ_COST_READY=1 exec "$KQ_PYTHON" "$0/cost.py" "$@"'
 
 
 def main() -> None:
-    if not os.environ.get("KQ_COST_READY"):
-        sys.stdout.flush()
-        os.execvp("bash", ["bash", "-c", SETUP, str(TOOLS), *sys.argv[1:]])
+    sys.dont_write_bytecode = True
     sys.path.insert(0, str(TOOLS / "cost"))
-    import cli
-
+    try:
+        import cli
+    except ModuleNotFoundError as problem:
+        if os.environ.get("KQ_COST_READY"):
+            sys.exit(f"cost: {problem}, for {sys.executable}")
+        os.execvp("bash", ["bash", "-c", SETUP, str(TOOLS), *sys.argv[1:]])
     cli.app(prog_name="tools/cost.py")
 
 

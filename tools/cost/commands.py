@@ -18,7 +18,8 @@ def run(command: Sequence[str]) -> str:
             command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False
         )
     except FileNotFoundError as problem:
-        raise CostError(f"{command[0]}: not found; tools/setup.sh's kq_setup cost installs it") from problem
+        hint = "bash -c '. tools/setup.sh && kq_setup cost' installs it"
+        raise CostError(f"{command[0]}: not found; {hint}") from problem
     except subprocess.TimeoutExpired as problem:
         raise CostError(f"{command[0]}: no end within {TIME_LIMIT} s") from problem
     if done.returncode:
