@@ -106,7 +106,7 @@ def program(place: Place, wanted: Program) -> Path:
 def user_flags(place: Place, wanted: Program) -> tuple[str, ...]:
     """Of the user's file with functions of one size."""
     n, m = wanted.dimensions[0]
-    return (f"-DKQ_COST_{wanted.arithmetic}", f"-DN={n}", f"-DM={m}",
+    return (f"-DKQ_COST_{wanted.arithmetic}", f"-DUSER_N={n}", f"-DUSER_M={m}",
             f"-DSHAPE={SHAPES[wanted.sizes]}", f"-I{place.source / 'src'}")
 
 

@@ -1,5 +1,5 @@
 /*
- * A user's file with functions for one size: N, M, SHAPE.  The one place that knows how the library
+ * A user's file with functions for one size: USER_N, USER_M, SHAPE.  The one place that knows how the library
  * is specialised.
  */
 #include "library.h"
@@ -12,6 +12,9 @@
 #include "kq_fixed_q31.h"
 #endif
 
+/* not before: the library's headers have an M of their own */
+#define N USER_N
+#define M USER_M
 #include "user.h"
 
 kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u)
