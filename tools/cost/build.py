@@ -72,7 +72,7 @@ def library(place: Place, key: tuple[str, str, str]) -> None:
     folder = library_folder(place, key)
     folder.mkdir(parents=True)
     for source in library_sources(place, arithmetic):
-        compiled(place, BY_NAME[core], level, source, folder)
+        compiled(place, BY_NAME[core], level, source, folder / f"{source.stem}.o")
 
 
 def library_sources(place: Place, arithmetic: str) -> list[Path]:
@@ -96,25 +96,27 @@ def program(place: Place, wanted: Program) -> Path:
     folder.mkdir(parents=True)
     text = folder / "program.c"
     text.write_text(program_text(place, wanted), encoding="utf-8")
-    objects = [compiled(place, core, "O2", text, folder, tape_flags(core)),
-               compiled(place, core, "O2", TARGET / "marks.c", folder)]
-    if wanted.sizes != RUNTIME:
-        compiled(place, core, wanted.optimisation, TARGET / "user.c", folder, user_flags(place, wanted))
-    return linked(core, [*objects, *measured(place, wanted)], folder / "program.elf")
+    own = [compiled(place, core, "O2", text, folder / "program.o", tape_flags(core)),
+           compiled(place, core, "O2", TARGET / "marks.c", folder / "marks.o")]
+    users = [user(place, wanted, n, m) for n, m in wanted.dimensions if wanted.sizes != RUNTIME]
+    return linked(core, [*own, *users, *shared(place, wanted)], folder / "program.elf")
 
 
-def user_flags(place: Place, wanted: Program) -> tuple[str, ...]:
-    """Of the user's file with functions of one size."""
-    n, m = wanted.dimensions[0]
-    return (f"-DKQ_COST_{wanted.arithmetic}", f"-DUSER_N={n}", f"-DUSER_M={m}",
-            f"-DSHAPE={SHAPES[wanted.sizes]}", f"-I{place.source / 'src'}")
+def user(place: Place, wanted: Program, n: int, m: int) -> Path:
+    """A user's file with functions of one size."""
+    flags = (f"-DKQ_COST_{wanted.arithmetic}", f"-DUSER_N={n}", f"-DUSER_M={m}",
+             f"-DSHAPE={SHAPES[wanted.sizes]}", f"-I{place.source / 'src'}")
+    return compiled(place, BY_NAME[wanted.core], wanted.optimisation, TARGET / "user.c",
+                    user_object(place, wanted, n, m), flags)
 
 
-def measured(place: Place, wanted: Program) -> list[Path]:
-    """The objects whose flash counts."""
-    folder = library_folder(place, library_key(wanted))
-    user = [] if wanted.sizes == RUNTIME else [place.work / wanted.name / "user.o"]
-    return [*user, *sorted(folder.glob("*.o"))]
+def user_object(place: Place, wanted: Program, n: int, m: int) -> Path:
+    return place.work / wanted.name / f"user_{n}_{m}.o"
+
+
+def shared(place: Place, wanted: Program) -> list[Path]:
+    """The library's objects."""
+    return sorted(library_folder(place, library_key(wanted)).glob("*.o"))
 
 
 def program_text(place: Place, wanted: Program) -> str:
@@ -149,20 +151,20 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
     return f"kq_{name}_{wanted.arithmetic}"
 
 
-def flash_program(place: Place, wanted: Program, what: str) -> Path:
+def flash_program(place: Place, wanted: Program, n: int, m: int, what: str) -> Path:
     """Links nothing but one function and what it needs: it is the entry, and the linker drops the
     rest."""
-    name = function(wanted, what, *wanted.dimensions[0])
-    target = place.work / wanted.name / f"{what}.elf"
-    return linked(BY_NAME[wanted.core], measured(place, wanted), target, entry=name)
+    name = function(wanted, what, n, m)
+    users = [] if wanted.sizes == RUNTIME else [user_object(place, wanted, n, m)]
+    return linked(BY_NAME[wanted.core], [*users, *shared(place, wanted)],
+                  place.work / wanted.name / f"{name}.elf", entry=name)
 
 
 # ---- compiler and linker ---------------------------------------------------------------------
 
 
-def compiled(place: Place, core: Core, level: str, source: Path, folder: Path,
+def compiled(place: Place, core: Core, level: str, source: Path, target: Path,
              flags: tuple[str, ...] = ()) -> Path:
-    target = folder / f"{source.stem}.o"
     includes = [place.source / "include", TARGET, TEXTBOOKS]
     if core.port and (place.source / "port" / core.port).is_dir():
         includes.insert(0, place.source / "port" / core.port)

@@ -93,8 +93,8 @@ def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:
 
 
 def split(program: Program) -> Iterator[Program]:
-    """One program for each size where the code depends on it, or where memory holds no more."""
-    if program.sizes == RUNTIME and BY_NAME[program.core].family != "avr":
+    """One program for each size where the memory holds no more."""
+    if BY_NAME[program.core].family != "avr":
         yield program
         return
     for size in program.dimensions:

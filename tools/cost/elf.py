@@ -21,7 +21,6 @@ class Elf:
             arm = elf["e_machine"] == "EM_ARM"
             self.entry: int = elf["e_entry"]
             self.segments = list(segments(elf))
-            self.flash = flash_bytes(elf)
             self.symbols, functions = symbols(elf, ~1 if arm else ~0)
         self.functions = sorted(functions)
 
@@ -41,13 +40,14 @@ def segments(elf: ELFFile) -> Iterator[tuple[int, bytes]]:
             yield segment["p_vaddr"], segment.data()
 
 
-def flash_bytes(elf: ELFFile) -> int:
+def flash_bytes(path: Path) -> int:
     """Code, constants and the initial values of variables."""
-    return sum(
-        section["sh_size"]
-        for section in elf.iter_sections()
-        if section["sh_flags"] & ALLOCATED and section["sh_type"] != WITHOUT_BYTES
-    )
+    with open(path, "rb") as file:
+        return sum(
+            section["sh_size"]
+            for section in ELFFile(file).iter_sections()
+            if section["sh_flags"] & ALLOCATED and section["sh_type"] != WITHOUT_BYTES
+        )
 
 
 def symbols(elf: ELFFile, mask: int) -> tuple[dict[str, int], set[tuple[int, str]]]:

@@ -18,7 +18,7 @@ from cores import Core
 from counted import Counted
 from elf import Elf
 from errors import CostError
-from listing import Instruction, instructions
+from listing import Instruction, Listing
 from timing import PUSH, TIMING
 
 PLACES = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
@@ -28,7 +28,6 @@ NOWHERE = PLACE_SIZE - 4
 CONTROL_SPACE, CONTROL_SIZE = 0xE000_0000, 0x0010_0000
 COPROCESSORS = 0xE000_ED88  # CPACR: enables the FPU
 FPU_ACCESS = 0xF << 20
-WATCHDOG = 60_000_000  # microseconds of one run without a mark
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Emulator:
     def __init__(self, core: Core, program: Path):
         self.core = core
         self.elf = Elf(program)
-        self.code = instructions(f"{core.prefix}objdump", program)
+        self.code = Listing(f"{core.prefix}objdump", program)
         self.unknown_pushes = unknown_pushes(core, self.code)
         self.thumb = int(core.family == "arm")
         self.registers = ARM if core.family == "arm" else RISCV
@@ -116,7 +115,7 @@ class Emulator:
         for place in PLACES:  # or code that was translated before would miss the hooks
             self.uc.ctl_remove_cache(place, place + PLACE_SIZE)
         try:
-            self.uc.emu_start(pc | self.thumb, until, timeout=WATCHDOG)
+            self.uc.emu_start(pc | self.thumb, until)
         except unicorn.UcError as problem:
             place = self.elf.function_at(self.uc.reg_read(self.registers.pc))
             raise CostError(f"{self.elf.path.name}: {problem} in {place}") from problem
@@ -202,10 +201,11 @@ def machine(core: Core) -> unicorn.Uc:
     return uc
 
 
-def unknown_pushes(core: Core, code: dict[int, Instruction]) -> list[int]:
+def unknown_pushes(core: Core, code: Listing) -> list[int]:
     """Where to look, for the text does not say how far the stack pointer has moved."""
     push = PUSH[core.family]
-    return [address + i.size for address, i in code.items() if push(i) is None]
+    changes = code.with_operand("sp,")
+    return [address + i.size for address, i in changes.items() if push(i) is None]
 
 
 def signed(word: int) -> int:

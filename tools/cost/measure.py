@@ -9,10 +9,10 @@ from pathlib import Path
 import avr
 import build
 from build import Place
-from cases import Program
+from cases import RUNTIME, Program
 from cores import BY_NAME
 from counted import Counted
-from elf import Elf
+from elf import Elf, flash_bytes
 from emulator import Emulator
 from errors import CostError
 from row import Row
@@ -33,11 +33,11 @@ def measure(place: Place, wanted: Program) -> Measured:
     missing = [name for region, name in regions.items() if region not in counted]
     if missing:
         raise CostError(f"{wanted.name}: {missing[0]} was never called")
-    flash = {what: Elf(build.flash_program(place, wanted, what)).flash for what in wanted.what}
+    flash = flash_of(place, wanted)
     calls = [(n, m, what) for n, m in wanted.dimensions for what in wanted.what]
     rows = [
         Row(wanted.core, wanted.arithmetic, n, m, wanted.sizes, wanted.optimisation, what,
-            call.instructions, call.cycles, call.stack, call.ram, flash[what])
+            call.instructions, call.cycles, call.stack, call.ram, flash[n, m, what])
         for (n, m, what), call in zip(calls, counted.values())
     ]
     elf = Elf(program)
@@ -51,6 +51,20 @@ def count(
     if core.family == "avr":
         return avr.count(place.avr_counter, program, regions)
     return Emulator(core, program).count(regions)
+
+
+def flash_of(place: Place, wanted: Program) -> dict[tuple[int, int, str], int]:
+    """By size and function; at run-time sizes the code is the same for all sizes."""
+    found = {}
+    for n, m in wanted.dimensions:
+        for what in wanted.what:
+            same = (*wanted.dimensions[0], what) if wanted.sizes == RUNTIME else None
+            found[n, m, what] = (
+                found[same]
+                if same in found
+                else flash_bytes(build.flash_program(place, wanted, n, m, what))
+            )
+    return found
 
 
 def by_function(elf: Elf, call: Counted) -> Counter[str]:
