@@ -8,7 +8,7 @@ from typing import Iterable, Iterator
 from row import Row
 
 COMPARED = ("instructions", "stack_bytes", "ram_bytes", "flash_bytes")
-TOLERANCE = 0.03
+TOLERANCE = 3  # percent
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,14 @@ class Change:
     @property
     def share(self) -> float:
         return self.now / self.before - 1 if self.before else float(self.now > 0)
+
+    @property
+    def is_worse(self) -> bool:
+        return 100 * (self.now - self.before) > TOLERANCE * self.before
+
+    @property
+    def is_better(self) -> bool:
+        return 100 * (self.before - self.now) > TOLERANCE * self.before
 
 
 @dataclass(frozen=True)
@@ -42,8 +50,8 @@ def compare(table: Iterable[Row], measured: Iterable[Row]) -> Comparison:
         change for key, row in now.items() if key in before for change in changes(before[key], row)
     ]
     return Comparison(
-        worse=[change for change in changed if change.share > TOLERANCE],
-        better=[change for change in changed if change.share < -TOLERANCE],
+        worse=[change for change in changed if change.is_worse],
+        better=[change for change in changed if change.is_better],
         not_measured=[row for key, row in before.items() if key not in now],
         not_in_table=[row for key, row in now.items() if key not in before],
     )

@@ -40,10 +40,10 @@ def show_comparison(
         console.print("\n".join(f"  {version}" for version in before if version not in now))
         console.print("and this is")
         console.print("\n".join(f"  {version}" for version in now if version not in before))
-    show_changes(console, f"Grown by more than {TOLERANCE:.0%}", found.worse)
+    show_changes(console, f"Grown by more than {TOLERANCE} %", found.worse)
     show_rows(console, "In the table, but not measured", found.not_measured)
     show_rows(console, "Measured, but not in the table", found.not_in_table)
-    show_changes(console, f"Better by more than {TOLERANCE:.0%}", found.better)
+    show_changes(console, f"Better by more than {TOLERANCE} %", found.better)
 
 
 def show_changes(console: Console, title: str, changes: list[Change]) -> None:
