@@ -41,11 +41,18 @@ kq_setup_build() {
     kq_have cc c++ cmake ninja || kq_install gcc g++ libc6-dev cmake ninja-build
 }
 
-kq_setup_python() {
-    local python modules='import numpy, matplotlib, typer, rich'
+# kq_find_python MODULE...: sets KQ_PYTHON to the first interpreter that has them all
+kq_find_python() {
+    local python modules
+    modules="import $(IFS=, && echo "$*")"
     for python in "${KQ_PYTHON:-}" python3 /usr/bin/python3; do
         [ -n "$python" ] && "$python" -c "$modules" 2>/dev/null && KQ_PYTHON=$python && return 0
     done
+    return 1
+}
+
+kq_setup_python() {
+    kq_find_python numpy matplotlib typer rich && return 0
     kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich
     KQ_PYTHON=/usr/bin/python3
 }
@@ -86,14 +93,11 @@ kq_setup_tests() {
 }
 
 kq_setup_cost() {
-    local python modules='import numpy, matplotlib, typer, rich, unicorn, elftools'
     kq_setup_build
     kq_have arm-none-eabi-gcc && arm-none-eabi-gcc -print-file-name=nano.specs | grep -q / ||
         kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi
     kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf gcc-avr avr-libc libsimavr-dev
-    for python in "${KQ_PYTHON:-}" python3 /usr/bin/python3; do
-        [ -n "$python" ] && "$python" -c "$modules" 2>/dev/null && KQ_PYTHON=$python && return 0
-    done
+    kq_find_python numpy matplotlib typer rich unicorn elftools && return 0
     kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich \
         python3-unicorn python3-pyelftools
     KQ_PYTHON=/usr/bin/python3

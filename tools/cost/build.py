@@ -14,8 +14,15 @@ ROOT = HERE.parents[1]
 TARGET = HERE / "target"
 TEXTBOOKS = ROOT / "tests" / "cost"
 
-FLAGS = ("-std=c11", "-ffp-contract=fast", "-fno-math-errno", "-ffunction-sections",
-         "-fdata-sections", "-Wall", "-Wextra")
+FLAGS = (
+    "-std=c11",
+    "-ffp-contract=fast",
+    "-fno-math-errno",
+    "-ffunction-sections",
+    "-fdata-sections",
+    "-Wall",
+    "-Wextra",
+)
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
 SHAPES = {FIXED: "KQ_UPPER", FIXED_DENSE: "KQ_DENSE"}
@@ -52,8 +59,18 @@ class Place:
 def model_printer(place: Place) -> None:
     """The host's program that prints the models."""
     sources = [str(path) for path in sorted((place.source / "src").glob("*.c"))]
-    run(["cc", *HOST_FLAGS, f"-I{place.source / 'include'}", str(TARGET / "model.c"), *sources,
-         "-lm", "-o", str(place.model)])
+    run(
+        [
+            "cc",
+            *HOST_FLAGS,
+            f"-I{place.source / 'include'}",
+            str(TARGET / "model.c"),
+            *sources,
+            "-lm",
+            "-o",
+            str(place.model),
+        ]
+    )
 
 
 def library_folder(place: Place, key: tuple[str, str, str]) -> Path:
@@ -96,22 +113,26 @@ def program(place: Place, wanted: Program) -> Path:
     folder.mkdir(parents=True)
     text = folder / "program.c"
     text.write_text(program_text(place, wanted), encoding="utf-8")
-    own = [compiled(place, core, "O2", text, folder / "program.o", tape_flags(core)),
-           compiled(place, core, "O2", TARGET / "marks.c", folder / "marks.o")]
+    own = [
+        compiled(place, core, "O2", text, folder / "program.o", tape_flags(core)),
+        compiled(place, core, "O2", TARGET / "marks.c", folder / "marks.o"),
+    ]
     users = [user(place, wanted, n, m) for n, m in wanted.dimensions if wanted.sizes != RUNTIME]
     return linked(core, [*own, *users, *shared(place, wanted)], folder / "program.elf")
 
 
 def user(place: Place, wanted: Program, n: int, m: int) -> Path:
     """A user's file with functions of one size."""
-    flags = (f"-DKQ_COST_{wanted.arithmetic}", f"-DUSER_N={n}", f"-DUSER_M={m}",
-             f"-DSHAPE={SHAPES[wanted.sizes]}", f"-I{place.source / 'src'}")
-    return compiled(place, BY_NAME[wanted.core], wanted.optimisation, TARGET / "user.c",
-                    user_object(place, wanted, n, m), flags)
-
-
-def user_object(place: Place, wanted: Program, n: int, m: int) -> Path:
-    return place.work / wanted.name / f"user_{n}_{m}.o"
+    flags = (
+        f"-DKQ_COST_{wanted.arithmetic}",
+        f"-DUSER_N={n}",
+        f"-DUSER_M={m}",
+        f"-DSHAPE={SHAPES[wanted.sizes]}",
+        f"-I{place.source / 'src'}",
+    )
+    target = place.work / wanted.name / f"user_{n}_{m}.o"
+    core = BY_NAME[wanted.core]
+    return compiled(place, core, wanted.optimisation, TARGET / "user.c", target, flags)
 
 
 def shared(place: Place, wanted: Program) -> list[Path]:
@@ -123,12 +144,21 @@ def program_text(place: Place, wanted: Program) -> str:
     """C that includes everything once for each size."""
     subject = "textbook" if wanted.arithmetic in TEXTBOOK else "library"
     numbers = NUMBERS.get(wanted.arithmetic, wanted.arithmetic)
-    lines = [f"#define KQ_COST_{numbers}", *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
-             f'#include "{subject}.h"']
+    lines = [
+        f"#define KQ_COST_{numbers}",
+        *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
+        f'#include "{subject}.h"',
+    ]
     for index, (n, m) in enumerate(wanted.dimensions):
-        lines += [f"#define N {n}", f"#define M {m}", f"#define REGION (COST_KINDS * {index})",
-                  run([str(place.model), numbers, str(n), str(m)]), f'#include "{subject}.inc"',
-                  '#include "run.inc"', *(f"#undef {name}" for name in ("N", "M", "REGION"))]
+        lines += [
+            f"#define N {n}",
+            f"#define M {m}",
+            f"#define REGION (COST_KINDS * {index})",
+            run([str(place.model), numbers, str(n), str(m)]),
+            f'#include "{subject}.inc"',
+            '#include "run.inc"',
+            *(f"#undef {name}" for name in ("N", "M", "REGION")),
+        ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)
     return "\n".join([*lines, f"int main(void) {{{calls} cost_end(); return 0; }}", ""])
 
@@ -151,35 +181,48 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
     return f"kq_{name}_{wanted.arithmetic}"
 
 
-def flash_program(place: Place, wanted: Program, n: int, m: int, what: str) -> Path:
+def flash_program(place: Place, wanted: Program, name: str) -> Path:
     """Links nothing but one function and what it needs: it is the entry, and the linker drops the
     rest."""
-    name = function(wanted, what, n, m)
-    users = [] if wanted.sizes == RUNTIME else [user_object(place, wanted, n, m)]
-    return linked(BY_NAME[wanted.core], [*users, *shared(place, wanted)],
-                  place.work / wanted.name / f"{name}.elf", entry=name)
+    folder = place.work / wanted.name
+    objects = [*folder.glob("user_*.o"), *shared(place, wanted)]
+    return linked(BY_NAME[wanted.core], objects, folder / f"{name}.elf", entry=name)
 
 
 # ---- compiler and linker ---------------------------------------------------------------------
 
 
-def compiled(place: Place, core: Core, level: str, source: Path, target: Path,
-             flags: tuple[str, ...] = ()) -> Path:
+def compiled(
+    place: Place, core: Core, level: str, source: Path, target: Path, flags: tuple[str, ...] = ()
+) -> Path:
     includes = [place.source / "include", TARGET, TEXTBOOKS]
     if core.port and (place.source / "port" / core.port).is_dir():
         includes.insert(0, place.source / "port" / core.port)
-    run([f"{core.prefix}gcc", *core.flags, *FLAGS, f"-{level}", *flags,
-         *(f"-I{path}" for path in includes), "-c", str(source), "-o", str(target)])
+    run(
+        [
+            f"{core.prefix}gcc",
+            *core.flags,
+            *FLAGS,
+            f"-{level}",
+            *flags,
+            *(f"-I{path}" for path in includes),
+            "-c",
+            str(source),
+            "-o",
+            str(target),
+        ]
+    )
     return target
 
 
 def linked(core: Core, objects: list[Path], target: Path, entry: str | None = None) -> Path:
     """A whole program, or what one function needs."""
-    starts_itself = core.family == "avr" and entry is None
-    flags = ("-Wl,-u,cost_failed",) if entry is None else ()
-    flags += () if starts_itself else ("-nostartfiles", f"-Wl,-e,{entry or 'main'}")
-    run([f"{core.prefix}gcc", *core.flags, *core.link_flags, *flags, "-Wl,--gc-sections",
-         *(str(path) for path in objects), "-lm", "-o", str(target)])
+    flags = [*core.flags, *core.link_flags, "-Wl,--gc-sections"]
+    if entry is None:
+        flags.append("-Wl,-u,cost_failed")  # not called by what cannot fail
+    if entry or core.family != "avr":  # whose start-up code copies the variables
+        flags += ["-nostartfiles", f"-Wl,-e,{entry or 'main'}"]
+    run([f"{core.prefix}gcc", *flags, *map(str, objects), "-lm", "-o", str(target)])
     return target
 
 

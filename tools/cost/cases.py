@@ -51,7 +51,9 @@ class Choice:
         for name, known in KNOWN.items():
             for value in getattr(self, name):
                 if value not in known:
-                    raise CostError(f"--{name} {value}: must be one of {', '.join(map(str, known))}")
+                    raise CostError(
+                        f"--{name} {value}: must be one of {', '.join(map(str, known))}"
+                    )
 
     def takes(self, name: str, value: object) -> bool:
         wanted = getattr(self, name)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Iterator
 
 from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import SymbolTableSection
 
 from errors import CostError
 
@@ -55,7 +56,7 @@ def symbols(elf: ELFFile, mask: int) -> tuple[dict[str, int], set[tuple[int, str
     found: dict[str, int] = {}
     functions = set()
     table = elf.get_section_by_name(".symtab")
-    for symbol in table.iter_symbols() if table else ():
+    for symbol in table.iter_symbols() if isinstance(table, SymbolTableSection) else ():
         kind = symbol["st_info"]["type"]
         if symbol.name and symbol["st_shndx"] != "SHN_UNDEF":
             found.setdefault(symbol.name, symbol["st_value"] & mask)

@@ -117,8 +117,8 @@ class Emulator:
         try:
             self.uc.emu_start(pc | self.thumb, until)
         except unicorn.UcError as problem:
-            place = self.elf.function_at(self.uc.reg_read(self.registers.pc))
-            raise CostError(f"{self.elf.path.name}: {problem} in {place}") from problem
+            where = self.elf.function_at(self.uc.reg_read(self.registers.pc))
+            raise CostError(f"{self.elf.path.name}: {problem} in {where}") from problem
         return self.uc.reg_read(self.registers.pc)
 
     # ---- counting ----------------------------------------------------------------------------

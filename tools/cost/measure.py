@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Iterable
 
 import avr
 import build
 from build import Place
-from cases import RUNTIME, Program
+from cases import WHAT, Program
 from cores import BY_NAME
 from counted import Counted
 from elf import Elf, flash_bytes
@@ -30,18 +31,34 @@ def measure(place: Place, wanted: Program) -> Measured:
     program = build.program(place, wanted)
     regions = build.regions(wanted)
     counted = count(place, wanted, program, regions)
-    missing = [name for region, name in regions.items() if region not in counted]
-    if missing:
-        raise CostError(f"{wanted.name}: {missing[0]} was never called")
-    flash = flash_of(place, wanted)
-    calls = [(n, m, what) for n, m in wanted.dimensions for what in wanted.what]
-    rows = [
-        Row(wanted.core, wanted.arithmetic, n, m, wanted.sizes, wanted.optimisation, what,
-            call.instructions, call.cycles, call.stack, call.ram, flash[n, m, what])
-        for (n, m, what), call in zip(calls, counted.values())
-    ]
+    flash = flash_of(place, wanted, regions.values())
     elf = Elf(program)
-    return Measured(rows, [by_function(elf, call) for call in counted.values()])
+    rows, hot = [], []
+    for region, name in regions.items():
+        if region not in counted:
+            raise CostError(f"{wanted.name}: {name} was never called")
+        rows.append(row(wanted, region, counted[region], flash[name]))
+        hot.append(by_function(elf, counted[region]))
+    return Measured(rows, hot)
+
+
+def row(wanted: Program, region: int, call: Counted, flash: int) -> Row:
+    index, kind = divmod(region, len(WHAT))
+    n, m = wanted.dimensions[index]
+    return Row(
+        wanted.core,
+        wanted.arithmetic,
+        n,
+        m,
+        wanted.sizes,
+        wanted.optimisation,
+        WHAT[kind],
+        call.instructions,
+        call.cycles,
+        call.stack,
+        call.ram,
+        flash,
+    )
 
 
 def count(
@@ -53,18 +70,10 @@ def count(
     return Emulator(core, program).count(regions)
 
 
-def flash_of(place: Place, wanted: Program) -> dict[tuple[int, int, str], int]:
-    """By size and function; at run-time sizes the code is the same for all sizes."""
-    found = {}
-    for n, m in wanted.dimensions:
-        for what in wanted.what:
-            same = (*wanted.dimensions[0], what) if wanted.sizes == RUNTIME else None
-            found[n, m, what] = (
-                found[same]
-                if same in found
-                else flash_bytes(build.flash_program(place, wanted, n, m, what))
-            )
-    return found
+def flash_of(place: Place, wanted: Program, names: Iterable[str]) -> dict[str, int]:
+    """By function; at run-time sizes one serves all sizes."""
+    once = dict.fromkeys(names)
+    return {name: flash_bytes(build.flash_program(place, wanted, name)) for name in once}
 
 
 def by_function(elf: Elf, call: Counted) -> Counter[str]:

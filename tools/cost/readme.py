@@ -30,9 +30,10 @@ def section(rows: tuple[Row, ...]) -> str:
     ]
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
-            found = [by_key.get((core, arithmetic, *size, kind, LEVEL, "step")) for size in SIZES]
-            if all(found):
-                lines.append(line(core, arithmetic, kind, dict(zip(SIZES, found))))
+            keys = {size: (core, arithmetic, *size, kind, LEVEL, "step") for size in SIZES}
+            if all(key in by_key for key in keys.values()):
+                by_size = {size: by_key[key] for size, key in keys.items()}
+                lines.append(line(core, arithmetic, kind, by_size))
     return "\n".join(lines)
 
 
@@ -42,8 +43,11 @@ def line(core: str, arithmetic: str, kind: str, by_size: dict[tuple[int, int], R
     cells += [str(row.instructions) for row in by_size.values()]
     flash = {small.flash_bytes: str(small.flash_bytes)}
     flash[large.flash_bytes] = str(large.flash_bytes)  # one number where both are the same
-    cells += [", ".join(flash.values()), f"{small.stack_bytes}, {large.stack_bytes}",
-              f"{small.ram_bytes}, {large.ram_bytes}"]
+    cells += [
+        ", ".join(flash.values()),
+        f"{small.stack_bytes}, {large.stack_bytes}",
+        f"{small.ram_bytes}, {large.ram_bytes}",
+    ]
     return "| " + " | ".join(cells) + " |"
 
 

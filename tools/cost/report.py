@@ -24,8 +24,13 @@ def show(console: Console, found: list[Measured], what: Sequence[str], hot: int)
         for row, functions in zip(measured.rows, measured.self_instructions):
             if what and row.what not in what:
                 continue
-            values = (row.instructions, row.cycles_estimate, row.stack_bytes, row.ram_bytes,
-                      row.flash_bytes)
+            values = (
+                row.instructions,
+                row.cycles_estimate,
+                row.stack_bytes,
+                row.ram_bytes,
+                row.flash_bytes,
+            )
             table.add_row(*names(row), *map(str, values))
             for name, count in functions.most_common(hot):
                 table.add_row(*[""] * 6, f"  {name}", str(count))
@@ -51,8 +56,13 @@ def show_changes(console: Console, title: str, changes: list[Change]) -> None:
         return
     table = empty((*TEXT, "column"), ("table", "now", ""))
     for change in sorted(changes, key=lambda change: -abs(change.share))[:MOST]:
-        table.add_row(*names(change.row), change.column, str(change.before), str(change.now),
-                      f"{change.share:+.1%}")
+        table.add_row(
+            *names(change.row),
+            change.column,
+            str(change.before),
+            str(change.now),
+            f"{change.share:+.1%}",
+        )
     console.print(f"{title}: {len(changes)}")
     console.print(table)
 

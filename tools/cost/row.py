@@ -26,5 +26,11 @@ class Row:
     def key(self) -> tuple[object, ...]:
         """What is measured; the rest is what came out."""
         return (
-            self.core, self.arithmetic, self.n, self.m, self.sizes, self.optimisation, self.what
+            self.core,
+            self.arithmetic,
+            self.n,
+            self.m,
+            self.sizes,
+            self.optimisation,
+            self.what,
         )

@@ -20,7 +20,8 @@ from cores import BY_NAME
 from measure import Measured, measure
 
 WORKERS = 2
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 def run_all(source: Path, wanted: list[Program]) -> list[Measured]:
@@ -30,7 +31,7 @@ def run_all(source: Path, wanted: list[Program]) -> list[Measured]:
         wanted = [program for program in wanted if place.has(program)]
         make_tools(place, wanted)
         keys = sorted({build.library_key(program) for program in wanted})
-        with get_context("fork").Pool(WORKERS) as pool:  # which ends its workers if one of them has an error
+        with get_context("fork").Pool(WORKERS) as pool:  # an error ends both
             finish(pool, partial(build.library, place), keys, "compiling")
             return finish(pool, partial(measure, place), wanted, "measuring")
 
@@ -48,5 +49,13 @@ def finish(
     """The results, in the order of the items."""
     screen = Console(stderr=True)
     results = pool.imap(task, items)
-    return list(track(results, doing, len(items), console=screen, transient=True,
-                      disable=not screen.is_terminal))
+    return list(
+        track(
+            results,
+            doing,
+            len(items),
+            console=screen,
+            transient=True,
+            disable=not screen.is_terminal,
+        )
+    )

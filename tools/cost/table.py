@@ -6,6 +6,7 @@ import csv
 import io
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from errors import CostError, one_line
 from row import Row
@@ -65,12 +66,13 @@ def row_of(path: Path, number: int, values: list[str]) -> Row:
     if len(values) != len(COLUMNS):
         reason = f"{len(values)} fields, not {len(COLUMNS)}"
         raise CostError(f"{shown(path)}: row {number}: {reason}")
-    found = dict(zip(COLUMNS, values))
+    found: dict[str, Any] = dict(zip(COLUMNS, values))
     for name in NUMBERS:
         if not (found[name].isascii() and found[name].isdigit()):
             reason = f"{name} is '{found[name]}', not a whole number"
             raise CostError(f"{shown(path)}: row {number}: {one_line(reason)}")
-    return Row(**{name: int(found[name]) if name in NUMBERS else found[name] for name in COLUMNS})
+        found[name] = int(found[name])
+    return Row(**found)
 
 
 def shown(path: Path) -> str:

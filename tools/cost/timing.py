@@ -6,8 +6,8 @@ The cycles are an ESTIMATE for zero wait states, from the timing tables that the
     m3, m4f     Cortex-M3, M4 TRM: load 2, store 1, multiple 1 + N; 32 x 32 -> 64 bits 4 and 5 on
                 m3, 1 on m4f; divisions 7 (2 to 12); vfma 3, vdiv and vsqrt 14; a taken branch 3
     m33         as m4f, with 2 for a taken branch (its own table is not published)
-    m7          one instruction a cycle; double fma, add, multiply 2, divisions and roots 14 or 28: an
-                upper bound, for it issues two where it can
+    m7          one instruction a cycle; double fma, add, multiply 2, divisions and roots 14 or
+                28: an upper bound, for it issues two where it can
     rv32        Ibex, single-cycle multiplier: load, store 2, mul 1, mulh 2, div 37, taken branch 3,
                 jump 2
 

@@ -1,8 +1,9 @@
 /*
  * Counts what an ATmega2560 executes within calls, with simavr: instructions and cycles, exact.
  *   avr_count ELF DATA REGION FAILED END FUNCTION...
- * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (marks.h).  FUNCTION: for every region, in their order,
- * the address of the function that it is about, 0 where there is none.
+ * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (marks.h).
+ * FUNCTION: for every region, in their order, the address of the function that it is about, 0 where
+ * there is none.
  * Prints "region R RAM INSTRUCTIONS CYCLES STACK" for each region, followed by lines
  * "at ADDRESS TIMES"; the last line is "end".
  */
@@ -64,7 +65,8 @@ static void run_to(avr_t *avr, unsigned place)
     while (avr->pc != place);
 }
 
-/* From the function's first instruction to its return, which leaves the stack as the caller had it */
+/* From the function's first instruction to its return, which leaves the stack as the caller had
+   it */
 static void count_call(avr_t *avr, unsigned region, unsigned ram)
 {
     const int top = stack_pointer(avr) + RETURN_ADDRESS;
