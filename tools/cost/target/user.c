@@ -1,6 +1,6 @@
 /*
- * A user's file with functions for one size: USER_N, USER_M, SHAPE.  The one place that knows how the
- * library is specialised.
+ * A user's file with functions for one size: USER_N, USER_M, SHAPE.  The one place that knows how
+ * the library is specialised.
  */
 #include "library.h"
 
