@@ -4,6 +4,7 @@
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
 #   kq_setup tests     Eigen, Unity, clang, pkg-config, and compilers and emulators for Arm, RISC-V
 #                      and AVR
+#   kq_setup cost      compilers for Arm, RISC-V and AVR, their emulators; KQ_PYTHON with these, too
 #
 # Nothing that is there is installed again, and nothing is asked of the network then.
 
@@ -41,11 +42,18 @@ kq_setup_build() {
     kq_have cc c++ cmake ninja || kq_install gcc g++ libc6-dev cmake ninja-build
 }
 
-kq_setup_python() {
-    local python modules='import numpy, matplotlib, typer, rich'
+# kq_find_python MODULE...: sets KQ_PYTHON to the first interpreter that has them all
+kq_find_python() {
+    local python modules
+    modules="import $(IFS=, && echo "$*")"
     for python in "${KQ_PYTHON:-}" python3 /usr/bin/python3; do
         [ -n "$python" ] && "$python" -c "$modules" 2>/dev/null && KQ_PYTHON=$python && return 0
     done
+    return 1
+}
+
+kq_setup_python() {
+    kq_find_python numpy matplotlib typer rich && return 0
     kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich
     KQ_PYTHON=/usr/bin/python3
 }
@@ -95,6 +103,17 @@ kq_setup_tests() {
     kq_have valgrind || kq_install valgrind
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"
+}
+
+kq_setup_cost() {
+    kq_setup_build
+    kq_have arm-none-eabi-gcc && arm-none-eabi-gcc -print-file-name=nano.specs | grep -q / ||
+        kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi
+    kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf gcc-avr avr-libc libsimavr-dev
+    kq_find_python numpy matplotlib typer rich unicorn elftools && return 0
+    kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich \
+        python3-unicorn python3-pyelftools
+    KQ_PYTHON=/usr/bin/python3
 }
 
 kq_setup() { "kq_setup_$1"; }

@@ -11,6 +11,7 @@ build="$root/build/test"
 . "$root/tools/setup.sh"
 kq_setup build
 kq_setup python
+kq_setup cost
 kq_setup tests
 
 kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \

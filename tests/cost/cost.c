@@ -117,7 +117,7 @@ static void q16_begin(const model *M, double (*z)[COMPONENTS])
     }
 }
 
-static void q16_step(int t)
+static void q16_take(int t)
 {
     q16_predict(&narrow_filter, &narrow_process);
     q16_update(&narrow_filter, &narrow_sensor, narrow_z[t]);
@@ -197,7 +197,7 @@ static void q31_begin(const model *M, double (*z)[COMPONENTS])
     }
 }
 
-static void q31_step(int t)
+static void q31_take(int t)
 {
     need(kq_predict_q31(&filter, &process, NULL), "predict");
     need(kq_update_q31(&filter, &sensor, wide_z[t]), "update");
@@ -224,7 +224,7 @@ static const struct {
     void (*begin)(const model *M, double (*z)[COMPONENTS]);
     void (*step)(int t);
     void (*read)(estimate *e, int n);
-} filters[] = {{"q16", q16_begin, q16_step, q16_read}, {"q31", q31_begin, q31_step, q31_read}};
+} filters[] = {{"q16", q16_begin, q16_take, q16_read}, {"q31", q31_begin, q31_take, q31_read}};
 
 enum { FILTERS = sizeof filters / sizeof filters[0] };
 

@@ -1,7 +1,7 @@
 #include "q16_filter.h"
 
 /* A sum of products, Q32.32, as Q16.16 */
-static int32_t rounded(int64_t sum) { return (int32_t)((sum + (1 << 15)) >> 16); }
+static int32_t rounded(int64_t sum) { return (int32_t)((sum + 32768) >> 16); }
 
 static int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
 
@@ -67,4 +67,10 @@ static void update_scalar(q16_filter *f, const int32_t *h, int32_t r, int32_t z)
 void q16_update(q16_filter *f, const q16_sensor *s, const int32_t *z)
 {
     for (int c = 0; c < s->m; c++) update_scalar(f, s->H + c * s->n, s->R[c], z[c]);
+}
+
+void q16_step(q16_filter *f, const q16_process *p, const q16_sensor *s, const int32_t *z)
+{
+    q16_predict(f, p);
+    q16_update(f, s, z);
 }

@@ -31,4 +31,7 @@ typedef struct {
 void q16_predict(q16_filter *f, const q16_process *p);
 void q16_update(q16_filter *f, const q16_sensor *s, const int32_t *z);
 
+/** Both. */
+void q16_step(q16_filter *f, const q16_process *p, const q16_sensor *s, const int32_t *z);
+
 #endif

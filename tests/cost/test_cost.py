@@ -1,0 +1,195 @@
+"""Tests of tools/cost.py: its files, its comparison, its reading of instructions, its errors."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from dataclasses import replace
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools" / "cost"))
+
+import outputs
+import plot
+import readme
+import table
+from cases import Choice, programs
+from compare import compare
+from errors import CostError
+from listing import LINE, Instruction, decoded
+from row import Row
+from table import Table
+from timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
+
+ROW = Row("m3", "q31", 4, 2, "runtime", "O2", "step", 1000, 1500, 400, 160, 5000)
+HEADER = ",".join(table.COLUMNS)
+LINE_OF_ROW = "m3,q31,4,2,runtime,O2,step,1000,1500,400,160,5000"
+
+# content (None: no such file), what the one line must say
+BAD_TABLES = [
+    (None, ["no such file"]),
+    ("", ["row 1:", "no header"]),
+    ("# gcc\n", ["row 2:", "no header"]),
+    ("core,n\n", ["row 1:", "the columns must be"]),
+    (f"# gcc\n{HEADER}\nm3,q31\n", ["row 3:", "2 fields, not 12"]),
+    (f"{HEADER}\n{LINE_OF_ROW}\n{LINE_OF_ROW}\n", ["row 3:", "the same"]),
+    (f"{HEADER}\n{LINE_OF_ROW.replace('1000', '-1')}\n", ["row 2:", "instructions is '-1'"]),
+    (f"{HEADER}\n{LINE_OF_ROW.replace('5000', 'x')}\n", ["row 2:", "flash_bytes is 'x'"]),
+]
+
+BAD_COMMANDS = [
+    (["--core", "m9"], "--core m9: must be one of m0, m3"),
+    (["--n", "5"], "--n 5: must be one of 1, 2"),
+    (["--core", "avr", "--arithmetic", "f64"], "there is nothing like that to measure"),
+    (["--source", "nowhere"], "--source nowhere: is not a checkout"),
+]
+
+# line of objdump, timing, cycles, push, bytes
+INSTRUCTIONS = [
+    ("    8000:\tb5f0      \tpush\t{r4, r5, r6, r7, lr}", m3_cycles, 6, arm_push, 20),
+    ("    8000:\tbdf0      \tpop\t{r4, r5, r6, r7, pc}", m0_cycles, 7, arm_push, 0),
+    ("    8000:\te92d 4ff0 \tstmdb\tsp!, {r4, r5, r6, r7, r8, r9, sl, fp, lr}", m4_cycles, 10,
+     arm_push, 36),
+    ("    8000:\ted2d 8b10 \tvpush\t{d8-d15}", m4_cycles, 17, arm_push, 64),
+    ("    8000:\tb083      \tsub\tsp, #12", m4_cycles, 1, arm_push, 12),
+    ("    8000:\tf5ad 7d02 \tsub.w\tsp, sp, #520\t; 0x208", m4_cycles, 1, arm_push, 520),
+    ("    8000:\t44a5      \tadd\tsp, r4", m0_cycles, 1, arm_push, None),
+    ("    8000:\tf84d ed04 \tstr.w\tlr, [sp, #-4]!", m3_cycles, 1, arm_push, 4),
+    ("    8000:\t6801      \tldr\tr1, [r0, #0]", m7_cycles, 1, arm_push, 0),
+    ("    8000:\tfba1 2300 \tumull\tr2, r3, r1, r0", m3_cycles, 4, arm_push, 0),
+    ("    8000:\tfba1 2300 \tumull\tr2, r3, r1, r0", m4_cycles, 1, arm_push, 0),
+    ("    8000:\teeb1 7ac7 \tvsqrt.f32\ts14, s14", m4_cycles, 14, arm_push, 0),
+    ("   10000:\t1101                \tadd\tsp,sp,-32", rv32_cycles, 1, riscv_push, 32),
+    ("   10000:\t9116                \tadd\tsp,sp,t0", rv32_cycles, 1, riscv_push, None),
+    ("   10000:\t6105                \taddi\tsp,sp,32", rv32_cycles, 1, riscv_push, 0),
+    ("   10000:\t02b51533          \tmulh\ta0,a0,a1", rv32_cycles, 2, riscv_push, 0),
+]  # fmt: skip
+
+
+class Tables(unittest.TestCase):
+    def test_reads_what_it_wrote(self) -> None:
+        written = Table(("gcc 1", "gcc 2"), (ROW, replace(ROW, what="smooth")))
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "cost.csv"
+            outputs.write(path, table.to_csv(written))
+            self.assertEqual(table.read(path), written)
+            self.assertEqual([path], list(Path(folder).iterdir()))
+
+    def test_says_what_is_wrong(self) -> None:
+        for content, words in BAD_TABLES:
+            with self.subTest(content), tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "cost.csv"
+                if content is not None:
+                    path.write_text(content, encoding="utf-8")
+                with self.assertRaises(CostError) as caught:
+                    table.read(path)
+                for word in [str(path), *words]:
+                    self.assertIn(word, str(caught.exception))
+
+    def test_a_failed_write_leaves_the_old_file(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "cost.png"
+            path.write_text("old")
+            with self.assertRaises(RuntimeError), outputs.staged(path) as temporary:
+                temporary.write_text("half")
+                raise RuntimeError
+            self.assertEqual(path.read_text(), "old")
+            self.assertEqual([path], list(Path(folder).iterdir()))
+
+
+class Comparisons(unittest.TestCase):
+    def test_growth_beyond_the_tolerance_fails(self) -> None:
+        for column in ("instructions", "stack_bytes", "ram_bytes", "flash_bytes"):
+            grown = replace(ROW, **{column: round(getattr(ROW, column) * 1.031) + 1})
+            found = compare([ROW], [grown])
+            self.assertEqual([change.column for change in found.worse], [column])
+            self.assertFalse(found.passes)
+            self.assertTrue(compare([grown], [ROW]).passes)
+
+    def test_a_little_growth_and_other_cycles_pass(self) -> None:
+        found = compare([ROW], [replace(ROW, instructions=1030, cycles_estimate=9999)])
+        self.assertTrue(found.passes)
+        self.assertEqual((found.worse, found.better), ([], []))
+
+    def test_a_missing_row_fails_either_way(self) -> None:
+        self.assertEqual(compare([ROW], []).not_measured, [ROW])
+        self.assertEqual(compare([], [ROW]).not_in_table, [ROW])
+        self.assertFalse(compare([ROW], []).passes)
+        self.assertFalse(compare([], [ROW]).passes)
+
+
+class Instructions(unittest.TestCase):
+    def test_cycles_and_stack(self) -> None:
+        for line, cycles_of, cycles, push, grows in INSTRUCTIONS:
+            with self.subTest(line):
+                instruction = self.read(line)
+                self.assertEqual(cycles_of(instruction), cycles)
+                self.assertEqual(push(instruction), grows)
+
+    def test_an_instruction_without_operands_ends_at_its_line(self) -> None:
+        text = "    8000:\tbf00      \tnop\n    8002:\t4770      \tbx\tlr\n"
+        self.assertEqual([match[1] for match in LINE.finditer(text)], ["8000", "8002"])
+        self.assertEqual(self.read(text), Instruction(2, "nop", ""))
+
+    @staticmethod
+    def read(line: str) -> Instruction:
+        match = LINE.search(line)
+        assert match is not None, line
+        return decoded(match)
+
+
+class Pictures(unittest.TestCase):
+    def test_labels_are_moved_apart_by_as_little_as_possible(self) -> None:
+        self.assertEqual(plot.spread([1.0, 2.0], 0.5), [1.0, 2.0])
+        for found, wanted in zip(plot.spread([1.0, 1.0, 1.1], 0.5), [0.53, 1.03, 1.53]):
+            self.assertAlmostEqual(found, wanted, delta=0.01)
+
+
+class Readme(unittest.TestCase):
+    def test_only_the_section_changes(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "README.md"
+            path.write_text(f"above\n{readme.BEGIN}\nold\n{readme.END}\nbelow\n")
+            text = readme.rewritten(path, (ROW,))
+            self.assertTrue(text.startswith(f"above\n{readme.BEGIN}\n| core |"))
+            self.assertTrue(text.endswith(f"{readme.END}\nbelow\n"))
+            self.assertFalse(readme.matches(path, (ROW,)))
+            path.write_text(text)
+            self.assertTrue(readme.matches(path, (ROW,)))
+
+    def test_without_its_marks_it_is_refused(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "README.md"
+            path.write_text(f"{readme.END}\n{readme.BEGIN}\n")
+            with self.assertRaises(CostError):
+                readme.rewritten(path, (ROW,))
+
+
+class Commands(unittest.TestCase):
+    def test_every_row_is_measured_once(self) -> None:
+        keys = [
+            (p.core, p.arithmetic, p.sizes, p.optimisation, size, what)
+            for p in programs(Choice())
+            for size in p.dimensions
+            for what in p.what
+        ]
+        self.assertEqual(len(keys), len(set(keys)))
+
+    def test_what_is_wrong_is_one_line(self) -> None:
+        for arguments, line in BAD_COMMANDS:
+            with self.subTest(arguments):
+                done = subprocess.run(
+                    [sys.executable, str(ROOT / "tools" / "cost.py"), *arguments],
+                    capture_output=True, text=True, timeout=60, check=False,
+                )  # fmt: skip
+                self.assertEqual(done.returncode, 1)
+                self.assertEqual(done.stdout, "")
+                self.assertTrue(done.stderr.startswith(f"cost: {line}"), done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,41 @@
+"""Counts what an AVR executes within a call, with simavr (target/avr_count.c)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from commands import run
+from counted import Counted
+from elf import Elf
+from errors import CostError
+
+PLACES = ("_end", "cost_region", "cost_failed", "cost_end")
+
+
+def build(source: Path, program: Path) -> None:
+    """The host's program that runs the emulator."""
+    run(["cc", "-std=gnu11", "-O2", str(source), "-lsimavr", "-o", str(program)])
+
+
+def count(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, Counted]:
+    """One call of the function of each region."""
+    elf = Elf(program)
+    entries = [functions.get(region) for region in range(max(functions) + 1)]
+    places = [elf.address(name) if name else 0 for name in (*PLACES, *entries)]
+    lines = run([str(counter), str(program), *map(str, places)]).splitlines()
+    if not lines or lines[-1] != "end":
+        raise CostError(f"{program.name}: the emulator ended early")
+    return parsed(lines[:-1])
+
+
+def parsed(lines: list[str]) -> dict[int, Counted]:
+    found: dict[int, Counted] = {}
+    call = Counted(ram=0)
+    for line in lines:
+        word, *numbers = line.split()
+        if word == "region":
+            region, ram, instructions, cycles, stack = map(int, numbers)
+            call = found[region] = Counted(ram, instructions, cycles, stack)
+        elif word == "at":
+            call.by_address[int(numbers[0])] = int(numbers[1])
+    return found

@@ -1,0 +1,103 @@
+"""What is measured: the rows of the table, grouped into programs that are built and run as one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Iterator
+
+from cores import BY_NAME, CORES, Core
+from errors import CostError
+from row import Row
+
+WHAT = ("predict", "update", "step", "smooth")  # the order of COST_... in target/marks.h
+SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
+TEXTBOOK = ("textbook-f32", "textbook-q16")
+RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
+LEVELS = {RUNTIME: ("O2", "Os"), FIXED: ("O2", "O3"), FIXED_DENSE: ("O2", "O3")}
+
+
+@dataclass(frozen=True)
+class Program:
+    """One program for a target: every `what` at each of its sizes."""
+
+    core: str
+    arithmetic: str
+    sizes: str
+    optimisation: str
+    dimensions: tuple[tuple[int, int], ...]  # (n, m)
+
+    @property
+    def name(self) -> str:
+        n_m = "_".join(f"{n}_{m}" for n, m in self.dimensions)
+        return f"{self.core}-{self.arithmetic}-{self.sizes}-{self.optimisation}-{n_m}"
+
+    @property
+    def what(self) -> tuple[str, ...]:
+        return WHAT[:3] if self.arithmetic in TEXTBOOK else WHAT
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Filters of the command line; an empty one lets everything through."""
+
+    core: tuple[str, ...] = ()
+    arithmetic: tuple[str, ...] = ()
+    sizes: tuple[str, ...] = ()
+    optimisation: tuple[str, ...] = ()
+    n: tuple[int, ...] = ()
+    what: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        for name, known in KNOWN.items():
+            for value in getattr(self, name):
+                if value not in known:
+                    raise CostError(
+                        f"--{name} {value}: must be one of {', '.join(map(str, known))}"
+                    )
+
+    def takes(self, name: str, value: object) -> bool:
+        wanted = getattr(self, name)
+        return not wanted or value in wanted
+
+    def takes_row(self, row: Row) -> bool:
+        return all(self.takes(name, getattr(row, name)) for name in KNOWN)
+
+
+KNOWN: dict[str, tuple[object, ...]] = {
+    "core": tuple(BY_NAME),
+    "arithmetic": ("f32", "f64", "q31", *TEXTBOOK),
+    "sizes": tuple(LEVELS),
+    "optimisation": ("O2", "O3", "Os"),
+    "n": tuple(n for n, _ in SIZES),
+    "what": WHAT,
+}
+
+
+def programs(choice: Choice) -> list[Program]:
+    """The programs for all rows that the choice takes."""
+    dimensions = tuple(size for size in SIZES if choice.takes("n", size[0]))
+    every = [
+        Program(core.name, arithmetic, sizes, level, dimensions)
+        for core in CORES
+        for arithmetic in (*core.arithmetics, *TEXTBOOK)
+        for sizes in sizes_of(core, arithmetic)
+        for level in LEVELS[sizes]
+    ]
+    names = ("core", "arithmetic", "sizes", "optimisation")
+    taken = [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
+    return [part for program in taken for part in split(program)]
+
+
+def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:
+    """Fixed sizes where one would choose them: not in a double that is emulated."""
+    soft_double = arithmetic == "f64" and core.name != "m7"
+    return (RUNTIME,) if soft_double or arithmetic in TEXTBOOK else (RUNTIME, FIXED, FIXED_DENSE)
+
+
+def split(program: Program) -> Iterator[Program]:
+    """One program for each size where the memory holds no more."""
+    if BY_NAME[program.core].family != "avr":
+        yield program
+        return
+    for size in program.dimensions:
+        yield replace(program, dimensions=(size,))

@@ -1,0 +1,212 @@
+"""Counts what Arm and RISC-V cores execute within a call, with Unicorn.
+
+The program runs at full speed until it announces a region (target/marks.h) and then enters the
+function that the region is about; from there to its return every basic block is counted.  A
+block's instructions all count: an instruction of an IT block whose condition fails takes its turn,
+too, on the hardware.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import unicorn
+from unicorn import arm_const, riscv_const
+
+from cores import Core
+from counted import Counted
+from elf import Elf
+from errors import CostError
+from listing import Instruction, Listing
+from timing import PUSH, TIMING
+
+PLACES = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
+PLACE_SIZE = 0x0400_0000
+STACK = PLACE_SIZE - 0x100  # at the end of the first
+NOWHERE = PLACE_SIZE - 4
+CONTROL_SPACE, CONTROL_SIZE = 0xE000_0000, 0x0010_0000
+COPROCESSORS = 0xE000_ED88  # CPACR: enables the FPU
+FPU_ACCESS = 0xF << 20
+
+
+@dataclass(frozen=True)
+class Registers:
+    pc: int
+    sp: int
+    link: int
+    arguments: tuple[int, int]
+
+
+ARM = Registers(
+    arm_const.UC_ARM_REG_PC,
+    arm_const.UC_ARM_REG_SP,
+    arm_const.UC_ARM_REG_LR,
+    (arm_const.UC_ARM_REG_R0, arm_const.UC_ARM_REG_R1),
+)
+RISCV = Registers(
+    riscv_const.UC_RISCV_REG_PC,
+    riscv_const.UC_RISCV_REG_SP,
+    riscv_const.UC_RISCV_REG_RA,
+    (riscv_const.UC_RISCV_REG_A0, riscv_const.UC_RISCV_REG_A1),
+)
+
+
+class Emulator:
+    def __init__(self, core: Core, program: Path):
+        self.core = core
+        self.elf = Elf(program)
+        self.code = Listing(f"{core.prefix}objdump", program)
+        self.unknown_pushes = unknown_pushes(core, self.code)
+        self.thumb = int(core.family == "arm")
+        self.registers = ARM if core.family == "arm" else RISCV
+        self.uc = machine(core)
+        for place in PLACES:
+            self.uc.mem_map(place, PLACE_SIZE)
+        for address, data in self.elf.segments:
+            self.uc.mem_write(address, data)
+        self.uc.reg_write(self.registers.sp, STACK)
+        if core.family == "arm":
+            self.enable_fpu()
+        elif "__global_pointer$" in self.elf.symbols:
+            pointer = self.elf.symbols["__global_pointer$"]
+            self.uc.reg_write(riscv_const.UC_RISCV_REG_GP, pointer)
+
+    def enable_fpu(self) -> None:
+        """As the start-up code of an M core, or of the A core that stands for one."""
+        self.uc.mem_map(CONTROL_SPACE, CONTROL_SIZE)
+        self.uc.mem_write(COPROCESSORS, FPU_ACCESS.to_bytes(4, "little"))
+        self.uc.reg_write(arm_const.UC_ARM_REG_C1_C0_2, FPU_ACCESS)
+        self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
+
+    def count(self, functions: dict[int, str]) -> dict[int, Counted]:
+        """One call of the function of each region."""
+        found: dict[int, Counted] = {}
+        marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
+        pc = self.elf.address("main")
+        while True:
+            pc = self.run_to(pc, list(marks.values()))
+            first, second = (self.uc.reg_read(name) for name in self.registers.arguments)
+            if pc == marks["failed"]:
+                raise CostError(f"{self.elf.path.name}: a call answered {signed(first)}")
+            if pc == marks["end"]:
+                return found
+            pc = self.run_to(pc, [self.elf.address(functions[first])])
+            found[first] = Counted(ram=second)
+            pc = self.count_call(pc, found[first])
+
+    # ---- running -----------------------------------------------------------------------------
+
+    def run_to(self, pc: int, places: list[int]) -> int:
+        """Runs at full speed until one of the places."""
+        stop = [
+            self.uc.hook_add(unicorn.UC_HOOK_CODE, lambda uc, *_: uc.emu_stop(), None, place, place)
+            for place in places
+            if place != pc
+        ]
+        reached = self.run(pc, NOWHERE)
+        for hook in stop:
+            self.uc.hook_del(hook)
+        if reached not in places:
+            raise CostError(f"{self.elf.path.name}: stopped in {self.elf.function_at(reached)}")
+        return reached
+
+    def run(self, pc: int, until: int) -> int:
+        for place in PLACES:  # or code that was translated before would miss the hooks
+            self.uc.ctl_remove_cache(place, place + PLACE_SIZE)
+        try:
+            self.uc.emu_start(pc | self.thumb, until)
+        except unicorn.UcError as problem:
+            where = self.elf.function_at(self.uc.reg_read(self.registers.pc))
+            raise CostError(f"{self.elf.path.name}: {problem} in {where}") from problem
+        return self.uc.reg_read(self.registers.pc)
+
+    # ---- counting ----------------------------------------------------------------------------
+
+    def count_call(self, pc: int, counted: Counted) -> int:
+        """From a function's first instruction to its return."""
+        back = self.uc.reg_read(self.registers.link) & ~1
+        blocks = Blocks(self)
+        hook = self.uc.hook_add(unicorn.UC_HOOK_BLOCK, blocks.enter)
+        others = [
+            self.uc.hook_add(unicorn.UC_HOOK_CODE, blocks.look, None, place, place)
+            for place in self.unknown_pushes
+        ]
+        reached = self.run(pc, back)
+        for each in (hook, *others):
+            self.uc.hook_del(each)
+        if reached != back:
+            raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
+        blocks.add_up(counted)
+        return reached
+
+    def block(self, address: int, size: int) -> list[tuple[int, Instruction]]:
+        found = []
+        end = address + size
+        while address < end:
+            if address not in self.code:
+                raise CostError(f"{self.elf.path.name}: no instruction listed at {address:#x}")
+            found.append((address, self.code[address]))
+            address += self.code[address].size
+        return found
+
+
+class Blocks:
+    """The basic blocks of one call, as they are entered."""
+
+    def __init__(self, emulator: Emulator):
+        self.emulator = emulator
+        self.push = PUSH[emulator.core.family]
+        self.sp = emulator.registers.sp
+        self.top = self.lowest = emulator.uc.reg_read(self.sp)
+        self.known: dict[int, list[int]] = {}  # by address and size: times entered, end, push
+        self.expected = 0
+        self.jumps = -1  # the first block follows nothing
+
+    def enter(self, uc: unicorn.Uc, address: int, size: int, _: object) -> None:
+        block = self.known.get(address << 16 | size) or self.learn(address, size)
+        block[0] += 1
+        if address != self.expected:
+            self.jumps += 1
+        self.expected = block[1]
+        if block[2]:
+            self.lowest = min(self.lowest, uc.reg_read(self.sp) - block[2])
+
+    def look(self, uc: unicorn.Uc, *_: object) -> None:
+        self.lowest = min(self.lowest, uc.reg_read(self.sp))
+
+    def learn(self, address: int, size: int) -> list[int]:
+        pushes = (self.push(i) for _, i in self.emulator.block(address, size))
+        block = [0, address + size, sum(push or 0 for push in pushes)]
+        self.known[address << 16 | size] = block
+        return block
+
+    def add_up(self, counted: Counted) -> None:
+        cycles_of, refill = TIMING[self.emulator.core.name]
+        counted.stack = self.top - self.lowest
+        counted.cycles = refill * (self.jumps + 1)  # and the return
+        for key, (times, *_) in self.known.items():
+            for address, instruction in self.emulator.block(key >> 16, key & 0xFFFF):
+                counted.instructions += times
+                counted.cycles += times * cycles_of(instruction)
+                counted.by_address[address] += times
+
+
+def machine(core: Core) -> unicorn.Uc:
+    if core.family == "riscv":
+        return unicorn.Uc(unicorn.UC_ARCH_RISCV, unicorn.UC_MODE_RISCV32)
+    profile = unicorn.UC_MODE_MCLASS if core.model.startswith("CORTEX_M") else 0
+    uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | profile)
+    uc.ctl_set_cpu_model(getattr(arm_const, f"UC_CPU_ARM_{core.model}"))
+    return uc
+
+
+def unknown_pushes(core: Core, code: Listing) -> list[int]:
+    """Where to look, for the text does not say how far the stack pointer has moved."""
+    push = PUSH[core.family]
+    changes = code.with_operand("sp,")
+    return [address + i.size for address, i in changes.items() if push(i) is None]
+
+
+def signed(word: int) -> int:
+    return word - (1 << 32) if word >> 31 else word

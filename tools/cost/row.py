@@ -1,0 +1,36 @@
+"""A row of the table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Row:
+    """The columns, in their order."""
+
+    core: str
+    arithmetic: str
+    n: int
+    m: int
+    sizes: str
+    optimisation: str
+    what: str
+    instructions: int
+    cycles_estimate: int
+    stack_bytes: int
+    ram_bytes: int
+    flash_bytes: int
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What is measured; the rest is what came out."""
+        return (
+            self.core,
+            self.arithmetic,
+            self.n,
+            self.m,
+            self.sizes,
+            self.optimisation,
+            self.what,
+        )

@@ -1,0 +1,32 @@
+/* What library.inc needs once, for all sizes: the arithmetic. */
+#ifndef KALMANQ_COST_LIBRARY_H
+#define KALMANQ_COST_LIBRARY_H
+
+#include "program.h"
+
+#include <kalmanq/kalmanq.h>
+
+#define HAS_SMOOTHER
+
+#if defined(KQ_COST_f32)
+#define T f32
+typedef float word;
+#define KQ_COST_PROCESS KQ_PROCESS_F32
+#define KQ_COST_SENSOR KQ_SENSOR_DIAGONAL_F32
+#define KQ_COST_FILTER KQ_FILTER_F32
+#define KQ_COST_HISTORY KQ_HISTORY_F32
+#elif defined(KQ_COST_f64)
+#define T f64
+typedef double word;
+#define KQ_COST_PROCESS KQ_PROCESS_F64
+#define KQ_COST_SENSOR KQ_SENSOR_DIAGONAL_F64
+#define KQ_COST_FILTER KQ_FILTER_F64
+#define KQ_COST_HISTORY KQ_HISTORY_F64
+#elif defined(KQ_COST_q31)
+#define T q31
+typedef int32_t word;
+#define KQ_COST_FILTER KQ_FILTER_Q31
+#define KQ_COST_HISTORY KQ_HISTORY_Q31
+#endif
+
+#endif

@@ -1,0 +1,19 @@
+/* What a program on the target tells the emulator, which watches for these calls. */
+#ifndef KALMANQ_COST_MARKS_H
+#define KALMANQ_COST_MARKS_H
+
+/** What is measured; also the order of the columns that ask for it. */
+enum { COST_PREDICT, COST_UPDATE, COST_STEP, COST_SMOOTH, COST_KINDS };
+
+/** The next call of the function for this region is to be measured.
+ *    region   COST_KINDS * (number of the size in the program) + COST_...
+ *    ram      bytes of a filter and its memory */
+void cost_region(unsigned region, unsigned ram);
+
+/** A call answered an error: nothing of this program counts. */
+void cost_failed(int status);
+
+/** All regions are done. */
+void cost_end(void);
+
+#endif

@@ -1,0 +1,156 @@
+/*
+ * Prints one model as C arrays for a program on a target, which may have no double to prepare it
+ * with.
+ *   model ARITHMETIC N M     f32, f64 (also for the textbook filter), q31 or q16
+ *
+ * The model: m axes of position, velocity, acceleration at 10 Hz, as many as n says; dense Q.
+ */
+#include <kalmanq/kalmanq.h>
+#include <kalmanq/prepare.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATES = KQ_SIZE_MAX };
+
+typedef struct {
+    int n, m;
+    double A[STATES * STATES], Q[STATES * STATES], P0[STATES * STATES], x0[STATES];
+    double H[STATES * STATES], R[STATES], z[STATES];
+} model;
+
+static void need(kq_status status, const char *what)
+{
+    if (!status) return;
+    fprintf(stderr, "model: %s: %s\n", what, kq_status_text(status));
+    exit(1);
+}
+
+static void make(model *M, int n, int m)
+{
+    const double dt = 0.1;
+    memset(M, 0, sizeof *M);
+    M->n = n;
+    M->m = m;
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            M->A[i * n + j] = j == i ? 1 : j == i + m ? dt : j == i + 2 * m ? dt * dt / 2 : 0;
+            M->Q[i * n + j] = j == i ? 0.02 : 0.001;
+            M->P0[i * n + j] = j == i ? 10 : 0;
+        }
+    }
+    for (int c = 0; c < m; c++) {
+        M->H[c * n + c] = 1;
+        M->R[c] = 0.5;
+        M->z[c] = c + 1;
+    }
+}
+
+/* ------------------------------------------------------------------ floating point */
+
+static void print_numbers(const model *M, const char *type, const char *name, const double *values,
+                          int count)
+{
+    printf("static const %s %s_%d_%d[] = {", type, name, M->n, M->m);
+    for (int k = 0; k < count; k++) printf("%s%.9g", k ? ", " : "", values[k]);
+    printf("};\n");
+}
+
+static void print_floating(const model *M, const char *type)
+{
+    const int n = M->n, m = M->m;
+    print_numbers(M, type, "A", M->A, n * n);
+    print_numbers(M, type, "Q", M->Q, n * n);
+    print_numbers(M, type, "P0", M->P0, n * n);
+    print_numbers(M, type, "x0", M->x0, n);
+    print_numbers(M, type, "H", M->H, m * n);
+    print_numbers(M, type, "R", M->R, m);
+    print_numbers(M, type, "z", M->z, m);
+}
+
+/* ------------------------------------------------------------------ fixed point */
+
+static void print_words(const model *M, const char *name, const int32_t *words, int count)
+{
+    printf("static const int32_t %s_%d_%d[] = {", name, M->n, M->m);
+    for (int k = 0; k < count; k++) printf("%s%ld", k ? ", " : "", (long)words[k]);
+    printf("};\n");
+}
+
+static void print_q16(const model *M, const char *name, const double *values, int count)
+{
+    int32_t words[STATES * STATES];
+    for (int k = 0; k < count; k++) words[k] = (int32_t)(values[k] * 65536 + 0.5);
+    print_words(M, name, words, count);
+}
+
+static void print_narrow(const model *M)
+{
+    const int n = M->n, m = M->m;
+    print_q16(M, "A", M->A, n * n);
+    print_q16(M, "Q", M->Q, n * n);
+    print_q16(M, "P0", M->P0, n * n);
+    print_q16(M, "H", M->H, m * n);
+    print_q16(M, "R", M->R, m);
+    print_q16(M, "x0", M->x0, n);
+    print_q16(M, "z", M->z, m);
+}
+
+static void print_scaled(const model *M, const char *name, const kq_scaled_q31 *table, int count)
+{
+    printf("static const kq_scaled_q31 %s_%d_%d[] = {", name, M->n, M->m);
+    for (int k = 0; k < count; k++) {
+        printf("%s{%ld, %ld}", k ? ", " : "", (long)table[k].mantissa, (long)table[k].exponent);
+    }
+    printf("};\n");
+}
+
+static void print_formats(const model *M, const char *name, const kq_format_q31 *format, int count)
+{
+    printf("static const kq_format_q31 %s_%d_%d[] = {", name, M->n, M->m);
+    for (int k = 0; k < count; k++) {
+        printf("%s{%ld, %ld}", k ? ", " : "", (long)format[k].range, (long)format[k].fraction);
+    }
+    printf("};\n");
+}
+
+/* Positions to 1000, velocities and accelerations to 100 */
+static void print_wide(const model *M)
+{
+    const int n = M->n, m = M->m;
+    kq_format_q31 state[STATES], measured[STATES];
+    kq_scaled_q31 table[STATES * STATES];
+    int32_t words[KQ_ROOT_LEN_Q31(STATES)];
+    for (int i = 0; i < n; i++) need(kq_format_prepare_q31(state + i, i < m ? 1000 : 100), "x");
+    for (int c = 0; c < m; c++) need(kq_format_prepare_q31(measured + c, 1000), "z");
+    print_formats(M, "state", state, n);
+    print_formats(M, "measured", measured, m);
+    need(kq_matrix_prepare_q31(table, M->A, n, n, state, state), "A");
+    print_scaled(M, "A", table, n * n);
+    need(kq_matrix_prepare_q31(table, M->H, m, n, measured, state), "H");
+    print_scaled(M, "H", table, m * n);
+    need(kq_noise_prepare_diagonal_q31(table, M->R, m, measured), "R");
+    print_scaled(M, "R", table, m);
+    need(kq_root_prepare_q31(words, M->Q, n, state), "Q");
+    print_words(M, "G", words, KQ_ROOT_LEN_Q31(n));
+    need(kq_root_prepare_q31(words, M->P0, n, state), "P0");
+    print_words(M, "S0", words, KQ_ROOT_LEN_Q31(n));
+    need(kq_vector_prepare_q31(words, M->x0, n, state, NULL), "x0");
+    print_words(M, "x0", words, n);
+    need(kq_vector_prepare_q31(words, M->z, m, measured, NULL), "z");
+    print_words(M, "z", words, m);
+}
+
+int main(int count, char **arguments)
+{
+    if (count != 4) return 2;
+    const char *arithmetic = arguments[1];
+    model M;
+    make(&M, atoi(arguments[2]), atoi(arguments[3]));
+    if (!strcmp(arithmetic, "f32")) print_floating(&M, "float");
+    else if (!strcmp(arithmetic, "f64")) print_floating(&M, "double");
+    else if (!strcmp(arithmetic, "q31")) print_wide(&M);
+    else if (!strcmp(arithmetic, "q16")) print_narrow(&M);
+    else return 2;
+    return 0;
+}

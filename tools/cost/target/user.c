@@ -1,0 +1,40 @@
+/*
+ * A user's file with functions for one size: USER_N, USER_M, SHAPE.  The one place that knows how
+ * the library is specialised.
+ */
+#include "library.h"
+
+#if defined(KQ_COST_f32)
+#include "kq_fixed_f32.h"
+#elif defined(KQ_COST_f64)
+#include "kq_fixed_f64.h"
+#elif defined(KQ_COST_q31)
+#include "kq_fixed_q31.h"
+#endif
+
+/* not before: the library's headers have an M of their own */
+#define N USER_N
+#define M USER_M
+#include "user.h"
+
+kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u)
+{
+    return TYPED(kq_fixed_predict)(f, p, u, N, SHAPE);
+}
+
+kq_status SIZED(user_update)(TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z)
+{
+    return TYPED(kq_fixed_update)(f, s, z, N, M);
+}
+
+kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u,
+                           const TYPED(kq_sensor) * s, const word *z)
+{
+    return TYPED(kq_fixed_step)(f, p, u, s, z, N, M, SHAPE);
+}
+
+kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process) * p,
+                                  const TYPED(kq_smooth_extras) * extras)
+{
+    return TYPED(kq_fixed_smooth_step)(h, p, extras, N, SHAPE);
+}
