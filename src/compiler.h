@@ -19,6 +19,13 @@
 #define KQ_INLINE static inline
 #endif
 
+/* Up to how many states a step has code of its own: none where memory counts more than time. */
+#if defined(__OPTIMIZE_SIZE__)
+#define KQ_STATES_APART 0
+#else
+#define KQ_STATES_APART 3
+#endif
+
 /* Before a loop over states: where the sizes are constants (fixed_sizes.h) it is unrolled. */
 #ifndef KQ_UNROLL
 #define KQ_UNROLL

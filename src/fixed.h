@@ -65,4 +65,11 @@ KQ_INLINE int64_t sum_of(int64_t a, int64_t b, int bits)
     return a + b;
 }
 
+/* total + a b; |total + a b| <= 2^bits */
+KQ_INLINE int64_t accumulate(int64_t total, int32_t a, int32_t b, int bits)
+{
+    (void)bits;
+    return multiply_add(total, a, b);
+}
+
 #endif

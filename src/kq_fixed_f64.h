@@ -16,6 +16,7 @@
 #include "fit_float.inc"
 #include "sensor.inc"
 #include "likelihood.inc"
+#include "filter.inc"
 
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
 {

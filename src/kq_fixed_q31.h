@@ -16,6 +16,7 @@
 #include "fit_q31.inc"
 #include "sensor.inc"
 #include "likelihood_q31.inc"
+#include "filter.inc"
 
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
 {

@@ -40,7 +40,7 @@ static inline scaled row_entry(const int32_t *row, int width, int k)
 
 KQ_INLINE sum add_product(sum total, int32_t a, int32_t b)
 {
-    return sum_of(total, product(a, b), 62);
+    return accumulate(total, a, b, 62);
 }
 
 /* total + a'b.  For rows of norm below 2^30 it is below 2^60, and so is every part of it. */
@@ -372,8 +372,8 @@ KQ_INLINE void rotate(int32_t *restrict s, int32_t *restrict b, rotation turn, i
     KQ_UNROLL
     for (int i = 0; i < last; i++) {
         const int32_t old = s[i], own = b[i];
-        s[i] = narrow(sum_of(product(turn.c, old), product(back, own), 62), 31, 30);
-        b[i] = narrow(sum_of(product(turn.c, own), product(turn.t, old), 62), 31, 30);
+        s[i] = narrow(accumulate(product(turn.c, old), back, own, 62), 31, 30);
+        b[i] = narrow(accumulate(product(turn.c, own), turn.t, old, 62), 31, 30);
     }
     const int32_t old = s[last];
     s[last] = narrow(product(turn.c, old), 31, 30);

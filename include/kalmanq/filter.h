@@ -55,9 +55,9 @@ typedef struct {
 
 typedef struct {
     uint8_t states;                 /* n */
-    uint8_t ready;                  /* initialised */
+    uint8_t ready;                  /* 0: not initialised, 1, or 2: after a very sharp measurement */
     uint8_t events;                 /* KQ_EVENT_... */
-    uint8_t sharp;                  /* a very sharp measurement came since the last predict */
+    uint8_t plain;                  /* n where ready is 1 and there is no history, otherwise 0 */
     uint32_t length;                /* words at memory */
     float *memory;                  /* the caller's: mean, then root */
     struct kq_history_f32 *history; /* where predict and update record, or NULL */
@@ -69,7 +69,7 @@ typedef struct {
     uint8_t states;
     uint8_t ready;
     uint8_t events;
-    uint8_t sharp;
+    uint8_t plain;
     uint32_t length;
     double *memory;
     struct kq_history_f64 *history;
@@ -290,7 +290,7 @@ typedef struct {
     uint8_t states;
     uint8_t ready;
     uint8_t events;
-    uint8_t sharp;
+    uint8_t plain;
     uint32_t length;
     int32_t *memory;
     struct kq_history_q31 *history;

@@ -34,7 +34,7 @@ typedef struct {
     const float *transition;    /* A, n x n, the caller's */
     const float *control;       /* B, n x l, the caller's, or NULL */
     uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
-    uint8_t upper;              /* A is upper triangular */
+    uint8_t plain;              /* n, and 128 more where A is upper triangular; 0: not initialised */
 } kq_process_f32;
 
 typedef struct {
@@ -46,7 +46,7 @@ typedef struct {
     const double *transition;
     const double *control;
     uint8_t first[KQ_SIZE_MAX];
-    uint8_t upper;
+    uint8_t plain;
 } kq_process_f64;
 
 /** A process `name` of n states and l controls (0: none) with its storage, at file or block
@@ -134,7 +134,7 @@ typedef struct {
     uint8_t states;
     uint8_t controls;
     uint8_t first[KQ_SIZE_MAX];
-    uint8_t upper;
+    uint8_t plain;
     const kq_format_q31 *state_format;
     const kq_format_q31 *control_format;
     const kq_scaled_q31 *transition;

@@ -33,6 +33,7 @@ typedef struct {
     const float *measurement; /* H, m x n, the caller's */
     const float *covariance;  /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
+    uint16_t plain;               /* n + 256 m where R is diagonal, otherwise 0 */
 } kq_sensor_f32;
 
 typedef struct {
@@ -44,23 +45,24 @@ typedef struct {
     const double *measurement;
     const double *covariance;
     uint8_t selects[KQ_SIZE_MAX];
+    uint16_t plain;
 } kq_sensor_f64;
 
 /** A sensor `name` of m components for n states with its storage, in static memory. */
 #define KQ_SENSOR_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
-    static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}}
+    static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 #define KQ_SENSOR_F64(name, n, m)                                                                  \
     static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
-    static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}}
+    static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 
 /** The same with the memory of a diagonal R only. */
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
     static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
-    static kq_sensor_f32 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}}
+    static kq_sensor_f32 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 #define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
     static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
-    static kq_sensor_f64 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}}
+    static kq_sensor_f64 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -134,6 +136,7 @@ typedef struct {
     const kq_scaled_q31 *measurement;
     const kq_scaled_q31 *noise; /* NULL until initialised */
     uint8_t selects[KQ_SIZE_MAX];
+    uint16_t plain;
 } kq_sensor_q31;
 
 /**

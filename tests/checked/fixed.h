@@ -47,6 +47,7 @@ _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");
         CHECKED_SITE("raise_wide");                                                                \
         checked_raise_wide(&site, a, shift, bits);                                                 \
     })
+#define accumulate(total, a, b, bits) sum_of(total, product(a, b), bits)
 #define sum_of(a, b, bits)                                                                         \
     __extension__({                                                                                \
         CHECKED_SITE("sum_of");                                                                    \

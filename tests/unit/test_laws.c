@@ -409,7 +409,12 @@ static void independent_components_may_be_taken_one_by_one(void)
         sum += (double)K(log_likelihood_last)(&two.filter);
         nis += (double)K(nis)(&two.filter);
     }
-    ASSERT_SAME_STATE(&one.filter, &two.filter, 2);
+    /* the mean is brought in order once an update */
+    for (int i = 0; i < 2; i++) {
+        const num sigma_one = K(sigma)(&one.filter, i), sigma_two = K(sigma)(&two.filter, i);
+        ASSERT_SAME_BITS(sigma_one, sigma_two);
+        ASSERT_CLOSE(K(mean)(&one.filter, i), K(mean)(&two.filter, i), 1);
+    }
     ASSERT_CLOSE(nis, K(nis)(&one.filter), 1 + nis);
     ASSERT_CLOSE(sum, K(log_likelihood_last)(&one.filter), 4 + fabs(sum));
 }

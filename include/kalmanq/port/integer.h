@@ -10,6 +10,11 @@
 
 KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
 
+KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)
+{
+    return total + (int64_t)a * b;
+}
+
 /* The upper word of a b */
 KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
 {

@@ -7,7 +7,19 @@
 
 #include <stdint.h>
 
-KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
+/* In unrolled code gcc shares the sign extension of a factor, and makes a 64 x 64 bit product of it. */
+KQ_INLINE int64_t product(int32_t a, int32_t b)
+{
+    int64_t p;
+    __asm("smull %Q0, %R0, %1, %2" : "=r"(p) : "r"(a), "r"(b));
+    return p;
+}
+
+KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)
+{
+    __asm("smlal %Q0, %R0, %1, %2" : "+r"(total) : "r"(a), "r"(b));
+    return total;
+}
 
 KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
 {
