@@ -5,7 +5,6 @@
 #ifndef KALMANQ_INVERSE_Q31_H
 #define KALMANQ_INVERSE_Q31_H
 
-
 #include "fixed.h"
 
 /* round(256 / sqrt((k + 16.5) / 64)) - 256 */

@@ -38,10 +38,7 @@ static inline scaled row_entry(const int32_t *row, int width, int k)
     return scaled_of(row[k], row[width]);
 }
 
-KQ_INLINE sum add_product(sum total, int32_t a, int32_t b)
-{
-    return accumulate(total, a, b, 62);
-}
+KQ_INLINE sum add_product(sum total, int32_t a, int32_t b) { return accumulate(total, a, b, 62); }
 
 /* total + a'b.  For rows of norm below 2^30 it is below 2^60, and so is every part of it. */
 KQ_INLINE sum dot(sum total, const int32_t *a, const int32_t *b, int count)
@@ -63,7 +60,8 @@ static inline scaled add_square(scaled r, const int32_t *f, int n)
     const sum square = dot(0, f, f, n); /* < 2^60.4 */
     const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
     if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62), exponent);
+    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62),
+                              exponent);
 }
 
 static inline int32_t moved(int32_t a, int32_t down)
@@ -78,8 +76,8 @@ static inline int32_t moved(int32_t a, int32_t down)
  * 30 it is a row of norm up to 2^30 with the exponent scale + 30, which is left in *exponent and is
  * not below what was there.
  */
-KQ_APART const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride, int count,
-                             int32_t *exponent)
+KQ_APART const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride,
+                              int count, int32_t *exponent)
 {
     int32_t top = lowest_exponent;
     uint32_t total = 0; /* of the sizes in units of 2^(top + 4) */
@@ -146,14 +144,14 @@ KQ_APART void row_times_triangle(int32_t *out, const int32_t *c, const int32_t *
 
 /* Two of them, into w and v */
 KQ_INLINE void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
-                                   const int32_t *s, int from, int n)
+                                       const int32_t *s, int from, int n)
 {
     row_times_triangle(w, a, s, from, n);
     row_times_triangle(v, b, s, from, n);
 }
 
-/* The noise block G of predict: its rows, of norm 2^30 at most, are brought to the exponent of their
-   row of A S, at least one above their own: the norm of both is below 2^30.2. */
+/* The noise block G of predict: its rows, of norm 2^30 at most, are brought to the exponent of
+   their row of A S, at least one above their own: the norm of both is below 2^30.2. */
 static inline int32_t noise_exponent(const int32_t *G, int n, int l)
 {
     return G[KQ_TRIANGLE(n) + l] + 1;
@@ -181,8 +179,8 @@ static inline int32_t reflector_pivot(const int32_t *g)
  *     |entry| < 2^30.2,  |entry + g| <= sqrt(1 - p^2) |w| + (1 + p) g < 1.75 2^30 < 2^31,
  *     |d| = |g + V'w / (1 + p)| < 2^31
  */
-KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V,
-                              int32_t g_pivot, const int32_t *pq, int count)
+KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V, int32_t g_pivot,
+                         const int32_t *pq, int count)
 {
     (void)g_pivot;
     const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
@@ -296,8 +294,8 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return scaled_is_less(r, least) ? least : r;
 }
 
-/* Is there nothing that the careful update is for: rounding, sharpness?  r >= 2^-8 s, and s above the
-   variance that counts as 0 */
+/* Is there nothing that the careful update is for: rounding, sharpness?  r >= 2^-8 s, and s above
+   the variance that counts as 0 */
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
     (void)e;

@@ -1,7 +1,7 @@
 /*
- * The integer operations that a core may do better than C says them: the portable form.  A directory
- * of port/ that comes before this one on the include path replaces it (port/README.md); results are the
- * same bits.  Not for callers of the library.
+ * The integer operations that a core may do better than C says them: the portable form.  A
+ * directory of port/ that comes before this one on the include path replaces it (port/README.md);
+ * results are the same bits.  Not for callers of the library.
  */
 #ifndef KALMANQ_PORT_INTEGER_H
 #define KALMANQ_PORT_INTEGER_H

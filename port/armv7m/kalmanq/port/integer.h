@@ -1,13 +1,14 @@
 /*
- * Cortex-M3 and up (ARMv7-M, Thumb-2): rounding by the carry that a shift leaves, which compilers do
- * not use.  include/kalmanq/port/integer.h says what each operation is.
+ * Cortex-M3 and up (ARMv7-M, Thumb-2): rounding by the carry that a shift leaves, which compilers
+ * do not use.  include/kalmanq/port/integer.h says what each operation is.
  */
 #ifndef KALMANQ_PORT_INTEGER_H
 #define KALMANQ_PORT_INTEGER_H
 
 #include <stdint.h>
 
-/* In unrolled code gcc shares the sign extension of a factor, and makes a 64 x 64 bit product of it. */
+/* In unrolled code gcc shares the sign extension of a factor, and makes a 64 x 64 bit product of
+ * it. */
 KQ_INLINE int64_t product(int32_t a, int32_t b)
 {
     int64_t p;
