@@ -32,9 +32,9 @@ static inline uint32_t inverse_root(uint32_t v)
     y <<= 15;                                                          /* Q31 */
     y += (uint32_t)(((int32_t)(y >> 16) * (error16 >> 6)) >> 9);       /* to 21 bits */
 
-    const uint32_t square31 = (uint32_t)(((uint64_t)y * y + UINT32_C(0x80000000)) >> 32);
-    const int64_t error31 = (INT64_C(1) << 62) - (int64_t)((uint64_t)square31 * v); /* < 2^42 */
-    const int64_t next = y + (((int64_t)(y >> 1) * (error31 >> 12) + (INT64_C(1) << 49)) >> 50);
+    const uint32_t square31 = (uint32_t)((product_unsigned(y, y) + UINT32_C(0x80000000)) >> 32);
+    const int64_t error31 = (INT64_C(1) << 62) - (int64_t)product_unsigned(square31, v); /* < 2^42 */
+    const int64_t next = y + ((product((int32_t)(y >> 1), (int32_t)(error31 >> 12)) + (INT64_C(1) << 49)) >> 50);
     return next > UINT32_MAX ? UINT32_MAX : (uint32_t)next;
 }
 
@@ -46,8 +46,8 @@ static inline uint32_t reciprocal(uint32_t d)
 {
     uint32_t y = UINT32_MAX / (d >> 16) << 15; /* to 15 bits; the quotient is below 2^17 */
     for (int k = 0; k < 2; k++) {
-        const int64_t error = (int64_t)((UINT64_C(1) << 63) - (uint64_t)y * d); /* < 2^49 */
-        const int64_t next = y + (((int64_t)(y >> 1) * (error >> 19) + (INT64_C(1) << 42)) >> 43);
+        const int64_t error = (int64_t)((UINT64_C(1) << 63) - product_unsigned(y, d)); /* < 2^49 */
+        const int64_t next = y + ((product((int32_t)(y >> 1), (int32_t)(error >> 19)) + (INT64_C(1) << 42)) >> 43);
         y = next > UINT32_MAX ? UINT32_MAX : (uint32_t)next;
     }
     return y;

@@ -9,6 +9,8 @@
 
 KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
 
+KQ_INLINE uint64_t product_unsigned(uint32_t a, uint32_t b) { return (uint64_t)a * b; }
+
 KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
 {
     return (uint32_t)(((uint64_t)a * b) >> 32);
