@@ -112,4 +112,20 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
     return (int32_t)low;
 }
 
+static inline int64_t shift_rounded_long(int64_t a, int shift)
+{
+    uint32_t low = (uint32_t)a, zero = 0;
+    int32_t high = (int32_t)((uint64_t)a >> 32);
+    const uint32_t down = (uint32_t)high << (32 - shift);
+    __asm(".syntax unified\n\t"
+          "asrs %1, %1, %4\n\t"
+          "lsrs %0, %0, %4\n\t"
+          "adcs %0, %0, %3\n\t" /* carries only if all below bit 32 was 1 */
+          "adcs %1, %1, %2"
+          : "+&l"(low), "+&l"(high)
+          : "l"(zero), "l"(down), "l"(shift)
+          : "cc");
+    return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
+}
+
 #endif

@@ -33,13 +33,29 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
         return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
     }
     uint32_t low = (uint32_t)a;
-    const uint32_t high = (uint32_t)((uint64_t)a >> 32) << (32 - shift);
+    const uint32_t high = (uint32_t)((uint64_t)a >> 32);
     __asm("lsrs %0, %0, %2\n\t"
-          "adc %0, %0, %1"
+          "adc %0, %0, %1, lsl %3"
           : "+r"(low)
-          : "r"(high), "I"(shift)
+          : "r"(high), "I"(shift), "I"(32 - shift)
           : "cc");
     return (int32_t)low;
+}
+
+static inline int64_t shift_rounded_long(int64_t a, int shift)
+{
+    uint32_t low = (uint32_t)a;
+    int32_t high = (int32_t)((uint64_t)a >> 32);
+    const uint32_t down = (uint32_t)high << (32 - shift);
+    __asm("asr %1, %1, %3\n\t"
+          "lsrs %0, %0, %3\n\t"
+          "orr %0, %0, %2\n\t" /* leaves the carry */
+          "adcs %0, %0, #0\n\t"
+          "adc %1, %1, #0"
+          : "+&r"(low), "+&r"(high)
+          : "r"(down), "r"(shift)
+          : "cc");
+    return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
 }
 
 #endif
