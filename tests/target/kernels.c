@@ -135,21 +135,48 @@ static void check_maps(int count)
     }
 }
 
-static void check_rotation(int last)
+static void check_turn(int32_t c, int32_t t, int32_t *s, int32_t *b, int last)
 {
-    int32_t s[LENGTH], b[LENGTH], old[LENGTH], own[LENGTH];
-    const int32_t c = (int32_t)magnitude(draw_first(31)), t = draw_other(c, 31);
+    int32_t old[LENGTH], own[LENGTH];
+    b[last] = 0;
     for (int k = 0; k < LENGTH; k++) {
-        s[k] = old[k] = draw_first(30);
-        b[k] = own[k] = draw_other(s[k], 30);
+        old[k] = s[k];
+        own[k] = b[k];
     }
-    b[last] = own[last] = 0;
     rotate_words(s, b, c, t, last);
     for (int k = 0; k < LENGTH; k++) {
         const int64_t x = (int64_t)c * old[k] - (int64_t)t * own[k];
         const int64_t y = (int64_t)c * own[k] + (int64_t)t * old[k];
         check("rotate_words, s", s[k], k <= last ? plainly(x, 31) : old[k]);
         check("rotate_words, b", b[k], k <= last ? plainly(y, 31) : own[k]);
+    }
+}
+
+static void check_rotation(int last)
+{
+    int32_t s[LENGTH], b[LENGTH];
+    const int32_t c = (int32_t)magnitude(draw_first(31)), t = draw_other(c, 31);
+    for (int k = 0; k < LENGTH; k++) {
+        s[k] = draw_first(30);
+        b[k] = draw_other(s[k], 30);
+    }
+    check_turn(c, t, s, b, last);
+}
+
+/* Choice k of six next to an eighth of a turn, at the bounds of both halves */
+static int32_t eighth(int32_t high, int k)
+{
+    const int32_t word = (high << 16) + 0x7fff + k % 3;
+    return k < 3 ? word : -word;
+}
+
+static void check_eighths(void)
+{
+    for (int i = 0; i < 6 * 6 * 6 * 3; i++) {
+        int32_t s[LENGTH] = {0}, b[LENGTH] = {0};
+        s[0] = eighth(0x2d40, i % 6);
+        b[0] = eighth(0x2d40, i / 6 % 6);
+        check_turn(eighth(0x5a81, i / 216), eighth(0x5a81, i / 36 % 6), s, b, 1);
     }
 }
 
@@ -162,6 +189,7 @@ int main(void)
         check_maps(round % (LENGTH + 1));
         check_rotation(count - 1);
     }
+    check_eighths();
     printf("%d differences\n", differences);
     if (differences) return 1;
     puts("OK");
