@@ -53,7 +53,7 @@ static inline uint32_t root_by_inverse(uint32_t v, uint32_t y) { return product_
 /* 2^63 / d for 2^31 <= d < 2^32, held below 2^32 */
 static inline uint32_t reciprocal(uint32_t d)
 {
-    uint32_t y = UINT32_MAX / (d >> 16) << 15; /* to 15 bits; the quotient is below 2^17 */
+    uint32_t y = quotient(d >> 16) << 15; /* to 15 bits; the quotient is below 2^17 */
     for (int k = 0; k < 2; k++) {
         const int64_t error = (int64_t)((UINT64_C(1) << 63) - product_unsigned(y, d)); /* < 2^49 */
         y = improved(y, (int32_t)(error >> 19), 11);

@@ -85,6 +85,7 @@ static void check_words(void)
     check("product", product(a, b), p + FALSIFIED);
     check("product_unsigned", (int64_t)product_unsigned(u, v), (int64_t)((uint64_t)u * v));
     check("product_high", product_high(u, v), (int64_t)((uint64_t)u * v >> 32));
+    check("quotient", quotient(0x8000 | u >> 17), UINT32_MAX / (0x8000 | u >> 17));
     check("shift_rounded_wide 30", shift_rounded_wide(p >> 2, 30), plainly(p >> 2, 30));
     check("shift_rounded_wide 31", shift_rounded_wide(p, 31), (int32_t)plainly(p, 31));
     for (int shift = 1; shift < 32; shift++) {

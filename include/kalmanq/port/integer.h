@@ -39,4 +39,7 @@ static inline int64_t shift_rounded_long(int64_t a, int shift)
     return (int64_t)((uint64_t)(int64_t)top << 32 | moved) + (low >> (shift - 1) & 1);
 }
 
+/* (2^32 - 1) / d for 2^15 <= d < 2^16 */
+static inline uint32_t quotient(uint32_t d) { return UINT32_MAX / d; }
+
 #endif

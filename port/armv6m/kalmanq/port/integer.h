@@ -128,4 +128,24 @@ static inline int64_t shift_rounded_long(int64_t a, int shift)
     return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
 }
 
+/* Newton's steps from a straight line: its error of 0.086 is squared by each.  The last one's and what the
+   shifts leave out is a few units, which the remainder shows. */
+static inline uint32_t quotient(uint32_t d)
+{
+    uint32_t y = 190990 - 2 * d;
+    for (int k = 0; k < 3; k++) {
+        y += (uint32_t)((int32_t)y * ((int32_t)(0 - d * y) >> 15) >> 17); /* < 2^17 2^14 */
+    }
+    int32_t rest = (int32_t)(UINT32_MAX - d * y);
+    while (rest < 0) {
+        y--;
+        rest += (int32_t)d;
+    }
+    while (rest >= (int32_t)d) {
+        y++;
+        rest -= (int32_t)d;
+    }
+    return y;
+}
+
 #endif

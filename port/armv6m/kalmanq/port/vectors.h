@@ -23,6 +23,8 @@ KQ_ASSEMBLY kq_dot(void)
           "1:\n\t"
           "ldmia r2!, {r4}\n\t"
           "ldmia r3!, {r5}\n\t"
+          "cmp r4, #0\n\t" /* transitions are mostly 0 */
+          "beq 3f\n\t"
           "uxth r6, r4\n\t"
           "asrs r4, r4, #16\n\t"
           "uxth r7, r5\n\t"
@@ -42,7 +44,8 @@ KQ_ASSEMBLY kq_dot(void)
           "lsls r4, r6, #16\n\t"
           "asrs r6, r6, #16\n\t"
           "adds r0, r0, r4\n\t"
-          "adcs r1, r1, r6\n\t"
+          "adcs r1, r1, r6\n"
+          "3:\n\t"
           "cmp r2, ip\n\t"
           "bne 1b\n"
           "2:\n\t"
@@ -219,16 +222,11 @@ static inline void scale(int32_t *w, int up, int32_t factor, int count)
                    : "r3", "lr", "cc", "memory");
 }
 
-/* The products of one result of a rotation, in r6: FIRST by the word in r2 (low half) and r3 (high), SIGN
-   SECOND by that in r4 and r5.  r8, r9: c's halves, r10, r11: t's.  |mixed| may be up to 2.2 2^30: the last
-   of its sums may overflow, and is mended out of line.  All before it is below 1.9 2^30. */
+/* One result of a rotation, into r6: FIRST by the word in L (low half) and H (high), SIGN the second by that
+   in M and N.  r8, r9, lr: c's halves and twice the high one; r10, r11, ip: t's.  |mixed| may be up to
+   2.2 2^30: the last of its sums may overflow, and is mended out of line.  All before it is below
+   1.9 2^30. */
 #define KQ_TURN(L, H, M, N, SIGN, LABEL)                                                           \
-    "mov r6, r9\n\t"                                                                               \
-    "muls r6, " H ", r6\n\t"                                                                       \
-    "mov r7, r11\n\t"                                                                              \
-    "muls r7, " N ", r7\n\t" SIGN " r6, r6, r7\n\t"                                                \
-    "lsls r6, r6, #1\n\t"                                                                          \
-    "mov lr, r6\n\t"                                                                               \
     "mov r6, r8\n\t"                                                                               \
     "muls r6, " L ", r6\n\t"                                                                       \
     "mov r7, r10\n\t"                                                                              \
@@ -244,10 +242,13 @@ static inline void scale(int32_t *w, int up, int32_t factor, int count)
     "adds r6, r6, r7\n\t"                                                                          \
     "mov r7, r11\n\t"                                                                              \
     "muls r7, " M ", r7\n\t" SIGN " r6, r6, r7\n\t"                                                \
-    "bvs " LABEL "f\n" LABEL "0:\n\t"                                                              \
+    "bvs " LABEL "f\n\t"                                                                           \
+    "asrs r6, r6, #15\n" LABEL "0:\n\t"                                                            \
     "mov r7, lr\n\t"                                                                               \
-    "asrs r6, r6, #15\n\t"                                                                         \
-    "adcs r6, r6, r7\n\t"
+    "muls r7, " H ", r7\n\t"                                                                       \
+    "adcs r6, r6, r7\n\t"                                                                          \
+    "mov r7, ip\n\t"                                                                               \
+    "muls r7, " N ", r7\n\t" SIGN " r6, r6, r7\n\t"
 
 /* Bit 32 of the sum that overflowed is the opposite of bit 31, and weighs 2^17. */
 #define KQ_MEND(LABEL)                                                                             \
@@ -257,7 +258,9 @@ static inline void scale(int32_t *w, int up, int32_t factor, int count)
     "cmp r6, #0\n\t"                                                                               \
     "blt " LABEL "1f\n\t"                                                                          \
     "rsbs r7, r7, #0\n" LABEL "1:\n\t"                                                             \
-    "add lr, r7\n\t"                                                                               \
+    "asrs r6, r6, #15\n\t"                                                                         \
+    "adcs r6, r6, r7\n\t"                                                                          \
+    "adds r6, r6, #0\n\t" /* no carry */                                                           \
     "b " LABEL "0b\n"
 
 /* r0.. <- r2 r0.. - r3 r1..,  r1.. <- r2 r1.. + r3 r0.., 2^-31, up to r0 = ip.  c's low half is in
@@ -271,11 +274,15 @@ KQ_ASSEMBLY kq_rotate(void)
           "mov r6, r10\n\t"
           "mov r7, r11\n\t"
           "push {r4-r7}\n\t"
+          "mov r4, ip\n\t"
+          "push {r4}\n\t" /* where it ends */
           "movs r6, #0\n\t"
           "subs r4, r2, #1\n\t"
           "asrs r4, r4, #16\n\t"
           "adcs r4, r4, r6\n\t"
           "mov r9, r4\n\t"
+          "lsls r5, r4, #1\n\t"
+          "mov lr, r5\n\t"
           "lsls r4, r4, #16\n\t"
           "subs r4, r2, r4\n\t"
           "mov r8, r4\n\t"
@@ -283,7 +290,9 @@ KQ_ASSEMBLY kq_rotate(void)
           "mov r10, r5\n\t"
           "asrs r5, r3, #16\n\t"
           "adcs r5, r5, r6\n\t"
-          "mov r11, r5\n"
+          "mov r11, r5\n\t"
+          "lsls r5, r5, #1\n\t"
+          "mov ip, r5\n"
           "1:\n\t"
           "ldr r3, [r0]\n\t"
           "sxth r2, r3\n\t"
@@ -292,11 +301,13 @@ KQ_ASSEMBLY kq_rotate(void)
           "ldr r5, [r1]\n\t"
           "sxth r4, r5\n\t"
           "subs r5, r5, r4\n\t"
-          "asrs r5, r5, #16\n\t" /* the next: s' = c s - t b */
-          KQ_TURN("r2", "r3", "r4", "r5", "subs", "3") "stmia r0!, {r6}\n\t" /* b' = c b + t s */
+          "asrs r5, r5, #16\n\t"
+          KQ_TURN("r2", "r3", "r4", "r5", "subs", "3") "stmia r0!, {r6}\n\t"
           KQ_TURN("r4", "r5", "r2", "r3", "adds", "4") "stmia r1!, {r6}\n\t"
-          "cmp r0, ip\n\t"
+          "ldr r6, [sp]\n\t"
+          "cmp r0, r6\n\t"
           "bne 1b\n\t"
+          "add sp, #4\n\t"
           "pop {r4-r7}\n\t"
           "mov r8, r4\n\t"
           "mov r9, r5\n\t"
@@ -315,8 +326,8 @@ static inline void rotate_words(int32_t *restrict s, int32_t *restrict b, int32_
     register const int32_t *end __asm("ip") = s + last + 1;
     b[last] = 0;
     __asm volatile("bl %c5"
-                   : "+r"(x), "+r"(y), "+r"(cosine), "+r"(sine)
-                   : "r"(end), "i"(kq_rotate)
+                   : "+r"(x), "+r"(y), "+r"(cosine), "+r"(sine), "+r"(end)
+                   : "i"(kq_rotate)
                    : "lr", "cc", "memory");
 }
 

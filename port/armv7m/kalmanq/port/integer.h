@@ -58,4 +58,6 @@ static inline int64_t shift_rounded_long(int64_t a, int shift)
     return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
 }
 
+static inline uint32_t quotient(uint32_t d) { return UINT32_MAX / d; }
+
 #endif

@@ -109,4 +109,6 @@ KQ_OUT_OF_LINE int64_t shift_rounded_long(int64_t a, int shift)
     return (a >> 1) + ((uint8_t)a & 1);
 }
 
+static inline uint32_t quotient(uint32_t d) { return UINT32_MAX / d; }
+
 #endif
