@@ -20,7 +20,7 @@ static inline uint32_t improved(uint32_t y, int32_t error, int shift)
 {
     const int32_t more = (int32_t)upper_word((uint64_t)product((int32_t)(y >> 1), error));
     const uint32_t next = y + (uint32_t)shift_rounded(more, shift);
-    return next >> 30 ? next : UINT32_MAX;
+    return next < UINT32_C(1) << 30 ? UINT32_MAX : next;
 }
 
 /*

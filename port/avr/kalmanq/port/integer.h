@@ -76,9 +76,12 @@ KQ_OUT_OF_LINE uint64_t product_unsigned(uint32_t a, uint32_t b) { return multip
 
 KQ_OUT_OF_LINE uint32_t product_high(uint32_t a, uint32_t b) { return multiplied(a, b).word[1]; }
 
+/* Whole bytes first: a loop over bits is what avr-gcc makes of it */
 KQ_OUT_OF_LINE int32_t shift_rounded(int32_t a, int shift)
 {
-    a >>= shift - 1;
+    uint8_t left = (uint8_t)(shift - 1);
+    for (; left >= 8; left = (uint8_t)(left - 8)) a >>= 8;
+    a >>= left;
     return (a >> 1) + (a & 1);
 }
 
