@@ -119,7 +119,9 @@ KQ_INLINE void mean_copy(int32_t *t, const int32_t *x, int n)
 static inline int64_t control_drive(const scaled *row, const int32_t *u, int count)
 {
     int64_t sum = 0;
-    for (int k = 0; k < count; k++) sum = sum_of(sum, wide_product(row[k], u[k], 0), 62);
+    for (int k = 0; k < count; k++) {
+        if (row[k].mantissa != 0) sum = sum_of(sum, wide_product(row[k], u[k], 0), 62);
+    }
     return sum;
 }
 
