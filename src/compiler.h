@@ -2,6 +2,7 @@
 #ifndef KALMANQ_COMPILER_H
 #define KALMANQ_COMPILER_H
 
+#include <limits.h>
 #include <stdint.h>
 
 /* Keeps a function's large scratch array off the stack of its caller.  Without it the library
@@ -12,15 +13,20 @@
 #define KQ_NOINLINE
 #endif
 
-/* A kernel that is to be compiled for the sizes it is called with, unless memory counts more. */
-#if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
+/* Memory counts more than time: the user said so, or it is a chip of 8 or 16 bits. */
+#if defined(__OPTIMIZE_SIZE__) || UINT_MAX < UINT32_MAX
+#define KQ_SMALL_CODE
+#endif
+
+/* A kernel that is to be compiled for the sizes it is called with. */
+#if defined(__GNUC__) && !defined(KQ_SMALL_CODE)
 #define KQ_INLINE static inline __attribute__((always_inline))
 #else
 #define KQ_INLINE static inline
 #endif
 
-/* Up to how many states a step has code of its own: none where memory counts more than time. */
-#if defined(__OPTIMIZE_SIZE__)
+/* Up to how many states a step has code of its own. */
+#if defined(KQ_SMALL_CODE)
 #define KQ_STATES_APART 0
 #else
 #define KQ_STATES_APART 3
