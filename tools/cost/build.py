@@ -25,7 +25,7 @@ FLAGS = (
 )
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
-SHAPES = {FIXED: "KQ_UPPER", FIXED_DENSE: "KQ_DENSE"}
+SHAPES = {FIXED: "KQ_UPPER", FIXED_DENSE: "0"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
 

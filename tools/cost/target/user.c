@@ -24,7 +24,7 @@ kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p,
 
 kq_status SIZED(user_update)(TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z)
 {
-    return TYPED(kq_fixed_update)(f, s, z, N, M);
+    return TYPED(kq_fixed_update)(f, s, z, N, M, SHAPE);
 }
 
 kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u,
