@@ -21,11 +21,11 @@ static inline void coordinate_set(num *a, int n, int i, wide value)
 static inline scaled coordinate_scaled(wide a) { return a; }
 static inline wide coordinate_of(scaled a) { return a; }
 
-/* The first `count` terms of a row's product with a */
+/* The first `count` >= 1 terms of a row's product with a */
 KQ_INLINE wide coordinate_dot(const num *row, const num *a, int n, int count)
 {
     (void)n;
-    return dot(0, row, a, count);
+    return dot(row[0] * a[0], row + 1, a + 1, count - 1);
 }
 
 static inline void coordinate_turn(num *a, int n, int i, wide *b, scaled c, scaled s)
@@ -45,10 +45,7 @@ static inline void reflect_back(num *xi, int n, int first, wide alpha, const num
 /* Row i of a root times a */
 KQ_INLINE scaled mean_part(const scaled *row, const num *a, int n, int i)
 {
-    num total = 0;
-    KQ_UNROLL
-    for (int k = i; k < n; k++) total += row[k - i] * a[k];
-    return total;
+    return dot(row[0] * a[i], row + 1, a + i + 1, n - 1 - i);
 }
 
 KQ_INLINE void mean_move(num *x, int n, int i, const scaled *row, const num *a)

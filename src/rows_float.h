@@ -88,7 +88,7 @@ KQ_INLINE void two_rows_times_triangle(num *w, num *v, const num *a, const num *
 
 static inline scaled row_product(const num *a, const num *b, int width)
 {
-    return dot(0, a, b, width);
+    return dot(a[0] * b[0], a + 1, b + 1, width - 1);
 }
 
 /* r + f'f */
@@ -163,7 +163,9 @@ KQ_INLINE num reflect_unit(num *restrict w, const num *restrict r, const num *pq
 KQ_INLINE num reflect_longer(num *restrict w, const num *restrict r, const num *pq, int zeros,
                              int count)
 {
-    const num entry = dot(0, w + zeros, r + zeros, count - zeros) * pq[0];
+    const int first = zeros + 1;
+    const num entry =
+        dot(w[zeros] * r[zeros], w + first, r + first, count - first) * pq[0];
     const num factor = -entry * pq[1];
     KQ_UNROLL
     for (int k = 0; k < zeros; k++) w[k] = factor * r[k];
