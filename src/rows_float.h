@@ -88,7 +88,7 @@ KQ_INLINE void two_rows_times_triangle(num *w, num *v, const num *a, const num *
 
 static inline scaled row_product(const num *a, const num *b, int width)
 {
-    return dot(a[0] * b[0], a + 1, b + 1, width - 1);
+    return dot(0, a, b, width);
 }
 
 /* r + f'f */
