@@ -51,9 +51,23 @@ static inline int leading_zeros(uint32_t a)
 #endif
 }
 
+/* The upper word of 64 bits; avr-gcc calls a loop for the shift. */
+static inline uint32_t upper_word(uint64_t a)
+{
+#if defined(__AVR__)
+    const union {
+        uint64_t whole;
+        uint32_t word[2];
+    } parts = {.whole = a};
+    return parts.word[1];
+#else
+    return (uint32_t)(a >> 32);
+#endif
+}
+
 static inline int leading_zeros_wide(uint64_t a)
 {
-    const uint32_t high = (uint32_t)(a >> 32);
+    const uint32_t high = upper_word(a);
     return high ? leading_zeros(high) : 32 + leading_zeros((uint32_t)a);
 }
 

@@ -31,6 +31,7 @@ static inline wide coordinate_of(scaled a)
 /* c a in units of 2^-26 of a word of a */
 static inline int64_t coordinate_part(scaled c, wide a)
 {
+    if (scaled_is_zero(c)) return 0;
     return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff));
 }
 

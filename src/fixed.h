@@ -35,12 +35,7 @@ static inline int32_t lower(int32_t a, int32_t shift)
 /* The same for |a| < 2^63 - 1; most shifts are below 32, and cost a 32-bit core less */
 static inline int64_t lower_wide(int64_t a, int32_t shift)
 {
-    if (shift > 0 && shift < 32) {
-        const uint32_t low = (uint32_t)a, high = (uint32_t)((uint64_t)a >> 32);
-        const uint32_t moved = low >> shift | high << (32 - shift);
-        const int32_t top = (int32_t)high >> shift;
-        return (int64_t)((uint64_t)(int64_t)top << 32 | moved) + (low >> (shift - 1) & 1);
-    }
+    if (shift > 0 && shift < 32) return shift_rounded_long(a, (int)shift);
     if (shift == 0) return a;
     return shift > 63 ? 0 : ((a >> (shift - 1)) + 1) >> 1;
 }

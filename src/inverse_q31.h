@@ -5,7 +5,6 @@
 #ifndef KALMANQ_INVERSE_Q31_H
 #define KALMANQ_INVERSE_Q31_H
 
-
 #include "fixed.h"
 
 /* round(256 / sqrt((k + 16.5) / 64)) - 256 */
@@ -13,6 +12,15 @@ static const uint8_t inverse_root_start[48] = {
     248, 234, 220, 208, 196, 186, 176, 166, 158, 150, 142, 135, 128, 121, 115, 109,
     103, 98,  93,  88,  83,  78,  74,  70,  66,  62,  58,  55,  51,  48,  44,  41,
     38,  35,  32,  29,  27,  24,  21,  19,  16,  14,  12,  10,  7,   5,   3,   1};
+
+/* y + (y/2) error 2^-(32 + shift), rounded; the upper word of the product is enough for that.  What it
+   comes to is 2^30 or more, or has wrapped: then it is held just below 2^32. */
+static inline uint32_t improved(uint32_t y, int32_t error, int shift)
+{
+    const int32_t more = (int32_t)upper_word((uint64_t)product((int32_t)(y >> 1), error));
+    const uint32_t next = y + (uint32_t)shift_rounded(more, shift);
+    return next < UINT32_C(1) << 30 ? UINT32_MAX : next;
+}
 
 /*
  * y = 1 / sqrt(v 2^-32) in Q31, for 2^30 <= v < 2^32: 2^31 <= y < 2^32 (1/sqrt(1/4) = 2 is held
@@ -32,10 +40,10 @@ static inline uint32_t inverse_root(uint32_t v)
     y <<= 15;                                                          /* Q31 */
     y += (uint32_t)(((int32_t)(y >> 16) * (error16 >> 6)) >> 9);       /* to 21 bits */
 
-    const uint32_t square31 = (uint32_t)(((uint64_t)y * y + UINT32_C(0x80000000)) >> 32);
-    const int64_t error31 = (INT64_C(1) << 62) - (int64_t)((uint64_t)square31 * v); /* < 2^42 */
-    const int64_t next = y + (((int64_t)(y >> 1) * (error31 >> 12) + (INT64_C(1) << 49)) >> 50);
-    return next > UINT32_MAX ? UINT32_MAX : (uint32_t)next;
+    const uint64_t square = product_unsigned(y, y);
+    const uint32_t square31 = upper_word(square) + ((uint32_t)square >> 31);
+    const int64_t error31 = (INT64_C(1) << 62) - (int64_t)product_unsigned(square31, v); /* < 2^42 */
+    return improved(y, (int32_t)(error31 >> 12), 18);
 }
 
 /* sqrt(v 2^-32) in Q31 from that, truncated: v y = sqrt(v) */
@@ -44,11 +52,10 @@ static inline uint32_t root_by_inverse(uint32_t v, uint32_t y) { return product_
 /* 2^63 / d for 2^31 <= d < 2^32, held below 2^32 */
 static inline uint32_t reciprocal(uint32_t d)
 {
-    uint32_t y = UINT32_MAX / (d >> 16) << 15; /* to 15 bits; the quotient is below 2^17 */
+    uint32_t y = quotient(d >> 16) << 15; /* to 15 bits; the quotient is below 2^17 */
     for (int k = 0; k < 2; k++) {
-        const int64_t error = (int64_t)((UINT64_C(1) << 63) - (uint64_t)y * d); /* < 2^49 */
-        const int64_t next = y + (((int64_t)(y >> 1) * (error >> 19) + (INT64_C(1) << 42)) >> 43);
-        y = next > UINT32_MAX ? UINT32_MAX : (uint32_t)next;
+        const int64_t error = (int64_t)((UINT64_C(1) << 63) - product_unsigned(y, d)); /* < 2^49 */
+        y = improved(y, (int32_t)(error >> 19), 11);
     }
     return y;
 }

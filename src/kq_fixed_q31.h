@@ -1,3 +1,9 @@
+/*
+ * kq_predict_q31, kq_update_q31 and kq_step_q31 for sizes that the compiler knows: fixed_sizes.h
+ * says how it is used.  Arguments, results and errors are those of the functions in
+ * kalmanq/filter.h, and n, m      the filter's states and the sensor's components, constants
+ *   options   KQ_UPPER, KQ_BARE or 0, a constant
+ */
 #ifndef KALMANQ_FIXED_Q31_H
 #define KALMANQ_FIXED_Q31_H
 
@@ -19,18 +25,22 @@
 #include "filter.inc"
 #include "history.inc"
 
+/* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
 {
+    const likelihood before = f->last, run = f->run;
     (void)h, (void)e;
     kq_update_subset_q31(f, z.sensor, z.z, UINT32_C(1) << c);
+    f->run = run;
+    likelihood_join(&f->last, &before);
 }
 
 #include "take.inc"
 #include "smooth_kernels.inc"
 #include "fixed.inc"
 
-KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
-                                         int n, int options)
+KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p,
+                                         const int32_t *u, int n, int options)
 {
     if (fixed_predict(f, p, u, n, options) == KQ_OK) return KQ_OK;
     return kq_predict_q31(f, p, u);

@@ -79,7 +79,7 @@ static inline num control_drive(const num *row, const num *u, int count)
 /* x_i <- row'x + drive as x_i + ((row - e_i)'x + drive), where t holds x rounded and the row
    is zero left of `first`.  row_i - 1 is exact for 1/2 <= row_i <= 2. */
 KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                    num drive)
+                                num drive)
 {
     num d = x[n + i] + drive + (row[i] - 1) * t[i];
     d = dot(d, row + first, t + first, i - first);

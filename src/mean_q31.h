@@ -44,8 +44,8 @@ static inline unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
 
 /*
  * c (high + low 2^-24) in units of 2^-26, rounded.  |c.mantissa| < 2^31 and |high| <= 2^31, so the
- * product with its lower part stays within 2^62; |c| <= 16, which is 2^30 2^-26, so nothing is shifted
- * up.
+ * product with its lower part stays within 2^62; |c| <= 16, which is 2^30 2^-26, so nothing is
+ * shifted up.
  */
 static inline int64_t wide_product(scaled c, int32_t high, int32_t low)
 {
@@ -90,8 +90,8 @@ KQ_NOINLINE static wide wide_from(int64_t p, int32_t shift)
     return value > most ? most : value < -most ? -most : value;
 }
 
-/* x_i += b w.  b: any mantissa below 2^30, so that a product that is shifted down by 6 bits or more is
-   no more than twice the word */
+/* x_i += b w.  b: any mantissa below 2^30, so that a product that is shifted down by 6 bits or more
+   is no more than twice the word */
 KQ_INLINE unsigned mean_correct(int32_t *x, int n, int i, scaled b, scaled w)
 {
     const int64_t p = product(b.mantissa, w.mantissa);
@@ -119,13 +119,15 @@ KQ_INLINE void mean_copy(int32_t *t, const int32_t *x, int n)
 static inline int64_t control_drive(const scaled *row, const int32_t *u, int count)
 {
     int64_t sum = 0;
-    for (int k = 0; k < count; k++) sum = sum_of(sum, wide_product(row[k], u[k], 0), 62);
+    for (int k = 0; k < count; k++) {
+        if (row[k].mantissa != 0) sum = sum_of(sum, wide_product(row[k], u[k], 0), 62);
+    }
     return sum;
 }
 
 /* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
 KQ_INLINE unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int first,
-                                    const int32_t *t, int64_t drive)
+                                const int32_t *t, int64_t drive)
 {
     int64_t sum = drive;
     KQ_UNROLL
@@ -136,7 +138,8 @@ KQ_INLINE unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int
     return wide_set_held(x, n, i, lower_wide(sum, 2));
 }
 
-/* z - h'x, h being 0 outside of from .. to-1.  |z| 2^26 < 2^57, and |h'x| 2^26 <= 2^61 by init's check. */
+/* z - h'x, h being 0 outside of from .. to-1.  |z| 2^26 < 2^57, and |h'x| 2^26 <= 2^61 by init's
+ * check. */
 KQ_INLINE scaled mean_residual(int32_t z, const scaled *h, const int32_t *x, int n, int from,
                                int to)
 {

@@ -61,7 +61,7 @@ static inline num control_drive(const num *row, const num *u, int count)
 
 /* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
 KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                    num drive)
+                                num drive)
 {
     num d = drive;
     for (int k = first; k < n; k++) d += row[k] * t[k];

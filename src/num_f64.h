@@ -31,7 +31,6 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return (num)NAN; }
 
-
 /* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
 static inline num num_split(num a, int32_t *exponent)
 {

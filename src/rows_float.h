@@ -70,7 +70,7 @@ KQ_INLINE void short_row_times_triangle(num *out, const num *c, int count, const
 
 /* A column is loaded once for both. */
 KQ_INLINE void two_rows_times_triangle(num *w, num *v, const num *a, const num *b, const num *s,
-                                   int from, int n)
+                                       int from, int n)
 {
     KQ_UNROLL
     for (int j = n - 1; j >= from; j--) {
@@ -197,8 +197,8 @@ KQ_INLINE void reflect_two(num *s, num *restrict w, num *restrict v, num g_w, nu
     }
 }
 
-/* The pivot of a row without noise.  G_ii >= num_tiny_root, so no norm is ever 0 and nothing needs a
-   test. */
+/* The pivot of a row without noise.  G_ii >= num_tiny_root, so no norm is ever 0 and nothing needs
+   a test. */
 #define num_no_noise num_tiny_root
 
 KQ_INLINE num close_reflector(const num *w, num g, num *pq, int count)

@@ -11,6 +11,8 @@
 #include "scaled_q31.h"
 #include "triangle.h"
 
+#include "kalmanq/port/vectors.h"
+
 typedef int64_t sum;
 
 #define ROW_LEN(width) ((width) + 1)
@@ -38,18 +40,7 @@ static inline scaled row_entry(const int32_t *row, int width, int k)
     return scaled_of(row[k], row[width]);
 }
 
-KQ_INLINE sum add_product(sum total, int32_t a, int32_t b)
-{
-    return accumulate(total, a, b, 62);
-}
-
-/* total + a'b.  For rows of norm below 2^30 it is below 2^60, and so is every part of it. */
-KQ_INLINE sum dot(sum total, const int32_t *a, const int32_t *b, int count)
-{
-    KQ_UNROLL
-    for (int k = 0; k < count; k++) total = add_product(total, a[k], b[k]);
-    return total;
-}
+KQ_INLINE sum add_product(sum total, int32_t a, int32_t b) { return accumulate(total, a, b, 62); }
 
 /* a'b of two rows as a number */
 static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
@@ -60,10 +51,11 @@ static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 /* r + f'f, r > 0: mostly in one sum, with r in units of the square */
 static inline scaled add_square(scaled r, const int32_t *f, int n)
 {
-    const sum square = dot(0, f, f, n); /* < 2^60.4 */
+    const sum square = squares(0, f, n); /* < 2^60.4 */
     const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
     if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62), exponent);
+    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62),
+                              exponent);
 }
 
 static inline int32_t moved(int32_t a, int32_t down)
@@ -78,8 +70,8 @@ static inline int32_t moved(int32_t a, int32_t down)
  * 30 it is a row of norm up to 2^30 with the exponent scale + 30, which is left in *exponent and is
  * not below what was there.
  */
-KQ_APART const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride, int count,
-                             int32_t *exponent)
+KQ_APART const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride,
+                              int count, int32_t *exponent)
 {
     int32_t top = lowest_exponent;
     uint32_t total = 0; /* of the sizes in units of 2^(top + 4) */
@@ -157,14 +149,14 @@ KQ_INLINE void short_row_times_triangle(int32_t *out, const int32_t *c, int coun
 
 /* Two of them, into w and v */
 KQ_INLINE void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
-                                   const int32_t *s, int from, int n)
+                                       const int32_t *s, int from, int n)
 {
     row_times_triangle(w, a, s, from, n);
     row_times_triangle(v, b, s, from, n);
 }
 
-/* The noise block G of predict: its rows, of norm 2^30 at most, are brought to the exponent of their
-   row of A S, at least one above their own: the norm of both is below 2^30.2. */
+/* The noise block G of predict: its rows, of norm 2^30 at most, are brought to the exponent of
+   their row of A S, at least one above their own: the norm of both is below 2^30.2. */
 static inline int32_t noise_exponent(const int32_t *G, int n, int l)
 {
     return G[KQ_TRIANGLE(n) + l] + 1;
@@ -192,16 +184,13 @@ static inline int32_t reflector_pivot(const int32_t *g)
  *     |entry| < 2^30.2,  |entry + g| <= sqrt(1 - p^2) |w| + (1 + p) g < 1.75 2^30 < 2^31,
  *     |d| = |g + V'w / (1 + p)| < 2^31
  */
-KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V,
-                              int32_t g_pivot, const int32_t *pq, int count)
+KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict V, int32_t g_pivot,
+                         const int32_t *pq, int count)
 {
     (void)g_pivot;
     const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
     const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), pq[1]), 31, 31);
-    KQ_UNROLL
-    for (int k = 0; k < count; k++) {
-        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
-    }
+    subtract_multiple(w, V, d, count);
     return entry;
 }
 
@@ -248,7 +237,7 @@ KQ_INLINE void reflect_two(int32_t *s, int32_t *restrict w, int32_t *restrict v,
  */
 KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
 {
-    const uint64_t square = (uint64_t)dot(product(g, g), w, w, count); /* < 2^60.4 */
+    const uint64_t square = (uint64_t)squares(product(g, g), w, count); /* < 2^60.4 */
     if (square == 0) { /* a reflector that leaves everything alone */
         pq[0] = INT32_C(1) << 30;
         pq[1] = INT32_C(1) << 30;
@@ -257,8 +246,7 @@ KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
     const int zeros = leading_zeros_wide(square) & ~1, h = zeros / 2 - 1;
     const uint32_t v = (uint32_t)((square << zeros) >> 32), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
-    KQ_UNROLL
-    for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], h, 31), half), 31, 31);
+    scale(w, h, half, count);
     const int32_t p = narrow(product(raise(g, h, 31), half), 31, 31);
     const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
@@ -279,13 +267,7 @@ KQ_APART void renormalise(int32_t *S, int n)
     int32_t *E = S + KQ_TRIANGLE(n), *row = S; /* at its diagonal entry */
     KQ_UNROLL
     for (int i = 0; i < n; i++) {
-        sum square = 0; /* < 2^60.4 */
-        const int32_t *s = row;
-        KQ_UNROLL
-        for (int j = i; j < n; j++) {
-            square = add_product(square, *s, *s);
-            s += j + 1;
-        }
+        const sum square = row_squares(row, i, n); /* < 2^60.4 */
         const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
         if (square == 0) E[i] = lowest_exponent;
         if (E[i] > high_exponent) E[i] = high_exponent;
@@ -333,8 +315,8 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return scaled_is_less(r, least) ? least : r;
 }
 
-/* Is there nothing that the careful update is for: rounding, sharpness?  r >= 2^-8 s, and s above the
-   variance that counts as 0 */
+/* Is there nothing that the careful update is for: rounding, sharpness?  r >= 2^-8 s, and s above
+   the variance that counts as 0 */
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
     (void)e;
@@ -391,7 +373,7 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
     t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
     const uint64_t c =
-        (((uint64_t)root * t->inverse + (UINT32_C(1) << 30)) >> 31) >> ((zeros - t->zeros) / 2);
+        ((product_unsigned(root, t->inverse) + (UINT32_C(1) << 30)) >> 31) >> ((zeros - t->zeros) / 2);
     turn.c = c > INT32_MAX ? INT32_MAX : (int32_t)c;
     const int32_t tall = raise(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
     const int64_t sine = (product(tall, half) + (INT32_C(1) << 29)) >> 30;
@@ -405,16 +387,7 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
  */
 KQ_INLINE void rotate(int32_t *restrict s, int32_t *restrict b, rotation turn, int last)
 {
-    const int32_t back = -turn.t;
-    KQ_UNROLL
-    for (int i = 0; i < last; i++) {
-        const int32_t old = s[i], own = b[i];
-        s[i] = narrow(accumulate(product(turn.c, old), back, own, 62), 31, 30);
-        b[i] = narrow(accumulate(product(turn.c, own), turn.t, old, 62), 31, 30);
-    }
-    const int32_t old = s[last];
-    s[last] = narrow(product(turn.c, old), 31, 30);
-    b[last] = narrow(product(turn.t, old), 31, 30);
+    rotate_words(s, b, turn.c, turn.t, last);
 }
 
 /* sqrt(a): with b in units of it, S f is complete. */

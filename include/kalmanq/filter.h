@@ -54,12 +54,12 @@ typedef struct {
 } kq_likelihood_f64;
 
 typedef struct {
-    uint8_t states;                 /* n */
-    uint8_t ready;                  /* 0: not initialised, 1, or 2: after a very sharp measurement */
-    uint8_t events;                 /* KQ_EVENT_... */
-    uint8_t plain;                  /* n where ready is 1 and there is no history, otherwise 0 */
-    uint32_t length;                /* words at memory */
-    float *memory;                  /* the caller's: mean, then root */
+    uint8_t states;  /* n */
+    uint8_t ready;   /* 0: not initialised, 1, or 2: after a very sharp measurement */
+    uint8_t events;  /* KQ_EVENT_... */
+    uint8_t plain;   /* n where ready is 1 and there is no history, otherwise 0 */
+    uint32_t length; /* words at memory */
+    float *memory;   /* the caller's: mean, then root */
     struct kq_history_f32 *history; /* where predict and update record, or NULL */
     kq_likelihood_f32 last;         /* of the last update */
     kq_likelihood_f32 run;          /* since init */

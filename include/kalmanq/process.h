@@ -34,7 +34,7 @@ typedef struct {
     const float *transition;    /* A, n x n, the caller's */
     const float *control;       /* B, n x l, the caller's, or NULL */
     uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
-    uint8_t plain;              /* n, and 128 more where A is upper triangular; 0: not initialised */
+    uint8_t plain; /* n, and 128 more where A is upper triangular; 0: not initialised */
 } kq_process_f32;
 
 typedef struct {

@@ -24,14 +24,14 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t states;           /* n */
-    uint8_t components;       /* m */
-    uint16_t length;          /* words at memory */
-    float *memory;            /* the caller's; NULL for a const table */
-    const float *noise;       /* diagonal: m variances; correlated: the decorrelation,
-                                 upper triangle by columns; NULL until initialised */
-    const float *measurement; /* H, m x n, the caller's */
-    const float *covariance;  /* R, m x m, the caller's; NULL where it is diagonal */
+    uint8_t states;               /* n */
+    uint8_t components;           /* m */
+    uint16_t length;              /* words at memory */
+    float *memory;                /* the caller's; NULL for a const table */
+    const float *noise;           /* diagonal: m variances; correlated: the decorrelation,
+                                     upper triangle by columns; NULL until initialised */
+    const float *measurement;     /* H, m x n, the caller's */
+    const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
     uint16_t plain;               /* n + 256 m where R is diagonal, otherwise 0 */
 } kq_sensor_f32;
@@ -59,10 +59,12 @@ typedef struct {
 /** The same with the memory of a diagonal R only. */
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
     static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
-    static kq_sensor_f32 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
+    static kq_sensor_f32 name = {                                                                  \
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 #define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
     static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
-    static kq_sensor_f64 name = {n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
+    static kq_sensor_f64 name = {                                                                  \
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).

@@ -11,6 +11,8 @@
 
 #include <stdint.h>
 
+#include "../../src/compiler.h"
+
 #include "kalmanq/port/integer.h"
 
 #include "sites.h"

@@ -26,17 +26,17 @@ core_select() {
     m3) machine="-mcpu=cortex-m3" triple=thumbv7m-none-eabi board=mps2-an385 port=armv7m ;;
     m4f)
         machine="-mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16"
-        triple=thumbv7em-none-eabi board=mps2-an386 port=armv7em
+        triple=thumbv7em-none-eabi board=mps2-an386 port=armv7m
         ;;
     m7)
         machine="-mcpu=cortex-m7 -mfloat-abi=hard -mfpu=fpv5-d16"
-        triple=thumbv7em-none-eabi board=mps2-an500 port=armv7em
+        triple=thumbv7em-none-eabi board=mps2-an500 port=armv7m
         ;;
     m33)
         machine="-mcpu=cortex-m33 -mfloat-abi=hard -mfpu=fpv5-sp-d16"
-        triple=thumbv8m.main-none-eabi board=mps2-an505 port=armv7em
+        triple=thumbv8m.main-none-eabi board=mps2-an505 port=armv7m
         ;;
-    rv32) machine="-march=rv32imac -mabi=ilp32" triple=riscv32-unknown-elf port=rv32 ;;
+    rv32) machine="-march=rv32imac -mabi=ilp32" triple=riscv32-unknown-elf ;;
     avr) machine="-mmcu=atmega2560" triple=avr port=avr ;;
     *) core_unknown "core $1" ;;
     esac

@@ -14,11 +14,11 @@ core_select "$name"
 rm -rf "$work"
 mkdir -p "$work"
 
-texts="status process sensor filter update forecast smoother laws numbers"
-fixed="inverse prepare model filter smoother numbers"
+texts="status process sensor filter update forecast smoother laws fixed numbers"
+own="inverse prepare model filter smoother fixed numbers"
 arithmetics="f32 f64" level=-O2 own_level=-O0
 if [ "$core" = avr ]; then
-    texts=${texts% numbers} fixed= arithmetics=f32 level=-Os own_level=-Os
+    texts=${texts% numbers} own= arithmetics=f32 level=-Os own_level=-Os
 fi
 
 flags="-std=c11 -ffp-contract=off -fno-math-errno -ffunction-sections -fdata-sections"
@@ -49,5 +49,5 @@ for arithmetic in $arithmetics; do
     suffix=$(echo $arithmetic | tr f F)
     for text in $texts; do run_suite "${text}_$arithmetic" "test_$text" -DKQ_TEST_$suffix; done
 done
-for text in $fixed; do run_suite "${text}_q31" "test_${text}_q31"; done
+for text in $own; do run_suite "${text}_q31" "test_${text}_q31"; done
 exit $failed

@@ -25,7 +25,7 @@ FLAGS = (
 )
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
-SHAPES = {FIXED: "KQ_UPPER", FIXED_DENSE: "0"}
+OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
 
@@ -127,7 +127,7 @@ def user(place: Place, wanted: Program, n: int, m: int) -> Path:
         f"-DKQ_COST_{wanted.arithmetic}",
         f"-DUSER_N={n}",
         f"-DUSER_M={m}",
-        f"-DSHAPE={SHAPES[wanted.sizes]}",
+        f"-DOPTIONS={OPTIONS[wanted.sizes]}",
         f"-I{place.source / 'src'}",
     )
     target = place.work / wanted.name / f"user_{n}_{m}.o"

@@ -40,10 +40,10 @@ M33 = ("-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16")
 CORES = (
     arm("m0", "Cortex-M0", ("-mcpu=cortex-m0",), "armv6m"),
     arm("m3", "Cortex-M3", ("-mcpu=cortex-m3",), "armv7m"),
-    arm("m4f", "Cortex-M4F", M4F, "armv7em", model="CORTEX_M4"),
+    arm("m4f", "Cortex-M4F", M4F, "armv7m", model="CORTEX_M4"),
     # Unicorn's M7 has no double: the largest A core executes the same instructions
-    arm("m7", "Cortex-M7, double FPU", M7, "armv7em", model="MAX"),
-    arm("m33", "Cortex-M33, FPU", M33, "armv7em"),
+    arm("m7", "Cortex-M7, double FPU", M7, "armv7m", model="MAX"),
+    arm("m33", "Cortex-M33, FPU", M33, "armv7m"),
     Core(
         "rv32",
         "RISC-V RV32IMAC",

@@ -1,5 +1,5 @@
 /*
- * A user's file with functions for one size: USER_N, USER_M, SHAPE.  The one place that knows how
+ * A user's file with functions for one size: USER_N, USER_M, OPTIONS.  The one place that knows how
  * the library is specialised.
  */
 #include "library.h"
@@ -19,22 +19,22 @@
 
 kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u)
 {
-    return TYPED(kq_fixed_predict)(f, p, u, N, SHAPE);
+    return TYPED(kq_fixed_predict)(f, p, u, N, OPTIONS);
 }
 
 kq_status SIZED(user_update)(TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z)
 {
-    return TYPED(kq_fixed_update)(f, s, z, N, M, SHAPE);
+    return TYPED(kq_fixed_update)(f, s, z, N, M, OPTIONS);
 }
 
 kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u,
                            const TYPED(kq_sensor) * s, const word *z)
 {
-    return TYPED(kq_fixed_step)(f, p, u, s, z, N, M, SHAPE);
+    return TYPED(kq_fixed_step)(f, p, u, s, z, N, M, OPTIONS);
 }
 
 kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process) * p,
                                   const TYPED(kq_smooth_extras) * extras)
 {
-    return TYPED(kq_fixed_smooth_step)(h, p, extras, N, SHAPE);
+    return TYPED(kq_fixed_smooth_step)(h, p, extras, N, OPTIONS);
 }

@@ -1,13 +1,17 @@
 /*
- * Cortex-M3 and up (ARMv7-M, Thumb-2): rounding by the carry that a shift leaves, which compilers do
- * not use.  include/kalmanq/port/integer.h says what each operation is.
+ * Cortex-M3 and up (ARMv7-M, Thumb-2): rounding by the carry that a shift leaves, which compilers
+ * do not use.  include/kalmanq/port/integer.h says what each operation is.
  */
 #ifndef KALMANQ_PORT_INTEGER_H
 #define KALMANQ_PORT_INTEGER_H
 
 #include <stdint.h>
 
-/* In unrolled code gcc shares the sign extension of a factor, and makes a 64 x 64 bit product of it. */
+/*
+ * Where the loops are unrolled, gcc shares the sign extension of a factor and makes a 64 x 64 bit
+ * product of it; elsewhere it knows SMULL and SMLAL better than this.
+ */
+#ifdef KALMANQ_FIXED_SIZES_H
 KQ_INLINE int64_t product(int32_t a, int32_t b)
 {
     int64_t p;
@@ -20,6 +24,16 @@ KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)
     __asm("smlal %Q0, %R0, %1, %2" : "+r"(total) : "r"(a), "r"(b));
     return total;
 }
+#else
+KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
+
+KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)
+{
+    return total + (int64_t)a * b;
+}
+#endif
+
+KQ_INLINE uint64_t product_unsigned(uint32_t a, uint32_t b) { return (uint64_t)a * b; }
 
 KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
 {
@@ -43,13 +57,31 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
         return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
     }
     uint32_t low = (uint32_t)a;
-    const uint32_t high = (uint32_t)((uint64_t)a >> 32) << (32 - shift);
+    const uint32_t high = (uint32_t)((uint64_t)a >> 32);
     __asm("lsrs %0, %0, %2\n\t"
-          "adc %0, %0, %1"
+          "adc %0, %0, %1, lsl %3"
           : "+r"(low)
-          : "r"(high), "I"(shift)
+          : "r"(high), "I"(shift), "I"(32 - shift)
           : "cc");
     return (int32_t)low;
 }
+
+static inline int64_t shift_rounded_long(int64_t a, int shift)
+{
+    uint32_t low = (uint32_t)a;
+    int32_t high = (int32_t)((uint64_t)a >> 32);
+    const uint32_t down = (uint32_t)high << (32 - shift);
+    __asm("asr %1, %1, %3\n\t"
+          "lsrs %0, %0, %3\n\t"
+          "orr %0, %0, %2\n\t" /* leaves the carry */
+          "adcs %0, %0, #0\n\t"
+          "adc %1, %1, #0"
+          : "+&r"(low), "+&r"(high)
+          : "r"(down), "r"(shift)
+          : "cc");
+    return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
+}
+
+static inline uint32_t quotient(uint32_t d) { return UINT32_MAX / d; }
 
 #endif

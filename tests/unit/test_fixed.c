@@ -1,0 +1,266 @@
+/*
+ * The steps for sizes that the compiler knows: the same bits as those for run-time sizes, and the
+ * same errors.
+ */
+#include "arithmetic.h"
+
+#ifdef KQ_TEST_F32
+#include "kq_fixed_f32.h"
+#else
+#include "kq_fixed_f64.h"
+#endif
+
+#include "fixed.h"
+
+#ifdef KQ_TEST_F32
+FIXED_SIZES(f32, float, 0, dense)
+FIXED_SIZES(f32, float, KQ_UPPER, upper)
+FIXED_SIZES(f32, float, KQ_BARE, bare)
+#else
+FIXED_SIZES(f64, double, 0, dense)
+FIXED_SIZES(f64, double, KQ_UPPER, upper)
+FIXED_SIZES(f64, double, KQ_BARE, bare)
+#endif
+
+enum { STATES = 5, COMPONENTS = 3, STEPS = 30 };
+
+typedef struct {
+    int n, m;
+    kq_status (*predict)(K(filter) *, const K(process) *, const num *);
+    kq_status (*update)(K(filter) *, const K(sensor) *, const num *);
+    kq_status (*step)(K(filter) *, const K(process) *, const num *, const K(sensor) *, const num *);
+} fixed_size;
+
+static const fixed_size dense[] = {FIXED_ROWS(dense)}, upper[] = {FIXED_ROWS(upper)},
+                        bare[] = {FIXED_ROWS(bare)};
+
+typedef struct {
+    K(filter) filter;
+    num memory[FILTER_LEN(STATES)];
+} own_filter;
+
+static own_filter ours, theirs; /* of known sizes, and of run-time sizes */
+static K(process) process_of;
+static K(sensor) sensor_of;
+static num process_memory[KQ_PROCESS_LEN(STATES)], sensor_memory[KQ_SENSOR_LEN(COMPONENTS)];
+static num A[STATES * STATES], B[STATES], H[COMPONENTS * STATES], Q[STATES * STATES];
+static num R[COMPONENTS * COMPONENTS], P0[STATES * STATES], x0[STATES];
+static uint32_t seed;
+
+/* -1 .. 1 in steps that no rounding changes */
+static num draw(void)
+{
+    seed = seed * 1664525 + 1013904223;
+    return (num)((int)(seed >> 20) - 2048) / 2048;
+}
+
+static void draw_model(int n, int m, int upper_only)
+{
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            A[i * n + j] = (num)(i == j) + (upper_only && j <= i ? 0 : draw() / 4);
+            Q[i * n + j] = i == j ? (num)0.25 : (num)0.03125;
+            P0[i * n + j] = i == j ? (num)(4 + i) : 0;
+        }
+        B[i] = draw();
+        x0[i] = draw();
+    }
+    for (int k = 0; k < m * n; k++) H[k] = draw();
+    for (int j = 0; j < n; j++) H[j] = j == n - 1; /* one row that selects a state */
+    for (int c = 0; c < m * m; c++) R[c] = c % (m + 1) == 0 ? (num)0.5 : 0;
+}
+
+static void begin_filter(own_filter *f, int n)
+{
+    ASSERT_OK(K(filter_assign)(&f->filter, n, f->memory, FILTER_LEN(STATES)));
+    ASSERT_OK(K(filter_init)(&f->filter, x0, P0));
+}
+
+static void begin(int n, int m, int upper_only)
+{
+    draw_model(n, m, upper_only);
+    ASSERT_OK(K(process_assign)(&process_of, n, 1, process_memory, KQ_PROCESS_LEN(STATES)));
+    ASSERT_OK(K(process_init)(&process_of, A, B, Q));
+    ASSERT_OK(K(sensor_assign)(&sensor_of, n, m, sensor_memory, KQ_SENSOR_LEN(COMPONENTS)));
+    ASSERT_OK(K(sensor_init)(&sensor_of, H, R));
+    begin_filter(&ours, n);
+    begin_filter(&theirs, n);
+}
+
+static void draw_measurement(num *z, int m)
+{
+    for (int c = 0; c < m; c++) z[c] = 4 * draw();
+}
+
+static void assert_same(int line)
+{
+    const size_t bytes = sizeof(num) * (size_t)FILTER_LEN(ours.filter.states);
+    if (memcmp(ours.memory, theirs.memory, bytes) == 0 &&
+        K(events)(&ours.filter) == K(events)(&theirs.filter)) {
+        return;
+    }
+    UNITY_TEST_FAIL(line, "the two filters differ");
+}
+
+#define ASSERT_SAME() assert_same(__LINE__)
+
+static void assert_same_likelihood(void)
+{
+    const num nis = K(nis)(&ours.filter), other_nis = K(nis)(&theirs.filter);
+    const num run = K(log_likelihood)(&ours.filter), other = K(log_likelihood)(&theirs.filter);
+    ASSERT_SAME_BITS(nis, other_nis);
+    ASSERT_SAME_BITS(run, other);
+    TEST_ASSERT_EQUAL_INT(K(taken)(&theirs.filter), K(taken)(&ours.filter));
+}
+
+/* predict, update and step in turns */
+static void compare(const fixed_size *size, int upper_only, int with_likelihood)
+{
+    num z[COMPONENTS], u[1];
+    begin(size->n, size->m, upper_only);
+    for (int t = 0; t < STEPS; t++) {
+        draw_measurement(z, size->m);
+        u[0] = draw();
+        const num *drive = t % 3 ? u : NULL;
+        if (t % 2) {
+            ASSERT_OK(size->step(&ours.filter, &process_of, drive, &sensor_of, z));
+        } else {
+            ASSERT_OK(size->predict(&ours.filter, &process_of, drive));
+            ASSERT_OK(size->update(&ours.filter, &sensor_of, z));
+        }
+        ASSERT_OK(K(step)(&theirs.filter, &process_of, drive, &sensor_of, z));
+        ASSERT_SAME();
+        if (with_likelihood) assert_same_likelihood();
+    }
+}
+
+static void the_bits_are_those_of_run_time_sizes(void)
+{
+    for (size_t k = 0; k < sizeof dense / sizeof dense[0]; k++) {
+        compare(&dense[k], 0, 1);
+        compare(&dense[k], 1, 1);
+        compare(&upper[k], 1, 1);
+        compare(&bare[k], 0, 0);
+    }
+}
+
+static void an_A_that_is_not_upper_triangular_is_taken_as_it_is(void)
+{
+    for (size_t k = 1; k < sizeof upper / sizeof upper[0]; k++) compare(&upper[k], 0, 1);
+}
+
+static void bare_leaves_the_likelihood_as_it_was(void)
+{
+    const num z[2] = {1, 2};
+    begin(4, 2, 0);
+    ASSERT_OK(dense[3].update(&ours.filter, &sensor_of, z));
+    const num nis = K(nis)(&ours.filter), run = K(log_likelihood)(&ours.filter);
+    ASSERT_OK(bare[3].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+    const num nis_after = K(nis)(&ours.filter), run_after = K(log_likelihood)(&ours.filter);
+    ASSERT_SAME_BITS(nis, nis_after);
+    ASSERT_SAME_BITS(run, run_after);
+}
+
+static void a_history_records(void)
+{
+    static num tape[HISTORY_LEN(3, 2, 10, 0)], other_tape[HISTORY_LEN(3, 2, 10, 0)];
+    K(history) h, g;
+    begin(3, 2, 0);
+    ASSERT_OK(K(history_assign)(&h, 3, tape, sizeof tape / sizeof tape[0]));
+    ASSERT_OK(K(history_assign)(&g, 3, other_tape, sizeof tape / sizeof tape[0]));
+    ASSERT_OK(K(history_attach)(&h, &ours.filter));
+    ASSERT_OK(K(history_attach)(&g, &theirs.filter));
+    for (int t = 0; t < 5; t++) {
+        const num z[2] = {(num)t, 1};
+        ASSERT_OK(dense[2].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+        ASSERT_OK(K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
+    }
+    TEST_ASSERT_EQUAL_INT(6, (int)K(history_steps)(&h));
+    ASSERT_OK(K(smooth)(&h));
+    ASSERT_OK(K(smooth)(&g));
+    for (int i = 0; i < 3; i++) {
+        const num one = K(smoothed_mean)(&h, 1, i), two = K(smoothed_mean)(&g, 1, i);
+        ASSERT_SAME_BITS(one, two);
+    }
+    ASSERT_SAME();
+}
+
+/* Sharp, noise-free and repeated: the library's own function takes what is unusual. */
+static void an_unusual_measurement_is_taken_with_care(void)
+{
+    static const num noise_free[] = {0, 0, 0, 0};
+    num z[2] = {1, 2};
+    begin(4, 2, 0);
+    ASSERT_OK(K(sensor_init)(&sensor_of, H, noise_free));
+    for (int t = 0; t < 2; t++) { /* the second time it says nothing new */
+        ASSERT_OK(dense[3].update(&ours.filter, &sensor_of, z));
+        ASSERT_OK(K(update)(&theirs.filter, &sensor_of, z));
+        TEST_ASSERT_EQUAL_INT(K(taken)(&theirs.filter), K(taken)(&ours.filter));
+        TEST_ASSERT_EQUAL_UINT(K(events)(&theirs.filter), K(events)(&ours.filter));
+        for (int i = 0; i < 4; i++) {
+            ASSERT_CLOSE(K(mean)(&theirs.filter, i), K(mean)(&ours.filter, i), 8);
+            ASSERT_CLOSE(K(sigma)(&theirs.filter, i), K(sigma)(&ours.filter, i), 2);
+        }
+    }
+    ASSERT_CLOSE(K(log_likelihood)(&theirs.filter), K(log_likelihood)(&ours.filter),
+                 64 + fabs((double)K(log_likelihood)(&theirs.filter)));
+}
+
+static void a_correlated_R_is_decorrelated(void)
+{
+    static const num correlated[] = {1, 0.5, 0.5, 2};
+    const num z[2] = {1, 2};
+    begin(4, 2, 0);
+    ASSERT_OK(K(sensor_init)(&sensor_of, H, correlated));
+    ASSERT_OK(dense[3].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+    ASSERT_OK(K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
+    ASSERT_SAME();
+}
+
+/* What is wrong is said as ever, and nothing has changed. */
+static void errors_are_those_of_the_library(void)
+{
+    const num z[3] = {1, 2, 3}, bad[2] = {1, NAN}, u[1] = {INFINITY};
+    const fixed_size *size = &dense[3];
+    K(filter) *f = &ours.filter;
+    begin(4, 2, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, size->predict(NULL, &process_of, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, size->predict(f, NULL, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, size->update(f, NULL, z));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, size->update(f, &sensor_of, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, size->update(f, &sensor_of, bad));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, size->predict(f, &process_of, u));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, size->step(f, &process_of, NULL, &sensor_of, bad));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, size->step(f, &process_of, u, &sensor_of, z));
+    ASSERT_SAME();
+    ASSERT_OK(K(filter_assign)(f, 4, ours.memory, FILTER_LEN(STATES)));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, size->step(f, &process_of, NULL, &sensor_of, z));
+}
+
+/* Objects of other sizes than were said are taken by the sizes they have. */
+static void other_sizes_are_taken_as_they_are(void)
+{
+    const num z[2] = {1, 2};
+    begin(3, 2, 0);
+    ASSERT_OK(dense[3].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+    ASSERT_OK(K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
+    ASSERT_SAME();
+}
+
+void setUp(void) { seed = 1; }
+
+void tearDown(void) {}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_bits_are_those_of_run_time_sizes);
+    RUN_TEST(an_A_that_is_not_upper_triangular_is_taken_as_it_is);
+    RUN_TEST(bare_leaves_the_likelihood_as_it_was);
+    RUN_TEST(a_history_records);
+    RUN_TEST(an_unusual_measurement_is_taken_with_care);
+    RUN_TEST(a_correlated_R_is_decorrelated);
+    RUN_TEST(errors_are_those_of_the_library);
+    RUN_TEST(other_sizes_are_taken_as_they_are);
+    return UNITY_END();
+}

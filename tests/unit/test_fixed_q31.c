@@ -1,0 +1,205 @@
+/* q31's steps for sizes that the compiler knows: the same bits as those for run-time sizes. */
+#include <string.h>
+
+#include "kalmanq/prepare.h"
+#include "unity.h"
+
+#include "kq_fixed_q31.h"
+
+#include "fixed.h"
+
+FIXED_SIZES(q31, int32_t, 0, dense)
+FIXED_SIZES(q31, int32_t, KQ_UPPER, upper)
+FIXED_SIZES(q31, int32_t, KQ_BARE, bare)
+
+#define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT(KQ_OK, call)
+
+enum { STATES = 5, COMPONENTS = 3, STEPS = 30 };
+
+typedef struct {
+    int n, m;
+    kq_status (*predict)(kq_filter_q31 *, const kq_process_q31 *, const int32_t *);
+    kq_status (*update)(kq_filter_q31 *, const kq_sensor_q31 *, const int32_t *);
+    kq_status (*step)(kq_filter_q31 *, const kq_process_q31 *, const int32_t *,
+                      const kq_sensor_q31 *, const int32_t *);
+} fixed_size;
+
+static const fixed_size dense[] = {FIXED_ROWS(dense)}, upper[] = {FIXED_ROWS(upper)},
+                        bare[] = {FIXED_ROWS(bare)};
+
+typedef struct {
+    kq_filter_q31 filter;
+    int32_t memory[KQ_FILTER_LEN_Q31(STATES)];
+} own_filter;
+
+static own_filter ours, theirs; /* of known sizes, and of run-time sizes */
+static kq_process_q31 process_of;
+static kq_sensor_q31 sensor_of;
+static kq_format_q31 state_format[STATES], measurement_format[COMPONENTS], control_format[1];
+static kq_scaled_q31 transition[STATES * STATES], control[STATES], rows[COMPONENTS * STATES],
+    noise[COMPONENTS];
+static int32_t noise_root[KQ_ROOT_LEN_Q31(STATES)], prior_root[KQ_ROOT_LEN_Q31(STATES)],
+    prior_mean[STATES];
+static uint32_t seed;
+
+/* -1 .. 1 */
+static double draw(void)
+{
+    seed = seed * 1664525 + 1013904223;
+    return (double)((int)(seed >> 20) - 2048) / 2048;
+}
+
+static void make_formats(kq_format_q31 *format, int count)
+{
+    for (int i = 0; i < count; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], 64 << i));
+}
+
+static void make_process(int n, int upper_only)
+{
+    double A[STATES * STATES], B[STATES], Q[STATES * STATES];
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            A[i * n + j] = (i == j) + (upper_only && j <= i ? 0 : draw() / 8);
+            Q[i * n + j] = i == j ? 0.25 : 0.03125;
+        }
+        B[i] = draw() / 4;
+    }
+    const kq_process_table_q31 table = {n,          1,       state_format, control_format,
+                                        transition, control, noise_root};
+    ASSERT_OK(kq_matrix_prepare_q31(transition, A, n, n, state_format, state_format));
+    ASSERT_OK(kq_matrix_prepare_q31(control, B, n, 1, state_format, control_format));
+    ASSERT_OK(kq_root_prepare_q31(noise_root, Q, n, state_format));
+    ASSERT_OK(kq_process_init_q31(&process_of, &table, NULL));
+}
+
+/* The first component selects a state, the others are any rows. */
+static void make_sensor(int n, int m, double variance)
+{
+    double H[COMPONENTS * STATES], r[COMPONENTS];
+    for (int k = 0; k < m * n; k++) H[k] = k < n ? k == n - 1 : draw();
+    for (int c = 0; c < m; c++) r[c] = variance;
+    const kq_sensor_table_q31 table = {n, m, 0, state_format, measurement_format, rows, noise};
+    ASSERT_OK(kq_matrix_prepare_q31(rows, H, m, n, measurement_format, state_format));
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(noise, r, m, measurement_format));
+    ASSERT_OK(kq_sensor_init_q31(&sensor_of, &table, NULL));
+}
+
+static void begin_filter(own_filter *f, int n)
+{
+    const kq_prior_table_q31 prior = {n, state_format, prior_mean, prior_root};
+    ASSERT_OK(kq_filter_assign_q31(&f->filter, n, f->memory, KQ_FILTER_LEN_Q31(STATES)));
+    ASSERT_OK(kq_filter_init_q31(&f->filter, &prior, NULL));
+}
+
+static void begin(int n, int m, int upper_only)
+{
+    double P0[STATES * STATES] = {0};
+    for (int i = 0; i < n; i++) P0[i * n + i] = 4 + i;
+    make_formats(state_format, n);
+    make_formats(measurement_format, m);
+    make_formats(control_format, 1);
+    make_process(n, upper_only);
+    make_sensor(n, m, 0.5);
+    ASSERT_OK(kq_root_prepare_q31(prior_root, P0, n, state_format));
+    begin_filter(&ours, n);
+    begin_filter(&theirs, n);
+}
+
+static void draw_words(int32_t *words, int count)
+{
+    for (int c = 0; c < count; c++) words[c] = (int32_t)(draw() * (1 << 25));
+}
+
+static void assert_same(int line)
+{
+    const size_t bytes = sizeof(int32_t) * (size_t)KQ_FILTER_LEN_Q31(ours.filter.states);
+    if (memcmp(ours.memory, theirs.memory, bytes) == 0 &&
+        kq_events_q31(&ours.filter) == kq_events_q31(&theirs.filter)) {
+        return;
+    }
+    UNITY_TEST_FAIL(line, "the two filters differ");
+}
+
+#define ASSERT_SAME() assert_same(__LINE__)
+
+static void assert_same_likelihood(void)
+{
+    TEST_ASSERT_TRUE(kq_nis_q31(&ours.filter) == kq_nis_q31(&theirs.filter));
+    TEST_ASSERT_TRUE(kq_log_likelihood_q31(&ours.filter) == kq_log_likelihood_q31(&theirs.filter));
+    TEST_ASSERT_EQUAL_INT(kq_taken_q31(&theirs.filter), kq_taken_q31(&ours.filter));
+}
+
+/* predict, update and step in turns */
+static void compare(const fixed_size *size, int upper_only, int with_likelihood)
+{
+    int32_t z[COMPONENTS], u[1];
+    begin(size->n, size->m, upper_only);
+    for (int t = 0; t < STEPS; t++) {
+        draw_words(z, size->m);
+        draw_words(u, 1);
+        const int32_t *drive = t % 3 ? u : NULL;
+        if (t % 2) {
+            ASSERT_OK(size->step(&ours.filter, &process_of, drive, &sensor_of, z));
+        } else {
+            ASSERT_OK(size->predict(&ours.filter, &process_of, drive));
+            ASSERT_OK(size->update(&ours.filter, &sensor_of, z));
+        }
+        ASSERT_OK(kq_step_q31(&theirs.filter, &process_of, drive, &sensor_of, z));
+        ASSERT_SAME();
+        if (with_likelihood) assert_same_likelihood();
+    }
+}
+
+static void the_bits_are_those_of_run_time_sizes(void)
+{
+    for (size_t k = 0; k < sizeof dense / sizeof dense[0]; k++) {
+        compare(&dense[k], 0, 1);
+        compare(&dense[k], 1, 1);
+        compare(&upper[k], 1, 1);
+        compare(&bare[k], 0, 0);
+    }
+}
+
+static void a_sharp_measurement_is_taken_with_care(void)
+{
+    int32_t z[2];
+    begin(4, 2, 0);
+    make_sensor(4, 2, 1e-9);
+    for (int t = 0; t < 3; t++) {
+        draw_words(z, 2);
+        ASSERT_OK(dense[3].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+        ASSERT_OK(kq_step_q31(&theirs.filter, &process_of, NULL, &sensor_of, z));
+        ASSERT_SAME();
+        assert_same_likelihood();
+    }
+}
+
+static void errors_are_those_of_the_library(void)
+{
+    const int32_t z[2] = {1, 2}, beyond[2] = {1, INT32_MAX};
+    const fixed_size *size = &dense[3];
+    begin(4, 2, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, size->predict(NULL, &process_of, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, size->update(&ours.filter, &sensor_of, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, size->update(&ours.filter, &sensor_of, beyond));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE,
+                          size->step(&ours.filter, &process_of, NULL, &sensor_of, beyond));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, size->predict(&ours.filter, &process_of, beyond + 1));
+    ASSERT_SAME();
+    ASSERT_OK(dense[4].step(&ours.filter, &process_of, NULL, &sensor_of, z)); /* 4, 2 as they are */
+    ASSERT_OK(kq_step_q31(&theirs.filter, &process_of, NULL, &sensor_of, z));
+    ASSERT_SAME();
+}
+
+void setUp(void) { seed = 1; }
+
+void tearDown(void) {}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_bits_are_those_of_run_time_sizes);
+    RUN_TEST(a_sharp_measurement_is_taken_with_care);
+    RUN_TEST(errors_are_those_of_the_library);
+    return UNITY_END();
+}
