@@ -20,7 +20,13 @@ static inline void coordinate_set(num *a, int n, int i, wide value)
 
 static inline scaled coordinate_scaled(wide a) { return a; }
 static inline wide coordinate_of(scaled a) { return a; }
-static inline wide coordinate_dot(const num *row, const num *a, int n) { return dot(0, row, a, n); }
+
+/* The first `count` >= 1 terms of a row's product with a */
+KQ_INLINE wide coordinate_dot(const num *row, const num *a, int n, int count)
+{
+    (void)n;
+    return dot(row[0] * a[0], row + 1, a + 1, count - 1);
+}
 
 static inline void coordinate_turn(num *a, int n, int i, wide *b, scaled c, scaled s)
 {
@@ -37,22 +43,24 @@ static inline void reflect_back(num *xi, int n, int first, wide alpha, const num
 }
 
 /* Row i of a root times a */
-static inline scaled mean_part(const scaled *row, const num *a, int n, int i)
+KQ_INLINE scaled mean_part(const scaled *row, const num *a, int n, int i)
 {
-    num total = 0;
-    for (int k = i; k < n; k++) total += row[k - i] * a[k];
-    return total;
+    return dot(row[0] * a[i], row + 1, a + i + 1, n - 1 - i);
 }
 
-static inline void mean_move(num *x, int n, int i, const scaled *row, const num *a)
+KQ_INLINE void mean_move(num *x, int n, int i, const scaled *row, const num *a)
 {
     mean_correct_exactly(x, n, i, mean_part(row, a, n, i), 1);
 }
 
-static inline void turn_row(num *T, int n, int i, num *u, scaled c, scaled s)
+KQ_INLINE void turn_row(num *T, int n, int i, num *u, scaled c, scaled s)
 {
-    for (int j = i; j < n; j++) {
-        num *t = T + column(j) + i;
+    num *t = T + column(i) + i;
+    u[i] = -s * *t;
+    *t *= c;
+    KQ_UNROLL
+    for (int j = i + 1; j < n; j++) {
+        t += j;
         const num old = *t;
         *t = c * old + s * u[j];
         u[j] = c * u[j] - s * old;

@@ -35,11 +35,12 @@ static inline int64_t coordinate_part(scaled c, wide a)
     return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff));
 }
 
-/* row'a of a row of coordinates; |row| <= 1: at most 16 2^57 */
-static inline wide coordinate_dot(const int32_t *row, const int32_t *a, int n)
+/* The first `count` terms of row'a of a row of coordinates; |row| <= 1: at most 16 2^57 */
+KQ_INLINE wide coordinate_dot(const int32_t *row, const int32_t *a, int n, int count)
 {
     int64_t total = 0;
-    for (int k = 0; k < n; k++) {
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) {
         const scaled c = {row[k], one_exponent};
         total = sum_of(total, wide_product(c, a[k], a[n + k]), 62);
     }

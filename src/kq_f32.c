@@ -25,6 +25,7 @@
 #include "step.inc"
 #include "gain.inc"
 #include "forecast.inc"
+#include "smooth_kernels.inc"
 #include "smoother.inc"
 
 kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length)

@@ -23,6 +23,7 @@
 #include "sensor.inc"
 #include "likelihood.inc"
 #include "filter.inc"
+#include "history.inc"
 
 /* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
@@ -35,6 +36,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
 }
 
 #include "take.inc"
+#include "smooth_kernels.inc"
 #include "fixed.inc"
 
 KQ_INLINE kq_status kq_fixed_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
@@ -57,6 +59,14 @@ KQ_INLINE kq_status kq_fixed_step_f32(kq_filter_f32 *f, const kq_process_f32 *p,
 {
     if (fixed_step(f, p, u, s, z, n, m, options) == KQ_OK) return KQ_OK;
     return kq_step_f32(f, p, u, s, z);
+}
+
+KQ_INLINE kq_status kq_fixed_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
+                                             const kq_smooth_extras_f32 *extras, int n,
+                                             int options)
+{
+    if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
+    return kq_smooth_step_f32(h, p, extras);
 }
 
 #endif

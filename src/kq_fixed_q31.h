@@ -23,6 +23,7 @@
 #include "sensor.inc"
 #include "likelihood_q31.inc"
 #include "filter.inc"
+#include "history.inc"
 
 /* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
@@ -35,6 +36,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
 }
 
 #include "take.inc"
+#include "smooth_kernels.inc"
 #include "fixed.inc"
 
 KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p,
@@ -57,6 +59,14 @@ KQ_INLINE kq_status kq_fixed_step_q31(kq_filter_q31 *f, const kq_process_q31 *p,
 {
     if (fixed_step(f, p, u, s, z, n, m, options) == KQ_OK) return KQ_OK;
     return kq_step_q31(f, p, u, s, z);
+}
+
+KQ_INLINE kq_status kq_fixed_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
+                                             const kq_smooth_extras_q31 *extras, int n,
+                                             int options)
+{
+    if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
+    return kq_smooth_step_q31(h, p, extras);
 }
 
 #endif

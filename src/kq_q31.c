@@ -24,6 +24,7 @@
 #include "step.inc"
 #include "gain.inc"
 #include "forecast.inc"
+#include "smooth_kernels.inc"
 #include "smoother.inc"
 
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,

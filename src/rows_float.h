@@ -59,6 +59,15 @@ KQ_INLINE void row_times_triangle(num *out, const num *c, const num *s, int from
     }
 }
 
+KQ_INLINE void short_row_times_triangle(num *out, const num *c, int count, const num *s, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= 0; j--) {
+        out[j] = dot(c[0] * s[0], c + 1, s + 1, (j < count ? j + 1 : count) - 1);
+        s -= j;
+    }
+}
+
 /* A column is loaded once for both. */
 KQ_INLINE void two_rows_times_triangle(num *w, num *v, const num *a, const num *b, const num *s,
                                        int from, int n)
@@ -139,6 +148,29 @@ KQ_INLINE num reflect(num *restrict w, num g, const num *restrict r, num g_pivot
     const num factor = -(entry + g) * pq[1];
     KQ_UNROLL
     for (int k = 0; k < count; k++) w[k] += factor * r[k];
+    return entry;
+}
+
+KQ_INLINE num reflect_unit(num *restrict w, const num *restrict r, const num *pq, int at, int count)
+{
+    const num entry = r[at] * pq[0], factor = -entry * pq[1];
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) w[k] = factor * r[k];
+    w[at] += 1;
+    return entry;
+}
+
+KQ_INLINE num reflect_longer(num *restrict w, const num *restrict r, const num *pq, int zeros,
+                             int count)
+{
+    const int first = zeros + 1;
+    const num entry =
+        dot(w[zeros] * r[zeros], w + first, r + first, count - first) * pq[0];
+    const num factor = -entry * pq[1];
+    KQ_UNROLL
+    for (int k = 0; k < zeros; k++) w[k] = factor * r[k];
+    KQ_UNROLL
+    for (int k = zeros; k < count; k++) w[k] += factor * r[k];
     return entry;
 }
 

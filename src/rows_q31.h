@@ -136,6 +136,17 @@ KQ_APART void row_times_triangle(int32_t *out, const int32_t *c, const int32_t *
     }
 }
 
+/* The same for all columns and a c that is 0 from `count` >= 1 on */
+KQ_INLINE void short_row_times_triangle(int32_t *out, const int32_t *c, int count, const int32_t *s,
+                                        int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= 0; j--) {
+        out[j] = combined(dot(0, c, s, j < count ? j + 1 : count));
+        s -= j;
+    }
+}
+
 /* Two of them, into w and v */
 KQ_INLINE void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
                                        const int32_t *s, int from, int n)
@@ -180,6 +191,32 @@ KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict
     const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
     const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), pq[1]), 31, 31);
     subtract_multiple(w, V, d, count);
+    return entry;
+}
+
+/* The same for a row of coordinates that is num_one at `at` and 0 elsewhere, g = 0 */
+KQ_INLINE int32_t reflect_unit(int32_t *restrict w, const int32_t *restrict V, const int32_t *pq,
+                               int at, int count)
+{
+    const int32_t entry = lower(V[at], 1), d = narrow(product(entry, pq[1]), 31, 31);
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) w[k] = -narrow(product(V[k], d), 30, 31);
+    w[at] += num_one;
+    return entry;
+}
+
+/* ... and for one that is 0 (and need not be set) in its first `zeros` words */
+KQ_INLINE int32_t reflect_longer(int32_t *restrict w, const int32_t *restrict V, const int32_t *pq,
+                                 int zeros, int count)
+{
+    const int32_t entry = narrow(dot(0, w + zeros, V + zeros, count - zeros), 30, 31);
+    const int32_t d = narrow(product(entry, pq[1]), 31, 31);
+    KQ_UNROLL
+    for (int k = 0; k < zeros; k++) w[k] = -narrow(product(V[k], d), 30, 31);
+    KQ_UNROLL
+    for (int k = zeros; k < count; k++) {
+        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
+    }
     return entry;
 }
 
