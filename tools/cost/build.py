@@ -128,6 +128,7 @@ def user(place: Place, wanted: Program, n: int, m: int) -> Path:
         f"-DUSER_N={n}",
         f"-DUSER_M={m}",
         f"-DOPTIONS={OPTIONS[wanted.sizes]}",
+        f"-DSMOOTHS={int(wanted.smooths(n))}",
         f"-I{place.source / 'src'}",
     )
     target = place.work / wanted.name / f"user_{n}_{m}.o"

@@ -35,6 +35,10 @@ class Program:
     def what(self) -> tuple[str, ...]:
         return WHAT[:3] if self.arithmetic in TEXTBOOK else WHAT
 
+    def smooths(self, n: int) -> bool:
+        """Not at known sizes where the smoother's unrolled code is no sensible size."""
+        return self.sizes == RUNTIME or (self.arithmetic != "q31" and n <= 6)
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -88,10 +92,14 @@ def programs(choice: Choice) -> list[Program]:
     return [part for program in taken for part in split(program)]
 
 
+# Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is none,
+# and not in an AVR's flash.
+FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
+
+
 def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:
-    """Fixed sizes where one would choose them: not in a double that is emulated."""
-    soft_double = arithmetic == "f64" and core.name != "m7"
-    return (RUNTIME,) if soft_double or arithmetic in TEXTBOOK else (RUNTIME, FIXED, FIXED_DENSE)
+    chosen = core.name in FIXED_ON.get(arithmetic, ())
+    return (RUNTIME, FIXED, FIXED_DENSE) if chosen else (RUNTIME,)
 
 
 def split(program: Program) -> Iterator[Program]:

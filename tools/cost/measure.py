@@ -35,6 +35,9 @@ def measure(place: Place, wanted: Program) -> Measured:
     elf = Elf(program)
     rows, hot = [], []
     for region, name in regions.items():
+        index, kind = divmod(region, len(WHAT))
+        if WHAT[kind] == "smooth" and not wanted.smooths(wanted.dimensions[index][0]):
+            continue
         if region not in counted:
             raise CostError(f"{wanted.name}: {name} was never called")
         rows.append(row(wanted, region, counted[region], flash[name]))

@@ -36,5 +36,9 @@ kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, co
 kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process) * p,
                                   const TYPED(kq_smooth_extras) * extras)
 {
+#if SMOOTHS
     return TYPED(kq_fixed_smooth_step)(h, p, extras, N, OPTIONS);
+#else /* and is not in the table */
+    return TYPED(kq_smooth_step)(h, p, extras);
+#endif
 }
