@@ -13,8 +13,8 @@ static const uint8_t inverse_root_start[48] = {
     103, 98,  93,  88,  83,  78,  74,  70,  66,  62,  58,  55,  51,  48,  44,  41,
     38,  35,  32,  29,  27,  24,  21,  19,  16,  14,  12,  10,  7,   5,   3,   1};
 
-/* y + (y/2) error 2^-(32 + shift), rounded; the upper word of the product is enough for that.  What it
-   comes to is 2^30 or more, or has wrapped: then it is held just below 2^32. */
+/* y + (y/2) error 2^-(32 + shift), rounded; the upper word of the product is enough for that.  What
+   it comes to is 2^30 or more, or has wrapped: then it is held just below 2^32. */
 static inline uint32_t improved(uint32_t y, int32_t error, int shift)
 {
     const int32_t more = (int32_t)upper_word((uint64_t)product((int32_t)(y >> 1), error));
@@ -42,7 +42,8 @@ static inline uint32_t inverse_root(uint32_t v)
 
     const uint64_t square = product_unsigned(y, y);
     const uint32_t square31 = upper_word(square) + ((uint32_t)square >> 31);
-    const int64_t error31 = (INT64_C(1) << 62) - (int64_t)product_unsigned(square31, v); /* < 2^42 */
+    const int64_t error31 =
+        (INT64_C(1) << 62) - (int64_t)product_unsigned(square31, v); /* < 2^42 */
     return improved(y, (int32_t)(error31 >> 12), 18);
 }
 

@@ -86,13 +86,13 @@ kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float 
 
 kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z)
 {
-    return filter_update(f, s, z, UINT32_MAX);
+    return filter_update(f, s, z);
 }
 
 kq_status kq_update_subset_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                                uint32_t present)
 {
-    return filter_update(f, s, z, present);
+    return filter_update_subset(f, s, z, present);
 }
 
 kq_status kq_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,

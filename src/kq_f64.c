@@ -86,13 +86,13 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
 
 kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z)
 {
-    return filter_update(f, s, z, UINT32_MAX);
+    return filter_update(f, s, z);
 }
 
 kq_status kq_update_subset_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                                uint32_t present)
 {
-    return filter_update(f, s, z, present);
+    return filter_update_subset(f, s, z, present);
 }
 
 kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,

@@ -62,8 +62,7 @@ KQ_INLINE kq_status kq_fixed_step_f32(kq_filter_f32 *f, const kq_process_f32 *p,
 }
 
 KQ_INLINE kq_status kq_fixed_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
-                                             const kq_smooth_extras_f32 *extras, int n,
-                                             int options)
+                                             const kq_smooth_extras_f32 *extras, int n, int options)
 {
     if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
     return kq_smooth_step_f32(h, p, extras);

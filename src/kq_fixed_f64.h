@@ -62,8 +62,7 @@ KQ_INLINE kq_status kq_fixed_step_f64(kq_filter_f64 *f, const kq_process_f64 *p,
 }
 
 KQ_INLINE kq_status kq_fixed_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
-                                             const kq_smooth_extras_f64 *extras, int n,
-                                             int options)
+                                             const kq_smooth_extras_f64 *extras, int n, int options)
 {
     if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
     return kq_smooth_step_f64(h, p, extras);

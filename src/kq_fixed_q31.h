@@ -62,8 +62,7 @@ KQ_INLINE kq_status kq_fixed_step_q31(kq_filter_q31 *f, const kq_process_q31 *p,
 }
 
 KQ_INLINE kq_status kq_fixed_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
-                                             const kq_smooth_extras_q31 *extras, int n,
-                                             int options)
+                                             const kq_smooth_extras_q31 *extras, int n, int options)
 {
     if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
     return kq_smooth_step_q31(h, p, extras);

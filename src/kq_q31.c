@@ -67,13 +67,13 @@ kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_
 
 kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z)
 {
-    return filter_update(f, s, z, UINT32_MAX);
+    return filter_update(f, s, z);
 }
 
 kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                                uint32_t present)
 {
-    return filter_update(f, s, z, present);
+    return filter_update_subset(f, s, z, present);
 }
 
 kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,

@@ -164,8 +164,7 @@ KQ_INLINE num reflect_longer(num *restrict w, const num *restrict r, const num *
                              int count)
 {
     const int first = zeros + 1;
-    const num entry =
-        dot(w[zeros] * r[zeros], w + first, r + first, count - first) * pq[0];
+    const num entry = dot(w[zeros] * r[zeros], w + first, r + first, count - first) * pq[0];
     const num factor = -entry * pq[1];
     KQ_UNROLL
     for (int k = 0; k < zeros; k++) w[k] = factor * r[k];

@@ -267,7 +267,7 @@ KQ_APART void renormalise(int32_t *S, int n)
     int32_t *E = S + KQ_TRIANGLE(n), *row = S; /* at its diagonal entry */
     KQ_UNROLL
     for (int i = 0; i < n; i++) {
-        const sum square = row_squares(row, i, n); /* < 2^60.4 */
+        const sum square = row_squares(row, i, n);                      /* < 2^60.4 */
         const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
         if (square == 0) E[i] = lowest_exponent;
         if (E[i] > high_exponent) E[i] = high_exponent;
@@ -372,8 +372,8 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
     f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
     t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
-    const uint64_t c =
-        ((product_unsigned(root, t->inverse) + (UINT32_C(1) << 30)) >> 31) >> ((zeros - t->zeros) / 2);
+    const uint64_t c = ((product_unsigned(root, t->inverse) + (UINT32_C(1) << 30)) >> 31) >>
+                       ((zeros - t->zeros) / 2);
     turn.c = c > INT32_MAX ? INT32_MAX : (int32_t)c;
     const int32_t tall = raise(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
     const int64_t sine = (product(tall, half) + (INT32_C(1) << 29)) >> 30;
