@@ -3,7 +3,7 @@
  *
  * A source file of the user's own fixes n, m and what is known of A, and gets the steps compiled
  * for them: the same text, the same results (bit for bit where products and sums are not fused), in
- * a third to a half of the instructions, for some kB of code.
+ * about half of the instructions, for some kB of code.
  *
  *     #include "kq_fixed_f32.h"    // in src/ of the source tree, <kalmanq/kernels/...> installed
  *

@@ -37,7 +37,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
 
 #include "take.inc"
 #include "smooth_kernels.inc"
-#include "fixed.inc"
+#include "fixed_sizes.inc"
 
 KQ_INLINE kq_status kq_fixed_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                                          int n, int options)
