@@ -24,8 +24,7 @@
     FIXED_SIZE(T, num, 1, 1, options, suffix)                                                      \
     FIXED_SIZE(T, num, 2, 1, options, suffix)                                                      \
     FIXED_SIZE(T, num, 3, 2, options, suffix)                                                      \
-    FIXED_SIZE(T, num, 4, 2, options, suffix)                                                      \
-    FIXED_SIZE(T, num, 5, 3, options, suffix)
+    FIXED_SIZE(T, num, 4, 2, options, suffix)
 
 #define FIXED_ROW(n, m, suffix)                                                                    \
     {                                                                                              \
@@ -33,6 +32,6 @@
     }
 #define FIXED_ROWS(suffix)                                                                         \
     FIXED_ROW(1, 1, suffix), FIXED_ROW(2, 1, suffix), FIXED_ROW(3, 2, suffix),                     \
-        FIXED_ROW(4, 2, suffix), FIXED_ROW(5, 3, suffix)
+        FIXED_ROW(4, 2, suffix)
 
 #endif
