@@ -14,12 +14,15 @@
  *
  * track, motion and radar are the ordinary objects, initialised and read as ever; the functions of
  * this file and those of the library may take turns.  n, m and the options must be constants.
- * Best one function a size: each use compiles the kernels anew.  Options, or-ed:
+ * Best one function a size: each use compiles the kernels anew; one arithmetic a file.  Options,
+ * or-ed:
  *     KQ_UPPER   A is upper triangular (kinematic models in the order position, velocity, ...)
  *     KQ_BARE    no likelihood is kept: kq_nis, kq_taken and the log-likelihoods stay as they were
  * Errors, a history that records, a correlated R, a very sharp measurement, an A that is not what
  * was said: the linked library's function takes the step, at its own cost, and answers.
- * gcc 8 or later, or clang, at -O2 or -O3.
+ * Stack: what does not fit in registers, for the smoother at most its workspace
+ * (KQ_HISTORY_WORKSPACE_LEN of n rounded up to 4, 6, 9 or 16).  For gcc at -O2 or -O3; another
+ * compiler may unroll less.
  */
 #ifndef KALMANQ_FIXED_SIZES_H
 #define KALMANQ_FIXED_SIZES_H

@@ -1,8 +1,10 @@
 /*
- * kq_predict_f64, kq_update_f64 and kq_step_f64 for sizes that the compiler knows: fixed_sizes.h
- * says how it is used.  Arguments, results and errors are those of the functions in
- * kalmanq/filter.h, and n, m      the filter's states and the sensor's components, constants
- *   options   KQ_UPPER, KQ_BARE or 0, a constant
+ * kq_predict_f64, kq_update_f64, kq_step_f64 and kq_smooth_step_f64 for sizes that the compiler
+ * knows: fixed_sizes.h says how they are used.  Arguments, results and errors are those of
+ * kalmanq/filter.h and kalmanq/smoother.h, and
+ *
+ *   n, m      the filter's states and the sensor's components, constants
+ *   options   KQ_UPPER, KQ_BARE or 0, a constant (KQ_BARE: for update and step)
  */
 #ifndef KALMANQ_FIXED_F64_H
 #define KALMANQ_FIXED_F64_H
@@ -26,13 +28,14 @@
 #include "history.inc"
 
 /* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
-static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e)
+static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e, int mode)
 {
     const likelihood before = f->last, run = f->run;
     (void)h, (void)e;
     kq_update_subset_f64(f, z.sensor, z.z, UINT32_C(1) << c);
     f->run = run;
-    likelihood_join(&f->last, &before);
+    if (mode == MODE_BARE) f->last = before;
+    else likelihood_join(&f->last, &before);
 }
 
 #include "take.inc"

@@ -129,7 +129,8 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  * Takes a measurement z = H x + v into the state.
  *   z        m
  * Cost: 2 n^2 multiplications, n square roots and 2n divisions a component; a correlated R
- * adds m n / 2 multiplications a component.  A measurement whose noise is far below the state's
+ * adds m n / 2 multiplications a component, a row of H that takes one state as it is saves n^2 / 2.
+ * A measurement whose noise is far below the state's
  * uncertainty (R below 2^-16 S in f32, 2^-48 in f64) is taken in stages, each at that cost.
  * Events: KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 16 eps of
  * the terms that H x is the sum of, where a noise-free or very sharp measurement came before,

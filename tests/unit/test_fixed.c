@@ -161,6 +161,22 @@ static void bare_leaves_the_likelihood_as_it_was(void)
     ASSERT_SAME_BITS(run, run_after);
 }
 
+static void bare_leaves_the_likelihood_after_a_sharp_measurement_too(void)
+{
+    static const num noise_free[] = {0, 0, 0, 0};
+    const num z[2] = {1, 2};
+    begin(4, 2, 0);
+    ASSERT_OK(dense[3].update(&ours.filter, &sensor_of, z));
+    const num nis = K(nis)(&ours.filter), run = K(log_likelihood)(&ours.filter);
+    ASSERT_OK(K(sensor_init)(&sensor_of, H, noise_free));
+    ASSERT_OK(bare[3].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+    const num nis_after = K(nis)(&ours.filter), run_after = K(log_likelihood)(&ours.filter);
+    ASSERT_SAME_BITS(nis, nis_after);
+    ASSERT_SAME_BITS(run, run_after);
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&ours.filter));
+    ASSERT_WITHIN(1e-3, 1, K(mean)(&ours.filter, 3)); /* and the measurement was taken */
+}
+
 static void a_history_records(void)
 {
     static num tape[HISTORY_LEN(3, 2, 10, 0)], other_tape[HISTORY_LEN(3, 2, 10, 0)];
@@ -257,6 +273,7 @@ int main(void)
     RUN_TEST(the_bits_are_those_of_run_time_sizes);
     RUN_TEST(an_A_that_is_not_upper_triangular_is_taken_as_it_is);
     RUN_TEST(bare_leaves_the_likelihood_as_it_was);
+    RUN_TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too);
     RUN_TEST(a_history_records);
     RUN_TEST(an_unusual_measurement_is_taken_with_care);
     RUN_TEST(a_correlated_R_is_decorrelated);
