@@ -18,9 +18,16 @@
 #define KQ_SMALL_CODE
 #endif
 
-/* A kernel that is to be compiled for the sizes it is called with. */
-#if defined(__GNUC__) && !defined(KQ_SMALL_CODE)
-#define KQ_INLINE static inline __attribute__((always_inline))
+/* A function that is to be compiled for what it is called with. */
+#if defined(__GNUC__)
+#define KQ_ALWAYS_INLINE static inline __attribute__((always_inline))
+#else
+#define KQ_ALWAYS_INLINE static inline
+#endif
+
+/* A kernel of which the same is true of the sizes, unless memory counts more. */
+#if !defined(KQ_SMALL_CODE)
+#define KQ_INLINE KQ_ALWAYS_INLINE
 #else
 #define KQ_INLINE static inline
 #endif
@@ -55,26 +62,6 @@ static inline int leading_zeros(uint32_t a)
     for (; a; a >>= 1) zeros--;
     return zeros;
 #endif
-}
-
-/* The upper word of 64 bits; avr-gcc calls a loop for the shift. */
-static inline uint32_t upper_word(uint64_t a)
-{
-#if defined(__AVR__)
-    const union {
-        uint64_t whole;
-        uint32_t word[2];
-    } parts = {.whole = a};
-    return parts.word[1];
-#else
-    return (uint32_t)(a >> 32);
-#endif
-}
-
-static inline int leading_zeros_wide(uint64_t a)
-{
-    const uint32_t high = upper_word(a);
-    return high ? leading_zeros(high) : 32 + leading_zeros((uint32_t)a);
 }
 
 #endif

@@ -17,12 +17,12 @@
  * Best one function a size: each use compiles the kernels anew; one arithmetic a file.  Options,
  * or-ed:
  *     KQ_UPPER   A is upper triangular (kinematic models in the order position, velocity, ...)
- *     KQ_BARE    no likelihood is kept: kq_nis, kq_taken and the log-likelihoods stay as they were
- * Errors, a history that records, a correlated R, a very sharp measurement, an A that is not what
- * was said: the linked library's function takes the step, at its own cost, and answers.
- * Stack: what does not fit in registers, for the smoother at most its workspace
- * (KQ_HISTORY_WORKSPACE_LEN of n rounded up to 4, 6, 9 or 16).  For gcc at -O2 or -O3; another
- * compiler may unroll less.
+ *     KQ_BARE    no likelihood is kept: kq_nis, kq_taken and the log-likelihoods stay as they were,
+ *                where the step is not left to the library (below)
+ * Errors, a history that records, a correlated R, an A that is not what was said: the linked
+ * library's function takes the step, at its own cost, and answers. Stack: what does not fit in
+ * registers, for the smoother at most its workspace (KQ_HISTORY_WORKSPACE_LEN of n rounded up to 4,
+ * 6, 9 or 16).  For gcc at -O2 or -O3; another compiler may unroll less.
  */
 #ifndef KALMANQ_FIXED_SIZES_H
 #define KALMANQ_FIXED_SIZES_H
@@ -31,6 +31,6 @@ enum { KQ_UPPER = 1, KQ_BARE = 2 };
 
 /* Loops over states are unrolled, scratch is in registers as far as they reach. */
 #define KQ_UNROLL _Pragma("GCC unroll 16")
-#define KQ_APART static inline __attribute__((always_inline))
+#define KQ_APART KQ_ALWAYS_INLINE
 
 #endif

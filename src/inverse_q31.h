@@ -7,6 +7,12 @@
 
 #include "fixed.h"
 
+static inline int leading_zeros_wide(uint64_t a)
+{
+    const uint32_t high = upper_word(a);
+    return high ? leading_zeros(high) : 32 + leading_zeros((uint32_t)a);
+}
+
 /* round(256 / sqrt((k + 16.5) / 64)) - 256 */
 static const uint8_t inverse_root_start[48] = {
     248, 234, 220, 208, 196, 186, 176, 166, 158, 150, 142, 135, 128, 121, 115, 109,

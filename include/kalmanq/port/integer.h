@@ -8,6 +8,9 @@
 
 #include <stdint.h>
 
+/* The upper word of 64 bits */
+static inline uint32_t upper_word(uint64_t a) { return (uint32_t)(a >> 32); }
+
 KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
 
 KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)

@@ -1,14 +1,16 @@
 /*
- * Cortex-M0 and M0+ (ARMv6-M): it multiplies 32 bits by 32 into 32, so that a product of 64 bits is four
- * of halves.  include/kalmanq/port/integer.h says what each operation is.
+ * Cortex-M0 and M0+ (ARMv6-M): it multiplies 32 bits by 32 into 32, so that a product of 64 bits is
+ * four of halves.  include/kalmanq/port/integer.h says what each operation is.
  *
- * Functions of assembly are called from assembly, which tells the compiler what they leave alone: more
- * than C's convention does.
+ * Functions of assembly are called from assembly, which tells the compiler what they leave alone:
+ * more than C's convention does.
  */
 #ifndef KALMANQ_PORT_INTEGER_H
 #define KALMANQ_PORT_INTEGER_H
 
 #include <stdint.h>
+
+static inline uint32_t upper_word(uint64_t a) { return (uint32_t)(a >> 32); }
 
 #define KQ_ASSEMBLY __attribute__((naked, noinline, unused)) static void
 
@@ -128,8 +130,8 @@ static inline int64_t shift_rounded_long(int64_t a, int shift)
     return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
 }
 
-/* Newton's steps from a straight line: its error of 0.086 is squared by each.  The last one's and what the
-   shifts leave out is a few units, which the remainder shows. */
+/* Newton's steps from a straight line: its error of 0.086 is squared by each.  The last one's and
+   what the shifts leave out is a few units, which the remainder shows. */
 static inline uint32_t quotient(uint32_t d)
 {
     uint32_t y = 190990 - 2 * d;

@@ -7,6 +7,8 @@
 
 #include <stdint.h>
 
+static inline uint32_t upper_word(uint64_t a) { return (uint32_t)(a >> 32); }
+
 /*
  * Where the loops are unrolled, gcc shares the sign extension of a factor and makes a 64 x 64 bit
  * product of it; elsewhere it knows SMULL and SMLAL better than this.

@@ -1,12 +1,22 @@
 /*
- * AVR with a multiplier: avr-gcc makes a product of 64 bits of four calls, and shifts 64 bits in loops.
- * Out of line, since each of these is dozens of instructions.  include/kalmanq/port/integer.h says what
- * each operation is.
+ * AVR with a multiplier: avr-gcc makes a product of 64 bits of four calls, and shifts 64 bits in
+ * loops. Out of line, since each of these is dozens of instructions. include/kalmanq/port/integer.h
+ * says what each operation is.
  */
 #ifndef KALMANQ_PORT_INTEGER_H
 #define KALMANQ_PORT_INTEGER_H
 
 #include <stdint.h>
+
+/* avr-gcc calls a loop for the shift. */
+static inline uint32_t upper_word(uint64_t a)
+{
+    const union {
+        uint64_t whole;
+        uint32_t word[2];
+    } parts = {.whole = a};
+    return parts.word[1];
+}
 
 #define KQ_OUT_OF_LINE __attribute__((noinline, unused)) static
 
@@ -23,8 +33,8 @@ typedef union {
     "adc %" next ", r1\n\t"                                                                        \
     "adc %" last ", %2\n\t"
 
-/* Column by column: what starts at byte k is four products and what was carried there, and ends in byte
-   k + 2. */
+/* Column by column: what starts at byte k is four products and what was carried there, and ends in
+   byte k + 2. */
 static inline __attribute__((always_inline)) kq_parts multiplied(uint32_t a, uint32_t b)
 {
     kq_parts all;
@@ -85,7 +95,8 @@ KQ_OUT_OF_LINE int32_t shift_rounded(int32_t a, int shift)
     return (a >> 1) + (a & 1);
 }
 
-/* By 31 and by 30, which is nearly all: the upper word, up, and what the lower one's highest bits make */
+/* By 31 and by 30, which is nearly all: the upper word, up, and what the lower one's highest bits
+ * make */
 KQ_OUT_OF_LINE int32_t shift_rounded_31(uint64_t a)
 {
     const kq_parts all = {.whole = a};
