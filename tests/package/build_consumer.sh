@@ -18,6 +18,10 @@ pkg_config)
     export PKG_CONFIG_PATH
     # shellcheck disable=SC2046
     cc -std=c11 "$consumer/main.c" $(pkg-config --cflags --libs kalmanq) -o "$work/consumer"
+    # shellcheck disable=SC2046
+    cc -std=c11 -O2 "$consumer/known_sizes.c" $(pkg-config --cflags --libs kalmanq) \
+        -o "$work/known_sizes"
+    "$work/known_sizes"
     ;;
 plain)
     cc -std=c11 -O2 -I"$source/include" "$consumer/main.c" "$source"/src/*.c -lm \
