@@ -113,6 +113,12 @@ static inline scaled root_sum(sum total, const num *S, int n, int i, int j)
     return total;
 }
 
+/* S <- c S; the caller renormalises it */
+static inline void root_scale(num *S, scaled c, int n)
+{
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] *= c;
+}
+
 static inline void row_of(num *row, const scaled *entries, int width)
 {
     for (int k = 0; k < width; k++) row[k] = entries[k];

@@ -108,6 +108,14 @@ static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
     return scaled_of(total, S[KQ_TRIANGLE(n) + i] + S[KQ_TRIANGLE(n) + j]);
 }
 
+/* S <- c S, c > 0 normalised, so that rows become no longer in a unit of 2^31; the caller
+   renormalises it */
+static inline void root_scale(int32_t *S, scaled c, int n)
+{
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] = narrow(product(S[k], c.mantissa), 31, 31);
+    for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] += c.exponent + 31;
+}
+
 /* Numbers into one row: 16 of them below 2^31 2^-4 have a norm below 2^29. */
 static inline void row_of(int32_t *row, const scaled *entries, int width)
 {

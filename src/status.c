@@ -18,6 +18,10 @@ const char *kq_status_text(kq_status status)
     case KQ_ERR_RANGE: return "a value or a range does not fit its Q format";
     case KQ_ERR_COEFFICIENT: return "a coefficient is not representable";
     case KQ_ERR_TABLE: return "a table contradicts itself";
+    case KQ_ERR_RECORDING: return "the attached history cannot record this";
+    case KQ_ERR_NOT_DETECTABLE: return "no steady state: a lasting state is not measured";
+    case KQ_ERR_NOT_STABILISABLE: return "no steady state: a lasting state has no noise";
+    case KQ_ERR_NO_CONVERGENCE: return "an iteration did not settle";
     }
     return "unknown status";
 }

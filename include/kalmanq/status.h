@@ -41,7 +41,15 @@ typedef enum {
     /** q31: a coefficient has no mantissa and exponent within their limits, or |A_ii| > 16. */
     KQ_ERR_COEFFICIENT = -12,
     /** q31: a table contradicts itself, as a corrupted one does. */
-    KQ_ERR_TABLE = -13
+    KQ_ERR_TABLE = -13,
+    /** A history is attached to the filter, and what is asked for cannot be recorded on it. */
+    KQ_ERR_RECORDING = -14,
+    /** No steady state: a state that does not decay by itself is not seen by the sensor. */
+    KQ_ERR_NOT_DETECTABLE = -15,
+    /** No steady state: a state that does not decay by itself is not moved by the noise. */
+    KQ_ERR_NOT_STABILISABLE = -16,
+    /** An iteration did not settle within its bound. */
+    KQ_ERR_NO_CONVERGENCE = -17
 } kq_status;
 
 /** The status in words, for a log: never NULL, static storage. */
@@ -58,7 +66,13 @@ enum {
     /** The attached history had no room for a record; it can no longer be smoothed. */
     KQ_EVENT_HISTORY_FULL = 4,
     /** q31: a state reached the end of its word and was held there. */
-    KQ_EVENT_SATURATED = 8
+    KQ_EVENT_SATURATED = 8,
+    /** A gate rejected a measurement: the state was left as it was predicted. */
+    KQ_EVENT_GATED = 16,
+    /** A gate rejected as many measurements in a row as it was told to call a run. */
+    KQ_EVENT_REJECTIONS = 32,
+    /** A measurement was taken for a jump of the state: P was raised before it was taken. */
+    KQ_EVENT_JUMP = 64
 };
 
 #ifdef __cplusplus

@@ -51,6 +51,13 @@ static const kq_status all[] = {
     KQ_ERR_MISMATCH,
     KQ_ERR_HISTORY_EMPTY,
     KQ_ERR_HISTORY_FULL,
+    KQ_ERR_RANGE,
+    KQ_ERR_COEFFICIENT,
+    KQ_ERR_TABLE,
+    KQ_ERR_RECORDING,
+    KQ_ERR_NOT_DETECTABLE,
+    KQ_ERR_NOT_STABILISABLE,
+    KQ_ERR_NO_CONVERGENCE,
 };
 
 static void errors_are_negative_and_different(void)
@@ -83,7 +90,7 @@ static void the_text_stays_where_it_is(void)
 
 static void a_number_that_is_no_status_has_a_text_too(void)
 {
-    static const int unknown[] = {1, 2, 100, -11, -12, -100, INT_MAX, INT_MIN};
+    static const int unknown[] = {1, 2, 100, -18, -19, -100, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(unknown); k++) {
         const char *text = kq_status_text((kq_status)unknown[k]);
         TEST_ASSERT_NOT_NULL(text);
@@ -93,7 +100,9 @@ static void a_number_that_is_no_status_has_a_text_too(void)
 
 static void events_are_separate_bits(void)
 {
-    static const unsigned bits[] = {KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW, KQ_EVENT_HISTORY_FULL};
+    static const unsigned bits[] = {KQ_EVENT_FLOOR,     KQ_EVENT_OVERFLOW, KQ_EVENT_HISTORY_FULL,
+                                    KQ_EVENT_SATURATED, KQ_EVENT_GATED,    KQ_EVENT_REJECTIONS,
+                                    KQ_EVENT_JUMP};
     unsigned seen = 0;
     for (int k = 0; k < COUNT(bits); k++) {
         TEST_ASSERT_TRUE(bits[k] != 0 && (bits[k] & (bits[k] - 1)) == 0);
