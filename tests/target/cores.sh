@@ -8,7 +8,8 @@
 #   $emulator PROGRAM              runs it (better: run.sh)
 #   $sources                       the library's files that the compiler can build, without src/
 #
-# CORE+port, as m3+port, puts the headers of the core's own port before the portable ones.  clang
+# CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and
+# leaves out the float sources, which do not include them.  clang
 # takes the C library and the linker of gcc.
 # shellcheck shell=sh disable=SC2034
 
@@ -56,6 +57,7 @@ core_select() {
     *+port)
         [ -n "$port" ] && [ -d "$root/port/$port" ] || core_unknown "port/$port"
         include="-I$root/port/$port $include"
+        sources=$(echo "$sources" | sed 's/[a-z_]*_f[36][24][.]c *//g')
         ;;
     esac
 }
