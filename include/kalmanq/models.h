@@ -229,8 +229,8 @@ kq_status kq_model_factor_f64(kq_model_f64 *model, int k, int m, const double *l
  * time, 6 + log2(1 / (1 - spectral radius)) times in f32, 8 in f64; stack: 3 n^2 words, n = 16.
  * Accuracy: a few n eps of sigma_i sigma_j over (1 - spectral radius); more is lost where powers of
  * A grow before they fall.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NO_CONVERGENCE (the spectral radius is not
- * below 1, as far as eps can tell).
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NO_CONVERGENCE (the spectral radius is
+ * not below 1 - 1e-5 (f32) or 1 - 2e-13 (f64), where rounding begins to decide).
  */
 kq_status kq_stationary_covariance_f32(float *P, const float *A, const float *F, int n, int r);
 kq_status kq_stationary_covariance_f64(double *P, const double *A, const double *F, int n, int r);

@@ -112,8 +112,7 @@ static void assert_window(int first, int last)
             square += unit[c][k] * unit[c][k];
             if (k > first && is_there[c][k - 1]) along += unit[c][k] * unit[c][k - 1];
         }
-        ASSERT_OK_UNCHANGED(
-            K(consistency_innovation)(&recent, c, 2, &a, &correlation, &bound));
+        ASSERT_OK_UNCHANGED(K(consistency_innovation)(&recent, c, 2, &a, &correlation, &bound));
         ASSERT_CLOSE(mean / count, a, 8);
         ASSERT_CLOSE(along / square, correlation, 8);
         ASSERT_CLOSE(2 / sqrt(count), bound, 2);
@@ -310,10 +309,7 @@ static void assign_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_clear)(&blank));
 }
 
-static kq_status watch_all(void)
-{
-    return K(consistency_watch)(&recent, &track, &radar, z, ALL);
-}
+static kq_status watch_all(void) { return K(consistency_watch)(&recent, &track, &radar, z, ALL); }
 
 static void watch_refuses(void)
 {

@@ -79,8 +79,8 @@ static void assert_like_double(void)
         ASSERT_WITHIN(LIKE * (1 + expected[k]), expected[k], score_value(a[k]));
     }
     for (int c = 0; c < 2; c++) {
-        ASSERT_OK(K(consistency_innovation)(&recent_f64, c, 2, &expected[0], &expected[1],
-                                            &expected[2]));
+        ASSERT_OK(
+            K(consistency_innovation)(&recent_f64, c, 2, &expected[0], &expected[1], &expected[2]));
         ASSERT_OK_UNCHANGED(kq_consistency_innovation_q31(&recent, c, TWO, &a[0], &a[1], &a[2]));
         for (int k = 0; k < 3; k++) ASSERT_WITHIN(LIKE * 8, expected[k], score_value(a[k]));
     }
@@ -153,8 +153,7 @@ static void what_is_wrong_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_MISMATCH,
                    kq_consistency_watch_q31(&recent, &track, &compass.sensor, z, ALL));
     z[1] = INT32_MIN;
-    ASSERT_REFUSED(KQ_ERR_RANGE,
-                   kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_record_q31(&recent, &track));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_nis_q31(&recent, TWO, a, b, c));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_innovation_q31(&recent, 0, TWO, a, b, c));

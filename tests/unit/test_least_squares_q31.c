@@ -197,14 +197,12 @@ static void add_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(NULL, h, z, r));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(&fit, NULL, z, r));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, z, r));
-    ASSERT_REFUSED(KQ_ERR_RANGE,
-                   kq_least_squares_add_q31(&fit, h, measured_format->range + 1, r));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, h, measured_format->range + 1, r));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, h, INT32_MIN, r));
     const kq_scaled_q31 large[] = {{1 << 30, 0}, {0, 0}}, negative = {-r.mantissa, r.exponent};
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, large, z, r));
     ASSERT_REFUSED(KQ_ERR_TABLE, kq_least_squares_add_q31(&fit, h, z, negative));
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT,
-                   kq_least_squares_add_q31(&fit, h, z, (kq_scaled_q31){1, 0}));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_least_squares_add_q31(&fit, h, z, (kq_scaled_q31){1, 0}));
     ASSERT_OK(kq_least_squares_init_q31(&other, &blank, one, measured_format));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, z, r));
     ASSERT_OK(kq_least_squares_init_q31(&fit, &line, half, measured_format));
