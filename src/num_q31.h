@@ -12,7 +12,8 @@ typedef int32_t num;
 
 static const scaled num_tiny = {0, 0}; /* a noise of it is none */
 static const scaled num_zero_variance = {INT32_C(1) << 30,
-                                         -230};          /* 2^-200 words squared counts as 0 */
+                                         -230}; /* 2^-200 words squared counts as 0 */
+static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fading stops there */
 static const scaled num_stage = {INT32_C(1) << 30, -36}; /* 2^-6 of f'f: the noise of a stage */
 
 /* r below this share of s is taken in stages */

@@ -119,6 +119,12 @@ static inline void root_scale(num *S, scaled c, int n)
     for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] *= c;
 }
 
+/* S <- S + c S, c >= 0, rounded at the increment; the caller renormalises it */
+static inline void root_grow(num *S, scaled c, int n)
+{
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] += c * S[k];
+}
+
 static inline void row_of(num *row, const scaled *entries, int width)
 {
     for (int k = 0; k < width; k++) row[k] = entries[k];

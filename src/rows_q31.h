@@ -116,6 +116,20 @@ static inline void root_scale(int32_t *S, scaled c, int n)
     for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] += c.exponent + 31;
 }
 
+/* S <- S + c S, c >= 0, rounded at the increment; the caller renormalises it.  c < 1/2, or it is a
+   factor: the norm of a row stays below 1.5 2^30. */
+static inline void root_grow(int32_t *S, scaled c, int n)
+{
+    if (c.exponent > -32) {
+        root_scale(S, scaled_plus(scaled_one, c), n);
+        return;
+    }
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) {
+        const int64_t increment = lower_wide(product(S[k], c.mantissa), -c.exponent);
+        S[k] = (int32_t)sum_of(S[k], increment, 31);
+    }
+}
+
 /* Numbers into one row: 16 of them below 2^31 2^-4 have a norm below 2^29. */
 static inline void row_of(int32_t *row, const scaled *entries, int width)
 {

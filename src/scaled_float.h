@@ -7,7 +7,10 @@
 
 typedef num scaled;
 
+static const scaled scaled_one = 1;
+
 static inline scaled scaled_normal(scaled a) { return a; }
+static inline scaled scaled_count(int32_t a) { return (num)a; }
 static inline int scaled_is_zero(scaled a) { return a == 0; }
 /* Does a factor of a leave every bit as it is? */
 static inline int scaled_is_unit(scaled a) { return a == 1; }

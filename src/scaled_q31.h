@@ -11,6 +11,8 @@
 
 typedef kq_scaled_q31 scaled;
 
+static const scaled scaled_one = {INT32_C(1) << 30, -30};
+
 /* A row that holds nothing; what is below it is not followed further down. */
 static const int32_t lowest_exponent = -16384;
 static const int32_t low_exponent = -8192;
@@ -43,6 +45,9 @@ static inline scaled scaled_of(int64_t a, int32_t exponent)
 
 /* The same number with a normalised mantissa */
 static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
+
+/* a whole number */
+static inline scaled scaled_count(int32_t a) { return scaled_of(a, 0); }
 
 static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }
 /* Does a factor of a leave every bit as it is?  2^k, k any */

@@ -15,7 +15,7 @@ const char *kq_status_text(kq_status status)
     case KQ_ERR_MISMATCH: return "the objects do not fit together";
     case KQ_ERR_HISTORY_EMPTY: return "the history holds nothing to smooth";
     case KQ_ERR_HISTORY_FULL: return "the history ran out of memory";
-    case KQ_ERR_RANGE: return "a value or a range does not fit its Q format";
+    case KQ_ERR_RANGE: return "a value is out of its range, or a range does not fit its Q format";
     case KQ_ERR_COEFFICIENT: return "a coefficient is not representable";
     case KQ_ERR_TABLE: return "a table contradicts itself";
     case KQ_ERR_RECORDING: return "the attached history cannot record this";

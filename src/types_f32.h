@@ -13,10 +13,14 @@ typedef kq_filter_f32 filter;
 typedef kq_likelihood_f32 likelihood;
 typedef kq_history_f32 history;
 typedef kq_smooth_extras_f32 smooth_extras;
+typedef kq_tally_f32 tally;
+typedef kq_least_squares_f32 least_squares;
+typedef kq_consistency_f32 consistency;
 
 typedef num score;
 
 #define FILTER_LEN KQ_FILTER_LEN_F32
+#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F32
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN

@@ -13,10 +13,14 @@ typedef kq_filter_f64 filter;
 typedef kq_likelihood_f64 likelihood;
 typedef kq_history_f64 history;
 typedef kq_smooth_extras_f64 smooth_extras;
+typedef kq_tally_f64 tally;
+typedef kq_least_squares_f64 least_squares;
+typedef kq_consistency_f64 consistency;
 
 typedef num score;
 
 #define FILTER_LEN KQ_FILTER_LEN_F64
+#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F64
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN

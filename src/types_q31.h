@@ -13,9 +13,13 @@ typedef kq_filter_q31 filter;
 typedef kq_likelihood_q31 likelihood;
 typedef kq_history_q31 history;
 typedef kq_smooth_extras_q31 smooth_extras;
+typedef kq_tally_q31 tally;
+typedef kq_least_squares_q31 least_squares;
+typedef kq_consistency_q31 consistency;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
+#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_Q31
 #define HISTORY_LEN KQ_HISTORY_LEN_Q31
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_Q31
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN_Q31

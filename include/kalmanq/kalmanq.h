@@ -2,8 +2,11 @@
 #ifndef KALMANQ_KALMANQ_H
 #define KALMANQ_KALMANQ_H
 
+#include "consistency.h"
 #include "filter.h"
 #include "fixed_point.h"
+#include "least_squares.h"
+#include "models.h"
 #include "prepare.h"
 #include "process.h"
 #include "sensor.h"

@@ -36,7 +36,7 @@ typedef enum {
     KQ_ERR_HISTORY_EMPTY = -9,
     /** The history ran out of memory while it was recording. */
     KQ_ERR_HISTORY_FULL = -10,
-    /** q31: a value is outside its declared range, or a range does not fit its format. */
+    /** A value is outside its range (q31: its declared one), or a range does not fit its format. */
     KQ_ERR_RANGE = -11,
     /** q31: a coefficient has no mantissa and exponent within their limits, or |A_ii| > 16. */
     KQ_ERR_COEFFICIENT = -12,
@@ -61,7 +61,8 @@ enum {
         variance was at the rounding floor): it was not taken.  This is what the
         pseudo-inverse does with a redundant noise-free sensor. */
     KQ_EVENT_FLOOR = 1,
-    /** An innovation or its variance left the number range: the measurement was not taken. */
+    /** An innovation or its variance left the number range: the measurement was not taken.  Or a
+        variance that was to fade would have left it: nothing faded (least_squares.h). */
     KQ_EVENT_OVERFLOW = 2,
     /** The attached history had no room for a record; it can no longer be smoothed. */
     KQ_EVENT_HISTORY_FULL = 4,

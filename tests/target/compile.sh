@@ -16,7 +16,7 @@ floats='^$'
 case $core in
 rv32 | avr)
     integers='^__(clzsi2|(u?mulsi|ashl|ashr|lshr)di3)$'
-    floats='^(__((add|sub|mul|div)sf3|(eq|ne|lt|le|gt|ge)sf2|fixunssfsi|float(un)?sisf)|sqrtf)$'
+    floats='^(__((add|sub|mul|div)sf3|(eq|ne|lt|le|gt|ge)sf2|fix(uns)?sfsi|float(un)?sisf)|sqrtf)$'
     ;;
 *)
     integers='^(__aeabi_(lmul|llsl|llsr|lasr|u?idiv(mod)?|u?lcmp)|__clzsi2)$'
@@ -52,4 +52,7 @@ done
 case $sources in *kq_f32*) check_object kq_f32 "$floats" ;; esac
 check_object kq_q31 "$integers"
 check_object misfit_q31 "$integers"
+check_object kq_statistics_f32 "$floats|^kq_update_f32$"
+check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
+check_object kq_models_f32 "$floats"
 echo "$name: clean"

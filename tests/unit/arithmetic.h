@@ -30,6 +30,9 @@ typedef float num;
 /* the smallest standard deviation that is not noise to the arithmetic (process.h) */
 #define TINY_SIGMA 0x1p-60
 
+/* where fading stops (least_squares.h) */
+#define LARGE_SIGMA 0x1p48
+
 #define PROCESS KQ_PROCESS_F32
 #define SENSOR KQ_SENSOR_F32
 #define SENSOR_DIAGONAL KQ_SENSOR_DIAGONAL_F32
@@ -50,6 +53,7 @@ typedef double num;
 #define NUM_MAX DBL_MAX
 
 #define TINY_SIGMA 0x1p-200
+#define LARGE_SIGMA 0x1p180
 
 #define PROCESS KQ_PROCESS_F64
 #define SENSOR KQ_SENSOR_F64

@@ -1,0 +1,314 @@
+// How often the statistics of consistency are within their bounds: 95 % of the time if the model
+// is right; and how often a wrong one shows.  Windows do not overlap.
+//
+//     test_consistency [SEED]
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "owners.hpp"
+#include "random.hpp"
+#include "verdict.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+template <class T> struct Statistics;
+
+template <> struct Statistics<float> {
+    using Object = kq_consistency_f32;
+    using Score = float;
+    static constexpr auto assign = kq_consistency_assign_f32;
+    static constexpr auto clear = kq_consistency_clear_f32;
+    static constexpr auto watch = kq_consistency_watch_f32;
+    static constexpr auto record = kq_consistency_record_f32;
+    static constexpr auto nis = kq_consistency_nis_f32;
+    static constexpr auto innovation = kq_consistency_innovation_f32;
+    static std::size_t length(int m, int window) { return KQ_CONSISTENCY_LEN_F32(m, window); }
+    static float quantile(double q) { return static_cast<float>(q); }
+};
+
+template <> struct Statistics<double> {
+    using Object = kq_consistency_f64;
+    using Score = double;
+    static constexpr auto assign = kq_consistency_assign_f64;
+    static constexpr auto clear = kq_consistency_clear_f64;
+    static constexpr auto watch = kq_consistency_watch_f64;
+    static constexpr auto record = kq_consistency_record_f64;
+    static constexpr auto nis = kq_consistency_nis_f64;
+    static constexpr auto innovation = kq_consistency_innovation_f64;
+    static std::size_t length(int m, int window) { return KQ_CONSISTENCY_LEN_F64(m, window); }
+    static double quantile(double q) { return q; }
+};
+
+template <> struct Statistics<Q31> {
+    using Object = kq_consistency_q31;
+    using Score = std::int64_t;
+    static constexpr auto assign = kq_consistency_assign_q31;
+    static constexpr auto clear = kq_consistency_clear_q31;
+    static constexpr auto watch = kq_consistency_watch_q31;
+    static constexpr auto record = kq_consistency_record_q31;
+    static constexpr auto nis = kq_consistency_nis_q31;
+    static constexpr auto innovation = kq_consistency_innovation_q31;
+    static std::size_t length(int m, int window) { return KQ_CONSISTENCY_LEN_Q31(m, window); }
+    static std::int64_t quantile(double q) { return std::llround(q * 0x1p24); }
+};
+
+// ------------------------------------------------------------------ the plant and the filter's
+// model
+
+struct Plant {
+    const char *name;
+    Matrix<double> A, F, H;
+    Vector<double> r; // variances of the measurements
+};
+
+/// What the filter's model has wrong: its Q and R are the plant's times these; a bias of the first
+/// component in sigmas of its noise.
+struct Fault {
+    const char *name;
+    double q, r, bias;
+};
+
+double onGrid(double x) { return std::round(x * 0x1p10) * 0x1p-10; }
+
+/// The plant's state and measurements
+class Simulation
+{
+  public:
+    Simulation(const Plant &plant, std::uint64_t seed)
+        : plant_(plant), random_(seed), x_(Vector<double>::Zero(plant.A.rows()))
+    {
+    }
+
+    void advance()
+    {
+        Vector<double> w(plant_.F.cols());
+        for (double &entry : w) entry = random_.normal();
+        x_ = (plant_.A * x_ + plant_.F * w).eval();
+    }
+
+    Vector<double> measure(double bias)
+    {
+        Vector<double> z = plant_.H * x_;
+        z(0) += bias * std::sqrt(plant_.r(0));
+        for (Eigen::Index c = 0; c < z.size(); ++c) {
+            z(c) = onGrid(z(c) + std::sqrt(plant_.r(c)) * random_.normal());
+        }
+        return z;
+    }
+
+  private:
+    const Plant &plant_;
+    Random random_;
+    Vector<double> x_;
+};
+
+// ------------------------------------------------------------------ shares of windows
+
+/// Shares of windows whose statistic is outside of its 95 % bounds
+struct Outside {
+    double low = 0, high = 0, mean = 0, correlation = 0, any = 0;
+};
+
+template <class T> class Watch
+{
+    using Score = typename Statistics<T>::Score;
+
+  public:
+    Watch(int m, int window) : m_(m), memory_(Statistics<T>::length(m, window))
+    {
+        kq::require(Statistics<T>::assign(&handle_, m, window, memory_.data(), memory_.size()),
+                    "consistency assign");
+    }
+
+    void update(FilterOwner<T> &filter, SensorOwner<T> &sensor, const Vector<double> &z)
+    {
+        const auto words = sensor.components().words(z);
+        kq::require(
+            Statistics<T>::watch(&handle_, filter.get(), sensor.get(), words.data(), UINT32_MAX),
+            "watch");
+        kq::require(kq::Api<T>::update(filter.get(), sensor.get(), words.data()), "update");
+        kq::require(Statistics<T>::record(&handle_, filter.get()), "record");
+    }
+
+    /// Of the window as it is; then it begins anew.
+    void count(Outside &outside)
+    {
+        Score nis, low, high, mean, correlation, bound;
+        const Score q = Statistics<T>::quantile(1.96);
+        kq::require(Statistics<T>::nis(&handle_, q, &nis, &low, &high), "nis");
+        bool any = nis < low || nis > high;
+        outside.low += nis < low;
+        outside.high += nis > high;
+        for (int c = 0; c < m_; ++c) {
+            kq::require(Statistics<T>::innovation(&handle_, c, q, &mean, &correlation, &bound),
+                        "innovation");
+            const bool biased = mean < -bound || mean > bound;
+            const bool coloured = correlation < -bound || correlation > bound;
+            outside.mean += biased / static_cast<double>(m_);
+            outside.correlation += coloured / static_cast<double>(m_);
+            any = any || biased || coloured;
+        }
+        outside.any += any;
+        kq::require(Statistics<T>::clear(&handle_), "clear");
+    }
+
+  private:
+    int m_;
+    std::vector<typename kq::Api<T>::Word> memory_;
+    typename Statistics<T>::Object handle_{};
+};
+
+template <class T>
+Outside run(const Plant &plant, const Fault &fault, int window, int windows, std::uint64_t seed)
+{
+    const Eigen::Index n = plant.A.rows(), m = plant.H.rows();
+    const Formats<T> states(n, Vector<double>::Constant(n, 1 << 20));
+    ProcessOwner<T> process(
+        states, ProcessModel{plant.A, Matrix<double>(n, 0), std::sqrt(fault.q) * plant.F},
+        Noise::factor);
+    const Matrix<double> R = (fault.r * plant.r).asDiagonal();
+    SensorOwner<T> sensor(states, SensorModel{plant.H, R, Vector<double>::Constant(m, 1 << 20)},
+                          Noise::diagonal);
+    FilterOwner<T> filter(states);
+    const Matrix<double> P0 = 0x1p-10 * Matrix<double>::Identity(n, n);
+    kq::require(filter.init(Vector<double>::Zero(n), P0), "filter init");
+    Watch<T> watch(static_cast<int>(m), window);
+    Simulation simulation(plant, seed);
+    Outside outside;
+    for (int k = -window; k < windows * window; ++k) { // the first window is to settle
+        watch.update(filter, sensor, simulation.measure(fault.bias));
+        simulation.advance();
+        kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
+        if ((k + 1) % window != 0) continue;
+        Outside of_this;
+        watch.count(k < 0 ? of_this : outside);
+    }
+    for (double *share :
+         {&outside.low, &outside.high, &outside.mean, &outside.correlation, &outside.any}) {
+        *share /= windows;
+    }
+    return outside;
+}
+
+void print(const char *arithmetic, const Plant &plant, int window, const Fault &fault,
+           const Outside &outside)
+{
+    std::printf("%s  %-18s W %3d  %-10s outside, %%: NIS below %5.1f above %5.1f  mean %5.1f  "
+                "correlation %5.1f  any %5.1f\n",
+                arithmetic, plant.name, window, fault.name, 100 * outside.low, 100 * outside.high,
+                100 * outside.mean, 100 * outside.correlation, 100 * outside.any);
+}
+
+// ------------------------------------------------------------------ what is expected
+
+Plant level()
+{
+    Plant plant{"local level", Matrix<double>(1, 1), Matrix<double>(1, 1), Matrix<double>(1, 1),
+                Vector<double>(1)};
+    plant.A << 1;
+    plant.F << 0.5;
+    plant.H << 1;
+    plant.r << 1;
+    return plant;
+}
+
+/// Position and velocity in two dimensions
+Plant motion()
+{
+    Plant plant{"2-D velocity", Matrix<double>::Identity(4, 4), Matrix<double>::Zero(4, 2),
+                Matrix<double>::Zero(2, 4), Vector<double>(2)};
+    plant.A(0, 1) = plant.A(2, 3) = 1;
+    plant.A(1, 1) = plant.A(3, 3) = 0.875; // or the positions would leave q31's ranges
+    plant.F(0, 0) = plant.F(2, 1) = 0.25;
+    plant.F(1, 0) = plant.F(3, 1) = 0.5;
+    plant.H(0, 0) = plant.H(1, 2) = 1;
+    plant.r << 1, 4;
+    return plant;
+}
+
+/// One level, two sensors: a bias of a single one would be taken for the level's.
+Plant twins()
+{
+    Plant plant = level();
+    plant.name = "two sensors";
+    plant.H = Matrix<double>::Ones(2, 1);
+    plant.r = Vector<double>::Ones(2);
+    return plant;
+}
+
+/// A share of `windows` independent ones whose expectation is `expected`: within 4 sigma
+void expectShare(Verdict &verdict, double share, double expected, double windows,
+                 const std::string &what)
+{
+    const double reach = 4 * std::sqrt(expected * (1 - expected) / windows);
+    verdict.expectAtMost(std::abs(share - expected), reach, what + ", share");
+}
+
+template <class T> void rightModel(Verdict &verdict, const Plant &plant, std::uint64_t seed)
+{
+    static const Fault none = {"right", 1, 1, 0};
+    const int windows = 800;
+    for (int window : {50, 200}) {
+        const Outside outside = run<T>(plant, none, window, windows, seed);
+        print(kq::Api<T>::name, plant, window, none, outside);
+        const std::string what = std::string(kq::Api<T>::name) + ", " + plant.name + ", W " +
+                                 std::to_string(window) + ", ";
+        const double independent = windows * static_cast<double>(plant.H.rows());
+        expectShare(verdict, outside.low, 0.025, windows, what + "NIS below");
+        expectShare(verdict, outside.high, 0.025, windows, what + "NIS above");
+        expectShare(verdict, outside.mean, 0.05, independent, what + "mean");
+        expectShare(verdict, outside.correlation, 0.05, independent, what + "correlation");
+    }
+}
+
+/// Shares of 100 windows that a fault shows in: of 200 updates, nearly all
+template <class T>
+void fault(Verdict &verdict, const Plant &plant, const Fault &wrong, std::uint64_t seed)
+{
+    for (int window : {50, 200}) {
+        const Outside outside = run<T>(plant, wrong, window, 100, seed);
+        print(kq::Api<T>::name, plant, window, wrong, outside);
+        if (window < 200) continue;
+        const std::string what = std::string(kq::Api<T>::name) + ", " + plant.name + ", " +
+                                 wrong.name + ", shares that show it";
+        const double shown = wrong.bias > 0 ? outside.mean : std::max(outside.low, outside.high);
+        verdict.expectAtLeast(shown, 0.75, what);
+    }
+}
+
+template <class T> void wrongModels(Verdict &verdict, const Plant &plant, std::uint64_t seed)
+{
+    fault<T>(verdict, plant, {"Q x 4", 4, 1, 0}, seed);
+    fault<T>(verdict, plant, {"Q / 4", 0.25, 1, 0}, seed);
+    fault<T>(verdict, plant, {"R x 4", 1, 4, 0}, seed);
+    fault<T>(verdict, plant, {"R / 4", 1, 0.25, 0}, seed);
+}
+
+template <class T> void all(Verdict &verdict, std::uint64_t seed)
+{
+    for (const Plant &plant : {level(), motion()}) {
+        rightModel<T>(verdict, plant, seed);
+        wrongModels<T>(verdict, plant, seed + 1);
+    }
+    rightModel<T>(verdict, twins(), seed);
+    fault<T>(verdict, twins(), {"biased", 1, 1, 1}, seed + 1);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    Verdict verdict;
+    all<float>(verdict, seed);
+    all<double>(verdict, seed);
+    all<Q31>(verdict, seed);
+    return verdict.finish();
+}
