@@ -13,6 +13,7 @@ typedef kq_filter_f32 filter;
 typedef kq_likelihood_f32 likelihood;
 typedef kq_history_f32 history;
 typedef kq_smooth_extras_f32 smooth_extras;
+typedef kq_gate_f32 gate;
 
 typedef num score;
 

@@ -13,6 +13,7 @@ typedef kq_filter_f64 filter;
 typedef kq_likelihood_f64 likelihood;
 typedef kq_history_f64 history;
 typedef kq_smooth_extras_f64 smooth_extras;
+typedef kq_gate_f64 gate;
 
 typedef num score;
 

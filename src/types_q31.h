@@ -13,6 +13,7 @@ typedef kq_filter_q31 filter;
 typedef kq_likelihood_q31 likelihood;
 typedef kq_history_q31 history;
 typedef kq_smooth_extras_q31 smooth_extras;
+typedef kq_gate_q31 gate;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31

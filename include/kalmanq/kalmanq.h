@@ -6,6 +6,7 @@
 #include "fixed_point.h"
 #include "prepare.h"
 #include "process.h"
+#include "robust.h"
 #include "sensor.h"
 #include "size.h"
 #include "smoother.h"
