@@ -67,7 +67,7 @@ void tearDown(void) {}
 
 static void a_gate_that_passes_is_the_plain_update(void)
 {
-    const K(sensor) *sensors[] = {&radar, &coupled};
+    const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < 6; k++) {
         const uint32_t present = k % 3 == 2 ? 2 : ALL;
         ASSERT_OK(K(update_gated)(&track, &gate, sensors[k % 2], z, present));
@@ -208,7 +208,8 @@ static void refusals_of_the_gate(void)
 /* The lower incomplete gamma function by its series */
 static double chi_square_probability(int m, double x)
 {
-    double a = 0.5 * m, y = 0.5 * x, term = 1 / a, sum = term, gamma = m % 2 ? 1.7724538509055160 : 1;
+    double a = 0.5 * m, y = 0.5 * x, term = 1 / a, sum = term,
+           gamma = m % 2 ? 1.7724538509055160 : 1;
     for (int k = 1; k < 200; k++) sum += term *= y / (a + k);
     for (double k = m % 2 ? 0.5 : 1; k < a - 0.25; k++) gamma *= k;
     return sum * exp(-y) * pow(y, a) / gamma;
@@ -228,7 +229,7 @@ static void limits_are_those_of_chi_square(void)
     ASSERT_NAN(K(chi_square_limit)(1, (kq_level)5));
 }
 
-/* ------------------------------------------------------------------------------ Huber, Student-t */
+/* ------------------------------------------------------------------------------ the two weights */
 
 static void assert_states_within(const K(filter) * a, const K(filter) * b, double tolerance)
 {
@@ -241,7 +242,7 @@ static void assert_states_within(const K(filter) * a, const K(filter) * b, doubl
 
 static void what_is_not_clipped_is_taken_as_it_is(void)
 {
-    const K(sensor) *sensors[] = {&radar, &coupled};
+    const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < 6; k++) {
         const uint32_t present = k % 3 == 2 ? 1 : ALL;
         ASSERT_OK(K(update_huber)(&track, sensors[k % 2], z, present, N(1e6), weights));
@@ -535,8 +536,7 @@ static double grid_scale(double v, double known, double noise_variance, double n
     double total = 0, sum = 0;
     for (int k = 0; k < 5; k++) {
         const double scale = pow(16, k), s = known + scale * noise_variance;
-        const double share =
-            exp(-0.5 * (log(s) + v * v / s) - nu * (k * log(4) + 0.5 / scale));
+        const double share = exp(-0.5 * (log(s) + v * v / s) - nu * (k * log(4) + 0.5 / scale));
         total += share;
         sum += share * pow(4, k);
     }
@@ -563,8 +563,8 @@ static void a_jump_of_any_size_is_followed(void)
     for (double far = 10; far < 5e4; far *= 7) {
         const num measured[] = {N(far)};
         ASSERT_OK(K(filter_init)(&river, none, one));
-        ASSERT_OK(K(step_student)(&river, &walk, NULL, &level, measured, ALL, 2, &scaled_walk,
-                                  NULL));
+        ASSERT_OK(
+            K(step_student)(&river, &walk, NULL, &level, measured, ALL, 2, &scaled_walk, NULL));
         ASSERT_WITHIN(3, far, whole_mean(&river, 0));
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP, K(events)(&river));
     }
@@ -619,10 +619,8 @@ static void refusals_of_a_student_step(void)
     ASSERT_REFUSED(KQ_ERR_NULL,
                    K(step_student)(&track, &motion, u, &radar, NULL, ALL, 2, &scaled, q));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, step_student(&blank, &motion, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   step_student(&track, &blank_process, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   step_student(&track, &motion, &blank_sensor, ALL, 2, &scaled));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, step_student(&track, &blank_process, &radar, ALL, 2, &scaled));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, step_student(&track, &motion, &blank_sensor, ALL, 2, &scaled));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, step_student(&track, &motion3, &radar, ALL, 2, &scaled));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, step_student(&track, &motion, &radar3, ALL, 2, &scaled));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, step_student(&track, &motion, &radar, ALL, 2, &motion));
@@ -737,8 +735,7 @@ static void a_student_run_can_be_smoothed(void)
 static void refusals_of_the_smoother(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_reweighted)(NULL, &scaled, &motion, 2, q));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY,
-                   K(smooth_reweighted)(&blank_tape, &scaled, &motion, 2, q));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_reweighted)(&blank_tape, &scaled, &motion, 2, q));
     record(&track, &tape, NULL);
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_reweighted)(&tape, NULL, &motion, 2, q));
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_reweighted)(&tape, &scaled, NULL, 2, q));

@@ -144,7 +144,7 @@ static void limits_are_scores(void)
     TEST_ASSERT_TRUE(kq_chi_square_limit_q31(1, (kq_level)5) == KQ_NOT_A_SCORE_Q31);
 }
 
-/* ------------------------------------------------------------------------------ Huber, Student-t */
+/* ------------------------------------------------------------------------------ the two weights */
 
 typedef kq_status update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                              uint32_t present, kq_scaled_q31 parameter);
@@ -295,7 +295,8 @@ static void a_student_step_is_one_with_scaled_noise(void)
 static void powers_of_4_move_the_exponents_alone(void)
 {
     for (int k = -3; k < 8; k++) {
-        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, number(ldexp(1, 2 * k)), root));
+        ASSERT_OK(
+            kq_process_scale_noise_q31(&scaled, &motion.process, number(ldexp(1, 2 * k)), root));
         for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i], root[i]);
         for (int i = 3; i < 5; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i] + k, root[i]);
     }
@@ -333,8 +334,8 @@ static void the_reweighted_smoother_is_that_of_double(void)
             ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, q[t], root));
             ASSERT_OK(K(process_scale_noise)(&wide_scaled, &wide_motion, wide_q[t]));
             ASSERT_OK(kq_step_q31(&track, &scaled, drive(), &radar.sensor, z));
-            ASSERT_OK(K(step)(&wide_track, &wide_scaled, (const double[]){4}, &wide_radar,
-                              rounded(z)));
+            ASSERT_OK(
+                K(step)(&wide_track, &wide_scaled, (const double[]){4}, &wide_radar, rounded(z)));
         }
         ASSERT_OK(kq_smooth_reweighted_q31(&tape, &scaled, &motion.process, root, number(2), q));
         ASSERT_OK(K(smooth_reweighted)(&wide_tape, &wide_scaled, &wide_motion, 2, wide_q));
@@ -396,12 +397,12 @@ static void refusals(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY,
                    kq_process_scale_noise_q31(&scaled, &blank_process, two, root));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(m, m, two, root));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH,
-                   kq_process_scale_noise_q31(&scaled, m, two, motion.noise_root));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(&scaled, m, two, motion.noise_root));
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_scale_noise_q31(&scaled, m, bad, root));
     ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_process_scale_noise_q31(&scaled, m, less, root));
 
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_student_q31(&track, m, NULL, s, z, ALL, two, NULL, root, q));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   kq_step_student_q31(&track, m, NULL, s, z, ALL, two, NULL, root, q));
     ASSERT_REFUSED(KQ_ERR_NULL,
                    kq_step_student_q31(&track, m, NULL, s, z, ALL, two, &scaled, NULL, q));
     ASSERT_REFUSED(KQ_ERR_RANGE,
