@@ -28,6 +28,9 @@
 #include "smooth_kernels.inc"
 #include "smoother.inc"
 
+#include "robust_float.inc"
+#include "robust.inc"
+
 kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length)
 {
     return process_assign(p, n, l, memory, length);
@@ -192,4 +195,48 @@ float kq_smoothed_sigma_f32(const kq_history_f32 *h, size_t t, int i)
 kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P)
 {
     return smoothed_covariance(h, t, P);
+}
+
+kq_status kq_update_gated_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
+                              const float *z, uint32_t present)
+{
+    return filter_update_gated(f, g, s, z, present);
+}
+
+float kq_chi_square_limit_f32(int m, kq_level level) { return chi_square_limit(m, level); }
+
+kq_status kq_update_huber_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+                              uint32_t present, float k, float *weights)
+{
+    return filter_update_huber(f, s, z, present, k, weights);
+}
+
+kq_status kq_update_student_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+                                uint32_t present, float nu, float *weights)
+{
+    return filter_update_student(f, s, z, present, nu, weights);
+}
+
+kq_status kq_update_jump_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+                             uint32_t present, float g)
+{
+    return filter_update_jump(f, s, z, present, g);
+}
+
+kq_status kq_step_student_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+                              const kq_sensor_f32 *s, const float *z, uint32_t present, float nu,
+                              kq_process_f32 *target, float *q)
+{
+    return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, 0}, q);
+}
+
+kq_status kq_process_scale_noise_f32(kq_process_f32 *target, const kq_process_f32 *source, float q)
+{
+    return process_scale_noise(target, source, q, 0);
+}
+
+kq_status kq_smooth_reweighted_f32(kq_history_f32 *h, kq_process_f32 *target,
+                                   const kq_process_f32 *source, float nu, float *q)
+{
+    return smooth_reweighted(h, target, source, 0, nu, q);
 }

@@ -28,6 +28,9 @@
 #include "smooth_kernels.inc"
 #include "smoother.inc"
 
+#include "robust_float.inc"
+#include "robust.inc"
+
 kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length)
 {
     return process_assign(p, n, l, memory, length);
@@ -192,4 +195,48 @@ double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i)
 kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P)
 {
     return smoothed_covariance(h, t, P);
+}
+
+kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
+                              const double *z, uint32_t present)
+{
+    return filter_update_gated(f, g, s, z, present);
+}
+
+double kq_chi_square_limit_f64(int m, kq_level level) { return chi_square_limit(m, level); }
+
+kq_status kq_update_huber_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+                              uint32_t present, double k, double *weights)
+{
+    return filter_update_huber(f, s, z, present, k, weights);
+}
+
+kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+                                uint32_t present, double nu, double *weights)
+{
+    return filter_update_student(f, s, z, present, nu, weights);
+}
+
+kq_status kq_update_jump_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+                             uint32_t present, double g)
+{
+    return filter_update_jump(f, s, z, present, g);
+}
+
+kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+                              const kq_sensor_f64 *s, const double *z, uint32_t present, double nu,
+                              kq_process_f64 *target, double *q)
+{
+    return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, 0}, q);
+}
+
+kq_status kq_process_scale_noise_f64(kq_process_f64 *target, const kq_process_f64 *source, double q)
+{
+    return process_scale_noise(target, source, q, 0);
+}
+
+kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f64 *target,
+                                   const kq_process_f64 *source, double nu, double *q)
+{
+    return smooth_reweighted(h, target, source, 0, nu, q);
 }

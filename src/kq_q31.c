@@ -27,6 +27,9 @@
 #include "smooth_kernels.inc"
 #include "smoother.inc"
 
+#include "robust_q31.inc"
+#include "robust.inc"
+
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
                               kq_misfit_q31 *misfit)
 {
@@ -177,4 +180,51 @@ int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i)
 kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P)
 {
     return smoothed_covariance(h, t, P);
+}
+
+kq_status kq_update_gated_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
+                              const int32_t *z, uint32_t present)
+{
+    return filter_update_gated(f, g, s, z, present);
+}
+
+int64_t kq_chi_square_limit_q31(int m, kq_level level) { return chi_square_limit(m, level); }
+
+kq_status kq_update_huber_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                              uint32_t present, kq_scaled_q31 k, kq_scaled_q31 *weights)
+{
+    return filter_update_huber(f, s, z, present, k, weights);
+}
+
+kq_status kq_update_student_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                                uint32_t present, kq_scaled_q31 nu, kq_scaled_q31 *weights)
+{
+    return filter_update_student(f, s, z, present, nu, weights);
+}
+
+kq_status kq_update_jump_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                             uint32_t present, kq_scaled_q31 g)
+{
+    return filter_update_jump(f, s, z, present, g);
+}
+
+kq_status kq_step_student_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+                              const kq_sensor_q31 *s, const int32_t *z, uint32_t present,
+                              kq_scaled_q31 nu, kq_process_q31 *target, int32_t *root,
+                              kq_scaled_q31 *q)
+{
+    return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, root}, q);
+}
+
+kq_status kq_process_scale_noise_q31(kq_process_q31 *target, const kq_process_q31 *source,
+                                     kq_scaled_q31 q, int32_t *root)
+{
+    return process_scale_noise(target, source, q, root);
+}
+
+kq_status kq_smooth_reweighted_q31(kq_history_q31 *h, kq_process_q31 *target,
+                                   const kq_process_q31 *source, int32_t *root, kq_scaled_q31 nu,
+                                   kq_scaled_q31 *q)
+{
+    return smooth_reweighted(h, target, source, root, nu, q);
 }

@@ -109,11 +109,14 @@ static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
 }
 
 /* S <- c S, c > 0 normalised, so that rows become no longer in a unit of 2^31; the caller
-   renormalises it */
+   renormalises it.  A power of 2 moves the exponents alone. */
 static inline void root_scale(int32_t *S, scaled c, int n)
 {
-    for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] = narrow(product(S[k], c.mantissa), 31, 31);
-    for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] += c.exponent + 31;
+    const int unit = scaled_is_unit(c);
+    for (int k = 0; !unit && k < KQ_TRIANGLE(n); k++) {
+        S[k] = narrow(product(S[k], c.mantissa), 31, 31);
+    }
+    for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] += c.exponent + (unit ? 30 : 31);
 }
 
 /* S <- S + c S, c >= 0, rounded at the increment; the caller renormalises it.  c < 1/2, or it is a

@@ -14,6 +14,8 @@ static inline scaled scaled_count(int32_t a) { return (num)a; }
 static inline int scaled_is_zero(scaled a) { return a == 0; }
 /* Does a factor of a leave every bit as it is? */
 static inline int scaled_is_unit(scaled a) { return a == 1; }
+static inline int scaled_is_negative(scaled a) { return a < 0; }
+static inline scaled scaled_of_count(int32_t count) { return (num)count; }
 static inline scaled scaled_negative(scaled a) { return -a; }
 static inline scaled scaled_times(scaled a, scaled b) { return a * b; }
 static inline scaled scaled_over(scaled a, scaled b) { return a / b; }

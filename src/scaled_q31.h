@@ -53,6 +53,9 @@ static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }
 /* Does a factor of a leave every bit as it is?  2^k, k any */
 static inline int scaled_is_unit(scaled a) { return a.mantissa == INT32_C(1) << 30; }
 
+static inline int scaled_is_negative(scaled a) { return a.mantissa < 0; }
+static inline scaled scaled_of_count(int32_t count) { return scaled_of(count, 0); }
+
 /* a 2^shift */
 static inline scaled scaled_shift(scaled a, int32_t shift)
 {

@@ -16,6 +16,7 @@ typedef kq_smooth_extras_f32 smooth_extras;
 typedef kq_tally_f32 tally;
 typedef kq_least_squares_f32 least_squares;
 typedef kq_consistency_f32 consistency;
+typedef kq_gate_f32 gate;
 
 typedef num score;
 

@@ -16,6 +16,7 @@ typedef kq_smooth_extras_f64 smooth_extras;
 typedef kq_tally_f64 tally;
 typedef kq_least_squares_f64 least_squares;
 typedef kq_consistency_f64 consistency;
+typedef kq_gate_f64 gate;
 
 typedef num score;
 

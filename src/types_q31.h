@@ -16,6 +16,7 @@ typedef kq_smooth_extras_q31 smooth_extras;
 typedef kq_tally_q31 tally;
 typedef kq_least_squares_q31 least_squares;
 typedef kq_consistency_q31 consistency;
+typedef kq_gate_q31 gate;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31

@@ -9,6 +9,7 @@
 #include "models.h"
 #include "prepare.h"
 #include "process.h"
+#include "robust.h"
 #include "sensor.h"
 #include "size.h"
 #include "smoother.h"

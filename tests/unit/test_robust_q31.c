@@ -1,0 +1,463 @@
+/* Outliers and jumps in fixed point: the laws of test_robust.c in integers, and beside double. */
+#include "q31.h"
+#include "reading.h"
+#include "unchanged.h"
+
+#define ALL UINT32_MAX
+#define GOAL 1e-6 /* sigma */
+
+static const double range[] = {100000, 1000}, measured_range[] = {100000, 100000};
+static const double drive_range[] = {100};
+static const double A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const double H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, diagonal[] = {0.5, 0, 0, 1};
+static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
+
+static process_model motion;
+static sensor_model coupled, radar;
+static prior_model prior;
+static kq_process_q31 scaled;
+static int32_t root[KQ_ROOT_LEN_Q31(2)];
+static kq_gate_q31 gate;
+KQ_FILTER_Q31(track, 2);
+KQ_FILTER_Q31(twin, 2);
+KQ_HISTORY_Q31(tape, 2, 2, 40, 0);
+KQ_HISTORY_Q31(twin_tape, 2, 2, 40, 0);
+
+KQ_FILTER_Q31(blank, 2);
+static kq_sensor_q31 blank_sensor;
+static kq_process_q31 blank_process;
+static kq_scaled_q31 weights[2], q[40];
+
+/* the same in double */
+PROCESS(wide_motion, 2, 1);
+PROCESS(wide_scaled, 2, 1);
+SENSOR(wide_coupled, 2, 2);
+SENSOR(wide_radar, 2, 2);
+FILTER(wide_track, 2);
+HISTORY(wide_tape, 2, 2, 40, 0);
+static double wide_weights[2], wide_q[40];
+
+static kq_scaled_q31 number(double a)
+{
+    int exponent = 0;
+    const double m = frexp(a, &exponent);
+    const kq_scaled_q31 zero = {0, 0};
+    return a == 0 ? zero : (kq_scaled_q31){(int32_t)(m * 0x1p30) * 2, exponent - 31};
+}
+
+static double of_number(kq_scaled_q31 a) { return ldexp(a.mantissa, a.exponent); }
+
+static void start(void)
+{
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_OK(kq_filter_init_q31(&twin, &prior.table, NULL));
+    ASSERT_OK(K(filter_init)(&wide_track, x0, P0));
+}
+
+void setUp(void)
+{
+    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_sensor(&coupled, 2, 2, range, measured_range, H, R);
+    put_sensor(&radar, 2, 2, range, measured_range, H, diagonal);
+    /* independent components have variances alone */
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(radar.noise, (const double[]){0.5, 1}, 2,
+                                            radar.measurement_format));
+    radar.table.correlated = 0;
+    ASSERT_OK(kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
+    put_prior(&prior, 2, range, x0, P0);
+    ASSERT_OK(K(process_init)(&wide_motion, A, B, Q));
+    ASSERT_OK(K(sensor_init)(&wide_coupled, H, R));
+    ASSERT_OK(K(sensor_init)(&wide_radar, H, diagonal));
+    gate = (kq_gate_q31){kq_chi_square_limit_q31(2, KQ_LEVEL_99), 3, 0};
+    for (int t = 0; t < COUNT(q); t++) q[t] = number(1), wide_q[t] = 1;
+    start();
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(gate), WATCH(weights), WATCH(q), WATCH(scaled);
+    WATCH(root), WATCH(motion), WATCH(tape);
+}
+
+void tearDown(void) {}
+
+static const int32_t *seen(double a, double b)
+{
+    return words_of((const double[]){a, b}, 2, radar.measurement_format);
+}
+
+static const int32_t *drive(void)
+{
+    static int32_t word[1];
+    ASSERT_OK(kq_vector_prepare_q31(word, (const double[]){4}, 1, motion.control_format, NULL));
+    return word;
+}
+
+/* A measurement as q31 has it, for the twin in double */
+static const double *rounded(const int32_t *words)
+{
+    static double z[2];
+    for (int c = 0; c < 2; c++) z[c] = ldexp(words[c], -radar.measurement_format[c].fraction);
+    return z;
+}
+
+/* ------------------------------------------------------------------------------ the gate */
+
+static void a_gate_takes_or_leaves(void)
+{
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_history_attach_q31(&twin_tape, &twin));
+    gate.limit = INT64_C(100) << 24;
+    for (int t = 0; t < 20; t++) {
+        const kq_sensor_q31 *s = t % 2 ? &radar.sensor : &coupled.sensor;
+        const int32_t *near = seen(1 + 0.5 * t, 0);
+        kq_events_clear_q31(&track);
+        ASSERT_OK(kq_update_gated_q31(&track, &gate, s, near, t % 3 ? ALL : 1));
+        ASSERT_OK(kq_update_subset_q31(&twin, s, near, t % 3 ? ALL : 1));
+        ASSERT_SAME_Q31(&twin, &track);
+        TEST_ASSERT_EQUAL_INT(t % 3 ? 2 : 1, kq_taken_q31(&track));
+        const kq_likelihood_q31 run = track.run;
+        ASSERT_OK(kq_update_gated_q31(&track, &gate, s, seen(900, 20), ALL));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, kq_events_q31(&track));
+        TEST_ASSERT_EQUAL_MEMORY(&run, &track.run, sizeof run);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
+        TEST_ASSERT_EQUAL_INT(0, kq_taken_q31(&track));
+        TEST_ASSERT_TRUE(kq_nis_q31(&track) > gate.limit);
+        TEST_ASSERT_EQUAL_INT(1, gate.rejected);
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
+    }
+    ASSERT_OK(kq_smooth_q31(&tape));
+    ASSERT_OK(kq_smooth_q31(&twin_tape));
+    const size_t words = 21 * (size_t)KQ_FILTER_LEN_Q31(2);
+    const size_t from = (size_t)COUNT(tape_memory) - words;
+    TEST_ASSERT_EQUAL_MEMORY(twin_tape_memory + from, tape_memory + from, words * 4);
+}
+
+static void limits_are_scores(void)
+{
+    for (int m = 1; m <= 16; m++) {
+        for (int k = 0; k < 5; k++) {
+            ASSERT_WITHIN(0x1p-24, K(chi_square_limit)(m, (kq_level)k),
+                          score_value(kq_chi_square_limit_q31(m, (kq_level)k)));
+        }
+    }
+    TEST_ASSERT_TRUE(kq_chi_square_limit_q31(0, KQ_LEVEL_90) == KQ_NOT_A_SCORE_Q31);
+    TEST_ASSERT_TRUE(kq_chi_square_limit_q31(17, KQ_LEVEL_90) == KQ_NOT_A_SCORE_Q31);
+    TEST_ASSERT_TRUE(kq_chi_square_limit_q31(1, (kq_level)5) == KQ_NOT_A_SCORE_Q31);
+}
+
+/* ------------------------------------------------------------------------------ the two weights */
+
+typedef kq_status update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                             uint32_t present, kq_scaled_q31 parameter);
+typedef kq_status update_f64(K(filter) * f, const K(sensor) * s, const double *z, uint32_t present,
+                             double parameter);
+
+static kq_status huber(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z, uint32_t present,
+                       kq_scaled_q31 parameter)
+{
+    return kq_update_huber_q31(f, s, z, present, parameter, weights);
+}
+
+static kq_status student(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                         uint32_t present, kq_scaled_q31 parameter)
+{
+    return kq_update_student_q31(f, s, z, present, parameter, weights);
+}
+
+static kq_status wide_huber(K(filter) * f, const K(sensor) * s, const double *z, uint32_t present,
+                            double parameter)
+{
+    return K(update_huber)(f, s, z, present, parameter, wide_weights);
+}
+
+static kq_status wide_student(K(filter) * f, const K(sensor) * s, const double *z, uint32_t present,
+                              double parameter)
+{
+    return K(update_student)(f, s, z, present, parameter, wide_weights);
+}
+
+/* An outlier in every fifth measurement */
+static const int32_t *with_outliers(int t, uint32_t *seed, double outlier)
+{
+    const double a = t + noise(seed), b = 0.5 * t + noise(seed);
+    return seen(a + (t % 5 == 2 ? outlier : 0), b - (t % 5 == 4 ? outlier : 0));
+}
+
+static void assert_as_in_double(update_q31 *update, update_f64 *wide_update, double parameter)
+{
+    uint32_t seed = 5;
+    const kq_scaled_q31 p = number(parameter);
+    start();
+    for (int t = 0; t < 60; t++) {
+        const int odd = t % 2;
+        const uint32_t present = t % 7 == 3 ? 2 : ALL;
+        const int32_t *z = with_outliers(t, &seed, 40);
+        ASSERT_OK(update(&track, odd ? &radar.sensor : &coupled.sensor, z, present, p));
+        ASSERT_OK(wide_update(&wide_track, odd ? &wide_radar : &wide_coupled, rounded(z), present,
+                              of_number(p)));
+        ASSERT_LIKE(&wide_track, &track, GOAL);
+        const double nis = K(nis)(&wide_track);
+        ASSERT_WITHIN(GOAL * (10 + nis), nis, score_value(kq_nis_q31(&track)));
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, drive()));
+        ASSERT_OK(K(predict)(&wide_track, &wide_motion, (const double[]){4}));
+    }
+    const double run = K(log_likelihood)(&wide_track);
+    ASSERT_WITHIN(-10 * GOAL * run, run, score_value(kq_log_likelihood_q31(&track)));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+static void outliers_are_weighed_as_in_double(void)
+{
+    assert_as_in_double(huber, wide_huber, 1.5);
+    assert_as_in_double(huber, wide_huber, 3);
+    assert_as_in_double(student, wide_student, 4);
+    assert_as_in_double(student, wide_student, 1);
+    for (int c = 0; c < 2; c++) ASSERT_WITHIN(GOAL, wide_weights[c], of_number(weights[c]));
+}
+
+static void what_is_not_clipped_is_taken_as_it_is(void)
+{
+    for (int t = 0; t < 8; t++) {
+        const kq_sensor_q31 *s = t % 2 ? &radar.sensor : &coupled.sensor;
+        const int32_t *z = seen(t, 1);
+        ASSERT_OK(kq_update_huber_q31(&track, s, z, t == 5 ? 1 : ALL, number(1e6), weights));
+        ASSERT_OK(kq_update_subset_q31(&twin, s, z, t == 5 ? 1 : ALL));
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
+        ASSERT_WITHIN(1e-8, 1, of_number(weights[0]));
+        ASSERT_WITHIN(1e-8, t == 5 ? 0 : 1, of_number(weights[1]));
+    }
+    ASSERT_OK(K(filter_init)(&wide_track, x0, P0));
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    for (int t = 0; t < 8; t++) {
+        const int32_t *z = seen(t, 1);
+        ASSERT_OK(kq_update_student_q31(&track, &radar.sensor, z, ALL, number(1e12), NULL));
+        ASSERT_OK(K(update)(&wide_track, &wide_radar, rounded(z)));
+        ASSERT_LIKE(&wide_track, &track, GOAL);
+    }
+}
+
+/* ------------------------------------------------------------------------------ jumps */
+
+static void a_jump_is_followed_as_in_double(void)
+{
+    uint32_t seed = 3;
+    for (int t = 0; t < 40; t++) {
+        const double far = t > 20 ? 500 : 0;
+        const int32_t *z = seen(2 * t + far + noise(&seed), t + noise(&seed));
+        ASSERT_OK(kq_update_jump_q31(&track, &radar.sensor, z, ALL, number(12)));
+        ASSERT_OK(K(update_jump)(&wide_track, &wide_radar, rounded(z), ALL, of_number(number(12))));
+        TEST_ASSERT_EQUAL_HEX(K(events)(&wide_track), kq_events_q31(&track));
+        ASSERT_LIKE(&wide_track, &track, GOAL);
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, drive()));
+        ASSERT_OK(K(predict)(&wide_track, &wide_motion, (const double[]){4}));
+    }
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP, kq_events_q31(&track));
+}
+
+static void a_student_step_is_that_of_double(void)
+{
+    uint32_t seed = 7;
+    double at = 0;
+    for (int t = 0; t < 60; t++) {
+        const int odd = t % 2;
+        const uint32_t present = t == 8 ? 0 : t % 7 == 3 ? 2 : ALL;
+        at += t % 10 == 5 ? 200 : 1;
+        const int32_t *z = seen(at + noise(&seed), 0.5 * at + noise(&seed));
+        ASSERT_OK(kq_step_student_q31(&track, &motion.process, drive(),
+                                      odd ? &radar.sensor : &coupled.sensor, z, present, number(2),
+                                      &scaled, root, q));
+        ASSERT_OK(K(step_student)(&wide_track, &wide_motion, (const double[]){4},
+                                  odd ? &wide_radar : &wide_coupled, rounded(z), present, 2,
+                                  &wide_scaled, wide_q));
+        ASSERT_WITHIN(GOAL * wide_q[0], wide_q[0], of_number(q[0]));
+        ASSERT_LIKE(&wide_track, &track, GOAL);
+        TEST_ASSERT_EQUAL_HEX(K(events)(&wide_track), kq_events_q31(&track));
+        ASSERT_WITHIN(GOAL * (10 + K(nis)(&wide_track)), K(nis)(&wide_track),
+                      score_value(kq_nis_q31(&track)));
+    }
+}
+
+static void a_student_step_is_one_with_scaled_noise(void)
+{
+    for (int t = 0; t < 6; t++) {
+        const int32_t *z = seen(t == 3 ? 300 : t, 1);
+        ASSERT_OK(kq_step_student_q31(&track, &motion.process, drive(), &radar.sensor, z,
+                                      t == 4 ? 0 : ALL, number(2), &scaled, root, q));
+        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, q[0], root));
+        ASSERT_OK(kq_predict_q31(&twin, &scaled, drive()));
+        ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, z, t == 4 ? 0 : ALL));
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
+        if (t == 4) ASSERT_WITHIN(0, 1, of_number(q[0]));
+    }
+}
+
+/* ------------------------------------------------------------------------------ scaled noise */
+
+static void powers_of_4_move_the_exponents_alone(void)
+{
+    for (int k = -3; k < 8; k++) {
+        ASSERT_OK(
+            kq_process_scale_noise_q31(&scaled, &motion.process, number(ldexp(1, 2 * k)), root));
+        for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i], root[i]);
+        for (int i = 3; i < 5; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i] + k, root[i]);
+    }
+    TEST_ASSERT_TRUE(scaled.noise_root == root);
+    TEST_ASSERT_TRUE(scaled.transition == motion.transition);
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, number(0), root));
+    for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(0, root[i]);
+    ASSERT_OK(kq_predict_q31(&track, &scaled, drive()));
+}
+
+static void scaled_noise_is_that_of_double(void)
+{
+    for (int k = 0; k < 20; k++) {
+        const kq_scaled_q31 factor = number(exp(k - 8));
+        start();
+        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, factor, root));
+        ASSERT_OK(K(process_scale_noise)(&wide_scaled, &wide_motion, of_number(factor)));
+        ASSERT_OK(kq_predict_q31(&track, &scaled, drive()));
+        ASSERT_OK(K(predict)(&wide_track, &wide_scaled, (const double[]){4}));
+        ASSERT_LIKE(&wide_track, &track, 1e-8);
+    }
+}
+
+/* ------------------------------------------------------------------------------ the smoother */
+
+static void the_reweighted_smoother_is_that_of_double(void)
+{
+    for (int pass = 0; pass < 3; pass++) {
+        uint32_t seed = 11;
+        start();
+        ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        ASSERT_OK(K(history_attach)(&wide_tape, &wide_track));
+        for (int t = 0; t < 30; t++) {
+            const int32_t *z = seen(t + (t > 12 ? 60 : 0) + noise(&seed), t + noise(&seed));
+            ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, q[t], root));
+            ASSERT_OK(K(process_scale_noise)(&wide_scaled, &wide_motion, wide_q[t]));
+            ASSERT_OK(kq_step_q31(&track, &scaled, drive(), &radar.sensor, z));
+            ASSERT_OK(
+                K(step)(&wide_track, &wide_scaled, (const double[]){4}, &wide_radar, rounded(z)));
+        }
+        ASSERT_OK(kq_smooth_reweighted_q31(&tape, &scaled, &motion.process, root, number(2), q));
+        ASSERT_OK(K(smooth_reweighted)(&wide_tape, &wide_scaled, &wide_motion, 2, wide_q));
+        for (int t = 0; t < 30; t++) {
+            ASSERT_WITHIN(4 * GOAL * wide_q[t], wide_q[t], of_number(q[t]));
+            const double sigma = K(smoothed_sigma)(&wide_tape, (size_t)t, 0);
+            const double words = kq_smoothed_mean_q31(&tape, (size_t)t, 0) +
+                                 ldexp(kq_smoothed_mean_low_q31(&tape, (size_t)t, 0), -24);
+            ASSERT_WITHIN(4 * GOAL * sigma, K(smoothed_mean)(&wide_tape, (size_t)t, 0),
+                          ldexp(words, -motion.state_format[0].fraction));
+        }
+    }
+    TEST_ASSERT_TRUE(wide_q[13] > 20);
+}
+
+/* Noise of rank 1: what it does not move is not counted. */
+static void noise_of_less_rank_counts_by_its_rank(void)
+{
+    static const double singular[] = {0.5, 1, 1, 2};
+    static const double factor[] = {0.70710678118654752, 1.41421356237309505};
+    put_process(&motion, 2, 1, range, drive_range, A, B, singular);
+    ASSERT_OK(kq_root_prepare_factor_q31(motion.noise_root, factor, 2, 1, motion.state_format));
+    ASSERT_OK(K(process_init_factor)(&wide_motion, A, B, factor, 1));
+    the_reweighted_smoother_is_that_of_double();
+}
+
+/* ------------------------------------------------------------------------------ refusals */
+
+static void refusals(void)
+{
+    const int32_t *z = seen(1, 1);
+    const kq_scaled_q31 bad = {1, 0}, two = number(2), zero = {0, 0}, less = number(-2);
+    const kq_sensor_q31 *s = &radar.sensor;
+    kq_process_q31 *m = &motion.process;
+    gate.limit = 0;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_gated_q31(&track, &gate, s, z, ALL));
+    gate.limit = 1;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_gated_q31(&track, NULL, s, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_gated_q31(&blank, &gate, s, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_gated_q31(&track, &gate, &blank_sensor, z, ALL));
+    const int32_t far[] = {INT32_MAX, INT32_MIN};
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_gated_q31(&track, &gate, s, far, ALL));
+
+    update_q31 *updates[] = {huber, student, kq_update_jump_q31};
+    for (int k = 0; k < COUNT(updates); k++) {
+        ASSERT_REFUSED(KQ_ERR_NULL, updates[k](NULL, s, z, ALL, two));
+        ASSERT_REFUSED(KQ_ERR_NULL, updates[k](&track, s, NULL, ALL, two));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, updates[k](&track, &blank_sensor, z, ALL, two));
+        ASSERT_REFUSED(KQ_ERR_COEFFICIENT, updates[k](&track, s, z, ALL, bad));
+        ASSERT_REFUSED(KQ_ERR_RANGE, updates[k](&track, s, z, ALL, zero));
+        ASSERT_REFUSED(KQ_ERR_RANGE, updates[k](&track, s, z, ALL, less));
+        ASSERT_REFUSED(KQ_ERR_RANGE, updates[k](&track, s, far, ALL, two));
+    }
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_jump_q31(&track, s, z, ALL, number(0.5)));
+
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(NULL, m, two, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(&scaled, NULL, two, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(&scaled, m, two, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   kq_process_scale_noise_q31(&scaled, &blank_process, two, root));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(m, m, two, root));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(&scaled, m, two, motion.noise_root));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_scale_noise_q31(&scaled, m, bad, root));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_process_scale_noise_q31(&scaled, m, less, root));
+
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   kq_step_student_q31(&track, m, NULL, s, z, ALL, two, NULL, root, q));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   kq_step_student_q31(&track, m, NULL, s, z, ALL, two, &scaled, NULL, q));
+    ASSERT_REFUSED(KQ_ERR_RANGE,
+                   kq_step_student_q31(&track, m, NULL, s, z, ALL, zero, &scaled, root, q));
+    ASSERT_REFUSED(KQ_ERR_RANGE,
+                   kq_step_student_q31(&track, m, NULL, s, far, ALL, two, &scaled, root, q));
+
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_reweighted_q31(&tape, &scaled, m, root, two, q));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_update_jump_q31(&track, s, z, ALL, two));
+    ASSERT_OK(kq_predict_q31(&track, m, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_reweighted_q31(&tape, &scaled, m, NULL, two, q));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_smooth_reweighted_q31(&tape, &scaled, m, root, zero, q));
+    q[0] = bad;
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_smooth_reweighted_q31(&tape, &scaled, m, root, two, q));
+}
+
+/* A factor of the root that would take its exponents beyond those of a table */
+static void exponents_stay_within_their_limits(void)
+{
+    const kq_scaled_q31 large = {INT32_C(1) << 30, 1000}, small = {INT32_C(1) << 30, -1000};
+    kq_process_q31 again;
+    int32_t other[KQ_ROOT_LEN_Q31(2)];
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, large, root));
+    kq_status status = KQ_OK;
+    for (int k = 0; k < 4 && !status; k++) {
+        status = kq_process_scale_noise_q31(&again, &scaled, large, other);
+        if (!status) status = kq_process_scale_noise_q31(&scaled, &again, large, root);
+    }
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
+    ASSERT_OK(kq_predict_q31(&track, &scaled, NULL));
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, small, root));
+    status = KQ_OK;
+    for (int k = 0; k < 4 && !status; k++) {
+        status = kq_process_scale_noise_q31(&again, &scaled, small, other);
+        if (!status) status = kq_process_scale_noise_q31(&scaled, &again, small, root);
+    }
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_gate_takes_or_leaves);
+    RUN_TEST(limits_are_scores);
+    RUN_TEST(outliers_are_weighed_as_in_double);
+    RUN_TEST(what_is_not_clipped_is_taken_as_it_is);
+    RUN_TEST(a_jump_is_followed_as_in_double);
+    RUN_TEST(a_student_step_is_that_of_double);
+    RUN_TEST(a_student_step_is_one_with_scaled_noise);
+    RUN_TEST(powers_of_4_move_the_exponents_alone);
+    RUN_TEST(scaled_noise_is_that_of_double);
+    RUN_TEST(the_reweighted_smoother_is_that_of_double);
+    RUN_TEST(noise_of_less_rank_counts_by_its_rank);
+    RUN_TEST(refusals);
+    RUN_TEST(exponents_stay_within_their_limits);
+    return UNITY_END();
+}
