@@ -13,6 +13,10 @@ typedef kq_filter_f32 filter;
 typedef kq_likelihood_f32 likelihood;
 typedef kq_history_f32 history;
 typedef kq_smooth_extras_f32 smooth_extras;
+typedef kq_steady_f32 steady;
+typedef kq_steady_solution_f32 steady_solution;
+typedef kq_steady_smoother_f32 steady_smoother;
+typedef kq_switch_f32 settling;
 
 typedef num score;
 
@@ -20,5 +24,9 @@ typedef num score;
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F32
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
+#define STEADY_LEN KQ_STEADY_LEN_F32
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F32
+#define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
+#define SWITCH_LEN KQ_SWITCH_LEN_F32
 
 #endif

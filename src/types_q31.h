@@ -13,11 +13,17 @@ typedef kq_filter_q31 filter;
 typedef kq_likelihood_q31 likelihood;
 typedef kq_history_q31 history;
 typedef kq_smooth_extras_q31 smooth_extras;
+typedef kq_steady_q31 steady;
+typedef kq_steady_smoother_q31 steady_smoother;
+typedef kq_switch_q31 settling;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
 #define HISTORY_LEN KQ_HISTORY_LEN_Q31
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_Q31
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN_Q31
+#define STEADY_LEN KQ_STEADY_LEN_Q31
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_Q31
+#define SWITCH_LEN KQ_SWITCH_LEN_Q31
 
 #endif

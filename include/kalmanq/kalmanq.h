@@ -10,6 +10,7 @@
 #include "size.h"
 #include "smoother.h"
 #include "status.h"
+#include "steady.h"
 #include "version.h"
 
 #endif
