@@ -226,26 +226,20 @@ kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, s
     return steady_assign(st, n, m, memory, length);
 }
 
-kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_sensor_f32 *s, const float *x0,
-                             const float *gains, size_t count)
+kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p,
+                             const kq_sensor_f32 *s, const float *x0, const float *gains,
+                             size_t count)
 {
-    return steady_init(st, s, x0, gains, count);
+    return steady_init(st, p, s, x0, gains, count);
 }
 
-kq_status kq_steady_predict_f32(kq_steady_f32 *st, const kq_process_f32 *p, const float *u)
-{
-    return steady_predict(st, p, u);
-}
+kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u) { return steady_predict(st, u); }
 
-kq_status kq_steady_update_f32(kq_steady_f32 *st, const kq_sensor_f32 *s, const float *z)
-{
-    return steady_update(st, s, z);
-}
+kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z) { return steady_update(st, z); }
 
-kq_status kq_steady_step_f32(kq_steady_f32 *st, const kq_process_f32 *p, const float *u,
-                             const kq_sensor_f32 *s, const float *z)
+kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z)
 {
-    return steady_step(st, p, u, s, z);
+    return steady_step(st, u, z);
 }
 
 float kq_steady_mean_f32(const kq_steady_f32 *st, int i)
@@ -253,10 +247,9 @@ float kq_steady_mean_f32(const kq_steady_f32 *st, int i)
     return steady_has(st, i) ? steady_get(st->memory, st->states, i) : num_nan();
 }
 
-kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const kq_sensor_f32 *s, const float *z,
-                                   float *e)
+kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e)
 {
-    return steady_innovation(st, s, z, e);
+    return steady_innovation(st, z, e);
 }
 
 kq_status kq_steady_smoother_make_f32(const kq_filter_f32 *f, const kq_process_f32 *p,

@@ -226,26 +226,20 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
     return steady_assign(st, n, m, memory, length);
 }
 
-kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_sensor_f64 *s, const double *x0,
-                             const double *gains, size_t count)
+kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p,
+                             const kq_sensor_f64 *s, const double *x0, const double *gains,
+                             size_t count)
 {
-    return steady_init(st, s, x0, gains, count);
+    return steady_init(st, p, s, x0, gains, count);
 }
 
-kq_status kq_steady_predict_f64(kq_steady_f64 *st, const kq_process_f64 *p, const double *u)
-{
-    return steady_predict(st, p, u);
-}
+kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u) { return steady_predict(st, u); }
 
-kq_status kq_steady_update_f64(kq_steady_f64 *st, const kq_sensor_f64 *s, const double *z)
-{
-    return steady_update(st, s, z);
-}
+kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z) { return steady_update(st, z); }
 
-kq_status kq_steady_step_f64(kq_steady_f64 *st, const kq_process_f64 *p, const double *u,
-                             const kq_sensor_f64 *s, const double *z)
+kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z)
 {
-    return steady_step(st, p, u, s, z);
+    return steady_step(st, u, z);
 }
 
 double kq_steady_mean_f64(const kq_steady_f64 *st, int i)
@@ -253,10 +247,9 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i)
     return steady_has(st, i) ? steady_get(st->memory, st->states, i) : num_nan();
 }
 
-kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const kq_sensor_f64 *s, const double *z,
-                                   double *e)
+kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e)
 {
-    return steady_innovation(st, s, z, e);
+    return steady_innovation(st, z, e);
 }
 
 kq_status kq_steady_smoother_make_f64(const kq_filter_f64 *f, const kq_process_f64 *p,

@@ -204,26 +204,26 @@ kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory,
     return steady_assign(st, n, m, memory, length);
 }
 
-kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_sensor_q31 *s, const int32_t *x0,
-                             const kq_scaled_q31 *gains, size_t count)
+kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p,
+                             const kq_sensor_q31 *s, const int32_t *x0, const kq_scaled_q31 *gains,
+                             size_t count)
 {
-    return steady_init(st, s, x0, gains, count);
+    return steady_init(st, p, s, x0, gains, count);
 }
 
-kq_status kq_steady_predict_q31(kq_steady_q31 *st, const kq_process_q31 *p, const int32_t *u)
+kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u)
 {
-    return steady_predict(st, p, u);
+    return steady_predict(st, u);
 }
 
-kq_status kq_steady_update_q31(kq_steady_q31 *st, const kq_sensor_q31 *s, const int32_t *z)
+kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z)
 {
-    return steady_update(st, s, z);
+    return steady_update(st, z);
 }
 
-kq_status kq_steady_step_q31(kq_steady_q31 *st, const kq_process_q31 *p, const int32_t *u,
-                             const kq_sensor_q31 *s, const int32_t *z)
+kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z)
 {
-    return steady_step(st, p, u, s, z);
+    return steady_step(st, u, z);
 }
 
 int32_t kq_steady_mean_q31(const kq_steady_q31 *st, int i)
@@ -243,10 +243,9 @@ void kq_steady_events_clear_q31(kq_steady_q31 *st)
     if (st) st->events = 0;
 }
 
-kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const kq_sensor_q31 *s, const int32_t *z,
-                                   int32_t *e)
+kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e)
 {
-    return steady_innovation(st, s, z, e);
+    return steady_innovation(st, z, e);
 }
 
 kq_status kq_steady_smoother_make_q31(const kq_filter_q31 *f, const kq_process_q31 *p,

@@ -16,18 +16,17 @@ static inline void steady_set(num *x, int n, int i, num value)
     x[i] = value;
 }
 
-/* t <- x, to be read while x is overwritten */
-KQ_INLINE void steady_copy(num *t, const num *x, int n)
+/* t_i <- row'x, where the row is zero left of `first`; and with a drive */
+KQ_INLINE unsigned steady_row(num *t, int n, int i, const num *row, int first, const num *x)
 {
-    KQ_UNROLL
-    for (int i = 0; i < n; i++) t[i] = x[i];
+    t[i] = dot(row[n - 1] * x[n - 1], row + first, x + first, n - 1 - first);
+    return 0;
 }
 
-/* x_i <- row't + drive, where the row is zero left of `first` */
-KQ_INLINE unsigned steady_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                  num drive)
+KQ_INLINE unsigned steady_drive(num *t, int n, int i, const num *row, int first, const num *x,
+                                num drive)
 {
-    x[i] = dot(drive, row + first, t + first, n - first);
+    t[i] = dot(drive, row + first, x + first, n - first);
     return 0;
 }
 
@@ -39,11 +38,12 @@ KQ_INLINE num steady_residual(num z, const num *h, const num *x, int n)
     return z;
 }
 
-/* x_i += row'e */
-KQ_INLINE unsigned steady_add(num *x, int n, int i, const num *row, const num *e, int m)
+/* x_i <- t_i + row'e */
+KQ_INLINE unsigned steady_add(num *x, const num *t, int n, int i, const num *row, const num *e,
+                              int m)
 {
     (void)n;
-    x[i] = dot(x[i], row, e, m);
+    x[i] = dot(t[i], row, e, m);
     return 0;
 }
 

@@ -13,12 +13,17 @@ static inline void steady_set(int32_t *x, int n, int i, int32_t value)
     wide_set(x, n, i, raise_wide(value, 24, 55));
 }
 
-KQ_INLINE void steady_copy(int32_t *t, const int32_t *x, int n) { mean_copy(t, x, n); }
-
-KQ_INLINE unsigned steady_advance(int32_t *x, int n, int i, const scaled *row, int first,
-                                  const int32_t *t, int64_t drive)
+/* t_i <- row'x + drive, where the row is zero left of `first` */
+KQ_INLINE unsigned steady_drive(int32_t *t, int n, int i, const scaled *row, int first,
+                                const int32_t *x, int64_t drive)
 {
-    return mean_advance(x, n, i, row, first, t, drive);
+    return mean_advance(t, n, i, row, first, x, drive);
+}
+
+KQ_INLINE unsigned steady_row(int32_t *t, int n, int i, const scaled *row, int first,
+                              const int32_t *x)
+{
+    return mean_advance(t, n, i, row, first, x, 0);
 }
 
 KQ_INLINE scaled steady_residual(int32_t z, const scaled *h, const int32_t *x, int n)
@@ -26,11 +31,12 @@ KQ_INLINE scaled steady_residual(int32_t z, const scaled *h, const int32_t *x, i
     return mean_residual(z, h, x, n, 0, n);
 }
 
-/* x_i += row'e.  A product that is shifted down by 6 bits or more is below 2^56, which others are
-   held at: 16 of them and x_i stay below 2^61. */
-KQ_INLINE unsigned steady_add(int32_t *x, int n, int i, const scaled *row, const scaled *e, int m)
+/* x_i <- t_i + row'e.  A product that is shifted down by 6 bits or more is below 2^56, which others
+   are held at: 16 of them and t_i stay below 2^61. */
+KQ_INLINE unsigned steady_add(int32_t *x, const int32_t *t, int n, int i, const scaled *row,
+                              const scaled *e, int m)
 {
-    int64_t total = wide_get(x, n, i);
+    int64_t total = wide_get(t, n, i);
     KQ_UNROLL
     for (int c = 0; c < m; c++) {
         const int64_t p = product(row[c].mantissa, e[c].mantissa);

@@ -127,34 +127,38 @@ kq_status kq_steady_schedule_f64(const kq_filter_f64 *f, const kq_process_f64 *p
 typedef struct {
     uint8_t states;     /* n */
     uint8_t components; /* m */
-    uint8_t ready;
     uint8_t events;
-    uint16_t plain; /* n + 256 m once initialised, otherwise 0 */
-    uint16_t length;
-    float *memory;     /* the caller's: the mean */
-    const float *gain; /* of the next update */
-    size_t left;       /* gains behind it */
+    uint8_t length;     /* words at memory */
+    uint16_t plain;     /* n + 256 m, and 128 where A is upper triangular; 0 before the last gain */
+    float *memory;       /* the caller's: the mean */
+    const float *gain;   /* of the next update; NULL until initialised */
+    size_t left;        /* gains behind it */
+    const kq_process_f32 *process;
+    const kq_sensor_f32 *sensor;
 } kq_steady_f32;
 
 typedef struct {
     uint8_t states;
     uint8_t components;
-    uint8_t ready;
     uint8_t events;
+    uint8_t length;
     uint16_t plain;
-    uint16_t length;
     double *memory;
     const double *gain;
     size_t left;
+    const kq_process_f64 *process;
+    const kq_sensor_f64 *sensor;
 } kq_steady_f64;
 
 /** A steady-state filter `name` of n states for m components with its storage, in static memory. */
 #define KQ_STEADY_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_STEADY_LEN_F32(n)];                                              \
-    static kq_steady_f32 name = {n, m, 0, 0, 0, KQ_STEADY_LEN_F32(n), name##_memory, NULL, 0}
+    static kq_steady_f32 name = {                                                                  \
+        n, m, 0, KQ_STEADY_LEN_F32(n), 0, name##_memory, NULL, 0, NULL, NULL}
 #define KQ_STEADY_F64(name, n, m)                                                                  \
-    static double name##_memory[KQ_STEADY_LEN_F64(n)];                                             \
-    static kq_steady_f64 name = {n, m, 0, 0, 0, KQ_STEADY_LEN_F64(n), name##_memory, NULL, 0}
+    static double name##_memory[KQ_STEADY_LEN_F64(n)];                                              \
+    static kq_steady_f64 name = {                                                                  \
+        n, m, 0, KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL, 0, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -174,10 +178,12 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
  * KQ_ERR_NULL, KQ_ERR_SIZE (count = 0, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
  * (sensor), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
-kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_sensor_f32 *s, const float *x0,
-                             const float *gains, size_t count);
-kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_sensor_f64 *s, const double *x0,
-                             const double *gains, size_t count);
+kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p,
+                             const kq_sensor_f32 *s, const float *x0, const float *gains,
+                             size_t count);
+kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p,
+                             const kq_sensor_f64 *s, const double *x0, const double *gains,
+                             size_t count);
 
 /**
  * predict   x <- A x + B u              u: l, or NULL: no control
@@ -193,14 +199,12 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_sensor_f64 *s, const do
  * kq_fixed_steady_step (src/kq_fixed_<T>.h) is the step for sizes that the compiler knows.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE (u, z).
  */
-kq_status kq_steady_predict_f32(kq_steady_f32 *st, const kq_process_f32 *p, const float *u);
-kq_status kq_steady_predict_f64(kq_steady_f64 *st, const kq_process_f64 *p, const double *u);
-kq_status kq_steady_update_f32(kq_steady_f32 *st, const kq_sensor_f32 *s, const float *z);
-kq_status kq_steady_update_f64(kq_steady_f64 *st, const kq_sensor_f64 *s, const double *z);
-kq_status kq_steady_step_f32(kq_steady_f32 *st, const kq_process_f32 *p, const float *u,
-                             const kq_sensor_f32 *s, const float *z);
-kq_status kq_steady_step_f64(kq_steady_f64 *st, const kq_process_f64 *p, const double *u,
-                             const kq_sensor_f64 *s, const double *z);
+kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
+kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
+kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
+kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
+kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
+kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
 
 /** x_i, in the state's unit.  NaN where st or i is bad. */
 float kq_steady_mean_f32(const kq_steady_f32 *st, int i);
@@ -211,10 +215,8 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
  *   e        m, written; may be z
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
  */
-kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const kq_sensor_f32 *s, const float *z,
-                                   float *e);
-kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const kq_sensor_f64 *s,
-                                   const double *z, double *e);
+kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
+kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
 
 /* ------------------------------------------------------------------ the smoother
  *
@@ -398,21 +400,20 @@ kq_status kq_steady_schedule_q31(const kq_filter_q31 *f, const kq_process_q31 *p
 typedef struct {
     uint8_t states;
     uint8_t components;
-    uint8_t ready;
     uint8_t events;
+    uint8_t length;
     uint16_t plain;
-    uint16_t length;
     int32_t *memory;
     const kq_scaled_q31 *gain;
     size_t left;
-    const kq_format_q31 *state_format;
-    const kq_format_q31 *measurement_format;
+    const kq_process_q31 *process;
+    const kq_sensor_q31 *sensor;
 } kq_steady_q31;
 
 #define KQ_STEADY_Q31(name, n, m)                                                                  \
-    static int32_t name##_memory[KQ_STEADY_LEN_Q31(n)];                                            \
+    static int32_t name##_memory[KQ_STEADY_LEN_Q31(n)];                                              \
     static kq_steady_q31 name = {                                                                  \
-        n, m, 0, 0, 0, KQ_STEADY_LEN_Q31(n), name##_memory, NULL, 0, NULL, NULL}
+        n, m, 0, KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL, 0, NULL, NULL}
 
 kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
@@ -421,18 +422,18 @@ kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory,
  * KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not normalised or
  * beyond the exponents' limit).
  */
-kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_sensor_q31 *s, const int32_t *x0,
-                             const kq_scaled_q31 *gains, size_t count);
+kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p,
+                             const kq_sensor_q31 *s, const int32_t *x0, const kq_scaled_q31 *gains,
+                             size_t count);
 
 /**
  * As in f32; KQ_ERR_RANGE for u and z, KQ_ERR_MISMATCH also for other formats.  A mean that would
  * leave its word is held there, with KQ_EVENT_SATURATED.
  * Accuracy: the mean is rounded to 2^-24 word, a product with the gain to 2^-31 of itself.
  */
-kq_status kq_steady_predict_q31(kq_steady_q31 *st, const kq_process_q31 *p, const int32_t *u);
-kq_status kq_steady_update_q31(kq_steady_q31 *st, const kq_sensor_q31 *s, const int32_t *z);
-kq_status kq_steady_step_q31(kq_steady_q31 *st, const kq_process_q31 *p, const int32_t *u,
-                             const kq_sensor_q31 *s, const int32_t *z);
+kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
+kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
+kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
 
 /** The events, and back to none.  A NULL st has none. */
 unsigned kq_steady_events_q31(const kq_steady_q31 *st);
@@ -443,8 +444,7 @@ int32_t kq_steady_mean_q31(const kq_steady_q31 *st, int i);
 int32_t kq_steady_mean_low_q31(const kq_steady_q31 *st, int i);
 
 /** Rounded to words of the measurement, held at +-(2^31 - 1). */
-kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const kq_sensor_q31 *s,
-                                   const int32_t *z, int32_t *e);
+kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
 
 /** The constants; S in words, J of no unit, j per word of the innovation. */
 typedef struct {
