@@ -22,7 +22,10 @@ static inline scaled coordinate_scaled(wide a) { return a; }
 static inline wide coordinate_of(scaled a) { return a; }
 
 /* row'a, and b more of it */
-static inline wide coordinate_row(const scaled *row, const num *a, int n) { return dot(0, row, a, n); }
+static inline wide coordinate_row(const scaled *row, const num *a, int n)
+{
+    return dot(0, row, a, n);
+}
 static inline wide coordinate_plus(wide a, scaled b) { return a + b; }
 
 /* The first `count` >= 1 terms of a row's product with a */

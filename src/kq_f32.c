@@ -38,7 +38,10 @@ static void switch_predict(filter *f, const process *p, const num *u)
     (void)kq_predict_f32(f, p, u);
 }
 
-static void switch_update(filter *f, const sensor *s, const num *z) { (void)kq_update_f32(f, s, z); }
+static void switch_update(filter *f, const sensor *s, const num *z)
+{
+    (void)kq_update_f32(f, s, z);
+}
 
 #include "switch.inc"
 
@@ -226,9 +229,8 @@ kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, s
     return steady_assign(st, n, m, memory, length);
 }
 
-kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p,
-                             const kq_sensor_f32 *s, const float *x0, const float *gains,
-                             size_t count)
+kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
+                             const float *x0, const float *gains, size_t count)
 {
     return steady_init(st, p, s, x0, gains, count);
 }

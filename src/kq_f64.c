@@ -38,7 +38,10 @@ static void switch_predict(filter *f, const process *p, const num *u)
     (void)kq_predict_f64(f, p, u);
 }
 
-static void switch_update(filter *f, const sensor *s, const num *z) { (void)kq_update_f64(f, s, z); }
+static void switch_update(filter *f, const sensor *s, const num *z)
+{
+    (void)kq_update_f64(f, s, z);
+}
 
 #include "switch.inc"
 
@@ -226,14 +229,16 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
     return steady_assign(st, n, m, memory, length);
 }
 
-kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p,
-                             const kq_sensor_f64 *s, const double *x0, const double *gains,
-                             size_t count)
+kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
+                             const double *x0, const double *gains, size_t count)
 {
     return steady_init(st, p, s, x0, gains, count);
 }
 
-kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u) { return steady_predict(st, u); }
+kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u)
+{
+    return steady_predict(st, u);
+}
 
 kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z) { return steady_update(st, z); }
 

@@ -36,7 +36,10 @@ static void switch_predict(filter *f, const process *p, const num *u)
     (void)kq_predict_q31(f, p, u);
 }
 
-static void switch_update(filter *f, const sensor *s, const num *z) { (void)kq_update_q31(f, s, z); }
+static void switch_update(filter *f, const sensor *s, const num *z)
+{
+    (void)kq_update_q31(f, s, z);
+}
 
 #include "switch.inc"
 
@@ -204,9 +207,8 @@ kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory,
     return steady_assign(st, n, m, memory, length);
 }
 
-kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p,
-                             const kq_sensor_q31 *s, const int32_t *x0, const kq_scaled_q31 *gains,
-                             size_t count)
+kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
+                             const int32_t *x0, const kq_scaled_q31 *gains, size_t count)
 {
     return steady_init(st, p, s, x0, gains, count);
 }
@@ -216,10 +218,7 @@ kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u)
     return steady_predict(st, u);
 }
 
-kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z)
-{
-    return steady_update(st, z);
-}
+kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z) { return steady_update(st, z); }
 
 kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z)
 {

@@ -22,12 +22,12 @@ static const num num_tiny = 0x1p-120f;         /* smallest variance of a noise *
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
 static const num num_zero_variance = 0x1p-96f; /* an innovation variance below it counts as 0 */
 static const num num_stage = 0x1p-12f;         /* of f'f: the noise of a stage */
-static const num num_sharp = 0x1p-15f;         /* least share of noise in what doubling begins with */
+static const num num_sharp = 0x1p-15f;         /* least share of noise where doubling begins */
 static const num num_huge = 0x1p60f;           /* and where it is given up */
 static const num num_growth = 1.25f;           /* of a covariance that does not settle, a row */
 static const num num_unsettled = 0x1p-6f;      /* a change beyond it is not rounding */
 enum { settled_bits_max = KQ_SETTLED_BITS_MAX_F32, num_refinements = 30 };
-enum { num_digits = 24 };                      /* of a number; doublings, too */
+enum { num_digits = 24 }; /* of a number; doublings, too */
 static const num num_half = 0.5f;
 static const num num_root_half = 0.70710678f;
 static const num num_log_2 = 0.69314718f;

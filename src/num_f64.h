@@ -21,12 +21,12 @@ static const num num_tiny = 0x1p-400;          /* smallest variance of a noise *
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
 static const num num_stage = 0x1p-44;          /* of f'f: the noise of a stage */
-static const num num_sharp = 0x1p-44;          /* least share of noise in what doubling begins with */
+static const num num_sharp = 0x1p-44;          /* least share of noise where doubling begins */
 static const num num_huge = 0x1p500;           /* and where it is given up */
 static const num num_growth = 1.25;            /* of a covariance that does not settle, a row */
 static const num num_unsettled = 0x1p-20;      /* a change beyond it is not rounding */
 enum { settled_bits_max = KQ_SETTLED_BITS_MAX_F64, num_refinements = 30 };
-enum { num_digits = 53 };                      /* of a number; doublings, too */
+enum { num_digits = 53 }; /* of a number; doublings, too */
 static const num num_half = 0.5;
 static const num num_root_half = 0.70710678118654752;
 static const num num_log_2 = 0.69314718055994531;

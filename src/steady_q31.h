@@ -23,10 +23,7 @@ static inline void steady_keep(int32_t *x, int n, int i, steady_word value)
 
 static inline steady_word steady_whole(const int32_t *x, int n, int i) { return wide_get(x, n, i); }
 
-static inline int is_one(scaled a)
-{
-    return a.mantissa == INT32_C(1) << 30 && a.exponent == -30;
-}
+static inline int is_one(scaled a) { return a.mantissa == INT32_C(1) << 30 && a.exponent == -30; }
 
 /* Is it within half of the word?  Then nothing has to be held. */
 static inline int is_small(int64_t value)
@@ -65,8 +62,7 @@ KQ_INLINE wide steady_dot(wide total, int n, const scaled *row, int first, const
     KQ_UNROLL
     for (int k = first; k < n; k++) {
         if (row[k].mantissa == 0) continue;
-        const wide part =
-            is_one(row[k]) ? wide_get(x, n, k) : steady_times(row[k], x[k], x[n + k]);
+        const wide part = is_one(row[k]) ? wide_get(x, n, k) : steady_times(row[k], x[k], x[n + k]);
         total = sum_of(total, part, 60);
     }
     return total;

@@ -8,8 +8,8 @@
  * With A, H, Q and R constant, P- and K converge whatever the prior was.  The steady-state filter
  * carries no covariance: predict and update move the mean alone.  This header has
  *
- *     kq_steady_solve       the equation above: P-, P, K, the smoother's gain (f32, f64; on the host
- *                           for q31, then kq_matrix_prepare_q31)
+ *     kq_steady_solve       the equation above: P-, P, K, the smoother's gain (f32, f64; for q31
+ *                           on the host, then kq_matrix_prepare_q31)
  *     kq_steady_schedule    the gains from the prior on, until they settle (all arithmetics)
  *     kq_steady             the filter that runs them; one gain: the steady one alone
  *     kq_steady_smoother    the smoother without covariances
@@ -36,13 +36,13 @@ extern "C" {
 #define KQ_STEADY_WORK_LEN_F64(n, m)                                                               \
     ((size_t)KQ_FILTER_LEN_F64(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F64(n, m, 1, 0))
 
-/** Words of workspace for kq_steady_solve: 245 at n, m = 4, 2 in f32, without the last term. */
+/** Words of workspace for kq_steady_solve: 210 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
-    ((size_t)(n) * (7 * (size_t)(n) + 2 + 2 * (size_t)(m) + ((n) > (m) ? (size_t)(n) : (size_t)(m))) + \
-     3 * (size_t)KQ_TRIANGLE(n) + KQ_STEADY_WORK_LEN_F32(n, m))
+    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
 #define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
-    ((size_t)(n) * (7 * (size_t)(n) + 2 + 2 * (size_t)(m) + ((n) > (m) ? (size_t)(n) : (size_t)(m))) + \
-     3 * (size_t)KQ_TRIANGLE(n) + KQ_STEADY_WORK_LEN_F64(n, m))
+    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
+#define KQ_STEADY_SQUARES_LEN(n, m)                                                                \
+    ((n) * (7 * (n) + 2 * (m) + 2 + ((n) > (m) ? (n) : (m))) + 3 * KQ_TRIANGLE(n))
 
 /** What kq_steady_solve can give; each pointer may be NULL. */
 typedef struct {
@@ -68,14 +68,14 @@ typedef struct {
  * Method: the structured doubling algorithm on roots, then Newton's method in the form of sums of
  * squares (at most 30 steps, mostly 2 or 3): P- is positive semi-definite by construction.
  * Cost: about 40 n^3 multiplications a doubling; a state that the filter forgets in T steps takes
- * 4 + log2 T doublings, and as many again for each step of Newton's.  Stack: 600 words.
+ * 4 + log2 T doublings, and as many again for each step of Newton's.  Stack: 300 words.
  * Accuracy, relative to sqrt(P_ii P_jj): about n eps / (1 - rho), rho being the largest
  * |eigenvalue| of A (I - K H): the equation itself is no better conditioned.
  * What lasts too long counts as lasting for ever: 1 - rho below 2^-20 (f32) or 2^-48 (f64).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (states), KQ_ERR_MEMORY,
  * KQ_ERR_NOT_DETECTABLE, KQ_ERR_NOT_STABILISABLE (if both are true, either),
- * KQ_ERR_NO_CONVERGENCE (a noise-free sensor with zeros of the noise's way to it on the unit circle:
- * there is a limit, but the filter does not forget).
+ * KQ_ERR_NO_CONVERGENCE (beyond the arithmetic; or a noise-free sensor that the noise reaches by a
+ * way with zeros on the unit circle: there is a limit, but the filter does not forget).
  * Sources: Chu, Fan, Lin and Wang, Structure-preserving algorithms for periodic discrete-time
  * algebraic Riccati equations, Int. J. Control 77 (2004); Hewer, An iterative technique for the
  * computation of the steady state gains for the discrete optimal regulator, IEEE Trans. Automat.
@@ -106,7 +106,7 @@ kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, d
  *   used     written: how many gains there are; the last one is for all that follow
  * The change that is left falls by rho^2 a step, so the last gain is within about 2^-bits /
  * (1 - rho^2) of the steady one; or replace it by that of kq_steady_solve.
- * Cost: 2 (m + 1) updates' work a step.  Stack: 700 words.
+ * Cost: 2 (m + 1) updates' work a step.  Stack: 300 words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY, KQ_ERR_SIZE (bits, steps),
  * KQ_ERR_NO_CONVERGENCE (not settled within `steps`).
  */
@@ -128,11 +128,11 @@ typedef struct {
     uint8_t states;     /* n */
     uint8_t components; /* m */
     uint8_t events;
-    uint8_t length;     /* words at memory */
-    uint16_t plain;     /* n + 256 m, and 128 where A is upper triangular; 0 before the last gain */
-    float *memory;       /* the caller's: the mean */
-    const float *gain;   /* of the next update; NULL until initialised */
-    size_t left;        /* gains behind it */
+    uint8_t length;    /* words at memory */
+    uint16_t plain;    /* n + 256 m, and 128 where A is upper triangular; 0 before the last gain */
+    float *memory;     /* the caller's: the mean */
+    const float *gain; /* of the next update; NULL until initialised */
+    size_t left;       /* gains behind it */
     const kq_process_f32 *process;
     const kq_sensor_f32 *sensor;
 } kq_steady_f32;
@@ -153,12 +153,12 @@ typedef struct {
 /** A steady-state filter `name` of n states for m components with its storage, in static memory. */
 #define KQ_STEADY_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_STEADY_LEN_F32(n)];                                              \
-    static kq_steady_f32 name = {                                                                  \
-        n, m, 0, KQ_STEADY_LEN_F32(n), 0, name##_memory, NULL, 0, NULL, NULL}
+    static kq_steady_f32 name = {n, m,    0,   KQ_STEADY_LEN_F32(n), 0, name##_memory, NULL,       \
+                                 0, NULL, NULL}
 #define KQ_STEADY_F64(name, n, m)                                                                  \
-    static double name##_memory[KQ_STEADY_LEN_F64(n)];                                              \
-    static kq_steady_f64 name = {                                                                  \
-        n, m, 0, KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL, 0, NULL, NULL}
+    static double name##_memory[KQ_STEADY_LEN_F64(n)];                                             \
+    static kq_steady_f64 name = {n, m,    0,   KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL,       \
+                                 0, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -170,34 +170,35 @@ kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, s
 kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
 
 /**
- * The mean before the first measurement, and the gains.  Clears the events.
- *   s        the sensor that will be measured with (its sizes; q31: its formats)
+ * The model, the mean before the first measurement, and the gains.
+ *   p, s     kept by reference.  They must not change: after a change of them call this again
  *   x0       n; not kept
- *   gains    count x n x m, kept by reference, const and in flash if you like: the t-th update takes
- *            gain t, from the last one on always that.  count = 1: the steady gain alone
+ *   gains    count x n x m, kept by reference, const and in flash if you like: the t-th update
+ *            takes gain t, from the last one on always that.  count = 1: the steady gain alone
  * KQ_ERR_NULL, KQ_ERR_SIZE (count = 0, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
- * (sensor), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
+ * (p, s), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
-kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p,
-                             const kq_sensor_f32 *s, const float *x0, const float *gains,
-                             size_t count);
-kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p,
-                             const kq_sensor_f64 *s, const double *x0, const double *gains,
-                             size_t count);
+kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
+                             const float *x0, const float *gains, size_t count);
+kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
+                             const double *x0, const double *gains, size_t count);
 
 /**
  * predict   x <- A x + B u              u: l, or NULL: no control
  * update    x <- x + K (z - H x)        z: m; of a correlated sensor, too
  * step      predict, then update; refused as a whole
  *
- * A step without a measurement is a predict.  The gain is then no longer the best one, as it does
- * not know (kq_switch does), but the estimate stays unbiased and the filter stable.
- * Cost: n^2 and 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).  Stack: 32 words.
- * Accuracy: the mean has one float in f32.  Every step rounds it at its size, eps |x| / 2, of which
- * about eps |x| / (1 - rho) adds up; a correction K e below eps |x| / 2 is lost.  Where sigma is
- * below 1e-5 of the state's range take kq_switch, whose mean is a pair, or f64 or q31.
- * kq_fixed_steady_step (src/kq_fixed_<T>.h) is the step for sizes that the compiler knows.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE (u, z).
+ * A step without a measurement is a predict.  After it the gain is too small, of which this filter
+ * knows nothing (kq_switch does); the estimate stays unbiased.
+ * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).  Stack: 54 words.
+ * kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2:
+ * 85 instructions on a Cortex-M4F in f32, 472 on an M3 in q31, A upper triangular, H selecting
+ * states; 96 and 1143 with dense A and H (tools/cost/steady.py).
+ * Accuracy against the full filter with the same gains: the mean has one float in f32.  Every step
+ * rounds it at its size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e
+ * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose
+ * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
+ * about 2^-b |e| / (1 - rho)^2. KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
  */
 kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
 kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
@@ -213,7 +214,7 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
 /**
  * e = z - H x.  Call it before the update.
  *   e        m, written; may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z).
  */
 kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
 kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
@@ -222,10 +223,10 @@ kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, dou
  *
  *     a_T = 0,    a_t = J a_{t+1} + j e_{t+1},    x_t|T = x_t + S a_t
  *
- * S is the root of the filtered covariance, a the smoothed state in its coordinates (smoother.h), e
- * the innovations.  J is a part of an orthogonal matrix: |J a| <= |a| for every model, so rounding
- * does not grow.  S a_t is G (x_t+1|T - x-_{t+1}), but the gain G itself lets rounding grow where P-
- * is nearly singular.
+ * S is the root of the filtered covariance, a the smoothed state in its coordinates, e the
+ * innovations.  J is a part of an orthogonal matrix: |J a| <= |a| for every model, so rounding does
+ * not grow.  S a_t is G (x_t+1|T - x-_{t+1}), but the gain G itself lets rounding grow where P- is
+ * nearly singular.
  */
 
 /** The constants, by reference: const and in flash if you like. */
@@ -249,7 +250,7 @@ typedef struct {
  *            of kq_steady_solve makes one
  *   memory   scratch, KQ_STEADY_WORK_LEN_<T>(n, m) words
  *   root, back, drive    written, as above
- * Cost: n + m steps and their smoothing.  Stack: 700 words.
+ * Cost: n + m steps and their smoothing.  Stack: 300 words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY.
  */
 kq_status kq_steady_smoother_make_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
@@ -278,9 +279,9 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
 
 /* ------------------------------------------------------------------ the switch
  *
- * An ordinary kq_filter that stops working on its covariance once that has settled, and begins again
- * when something is different: a measurement is missing, the process or the sensor is another one,
- * a history is attached, or the filter was moved by something else in between.
+ * An ordinary kq_filter that stops working on its covariance once that has settled, and begins
+ * again when something is different: a measurement is missing, the process or the sensor is another
+ * one, a history is attached (it gets every step), or something else has moved the covariance.
  *
  *     kq_update_f32(&track, &radar, z);                             the first measurement
  *     ... kq_switch_step_f32(&lazy, &track, &motion, NULL, &radar, z);   or z = NULL: none
@@ -326,12 +327,12 @@ typedef struct {
 /** A switch `name` for n states and m components with its storage, in static memory. */
 #define KQ_SWITCH_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SWITCH_LEN_F32(n)], name##_gain[(n) * (m)];                      \
-    static kq_switch_f32 name = {n,    m,    0,    0,   KQ_SWITCH_LEN_F32(n), name##_memory,       \
-                                 name##_gain, NULL, NULL, NULL, NULL}
+    static kq_switch_f32 name = {                                                                  \
+        n, m, 0, 0, KQ_SWITCH_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
 #define KQ_SWITCH_F64(name, n, m)                                                                  \
     static double name##_memory[KQ_SWITCH_LEN_F64(n)], name##_gain[(n) * (m)];                     \
-    static kq_switch_f64 name = {n,    m,    0,    0,   KQ_SWITCH_LEN_F64(n), name##_memory,       \
-                                 name##_gain, NULL, NULL, NULL, NULL}
+    static kq_switch_f64 name = {                                                                  \
+        n, m, 0, 0, KQ_SWITCH_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -358,8 +359,8 @@ kq_status kq_switch_init_f64(kq_switch_f64 *w, int bits);
 /**
  * predict and, where there is a measurement, update.
  *   z        m, or NULL: none at this step, and the filter is unsettled by it
- * Processes and sensors are known again by their addresses and those of A and H: after new content at
- * the same place call kq_switch_release.
+ * Processes and sensors are known again by their addresses and those of A and H: after new content
+ * at the same place call kq_switch_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
  * The errors of kq_step; KQ_ERR_NOT_READY also for a switch not initialised, KQ_ERR_MISMATCH also
@@ -411,25 +412,26 @@ typedef struct {
 } kq_steady_q31;
 
 #define KQ_STEADY_Q31(name, n, m)                                                                  \
-    static int32_t name##_memory[KQ_STEADY_LEN_Q31(n)];                                              \
-    static kq_steady_q31 name = {                                                                  \
-        n, m, 0, KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL, 0, NULL, NULL}
+    static int32_t name##_memory[KQ_STEADY_LEN_Q31(n)];                                            \
+    static kq_steady_q31 name = {n, m,    0,   KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL,       \
+                                 0, NULL, NULL}
 
 kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
 /**
- * As in f32; the sensor's formats are kept by reference.
- * KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not normalised or
- * beyond the exponents' limit).
+ * As in f32.
+ * KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not normalised
+ * or beyond the exponents' limit), KQ_ERR_MISMATCH also where p and s differ in the states'
+ * formats.
  */
-kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p,
-                             const kq_sensor_q31 *s, const int32_t *x0, const kq_scaled_q31 *gains,
-                             size_t count);
+kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
+                             const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
 
 /**
- * As in f32; KQ_ERR_RANGE for u and z, KQ_ERR_MISMATCH also for other formats.  A mean that would
- * leave its word is held there, with KQ_EVENT_SATURATED.
- * Accuracy: the mean is rounded to 2^-24 word, a product with the gain to 2^-31 of itself.
+ * As in f32; KQ_ERR_RANGE for u and z.  A mean that would leave its word is held there, with
+ * KQ_EVENT_SATURATED.
+ * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 word, the innovation
+ * truncated to 30 bits.
  */
 kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
 kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
@@ -486,8 +488,8 @@ typedef struct {
 #define KQ_SWITCH_Q31(name, n, m)                                                                  \
     static int32_t name##_memory[KQ_SWITCH_LEN_Q31(n)];                                            \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
-    static kq_switch_q31 name = {n,    m,    0,    0,   KQ_SWITCH_LEN_Q31(n), name##_memory,       \
-                                 name##_gain, NULL, NULL, NULL, NULL}
+    static kq_switch_q31 name = {                                                                  \
+        n, m, 0, 0, KQ_SWITCH_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
 
 kq_status kq_switch_assign_q31(kq_switch_q31 *w, int n, int m, int32_t *memory, size_t length,
                                kq_scaled_q31 *gain);

@@ -2,7 +2,8 @@
  * Reads models, solves their Riccati equations and prints what comes of it, for test_steady.py.
  *
  * Read:     n m, then A, H, Q, R by rows, and so on to the end
- * Printed:  a line for each arithmetic, f64 then f32: the status, P- and K by rows, G, all to 17 digits
+ * Printed:  a line for each arithmetic, f64 then f32: the status, P- and K by rows, G, all to 17
+ * digits
  */
 #include <kalmanq/kalmanq.h>
 #include <stdio.h>

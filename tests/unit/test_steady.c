@@ -83,8 +83,8 @@ void setUp(void)
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&other, x0, P0));
     ASSERT_OK(K(filter_init)(&track1, one, one));
-    ASSERT_OK(K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS,
-                                 &used));
+    ASSERT_OK(
+        K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS, &used));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
     ASSERT_OK(K(switch_init)(&lazy, 12));
@@ -252,7 +252,8 @@ static void the_largest_sizes(void)
     for (int i = 0; i < MOST; i++) {
         for (int j = 0; j < MOST; j++) {
             double total = (double)q[i * MOST + j];
-            for (int k = 0; k < MOST; k++) total += (double)left[i * MOST + k] * (double)a[j * MOST + k];
+            for (int k = 0; k < MOST; k++)
+                total += (double)left[i * MOST + k] * (double)a[j * MOST + k];
             const double size = sqrt((double)P[i * 17]) * sqrt((double)P[j * 17]);
             ASSERT_WITHIN(64 * EPS * size, total, P[i * MOST + j]);
         }
@@ -314,20 +315,20 @@ static void the_schedule_refuses_what_is_wrong(void)
 {
     const size_t least = WORK_LEN(N, M), all = COUNT(work);
     WATCH(gains), WATCH(used), WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(radar);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_schedule)(NULL, &motion, &radar, work, all, 12, gains,
-                                                   STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_schedule)(&track, NULL, &radar, work, all, 12, gains,
-                                                   STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_schedule)(&track, &motion, NULL, work, all, 12, gains,
-                                                   STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_schedule)(&track, &motion, &radar, NULL, all, 12, gains,
-                                                   STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_schedule)(&track, &motion, &radar, work, all, 12, NULL,
-                                                   STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_schedule)(&track, &motion, &radar, work, all, 12, gains,
-                                                   STEPS, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&blank, &motion, &radar, work, all, 12,
-                                                        gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(NULL, &motion, &radar, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, NULL, &radar, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, NULL, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, &radar, NULL, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, &radar, work, all, 12, NULL, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, &radar, work, all, 12, gains, STEPS, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   K(steady_schedule)(&blank, &motion, &radar, work, all, 12, gains, STEPS, &used));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&track, &blank_process, &radar, work, all,
                                                         12, gains, STEPS, &used));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&track, &motion, &blank_sensor, work, all,
@@ -445,10 +446,8 @@ static void the_filter_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, NULL, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, x0, NULL, 1));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, 0));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(steady_init)(&steady, &blank_process, &radar, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(steady_init)(&steady, &motion, &blank_sensor, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &blank_process, &radar, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &motion, &blank_sensor, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion1, &radar, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion, &radar1, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion, &single, x0, gains, 1));
@@ -462,10 +461,7 @@ static void the_filter_refuses_what_is_wrong(void)
     ASSERT_REFUSED_SIZE_OR_MEMORY(K(steady_init)(&empty, &motion, &radar, x0, gains, 1));
 }
 
-static kq_status begin(void)
-{
-    return K(steady_init)(&steady, &motion, &radar, x0, gains, used);
-}
+static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x0, gains, used); }
 
 static kq_status step(void) { return K(steady_step)(&steady, u, z); }
 
@@ -576,12 +572,10 @@ static void the_smoother_refuses_what_is_wrong(void)
                                                         NULL, back, drive));
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smoother_make)(&track, &motion, &radar, NULL, COUNT(work),
                                                         root, back, drive));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(steady_smoother_make)(&blank, &motion, &radar, work, COUNT(work), root, back,
-                                           drive));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH,
-                   K(steady_smoother_make)(&track1, &motion, &radar, work, COUNT(work), root, back,
-                                           drive));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_smoother_make)(&blank, &motion, &radar, work,
+                                                             COUNT(work), root, back, drive));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_smoother_make)(&track1, &motion, &radar, work,
+                                                            COUNT(work), root, back, drive));
 }
 
 /* ------------------------------------------------------------------ the switch */
@@ -714,8 +708,7 @@ static void the_switch_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, NULL, &motion, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, &track, NULL, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, &track, &motion, u, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(switch_step)(&blank_switch, &track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_step)(&blank_switch, &track, &motion, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_step)(&lazy, &blank, &motion, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NOT_READY,
                    K(switch_step)(&lazy, &track, &blank_process, u, &radar, NULL));

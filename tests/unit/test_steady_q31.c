@@ -81,14 +81,14 @@ static void solve(double *predicted, double *filtered)
     double K[N * M];
     const kq_steady_solution_f64 out = {predicted, filtered, K, NULL};
     ASSERT_OK(kq_steady_solve_f64(&exact_motion, &exact_radar, memory, COUNT(memory), &out));
-    ASSERT_OK(kq_matrix_prepare_q31(solved, K, N, M, motion.state_format,
-                                    radar.measurement_format));
+    ASSERT_OK(
+        kq_matrix_prepare_q31(solved, K, N, M, motion.state_format, radar.measurement_format));
 }
 
 static double steady_value(int i)
 {
-    const double words = kq_steady_mean_q31(&steady, i) + ldexp(kq_steady_mean_low_q31(&steady, i),
-                                                                -24);
+    const double words =
+        kq_steady_mean_q31(&steady, i) + ldexp(kq_steady_mean_low_q31(&steady, i), -24);
     return ldexp(words, -motion.state_format[i].fraction);
 }
 
@@ -125,9 +125,8 @@ static void the_schedule_refuses_what_is_wrong(void)
 {
     const size_t least = COUNT(work);
     WATCH(gains), WATCH(used), WATCH(track), WATCH(track_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_steady_schedule_q31(&blank, &motion.process, &radar.sensor, work, least, 12,
-                                          gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_steady_schedule_q31(&blank, &motion.process, &radar.sensor,
+                                                            work, least, 12, gains, STEPS, &used));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_steady_schedule_q31(&track, &motion.process, &radar.sensor, work,
                                                        least, 12, NULL, STEPS, &used));
     ASSERT_REFUSED(KQ_ERR_MEMORY, schedule(least - 1, 12, STEPS));
@@ -241,7 +240,8 @@ static void gains_of_any_size_are_taken(void)
     static const int32_t exponents[] = {-1000, -80, -31, -10, 0, 30, 60, 1000};
     for (int k = 0; k < COUNT(exponents); k++) {
         for (int i = 0; i < N * M; i++) solved[i] = (kq_scaled_q31){-INT32_MAX, exponents[k]};
-        ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, solved, 1));
+        ASSERT_OK(
+            kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, solved, 1));
         for (int t = 0; t < 20; t++) {
             draw_step();
             z[0] = t % 2 ? radar.measurement_format[0].range : -radar.measurement_format[0].range;
@@ -485,8 +485,8 @@ static void the_switch_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_RANGE,
                    kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, z));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_switch_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_switch_assign_q31(&lazy, N, M, lazy_memory,
-                                                       KQ_SWITCH_LEN_Q31(N) - 1, gain));
+    ASSERT_REFUSED(KQ_ERR_MEMORY,
+                   kq_switch_assign_q31(&lazy, N, M, lazy_memory, KQ_SWITCH_LEN_Q31(N) - 1, gain));
     ASSERT_OK(kq_switch_assign_q31(&lazy, N, M, lazy_memory, KQ_SWITCH_LEN_Q31(N), lazy_gain));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_switch_release_q31(&lazy));
 }

@@ -39,8 +39,8 @@ static int begin(void)
     static const kq_process_table_q31 motion[] = {
         {.states = 4, .state_format = state, .transition = A_kinematic, .noise_root = G},
         {.states = 4, .state_format = state, .transition = A_full, .noise_root = G}};
-    static const kq_sensor_table_q31 radar[] = {
-        {4, 2, 0, state, measured, H_kinematic, R}, {4, 2, 0, state, measured, H_full, R}};
+    static const kq_sensor_table_q31 radar[] = {{4, 2, 0, state, measured, H_kinematic, R},
+                                                {4, 2, 0, state, measured, H_full, R}};
     int status = 0;
     for (int k = 0; k < 2 && !status; k++) {
         status = kq_process_init_q31(&processes[k], &motion[k], NULL);
