@@ -69,8 +69,9 @@ typedef struct {
  * squares (at most 30 steps, mostly 2 or 3): P- is positive semi-definite by construction.
  * Cost: about 40 n^3 multiplications a doubling; a state that the filter forgets in T steps takes
  * 4 + log2 T doublings, and as many again for each step of Newton's.  Stack: 300 words.
- * Accuracy, relative to sqrt(P_ii P_jj): about n eps / (1 - rho), rho being the largest
- * |eigenvalue| of A (I - K H): the equation itself is no better conditioned.
+ * Accuracy, relative to sqrt(P_ii P_jj): a few eps times the sum of |C^k|^2, C = A (I - K H) in
+ * units of the sigmas, which is about eps / (1 - rho) where C is near normal; rho is C's largest
+ * |eigenvalue|.  The equation itself is no better conditioned.
  * What lasts too long counts as lasting for ever: 1 - rho below 2^-20 (f32) or 2^-48 (f64).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (states), KQ_ERR_MEMORY,
  * KQ_ERR_NOT_DETECTABLE, KQ_ERR_NOT_STABILISABLE (if both are true, either),
