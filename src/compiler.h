@@ -39,6 +39,13 @@
 #define KQ_STATES_APART 3
 #endif
 
+/* A condition that is mostly true */
+#if defined(__GNUC__)
+#define KQ_MOSTLY(condition) __builtin_expect(!!(condition), 1)
+#else
+#define KQ_MOSTLY(condition) (condition)
+#endif
+
 /* Before a loop over states: where the sizes are constants (fixed_sizes.h) it is unrolled. */
 #ifndef KQ_UNROLL
 #define KQ_UNROLL

@@ -21,6 +21,13 @@ static inline void coordinate_set(num *a, int n, int i, wide value)
 static inline scaled coordinate_scaled(wide a) { return a; }
 static inline wide coordinate_of(scaled a) { return a; }
 
+/* row'a, and b more of it */
+static inline wide coordinate_row(const scaled *row, const num *a, int n)
+{
+    return dot(0, row, a, n);
+}
+static inline wide coordinate_plus(wide a, scaled b) { return a + b; }
+
 /* The first `count` >= 1 terms of a row's product with a */
 KQ_INLINE wide coordinate_dot(const num *row, const num *a, int n, int count)
 {

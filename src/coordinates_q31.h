@@ -35,6 +35,22 @@ static inline int64_t coordinate_part(scaled c, wide a)
     return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff));
 }
 
+/* row'a, where each entry is below 2: 16 parts below 2^58 */
+static inline wide coordinate_row(const scaled *row, const int32_t *a, int n)
+{
+    int64_t total = 0;
+    for (int k = 0; k < n; k++) {
+        total = sum_of(total, coordinate_part(row[k], wide_get(a, n, k)), 62);
+    }
+    return lower_wide(total, 2);
+}
+
+/* |a| <= 2^60 and 16 times b, held at 2^56 */
+static inline wide coordinate_plus(wide a, scaled b)
+{
+    return sum_of(a, wide_from(b.mantissa, b.exponent - coordinate_exponent), 61);
+}
+
 /* The first `count` terms of row'a of a row of coordinates; |row| <= 1: at most 16 2^57 */
 KQ_INLINE wide coordinate_dot(const int32_t *row, const int32_t *a, int n, int count)
 {

@@ -40,6 +40,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
 
 #include "take.inc"
 #include "smooth_kernels.inc"
+#include "steady.inc"
 #include "fixed_sizes.inc"
 
 KQ_INLINE kq_status kq_fixed_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
@@ -69,6 +70,14 @@ KQ_INLINE kq_status kq_fixed_smooth_step_f32(kq_history_f32 *h, const kq_process
 {
     if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
     return kq_smooth_step_f32(h, p, extras);
+}
+
+/* The steady-state filter's (kalmanq/steady.h); options: KQ_UPPER or 0 */
+KQ_INLINE kq_status kq_fixed_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z,
+                                             int n, int m, int options)
+{
+    if (fixed_steady_step(st, u, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_steady_step_f32(st, u, z);
 }
 
 #endif

@@ -40,6 +40,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
 
 #include "take.inc"
 #include "smooth_kernels.inc"
+#include "steady.inc"
 #include "fixed_sizes.inc"
 
 KQ_INLINE kq_status kq_fixed_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
@@ -69,6 +70,14 @@ KQ_INLINE kq_status kq_fixed_smooth_step_f64(kq_history_f64 *h, const kq_process
 {
     if (fixed_smooth_step(h, p, extras, n, options) == KQ_OK) return KQ_OK;
     return kq_smooth_step_f64(h, p, extras);
+}
+
+/* The steady-state filter's (kalmanq/steady.h); options: KQ_UPPER or 0 */
+KQ_INLINE kq_status kq_fixed_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z,
+                                             int n, int m, int options)
+{
+    if (fixed_steady_step(st, u, z, n, m, options) == KQ_OK) return KQ_OK;
+    return kq_steady_step_f64(st, u, z);
 }
 
 #endif

@@ -24,6 +24,12 @@ static const num num_zero_variance = 0x1p-96f; /* an innovation variance below i
 static const num num_most_variance = 0x1p96f;  /* fading raises no variance beyond it */
 static const num num_stage = 0x1p-12f;         /* of f'f: the noise of a stage */
 static const int num_doublings = 22;           /* after more, what has decayed was rounding */
+static const num num_sharp = 0x1p-15f;         /* least share of noise where doubling begins */
+static const num num_huge = 0x1p60f;           /* and where it is given up */
+static const num num_growth = 1.25f;           /* of a covariance that does not settle, a row */
+static const num num_unsettled = 0x1p-6f;      /* a change beyond it is not rounding */
+enum { settled_bits_max = KQ_SETTLED_BITS_MAX_F32, num_refinements = 30 };
+enum { num_digits = 24 }; /* of a number; doublings, too */
 static const num num_half = 0.5f;
 static const num num_root_half = 0.70710678f;
 static const num num_log_2 = 0.69314718f;
@@ -54,5 +60,7 @@ static inline num sharp_share(num s) { return s * 0x1p-16f; }
 #include "mean_pair.h"
 
 #include "coordinates_float.h"
+
+#include "steady_float.h"
 
 #endif

@@ -23,6 +23,12 @@ static const num num_zero_variance = 0x1p-360; /* an innovation variance below i
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */
 static const num num_stage = 0x1p-44;          /* of f'f: the noise of a stage */
 static const int num_doublings = 50;           /* after more, what has decayed was rounding */
+static const num num_sharp = 0x1p-44;          /* least share of noise where doubling begins */
+static const num num_huge = 0x1p500;           /* and where it is given up */
+static const num num_growth = 1.25;            /* of a covariance that does not settle, a row */
+static const num num_unsettled = 0x1p-20;      /* a change beyond it is not rounding */
+enum { settled_bits_max = KQ_SETTLED_BITS_MAX_F64, num_refinements = 30 };
+enum { num_digits = 53 }; /* of a number; doublings, too */
 static const num num_half = 0.5;
 static const num num_root_half = 0.70710678118654752;
 static const num num_log_2 = 0.69314718055994531;
@@ -53,5 +59,7 @@ static inline num sharp_share(num s) { return s * 0x1p-48; }
 #include "mean_single.h"
 
 #include "coordinates_float.h"
+
+#include "steady_float.h"
 
 #endif

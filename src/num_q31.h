@@ -27,4 +27,8 @@ static inline num num_nan(void) { return KQ_NOT_A_WORD_Q31; }
 
 #include "coordinates_q31.h"
 
+#include "steady_q31.h"
+
+enum { settled_bits_max = KQ_SETTLED_BITS_MAX_Q31 };
+
 #endif

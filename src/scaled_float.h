@@ -24,5 +24,13 @@ static inline scaled scaled_minus(scaled a, scaled b) { return a - b; }
 static inline scaled scaled_root(scaled a) { return num_root(a); }
 static inline int scaled_is_less(scaled a, scaled b) { return a < b; }
 static inline num word_of(scaled a) { return a; }
+static inline scaled scaled_of_word(num a) { return a; }
+
+/* a 2^shift, shift <= 0 */
+static inline scaled scaled_shift(scaled a, int32_t shift)
+{
+    for (; shift < 0; shift++) a *= num_half;
+    return a;
+}
 
 #endif

@@ -112,6 +112,8 @@ static inline scaled scaled_root(scaled a)
     return (scaled){(int32_t)(root < least ? least : root), (a.exponent - odd) / 2 - 15};
 }
 
+static inline scaled scaled_of_word(int32_t a) { return scaled_of(a, 0); }
+
 /* a < b, for a, b >= 0 */
 static inline int scaled_is_less(scaled a, scaled b)
 {

@@ -17,6 +17,10 @@ typedef kq_tally_f32 tally;
 typedef kq_least_squares_f32 least_squares;
 typedef kq_consistency_f32 consistency;
 typedef kq_gate_f32 gate;
+typedef kq_steady_f32 steady;
+typedef kq_steady_solution_f32 steady_solution;
+typedef kq_steady_smoother_f32 steady_smoother;
+typedef kq_switch_f32 settling;
 
 typedef num score;
 
@@ -25,5 +29,9 @@ typedef num score;
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F32
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
+#define STEADY_LEN KQ_STEADY_LEN_F32
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F32
+#define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
+#define SWITCH_LEN KQ_SWITCH_LEN_F32
 
 #endif

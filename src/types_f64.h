@@ -17,6 +17,10 @@ typedef kq_tally_f64 tally;
 typedef kq_least_squares_f64 least_squares;
 typedef kq_consistency_f64 consistency;
 typedef kq_gate_f64 gate;
+typedef kq_steady_f64 steady;
+typedef kq_steady_solution_f64 steady_solution;
+typedef kq_steady_smoother_f64 steady_smoother;
+typedef kq_switch_f64 settling;
 
 typedef num score;
 
@@ -25,5 +29,9 @@ typedef num score;
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F64
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
+#define STEADY_LEN KQ_STEADY_LEN_F64
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F64
+#define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
+#define SWITCH_LEN KQ_SWITCH_LEN_F64
 
 #endif

@@ -17,6 +17,9 @@ typedef kq_tally_q31 tally;
 typedef kq_least_squares_q31 least_squares;
 typedef kq_consistency_q31 consistency;
 typedef kq_gate_q31 gate;
+typedef kq_steady_q31 steady;
+typedef kq_steady_smoother_q31 steady_smoother;
+typedef kq_switch_q31 settling;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
@@ -24,5 +27,8 @@ typedef int64_t score;
 #define HISTORY_LEN KQ_HISTORY_LEN_Q31
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_Q31
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN_Q31
+#define STEADY_LEN KQ_STEADY_LEN_Q31
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_Q31
+#define SWITCH_LEN KQ_SWITCH_LEN_Q31
 
 #endif

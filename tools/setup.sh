@@ -3,7 +3,7 @@
 #   kq_setup build     C and C++ compiler, CMake, Ninja
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
 #   kq_setup tests     Eigen, Unity, clang, pkg-config, and compilers and emulators for Arm, RISC-V
-#                      and AVR
+#                      and AVR; KQ_PYTHON with SciPy, too
 #   kq_setup cost      compilers for Arm, RISC-V and AVR, their emulators; KQ_PYTHON with these, too
 #
 # Nothing that is there is installed again, and nothing is asked of the network then.
@@ -103,6 +103,10 @@ kq_setup_tests() {
     kq_have valgrind || kq_install valgrind
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"
+    kq_find_python numpy scipy matplotlib typer rich unicorn elftools && return 0
+    kq_install python3 python3-numpy python3-scipy python3-matplotlib python3-typer python3-rich \
+        python3-unicorn python3-pyelftools
+    KQ_PYTHON=/usr/bin/python3
 }
 
 kq_setup_cost() {

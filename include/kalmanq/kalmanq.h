@@ -14,6 +14,7 @@
 #include "size.h"
 #include "smoother.h"
 #include "status.h"
+#include "steady.h"
 #include "version.h"
 
 #endif

@@ -26,6 +26,17 @@
     FIXED_SIZE(T, num, 3, 2, options, suffix)                                                      \
     FIXED_SIZE(T, num, 4, 2, options, suffix)
 
+/* The steady-state filter's step, with a dense and with an upper triangular A */
+#define FIXED_STEADY(T, num, n, m)                                                                 \
+    static kq_status steady_##n##_##m##_dense(kq_steady_##T *st, const num *u, const num *z)       \
+    {                                                                                              \
+        return kq_fixed_steady_step_##T(st, u, z, n, m, 0);                                        \
+    }                                                                                              \
+    static kq_status steady_##n##_##m##_upper(kq_steady_##T *st, const num *u, const num *z)       \
+    {                                                                                              \
+        return kq_fixed_steady_step_##T(st, u, z, n, m, KQ_UPPER);                                 \
+    }
+
 #define FIXED_ROW(n, m, suffix)                                                                    \
     {                                                                                              \
         n, m, predict_##n##_##m##_##suffix, update_##n##_##m##_##suffix, step_##n##_##m##_##suffix \

@@ -16,10 +16,14 @@
 FIXED_SIZES(f32, float, 0, dense)
 FIXED_SIZES(f32, float, KQ_UPPER, upper)
 FIXED_SIZES(f32, float, KQ_BARE, bare)
+FIXED_STEADY(f32, float, 1, 1)
+FIXED_STEADY(f32, float, 4, 2)
 #else
 FIXED_SIZES(f64, double, 0, dense)
 FIXED_SIZES(f64, double, KQ_UPPER, upper)
 FIXED_SIZES(f64, double, KQ_BARE, bare)
+FIXED_STEADY(f64, double, 1, 1)
+FIXED_STEADY(f64, double, 4, 2)
 #endif
 
 enum { STATES = 4, COMPONENTS = 2, STEPS = 30 };
@@ -233,6 +237,69 @@ static void a_correlated_R_is_decorrelated(void)
     ASSERT_SAME();
 }
 
+typedef kq_status steady_function(K(steady) *, const num *, const num *);
+
+enum { GAINS = 3 };
+
+static num steady_ours[STATES], steady_theirs[STATES], gains[GAINS * STATES * COMPONENTS];
+
+static void begin_steady(K(steady) * one, K(steady) * two, int n, int m, int upper_only)
+{
+    begin(n, m, upper_only);
+    for (int k = 0; k < COUNT(gains); k++) gains[k] = draw() / 8;
+    ASSERT_OK(K(steady_assign)(one, n, m, steady_ours, STATES));
+    ASSERT_OK(K(steady_assign)(two, n, m, steady_theirs, STATES));
+    ASSERT_OK(K(steady_init)(one, &process_of, &sensor_of, x0, gains, GAINS));
+    ASSERT_OK(K(steady_init)(two, &process_of, &sensor_of, x0, gains, GAINS));
+}
+
+/* Three gains, the last one for good, with and without a control */
+static void compare_steady(steady_function *step, int n, int m, int upper_only)
+{
+    K(steady) one, two;
+    begin_steady(&one, &two, n, m, upper_only);
+    for (int t = 0; t < STEPS; t++) {
+        num z[COMPONENTS], u[1];
+        draw_measurement(z, m);
+        u[0] = draw();
+        ASSERT_OK(step(&one, t % 3 ? u : NULL, z));
+        ASSERT_OK(K(steady_step)(&two, t % 3 ? u : NULL, z));
+        ASSERT_SAME_BITS(steady_ours, steady_theirs);
+    }
+}
+
+static void the_steady_states_bits_are_those_of_run_time_sizes(void)
+{
+    compare_steady(steady_1_1_dense, 1, 1, 0);
+    compare_steady(steady_1_1_upper, 1, 1, 1);
+    compare_steady(steady_4_2_dense, 4, 2, 0);
+    compare_steady(steady_4_2_dense, 4, 2, 1);
+    compare_steady(steady_4_2_upper, 4, 2, 1);
+    compare_steady(steady_4_2_upper, 4, 2, 0); /* is not upper triangular: taken as it is */
+    compare_steady(steady_4_2_dense, 3, 2, 0); /* of another size, the same */
+}
+
+static void the_steady_states_errors_are_those_of_the_library(void)
+{
+    const num z[2] = {1, 2}, bad[2] = {1, NAN}, bad_too[2] = {INFINITY, -INFINITY}, u[1] = {NAN};
+    const num most[2] = {NUM_MAX, NUM_MAX}; /* finite, though their sum is not */
+    K(steady) one, two;
+    begin_steady(&one, &two, 4, 2, 0);
+    for (int t = 0; t < GAINS; t++) {
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, steady_4_2_dense(NULL, NULL, z));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, steady_4_2_dense(&one, NULL, NULL));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, steady_4_2_dense(&one, NULL, bad));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, steady_4_2_dense(&one, NULL, bad_too));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, steady_4_2_dense(&one, u, z));
+        ASSERT_SAME_BITS(steady_ours, steady_theirs);
+        ASSERT_OK(steady_4_2_dense(&one, NULL, t == 2 ? most : z));
+        ASSERT_OK(K(steady_step)(&two, NULL, t == 2 ? most : z));
+        ASSERT_SAME_BITS(steady_ours, steady_theirs);
+    }
+    ASSERT_OK(K(steady_assign)(&one, 4, 2, steady_ours, STATES));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, steady_4_2_upper(&one, NULL, z));
+}
+
 /* What is wrong is said as ever, and nothing has changed. */
 static void errors_are_those_of_the_library(void)
 {
@@ -279,5 +346,7 @@ int main(void)
     RUN_TEST(a_correlated_R_is_decorrelated);
     RUN_TEST(errors_are_those_of_the_library);
     RUN_TEST(other_sizes_are_taken_as_they_are);
+    RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
+    RUN_TEST(the_steady_states_errors_are_those_of_the_library);
     return UNITY_END();
 }

@@ -11,6 +11,8 @@
 FIXED_SIZES(q31, int32_t, 0, dense)
 FIXED_SIZES(q31, int32_t, KQ_UPPER, upper)
 FIXED_SIZES(q31, int32_t, KQ_BARE, bare)
+FIXED_STEADY(q31, int32_t, 1, 1)
+FIXED_STEADY(q31, int32_t, 4, 2)
 
 #define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT(KQ_OK, call)
 
@@ -160,6 +162,48 @@ static void the_bits_are_those_of_run_time_sizes(void)
     }
 }
 
+typedef kq_status steady_function(kq_steady_q31 *, const int32_t *, const int32_t *);
+
+/* Three gains, the last one for good, with and without a control */
+static void compare_steady(steady_function *step, int n, int m, int upper_only)
+{
+    enum { GAINS = 3 };
+    static int32_t memory[KQ_STEADY_LEN_Q31(STATES)], other[KQ_STEADY_LEN_Q31(STATES)];
+    static kq_scaled_q31 gains[GAINS * STATES * COMPONENTS];
+    kq_steady_q31 one, two;
+    begin(n, m, upper_only);
+    for (int k = 0; k < GAINS * n * m; k++) {
+        const double K = draw() / 8;
+        ASSERT_OK(kq_matrix_prepare_q31(gains + k, &K, 1, 1, state_format, measurement_format));
+    }
+    ASSERT_OK(kq_steady_assign_q31(&one, n, m, memory, 2 * STATES));
+    ASSERT_OK(kq_steady_assign_q31(&two, n, m, other, 2 * STATES));
+    ASSERT_OK(kq_steady_init_q31(&one, &process_of, &sensor_of, prior_mean, gains, GAINS));
+    ASSERT_OK(kq_steady_init_q31(&two, &process_of, &sensor_of, prior_mean, gains, GAINS));
+    for (int t = 0; t < STEPS; t++) {
+        int32_t z[COMPONENTS], u[1];
+        draw_words(z, m);
+        draw_words(u, 1);
+        ASSERT_OK(step(&one, t % 3 ? u : NULL, z));
+        ASSERT_OK(kq_steady_step_q31(&two, t % 3 ? u : NULL, z));
+        TEST_ASSERT_EQUAL_MEMORY(other, memory, sizeof memory);
+    }
+    const int32_t wrong[COMPONENTS] = {0, INT32_MAX};
+    if (m == 2) TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, step(&one, NULL, wrong));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, step(&one, NULL, NULL));
+    TEST_ASSERT_EQUAL_MEMORY(other, memory, sizeof memory);
+}
+
+static void the_steady_states_bits_are_those_of_run_time_sizes(void)
+{
+    compare_steady(steady_1_1_dense, 1, 1, 0);
+    compare_steady(steady_1_1_upper, 1, 1, 1);
+    compare_steady(steady_4_2_dense, 4, 2, 0);
+    compare_steady(steady_4_2_dense, 4, 2, 1);
+    compare_steady(steady_4_2_upper, 4, 2, 1);
+    compare_steady(steady_4_2_upper, 4, 2, 0); /* is not upper triangular: taken as it is */
+}
+
 static void a_sharp_measurement_is_taken_with_care(void)
 {
     int32_t z[2];
@@ -199,6 +243,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_bits_are_those_of_run_time_sizes);
+    RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
     RUN_TEST(a_sharp_measurement_is_taken_with_care);
     RUN_TEST(errors_are_those_of_the_library);
     return UNITY_END();

@@ -1,0 +1,506 @@
+/*
+ * kalmanq: the steady state, where a constant model leads to, and filters that use it.
+ *
+ *     P- = A (P- - P- H'(H P- H' + R)^-1 H P-) A' + Q          the predicted covariance
+ *     K  = P- H'(H P- H' + R)^-1                               the gain
+ *     x  = x- + K (z - H x-),    x- = A x + B u                the steady-state filter
+ *
+ * With A, H, Q and R constant, P- and K converge whatever the prior was.  The steady-state filter
+ * carries no covariance: predict and update move the mean alone.  This header has
+ *
+ *     kq_steady_solve       the equation above: P-, P, K, the smoother's gain (f32, f64; for q31
+ *                           on the host, then kq_matrix_prepare_q31)
+ *     kq_steady_schedule    the gains from the prior on, until they settle (all arithmetics)
+ *     kq_steady             the filter that runs them; one gain: the steady one alone
+ *     kq_steady_smoother    the smoother without covariances
+ *     kq_switch             an ordinary filter that drops its covariance work while it is settled
+ *
+ * A steady state exists where every state that does not decay by itself (|eigenvalue of A| >= 1) is
+ * measured (detectable) and moved by the noise (stabilisable).
+ */
+#ifndef KALMANQ_STEADY_H
+#define KALMANQ_STEADY_H
+
+#include "filter.h"
+#include "smoother.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ------------------------------------------------------------------ the equation */
+
+/** Words of workspace for kq_steady_schedule and kq_steady_smoother_make. */
+#define KQ_STEADY_WORK_LEN_F32(n, m)                                                               \
+    ((size_t)KQ_FILTER_LEN_F32(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F32(n, m, 1, 0))
+#define KQ_STEADY_WORK_LEN_F64(n, m)                                                               \
+    ((size_t)KQ_FILTER_LEN_F64(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F64(n, m, 1, 0))
+
+/** Words of workspace for kq_steady_solve: 210 at n, m = 4, 2 in f32. */
+#define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
+    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
+#define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
+    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
+#define KQ_STEADY_SQUARES_LEN(n, m)                                                                \
+    ((n) * (7 * (n) + 2 * (m) + 2 + ((n) > (m) ? (n) : (m))) + 3 * KQ_TRIANGLE(n))
+
+/** What kq_steady_solve can give; each pointer may be NULL. */
+typedef struct {
+    float *predicted;     /* n x n: P-, exactly symmetric */
+    float *filtered;      /* n x n: P = P- - K H P- */
+    float *gain;          /* n x m: K */
+    float *smoother_gain; /* n x n: G = P A' (P-)^-1, the pseudo-inverse where P- is singular.  To
+                             smooth with, take the constants of kq_steady_smoother */
+} kq_steady_solution_f32;
+
+typedef struct {
+    double *predicted;
+    double *filtered;
+    double *gain;
+    double *smoother_gain;
+} kq_steady_solution_f64;
+
+/**
+ * Solves the equation for a process and a sensor as they are.  R may be correlated, singular or 0.
+ *   memory   scratch, KQ_STEADY_SOLVE_LEN_<T>(n, m) words
+ *   length   words at memory
+ *   out      written where its pointers are not NULL
+ * Method: the structured doubling algorithm on roots, then Newton's method in the form of sums of
+ * squares (at most 30 steps, mostly 2 or 3): P- is positive semi-definite by construction.
+ * Cost: about 40 n^3 multiplications a doubling; a state that the filter forgets in T steps takes
+ * 4 + log2 T doublings, and as many again for each step of Newton's.  Stack: 300 words.
+ * Accuracy, relative to sqrt(P_ii P_jj): a few eps times the sum of |C^k|^2, C = A (I - K H) in
+ * units of the sigmas, which is about eps / (1 - rho) where C is near normal; rho is C's largest
+ * |eigenvalue|.  The equation itself is no better conditioned.
+ * What lasts too long counts as lasting for ever: 1 - rho below 2^-20 (f32) or 2^-48 (f64).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (states), KQ_ERR_MEMORY,
+ * KQ_ERR_NOT_DETECTABLE, KQ_ERR_NOT_STABILISABLE (if both are true, either),
+ * KQ_ERR_NO_CONVERGENCE (beyond the arithmetic; or a noise-free sensor that the noise reaches by a
+ * way with zeros on the unit circle: there is a limit, but the filter does not forget).
+ * Sources: Chu, Fan, Lin and Wang, Structure-preserving algorithms for periodic discrete-time
+ * algebraic Riccati equations, Int. J. Control 77 (2004); Hewer, An iterative technique for the
+ * computation of the steady state gains for the discrete optimal regulator, IEEE Trans. Automat.
+ * Contr. 16 (1971).
+ */
+kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
+                              size_t length, const kq_steady_solution_f32 *out);
+kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
+                              size_t length, const kq_steady_solution_f64 *out);
+
+/* ------------------------------------------------------------------ the gain schedule */
+
+/** Limits of `bits`, the largest that rounding leaves room for. */
+#define KQ_SETTLED_BITS_MAX_F32 18
+#define KQ_SETTLED_BITS_MAX_F64 46
+#define KQ_SETTLED_BITS_MAX_Q31 24
+
+/**
+ * The gains of a filter from its prior on: K of the first update, of the second, ..., until the
+ * covariance has settled.
+ *   f        the prior, before the first update; read
+ *   memory   scratch, KQ_STEADY_WORK_LEN_<T>(n, m) words
+ *   length   words at memory
+ *   bits     1 .. KQ_SETTLED_BITS_MAX_<T>: P has settled when a step changes no row of its root by
+ *            more than 2^-bits of the row's norm
+ *   gains    steps x n x m, written: `used` gains, then nothing
+ *   steps    1 or more
+ *   used     written: how many gains there are; the last one is for all that follow
+ * The change that is left falls by rho^2 a step, so the last gain is within about 2^-bits /
+ * (1 - rho^2) of the steady one; or replace it by that of kq_steady_solve.
+ * Cost: 2 (m + 1) updates' work a step.  Stack: 300 words.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY, KQ_ERR_SIZE (bits, steps),
+ * KQ_ERR_NO_CONVERGENCE (not settled within `steps`).
+ */
+kq_status kq_steady_schedule_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
+                                 const kq_sensor_f32 *s, float *memory, size_t length, int bits,
+                                 float *gains, size_t steps, size_t *used);
+kq_status kq_steady_schedule_f64(const kq_filter_f64 *f, const kq_process_f64 *p,
+                                 const kq_sensor_f64 *s, double *memory, size_t length, int bits,
+                                 double *gains, size_t steps, size_t *used);
+
+/* ------------------------------------------------------------------ the filter */
+
+/** Words of memory of a steady-state filter with n states: the mean. */
+#define KQ_STEADY_LEN_F32(n) (n)
+#define KQ_STEADY_LEN_F64(n) (n)
+
+/* The fields are the library's (see process.h). */
+typedef struct {
+    uint8_t states;     /* n */
+    uint8_t components; /* m */
+    uint8_t events;
+    uint8_t length;    /* words at memory */
+    uint16_t plain;    /* n + 256 m, and 128 where A is upper triangular; 0 before the last gain */
+    float *memory;     /* the caller's: the mean */
+    const float *gain; /* of the next update; NULL until initialised */
+    size_t left;       /* gains behind it */
+    const kq_process_f32 *process;
+    const kq_sensor_f32 *sensor;
+} kq_steady_f32;
+
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t events;
+    uint8_t length;
+    uint16_t plain;
+    double *memory;
+    const double *gain;
+    size_t left;
+    const kq_process_f64 *process;
+    const kq_sensor_f64 *sensor;
+} kq_steady_f64;
+
+/** A steady-state filter `name` of n states for m components with its storage, in static memory. */
+#define KQ_STEADY_F32(name, n, m)                                                                  \
+    static float name##_memory[KQ_STEADY_LEN_F32(n)];                                              \
+    static kq_steady_f32 name = {n, m,    0,   KQ_STEADY_LEN_F32(n), 0, name##_memory, NULL,       \
+                                 0, NULL, NULL}
+#define KQ_STEADY_F64(name, n, m)                                                                  \
+    static double name##_memory[KQ_STEADY_LEN_F64(n)];                                             \
+    static kq_steady_f64 name = {n, m,    0,   KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL,       \
+                                 0, NULL, NULL}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   n, m     1..16
+ *   memory   KQ_STEADY_LEN_<T>(n) words or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
+ */
+kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
+kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
+
+/**
+ * The model, the mean before the first measurement, and the gains.
+ *   p, s     kept by reference.  They must not change: after a change of them call this again
+ *   x0       n; not kept
+ *   gains    count x n x m, kept by reference, const and in flash if you like: the t-th update
+ *            takes gain t, from the last one on always that.  count = 1: the steady gain alone
+ * KQ_ERR_NULL, KQ_ERR_SIZE (count = 0, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
+ * (p, s), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
+ */
+kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
+                             const float *x0, const float *gains, size_t count);
+kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
+                             const double *x0, const double *gains, size_t count);
+
+/**
+ * predict   x <- A x + B u              u: l, or NULL: no control
+ * update    x <- x + K (z - H x)        z: m; of a correlated sensor, too
+ * step      predict, then update; refused as a whole
+ *
+ * A step without a measurement is a predict.  After it the gain is too small, of which this filter
+ * knows nothing (kq_switch does); the estimate stays unbiased.
+ * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).  Stack: 54 words.
+ * kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2:
+ * 85 instructions on a Cortex-M4F in f32, 472 on an M3 in q31, A upper triangular, H selecting
+ * states; 96 and 1143 with dense A and H (tools/cost/steady.py).
+ * Accuracy against the full filter with the same gains: the mean has one float in f32.  Every step
+ * rounds it at its size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e
+ * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose
+ * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
+ * about 2^-b |e| / (1 - rho)^2. KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
+ */
+kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
+kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
+kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
+kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
+kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
+kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
+
+/** x_i, in the state's unit.  NaN where st or i is bad. */
+float kq_steady_mean_f32(const kq_steady_f32 *st, int i);
+double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
+
+/**
+ * e = z - H x.  Call it before the update.
+ *   e        m, written; may be z
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z).
+ */
+kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
+kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
+
+/* ------------------------------------------------------------------ the smoother
+ *
+ *     a_T = 0,    a_t = J a_{t+1} + j e_{t+1},    x_t|T = x_t + S a_t
+ *
+ * S is the root of the filtered covariance, a the smoothed state in its coordinates, e the
+ * innovations.  J is a part of an orthogonal matrix: |J a| <= |a| for every model, so rounding does
+ * not grow.  S a_t is G (x_t+1|T - x-_{t+1}), but the gain G itself lets rounding grow where P- is
+ * nearly singular.
+ */
+
+/** The constants, by reference: const and in flash if you like. */
+typedef struct {
+    int32_t states, components; /* n, m */
+    const float *root;          /* S, upper triangle by columns: KQ_TRIANGLE(n) */
+    const float *back;          /* J, n x n */
+    const float *drive;         /* j, n x m */
+} kq_steady_smoother_f32;
+
+typedef struct {
+    int32_t states, components;
+    const double *root;
+    const double *back;
+    const double *drive;
+} kq_steady_smoother_f64;
+
+/**
+ * Makes the constants of a settled filter.
+ *   f        where it has settled, after an update; read.  kq_filter_init with the `filtered` P
+ *            of kq_steady_solve makes one
+ *   memory   scratch, KQ_STEADY_WORK_LEN_<T>(n, m) words
+ *   root, back, drive    written, as above
+ * Cost: n + m steps and their smoothing.  Stack: 300 words.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY.
+ */
+kq_status kq_steady_smoother_make_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
+                                      const kq_sensor_f32 *s, float *memory, size_t length,
+                                      float *root, float *back, float *drive);
+kq_status kq_steady_smoother_make_f64(const kq_filter_f64 *f, const kq_process_f64 *p,
+                                      const kq_sensor_f64 *s, double *memory, size_t length,
+                                      double *root, double *back, double *drive);
+
+/**
+ * Smooths a recorded run of the steady-state filter, in place.
+ *   x        steps x n: the mean after every update; becomes the smoothed mean
+ *   e        steps x m: the innovation of every update (kq_steady_innovation)
+ *   steps    1 or more
+ * Every step must have had its measurement and the steady gain.  Within about 1 / (1 - rho) steps
+ * after a start from another prior the covariance was not yet S S': the smoothed mean there is not
+ * the best one.
+ * Cost: 3 n^2 / 2 + n m multiplications a step.  Stack: 32 words.
+ * Accuracy: eps of x and of sigma, a step.
+ * KQ_ERR_NULL, KQ_ERR_SIZE (steps, or sizes in c), KQ_ERR_NOT_FINITE (x, e, c).
+ */
+kq_status kq_steady_smooth_f32(const kq_steady_smoother_f32 *c, float *x, const float *e,
+                               size_t steps);
+kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const double *e,
+                               size_t steps);
+
+/* ------------------------------------------------------------------ the switch
+ *
+ * An ordinary kq_filter that stops working on its covariance once that has settled, and begins
+ * again when something is different: a measurement is missing, the process or the sensor is another
+ * one, a history is attached (it gets every step), or something else has moved the covariance.
+ *
+ *     kq_update_f32(&track, &radar, z);                             the first measurement
+ *     ... kq_switch_step_f32(&lazy, &track, &motion, NULL, &radar, z);   or z = NULL: none
+ *
+ * While it is settled the mean alone moves, by A and the gain as it has become; the root stays the
+ * filtered one.  So the filter can be read as ever (but for the likelihood, which rests), and going
+ * back is nothing but calling kq_predict and kq_update.
+ */
+
+/** Words and gains of memory. */
+#define KQ_SWITCH_LEN_F32(n) KQ_TRIANGLE(n)
+#define KQ_SWITCH_LEN_F64(n) KQ_TRIANGLE(n)
+
+/* The fields are the library's. */
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t bits;  /* 0: not initialised */
+    uint8_t phase; /* moving, calm, settled */
+    uint16_t length;
+    float *memory; /* the caller's: the root of the step before */
+    float *gain;   /* the caller's, n x m */
+    const kq_process_f32 *process;
+    const float *transition;
+    const kq_sensor_f32 *sensor;
+    const float *measurement;
+} kq_switch_f32;
+
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t bits;
+    uint8_t phase;
+    uint16_t length;
+    double *memory;
+    double *gain;
+    const kq_process_f64 *process;
+    const double *transition;
+    const kq_sensor_f64 *sensor;
+    const double *measurement;
+} kq_switch_f64;
+
+/** A switch `name` for n states and m components with its storage, in static memory. */
+#define KQ_SWITCH_F32(name, n, m)                                                                  \
+    static float name##_memory[KQ_SWITCH_LEN_F32(n)], name##_gain[(n) * (m)];                      \
+    static kq_switch_f32 name = {                                                                  \
+        n, m, 0, 0, KQ_SWITCH_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
+#define KQ_SWITCH_F64(name, n, m)                                                                  \
+    static double name##_memory[KQ_SWITCH_LEN_F64(n)], name##_gain[(n) * (m)];                     \
+    static kq_switch_f64 name = {                                                                  \
+        n, m, 0, 0, KQ_SWITCH_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   memory   KQ_SWITCH_LEN_<T>(n) words or more
+ *   gain     n x m numbers
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
+ */
+kq_status kq_switch_assign_f32(kq_switch_f32 *w, int n, int m, float *memory, size_t length,
+                               float *gain);
+kq_status kq_switch_assign_f64(kq_switch_f64 *w, int n, int m, double *memory, size_t length,
+                               double *gain);
+
+/**
+ * Not settled, and when it will be.
+ *   bits     1 .. KQ_SETTLED_BITS_MAX_<T>: when a step changes no row of the filtered root by more
+ *            than 2^-bits of the row's norm.  The gain is then within about 2^-bits / (1 - rho^2)
+ *            of the steady one; 10 costs less than 1 % of the innovation's variance where rho is
+ *            below 0.9
+ * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or sizes never given), KQ_ERR_MEMORY.
+ */
+kq_status kq_switch_init_f32(kq_switch_f32 *w, int bits);
+kq_status kq_switch_init_f64(kq_switch_f64 *w, int bits);
+
+/**
+ * predict and, where there is a measurement, update.
+ *   z        m, or NULL: none at this step, and the filter is unsettled by it
+ * Processes and sensors are known again by their addresses and those of A and H: after new content
+ * at the same place call kq_switch_release.
+ * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
+ * more, at the step where it settles also that of kq_gain.
+ * The errors of kq_step; KQ_ERR_NOT_READY also for a switch not initialised, KQ_ERR_MISMATCH also
+ * for one of other sizes.
+ */
+kq_status kq_switch_step_f32(kq_switch_f32 *w, kq_filter_f32 *f, const kq_process_f32 *p,
+                             const float *u, const kq_sensor_f32 *s, const float *z);
+kq_status kq_switch_step_f64(kq_switch_f64 *w, kq_filter_f64 *f, const kq_process_f64 *p,
+                             const double *u, const kq_sensor_f64 *s, const double *z);
+
+/** Did the last step move the mean alone?  0 for NULL. */
+int kq_switch_settled_f32(const kq_switch_f32 *w);
+int kq_switch_settled_f64(const kq_switch_f64 *w);
+
+/** Back to the full filter at the next step.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+kq_status kq_switch_release_f32(kq_switch_f32 *w);
+kq_status kq_switch_release_f64(kq_switch_f64 *w);
+
+/* ------------------------------------------------------------------ q31
+ *
+ * As in f32, but for the equation, which is solved in f64 and its gain K made into a table by
+ * kq_matrix_prepare_q31 with the formats of states and measurements (prepare.h).  A word is a
+ * word of its component's format; gains are in units of words (fixed_point.h).
+ */
+
+#define KQ_STEADY_WORK_LEN_Q31(n, m)                                                               \
+    ((size_t)KQ_FILTER_LEN_Q31(n) + (size_t)KQ_ROOT_LEN_Q31(n) + KQ_HISTORY_LEN_Q31(n, m, 1, 0))
+
+/** Entries to 31 bits. */
+kq_status kq_steady_schedule_q31(const kq_filter_q31 *f, const kq_process_q31 *p,
+                                 const kq_sensor_q31 *s, int32_t *memory, size_t length, int bits,
+                                 kq_scaled_q31 *gains, size_t steps, size_t *used);
+
+/** Words of memory: the mean in 32 + 24 bits. */
+#define KQ_STEADY_LEN_Q31(n) (2 * (n))
+
+/* The fields are the library's. */
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t events;
+    uint8_t length;
+    uint16_t plain;
+    int32_t *memory;
+    const kq_scaled_q31 *gain;
+    size_t left;
+    const kq_process_q31 *process;
+    const kq_sensor_q31 *sensor;
+} kq_steady_q31;
+
+#define KQ_STEADY_Q31(name, n, m)                                                                  \
+    static int32_t name##_memory[KQ_STEADY_LEN_Q31(n)];                                            \
+    static kq_steady_q31 name = {n, m,    0,   KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL,       \
+                                 0, NULL, NULL}
+
+kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
+
+/**
+ * As in f32.
+ * KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not normalised
+ * or beyond the exponents' limit), KQ_ERR_MISMATCH also where p and s differ in the states'
+ * formats.
+ */
+kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
+                             const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
+
+/**
+ * As in f32; KQ_ERR_RANGE for u and z.  A mean that would leave its word is held there, with
+ * KQ_EVENT_SATURATED.
+ * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 word, the innovation
+ * truncated to 30 bits.
+ */
+kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
+kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
+kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
+
+/** The events, and back to none.  A NULL st has none. */
+unsigned kq_steady_events_q31(const kq_steady_q31 *st);
+void kq_steady_events_clear_q31(kq_steady_q31 *st);
+
+/** x_i rounded to a word, and what the rounding left in 2^-24 of a word (kq_mean_q31). */
+int32_t kq_steady_mean_q31(const kq_steady_q31 *st, int i);
+int32_t kq_steady_mean_low_q31(const kq_steady_q31 *st, int i);
+
+/** Rounded to words of the measurement, held at +-(2^31 - 1). */
+kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
+
+/** The constants; S in words, J of no unit, j per word of the innovation. */
+typedef struct {
+    int32_t states, components;
+    const int32_t *root;        /* KQ_ROOT_LEN_Q31(n) words; kq_root_prepare_q31 makes it of P */
+    const kq_scaled_q31 *back;  /* n x n */
+    const kq_scaled_q31 *drive; /* n x m */
+} kq_steady_smoother_q31;
+
+kq_status kq_steady_smoother_make_q31(const kq_filter_q31 *f, const kq_process_q31 *p,
+                                      const kq_sensor_q31 *s, int32_t *memory, size_t length,
+                                      int32_t *root, kq_scaled_q31 *back, kq_scaled_q31 *drive);
+
+/**
+ * As in f32, x and e in words; smoothed means are held at +-(2^31 - 1).  KQ_ERR_TABLE (a root that
+ * kq_filter_init would refuse), KQ_ERR_COEFFICIENT (an entry of J of 2 or more, or not normalised).
+ * Accuracy: half a word of x and of e, whose share j of it adds up like an innovation.
+ */
+kq_status kq_steady_smooth_q31(const kq_steady_smoother_q31 *c, int32_t *x, const int32_t *e,
+                               size_t steps);
+
+#define KQ_SWITCH_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
+
+/* The fields are the library's. */
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t bits;
+    uint8_t phase;
+    uint16_t length;
+    int32_t *memory;
+    kq_scaled_q31 *gain;
+    const kq_process_q31 *process;
+    const kq_scaled_q31 *transition;
+    const kq_sensor_q31 *sensor;
+    const kq_scaled_q31 *measurement;
+} kq_switch_q31;
+
+#define KQ_SWITCH_Q31(name, n, m)                                                                  \
+    static int32_t name##_memory[KQ_SWITCH_LEN_Q31(n)];                                            \
+    static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
+    static kq_switch_q31 name = {                                                                  \
+        n, m, 0, 0, KQ_SWITCH_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
+
+kq_status kq_switch_assign_q31(kq_switch_q31 *w, int n, int m, int32_t *memory, size_t length,
+                               kq_scaled_q31 *gain);
+kq_status kq_switch_init_q31(kq_switch_q31 *w, int bits);
+kq_status kq_switch_step_q31(kq_switch_q31 *w, kq_filter_q31 *f, const kq_process_q31 *p,
+                             const int32_t *u, const kq_sensor_q31 *s, const int32_t *z);
+int kq_switch_settled_q31(const kq_switch_q31 *w);
+kq_status kq_switch_release_q31(kq_switch_q31 *w);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

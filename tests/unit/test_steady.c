@@ -1,0 +1,781 @@
+/* The steady state: the equation, the gain schedule, the filter, the smoother and the switch. */
+#include "unchanged.h"
+
+enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, STEPS = 60, RUN = 200 };
+
+#ifdef KQ_TEST_F32
+#define STEADY KQ_STEADY_F32
+#define SWITCH KQ_SWITCH_F32
+#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
+#define WORK_LEN KQ_STEADY_WORK_LEN_F32
+#define STEADY_LEN KQ_STEADY_LEN_F32
+#define SWITCH_LEN KQ_SWITCH_LEN_F32
+#define BITS_MAX KQ_SETTLED_BITS_MAX_F32
+#define PRINTED 5e-7 /* six digits */
+#else
+#define STEADY KQ_STEADY_F64
+#define SWITCH KQ_SWITCH_F64
+#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
+#define WORK_LEN KQ_STEADY_WORK_LEN_F64
+#define STEADY_LEN KQ_STEADY_LEN_F64
+#define SWITCH_LEN KQ_SWITCH_LEN_F64
+#define BITS_MAX KQ_SETTLED_BITS_MAX_F64
+#define PRINTED 5e-9 /* all that are printed */
+#endif
+
+PROCESS(motion, N, 1);
+SENSOR(radar, N, M);
+FILTER(track, N);
+FILTER(other, N);
+HISTORY(tape, N, M, RUN, 0);
+STEADY(steady, N, M);
+SWITCH(lazy, N, M);
+
+/* never initialised, and of other sizes */
+PROCESS(blank_process, N, 1);
+SENSOR(blank_sensor, N, M);
+FILTER(blank, N);
+STEADY(blank_steady, N, M);
+SWITCH(blank_switch, N, M);
+PROCESS(motion1, 1, 0);
+SENSOR(radar1, 1, 1);
+SENSOR(single, N, 1);
+FILTER(track1, 1);
+SWITCH(lazy1, 1, 1);
+
+static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
+static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, one[] = {1};
+static num x0[] = {1, -2};
+static const num P0[] = {4, 1, 1, 3}, Q[] = {N(0.3), 0, 0, N(0.3)};
+static const num R[] = {0.5, 0.25, 0.25, 0.75};
+
+static num work[SOLVE_LEN(MOST, MOST)];
+static num P[MOST * MOST], F[MOST * MOST], K[MOST * MOST], G[MOST * MOST];
+static const K(steady_solution) solution = {P, F, K, G};
+static num gains[STEPS * N * M], root[KQ_TRIANGLE(MOST)], back[MOST * MOST], drive[MOST * MOST];
+static num u[1], z[M], mean[RUN * N], innovation[RUN * M];
+static size_t used;
+static uint32_t seed;
+
+/* -1 .. 1 in steps that no rounding changes */
+static num draw(void)
+{
+    seed = seed * 1664525 + 1013904223;
+    return (num)((int)(seed >> 20) - 2048) / 2048;
+}
+
+static void draw_step(void)
+{
+    u[0] = draw();
+    for (int c = 0; c < M; c++) z[c] = 3 * draw();
+}
+
+void setUp(void)
+{
+    A[0] = 0.5;
+    seed = 1;
+    used = 77;
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    ASSERT_OK(K(sensor_init)(&single, H, R));
+    ASSERT_OK(K(process_init)(&motion1, one, NULL, one));
+    ASSERT_OK(K(sensor_init)(&radar1, one, one));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&other, x0, P0));
+    ASSERT_OK(K(filter_init)(&track1, one, one));
+    ASSERT_OK(
+        K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS, &used));
+    ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
+    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
+    ASSERT_OK(K(switch_init)(&lazy, 12));
+    ASSERT_OK(K(switch_init)(&lazy1, 12));
+    watch_nothing();
+}
+
+void tearDown(void) {}
+
+static kq_status solve(void)
+{
+    return K(steady_solve)(&motion, &radar, work, COUNT(work), &solution);
+}
+
+static kq_status solve_of(int n, int m, const num *a, const num *h, const num *q, const num *r)
+{
+    static num process_memory[KQ_PROCESS_LEN(MOST)], sensor_memory[KQ_SENSOR_LEN(MOST)];
+    static K(process) p;
+    static K(sensor) s;
+    ASSERT_OK(K(process_assign)(&p, n, 0, process_memory, COUNT(process_memory)));
+    ASSERT_OK(K(process_init)(&p, a, NULL, q));
+    ASSERT_OK(K(sensor_assign)(&s, n, m, sensor_memory, COUNT(sensor_memory)));
+    ASSERT_OK(K(sensor_init)(&s, h, r));
+    return K(steady_solve)(&p, &s, work, SOLVE_LEN((size_t)n, (size_t)m), &solution);
+}
+
+/* ------------------------------------------------------------------ the equation */
+
+static void the_covariances_are_those_known(void)
+{
+    static const double noise[] = {0.3, 0.5, 0.1};
+    static const double known[][3] = {{0.40329108, 0.1050718, 0.41061709},
+                                      {0.62286148, 0.12527948, 0.63270989},
+                                      {0.16433113, 0.06508848, 0.16752408}};
+    static const num r[] = {0.5, 0, 0, 0.5};
+    for (int k = 0; k < 3; k++) {
+        const num q[] = {N(noise[k]), 0, 0, N(noise[k])};
+        ASSERT_OK(solve_of(2, 2, A, H, q, r));
+        ASSERT_WITHIN(PRINTED, known[k][0], P[0]);
+        ASSERT_WITHIN(PRINTED, known[k][1], P[1]);
+        ASSERT_WITHIN(0, P[1], P[2]);
+        ASSERT_WITHIN(PRINTED, known[k][2], P[3]);
+    }
+}
+
+/* The filter itself, run until it has settled, with a correlated R */
+static void the_filter_leads_to_it(void)
+{
+    num gain[N * M], covariance[N * N];
+    ASSERT_OK(solve());
+    for (int t = 0; t < 60; t++) {
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        if (t < 59) ASSERT_OK(K(update)(&track, &radar, x0));
+    }
+    ASSERT_OK(K(covariance)(&track, covariance));
+    for (int k = 0; k < N * N; k++) ASSERT_CLOSE(covariance[k], P[k], 1);
+    ASSERT_OK(K(gain)(&track, &radar, gain));
+    for (int k = 0; k < N * M; k++) ASSERT_CLOSE(gain[k], K[k], 1);
+    ASSERT_OK(K(update)(&track, &radar, x0));
+    ASSERT_OK(K(covariance)(&track, covariance));
+    for (int k = 0; k < N * N; k++) ASSERT_CLOSE(covariance[k], F[k], 1);
+}
+
+/* G P- = P A' */
+static void the_smoothers_gain_is_that_of_the_textbook(void)
+{
+    ASSERT_OK(solve());
+    for (int i = 0; i < N; i++) {
+        for (int j = 0; j < N; j++) {
+            double left = 0, right = 0;
+            for (int k = 0; k < N; k++) {
+                left += (double)G[i * N + k] * (double)P[k * N + j];
+                right += (double)F[i * N + k] * (double)A[j * N + k];
+            }
+            ASSERT_CLOSE(right, left, 1);
+        }
+    }
+}
+
+/* P = (q + sqrt(q^2 + 4 q r)) / 2 */
+static void a_random_walk_has_a_formula(void)
+{
+    static const double noise[] = {1e-6, 1e-3, 1, 1e6};
+    for (int k = 0; k < COUNT(noise); k++) {
+        const num q[] = {N(noise[k])};
+        const double rho = 1 / (1 + sqrt(noise[k]));
+        ASSERT_OK(solve_of(1, 1, one, one, q, one));
+        const double r = q[0], known = (r + sqrt(r * r + 4 * r)) / 2;
+        ASSERT_WITHIN(8 * EPS * known / (1 - rho), known, P[0]);
+        ASSERT_WITHIN(8 * EPS / (1 - rho), known / (known + 1), K[0]);
+    }
+}
+
+static void an_unstable_state_that_is_measured_is_no_obstacle(void)
+{
+    static const num a[] = {2}, q[] = {1};
+    ASSERT_OK(solve_of(1, 1, a, one, q, one));
+    ASSERT_CLOSE(2 + sqrt(5.0), P[0], 5); /* P = 4 P / (P + 1) + 1 */
+}
+
+static void noise_free_components_are_taken(void)
+{
+    static const num a[] = {1, 0.5, 0, 1}, q[] = {1, 0, 0, 1}, h[] = {1, 0}, zero[] = {0, 0, 0, 0};
+    ASSERT_OK(solve_of(2, 1, a, h, q, zero));
+    ASSERT_WITHIN(0, 1, K[0]);
+    ASSERT_WITHIN(1e-30, 0, F[0]);
+    ASSERT_OK(solve_of(2, 2, a, H, q, zero)); /* everything is known: P- = Q */
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(q[k], P[k], 1);
+    static const num r[] = {1, 1, 1, 1}, twice[] = {1, 0, 1, 0}; /* the same sensor twice */
+    ASSERT_OK(solve_of(2, 1, a, h, q, one));
+    const num p = P[0], v = P[3];
+    ASSERT_OK(solve_of(2, 2, a, twice, q, r));
+    ASSERT_CLOSE(p, P[0], 16);
+    ASSERT_CLOSE(v, P[3], 16);
+}
+
+static void states_that_decay_need_neither_sensor_nor_noise(void)
+{
+    static const num a[] = {0.5, 0, 0, 0.875}, h[] = {0, 1}, q[] = {3, 0, 0, 0}, r[] = {1};
+    ASSERT_OK(solve_of(2, 1, a, h, q, r));
+    ASSERT_CLOSE(4, P[0], 4);
+    ASSERT_WITHIN(0, 0, P[3]);
+    ASSERT_WITHIN(0, 0, K[0]);
+    ASSERT_WITHIN(0, 0, K[1]);
+}
+
+static void a_lasting_state_must_be_moved_and_measured(void)
+{
+    static const num walk[] = {1}, growing[] = {1.5}, zero[] = {0};
+    static const num turn[] = {N(0.6), N(0.8), N(-0.8), N(0.6)}, nothing[] = {0, 0, 0, 0};
+    static const num a[] = {1, 0.125, 0, 1}, unit[] = {1, 0, 0, 1}, first[] = {1, 0};
+    static const num second[] = {0, 1}, sum[] = {1, 1}, bias[] = {1, 0, 0, 0};
+    WATCH(P), WATCH(F), WATCH(K), WATCH(G);
+    watched_count = 0; /* 16 x 16 of them are more than is watched: the corners */
+    watch(P, 64), watch(F, 64), watch(K, 64), watch(G, 64);
+    ASSERT_REFUSED(KQ_ERR_NOT_STABILISABLE, solve_of(1, 1, walk, one, zero, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_STABILISABLE, solve_of(1, 1, growing, one, zero, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_DETECTABLE, solve_of(1, 1, walk, zero, one, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_DETECTABLE, solve_of(1, 1, growing, zero, one, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_STABILISABLE, solve_of(2, 1, turn, first, nothing, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_DETECTABLE, solve_of(2, 1, a, second, unit, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_DETECTABLE, solve_of(2, 1, unit, sum, unit, one));
+    ASSERT_REFUSED(KQ_ERR_NOT_STABILISABLE, solve_of(2, 2, unit, unit, bias, unit));
+    ASSERT_OK(solve_of(2, 1, a, first, unit, one));
+}
+
+static void the_largest_sizes(void)
+{
+    static num a[MOST * MOST], h[MOST * MOST], q[MOST * MOST], r[MOST * MOST], left[MOST * MOST];
+    for (int i = 0; i < MOST; i++) {
+        for (int j = 0; j < MOST; j++) {
+            a[i * MOST + j] = (num)(i == j) + draw() / 16;
+            h[i * MOST + j] = draw();
+            q[i * MOST + j] = i == j ? (num)0.5 : (num)0.125;
+            r[i * MOST + j] = i == j ? (num)2 : (num)0.25;
+        }
+    }
+    ASSERT_OK(solve_of(MOST, MOST, a, h, q, r));
+    for (int i = 0; i < MOST; i++) { /* A P A' + Q */
+        for (int j = 0; j < MOST; j++) {
+            left[i * MOST + j] = 0;
+            for (int k = 0; k < MOST; k++) left[i * MOST + j] += a[i * MOST + k] * F[k * MOST + j];
+        }
+    }
+    for (int i = 0; i < MOST; i++) {
+        for (int j = 0; j < MOST; j++) {
+            double total = (double)q[i * MOST + j];
+            for (int k = 0; k < MOST; k++)
+                total += (double)left[i * MOST + k] * (double)a[j * MOST + k];
+            const double size = sqrt((double)P[i * 17]) * sqrt((double)P[j * 17]);
+            ASSERT_WITHIN(64 * EPS * size, total, P[i * MOST + j]);
+        }
+    }
+    ASSERT_OK(solve_of(1, MOST, one, h, one, r));
+}
+
+static void solve_gives_what_it_is_asked_for(void)
+{
+    K(steady_solution) some = {NULL, NULL, K, NULL};
+    ASSERT_OK(K(steady_solve)(&motion, &radar, work, COUNT(work), &some));
+    some = (K(steady_solution)){NULL, NULL, NULL, NULL};
+    ASSERT_OK(K(steady_solve)(&motion, &radar, work, COUNT(work), &some));
+}
+
+static void solve_refuses_what_is_wrong(void)
+{
+    const size_t least = SOLVE_LEN(2, 2);
+    watch(P, 64), watch(F, 64), watch(K, 64), watch(G, 64);
+    WATCH(motion), WATCH(radar);
+    watch(work, 256);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(NULL, &radar, work, least, &solution));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(&motion, NULL, work, least, &solution));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(&motion, &radar, NULL, least, &solution));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(&motion, &radar, work, least, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   K(steady_solve)(&blank_process, &radar, work, least, &solution));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   K(steady_solve)(&motion, &blank_sensor, work, least, &solution));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_solve)(&motion, &radar1, work, least, &solution));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(steady_solve)(&motion, &radar, work, least - 1, &solution));
+    ASSERT_OK(K(steady_solve)(&motion, &radar, work, least, &solution));
+}
+
+/* ------------------------------------------------------------------ the schedule */
+
+static void the_schedule_has_the_gains_of_the_filter(void)
+{
+    num gain[N * M];
+    TEST_ASSERT_TRUE(used > 3 && used < STEPS);
+    for (size_t t = 0; t < used; t++) {
+        ASSERT_OK(K(gain)(&track, &radar, gain));
+        for (int k = 0; k < N * M; k++) ASSERT_CLOSE(gain[k], gains[t * N * M + (size_t)k], 1);
+        ASSERT_OK(K(update)(&track, &radar, x0));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+    }
+    ASSERT_OK(solve()); /* |rho| is below 0.7 */
+    for (int k = 0; k < N * M; k++) {
+        ASSERT_WITHIN(0x1p-12 / (1 - 0.5), K[k], gains[(used - 1) * N * M + (size_t)k]);
+    }
+}
+
+static kq_status schedule(size_t length, int bits, size_t steps)
+{
+    return K(steady_schedule)(&track, &motion, &radar, work, length, bits, gains, steps, &used);
+}
+
+static void the_schedule_refuses_what_is_wrong(void)
+{
+    const size_t least = WORK_LEN(N, M), all = COUNT(work);
+    WATCH(gains), WATCH(used), WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(radar);
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(NULL, &motion, &radar, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, NULL, &radar, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, NULL, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, &radar, NULL, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, &radar, work, all, 12, NULL, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NULL,
+                   K(steady_schedule)(&track, &motion, &radar, work, all, 12, gains, STEPS, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   K(steady_schedule)(&blank, &motion, &radar, work, all, 12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&track, &blank_process, &radar, work, all,
+                                                        12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&track, &motion, &blank_sensor, work, all,
+                                                        12, gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_schedule)(&track1, &motion, &radar, work, all, 12,
+                                                       gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_schedule)(&track, &motion, &radar1, work, all, 12,
+                                                       gains, STEPS, &used));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, schedule(least - 1, 12, STEPS));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 0, STEPS));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, BITS_MAX + 1, STEPS));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, 0));
+    ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, 1));
+    ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, used - 1));
+    ASSERT_OK(schedule(least, 12, used));
+    ASSERT_OK(schedule(least, BITS_MAX, STEPS));
+}
+
+/* ------------------------------------------------------------------ the filter */
+
+/* The mean is that of the full filter, up to the gain that has settled to 2^-12 and to rounding */
+static void the_scheduled_filter_is_the_full_one(void)
+{
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        if (t > 0) {
+            ASSERT_OK(K(predict)(&track, &motion, u));
+            ASSERT_OK(K(steady_predict)(&steady, u));
+        }
+        ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(steady_update)(&steady, z));
+        const double gain_left = t < (int)used ? 0 : 0x1p-12 / (1 - 0.7);
+        for (int i = 0; i < N; i++) {
+            ASSERT_WITHIN(6 * gain_left + 256 * EPS, whole_mean(&track, i),
+                          K(steady_mean)(&steady, i));
+        }
+    }
+}
+
+static void a_step_is_a_predict_and_an_update(void)
+{
+    static num memory[N];
+    static K(steady) second;
+    ASSERT_OK(K(steady_assign)(&second, N, M, memory, N));
+    ASSERT_OK(K(steady_init)(&second, &motion, &radar, x0, gains, used));
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        const num *const drive_of = t % 2 ? u : NULL;
+        ASSERT_OK(K(steady_step)(&steady, drive_of, z));
+        ASSERT_OK(K(steady_predict)(&second, drive_of));
+        ASSERT_OK(K(steady_update)(&second, z));
+        ASSERT_SAME_BITS(steady_memory, memory);
+    }
+}
+
+static void one_gain_is_the_steady_filter(void)
+{
+    ASSERT_OK(solve());
+    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, K, 1));
+    double x[] = {(double)x0[0], (double)x0[1]}, a[N * N], k[N * M];
+    for (int i = 0; i < N * N; i++) a[i] = (double)A[i], k[i] = (double)K[i];
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        const double drive_of = (double)u[0], first = (double)z[0], second = (double)z[1];
+        const double b = a[0] * x[0] + a[1] * x[1] + drive_of;
+        const double c = a[2] * x[0] + a[3] * x[1] + drive_of / 2;
+        x[0] = b + k[0] * (first - b) + k[1] * (second - c);
+        x[1] = c + k[2] * (first - b) + k[3] * (second - c);
+        ASSERT_OK(K(steady_step)(&steady, u, z));
+        for (int i = 0; i < N; i++) ASSERT_CLOSE(x[i], K(steady_mean)(&steady, i), 4);
+    }
+}
+
+static void the_innovation_is_that_of_the_mean(void)
+{
+    num e[M], same[M];
+    draw_step();
+    WATCH(steady), WATCH(steady_memory), WATCH(z);
+    ASSERT_OK_UNCHANGED(K(steady_innovation)(&steady, z, e));
+    for (int c = 0; c < M; c++) ASSERT_CLOSE(z[c] - x0[c], e[c], 4);
+    memcpy(same, z, sizeof z);
+    ASSERT_OK(K(steady_innovation)(&steady, same, same));
+    ASSERT_SAME_BITS(e, same);
+}
+
+static void what_is_read_of_nothing_is_no_number(void)
+{
+    ASSERT_NAN(K(steady_mean)(NULL, 0));
+    ASSERT_NAN(K(steady_mean)(&blank_steady, 0));
+    ASSERT_NAN(K(steady_mean)(&steady, -1));
+    ASSERT_NAN(K(steady_mean)(&steady, N));
+}
+
+static void the_filter_refuses_what_is_wrong(void)
+{
+    num e[M] = {0};
+    draw_step();
+    WATCH(steady), WATCH(steady_memory), WATCH(blank_steady), WATCH(blank_steady_memory);
+    WATCH(e), WATCH(z), WATCH(u);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_predict)(NULL, u));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_update)(NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_update)(&steady, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_step)(NULL, u, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_step)(&steady, u, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_innovation)(&steady, z, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_innovation)(&steady, NULL, e));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_innovation)(NULL, z, e));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_predict)(&blank_steady, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_update)(&blank_steady, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_step)(&blank_steady, u, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_innovation)(&blank_steady, z, e));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(NULL, &motion, &radar, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, NULL, &radar, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, NULL, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, NULL, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, x0, NULL, 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, 0));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &blank_process, &radar, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &motion, &blank_sensor, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion1, &radar, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion, &radar1, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion, &single, x0, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_assign)(NULL, N, M, steady_memory, N));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_assign)(&steady, N, M, NULL, N));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_assign)(&steady, 0, M, steady_memory, N));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_assign)(&steady, N, 17, steady_memory, N));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(steady_assign)(&steady, N, M, steady_memory, N - 1));
+    K(steady) empty;
+    memset(&empty, 0, sizeof empty);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(steady_init)(&empty, &motion, &radar, x0, gains, 1));
+}
+
+static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x0, gains, used); }
+
+static kq_status step(void) { return K(steady_step)(&steady, u, z); }
+
+static void numbers_must_be_finite(void)
+{
+    draw_step();
+    assert_entries_must_be_finite(x0, N, begin);
+    x0[0] = 1, x0[1] = -2;
+    assert_entries_must_be_finite(gains, (int)used * N * M, begin);
+    WATCH(steady), WATCH(steady_memory);
+    assert_entries_must_be_finite(z, M, step);
+    assert_entries_must_be_finite(u, 1, step);
+}
+
+/* ------------------------------------------------------------------ the smoother */
+
+static kq_status make(size_t length)
+{
+    return K(steady_smoother_make)(&track, &motion, &radar, work, length, root, back, drive);
+}
+
+/* A run that begins with the steady covariance, smoothed with covariances and without */
+static void compare_smoothers(double size)
+{
+    const K(steady_smoother) constants = {N, M, root, back, drive};
+    ASSERT_OK(solve());
+    ASSERT_OK(K(filter_init)(&track, x0, F));
+    ASSERT_OK(make(COUNT(work)));
+    ASSERT_OK(K(filter_init)(&track, x0, P));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, K, 1));
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        if (t > 0) {
+            ASSERT_OK(K(predict)(&track, &motion, u));
+            ASSERT_OK(K(steady_predict)(&steady, u));
+        }
+        ASSERT_OK(K(steady_innovation)(&steady, z, innovation + t * M));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(steady_update)(&steady, z));
+        for (int i = 0; i < N; i++) mean[t * N + i] = K(steady_mean)(&steady, i);
+    }
+    ASSERT_OK(K(smooth_states)(&tape));
+    ASSERT_OK(K(steady_smooth)(&constants, mean, innovation, RUN));
+    for (int t = 0; t < RUN; t++) {
+        for (int i = 0; i < N; i++) {
+            ASSERT_WITHIN(size * EPS, whole_smoothed_mean(&tape, (size_t)t, i), mean[t * N + i]);
+        }
+    }
+}
+
+static void the_smoother_is_the_one_with_covariances(void) { compare_smoothers(512); }
+
+/* x0 is a delayed x1 and is measured without noise: P- is singular after the update, and the gain G
+   would let errors grow by 2.7 a step */
+static void a_singular_covariance_is_smoothed(void)
+{
+    static const num a[] = {0.5, 1, 0, 0}, sharp[] = {1, 0, 0, 1}, noise[] = {1, N(2.7)};
+    static const num most[] = {0x1p-20, 0, 0, 4};
+    ASSERT_OK(K(process_init_factor)(&motion, a, B, noise, 1));
+    ASSERT_OK(K(sensor_init)(&radar, sharp, most));
+    compare_smoothers(4096);
+}
+
+static void no_coordinate_grows(void)
+{
+    ASSERT_OK(make(WORK_LEN(N, M)));
+    const double a = (double)back[0], b = (double)back[1];
+    const double c = (double)back[2], d = (double)back[3];
+    const double square = a * a + b * b + c * c + d * d, det = a * d - b * c;
+    const double norm = (square + sqrt(square * square - 4 * det * det)) / 2;
+    TEST_ASSERT_TRUE(norm < 1 + 16 * EPS);
+}
+
+static void one_step_is_smoothed_to_itself(void)
+{
+    num x[] = {1, 2}, e[] = {3, 4};
+    const K(steady_smoother) constants = {N, M, root, back, drive};
+    ASSERT_OK(make(COUNT(work)));
+    WATCH(x), WATCH(e);
+    ASSERT_OK_UNCHANGED(K(steady_smooth)(&constants, x, e, 1));
+}
+
+static void the_smoother_refuses_what_is_wrong(void)
+{
+    num x[] = {1, 2, 3, 4}, e[] = {3, 4, 5, 6};
+    ASSERT_OK(make(COUNT(work)));
+    K(steady_smoother) good = {N, M, root, back, drive}, bad = good;
+    WATCH(x), WATCH(e), WATCH(root), WATCH(track), WATCH(track_memory);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(NULL, x, e, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, NULL, e, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, x, NULL, 2));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, 0));
+    bad.root = NULL;
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&bad, x, e, 2));
+    bad = good, bad.states = 0;
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&bad, x, e, 2));
+    bad = good, bad.components = 17;
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&bad, x, e, 2));
+    x[3] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(steady_smooth)(&good, x, e, 2));
+    x[3] = 0, e[0] = (num)INFINITY;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(steady_smooth)(&good, x, e, 2));
+    e[0] = 0, drive[1] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(steady_smooth)(&good, x, e, 2));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, make(WORK_LEN(N, M) - 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smoother_make)(&track, &motion, &radar, work, COUNT(work),
+                                                        NULL, back, drive));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smoother_make)(&track, &motion, &radar, NULL, COUNT(work),
+                                                        root, back, drive));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_smoother_make)(&blank, &motion, &radar, work,
+                                                             COUNT(work), root, back, drive));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_smoother_make)(&track1, &motion, &radar, work,
+                                                            COUNT(work), root, back, drive));
+}
+
+/* ------------------------------------------------------------------ the switch */
+
+static void switch_steps(int count)
+{
+    for (int t = 0; t < count; t++) {
+        draw_step();
+        ASSERT_OK(K(switch_step)(&lazy, &track, &motion, u, &radar, z));
+        ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
+    }
+}
+
+static void assert_near(double tolerance, int line)
+{
+    num p[N * N], q[N * N];
+    ASSERT_OK(K(covariance)(&track, p));
+    ASSERT_OK(K(covariance)(&other, q));
+    for (int i = 0; i < N; i++) {
+        assert_within(tolerance, whole_mean(&other, i), whole_mean(&track, i), (unsigned)line);
+        assert_within(tolerance, (double)q[i * N + i], (double)p[i * N + i], (unsigned)line);
+    }
+}
+
+#define ASSERT_NEAR(tolerance) assert_near(tolerance, __LINE__)
+
+static void it_settles_and_stays_near_the_full_filter(void)
+{
+    int began = 0;
+    for (int t = 0; t < RUN; t++) {
+        switch_steps(1);
+        if (!K(switch_settled)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
+        else if (!began) began = t;
+        ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    }
+    TEST_ASSERT_TRUE(began > 2 && began < 30);
+}
+
+/* Until it has settled it is the full filter, bit for bit. */
+static void before_that_it_is_the_full_filter(void)
+{
+    while (!K(switch_settled)(&lazy)) {
+        ASSERT_SAME_BITS(track_memory, other_memory);
+        switch_steps(1);
+    }
+}
+
+static void the_root_rests_while_it_is_settled(void)
+{
+    switch_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    watch(track_memory + FILTER_LEN(N) - KQ_TRIANGLE(N), KQ_TRIANGLE(N) * sizeof(num));
+    WATCH(track.last), WATCH(track.run);
+    draw_step();
+    ASSERT_OK_UNCHANGED(K(switch_step)(&lazy, &track, &motion, u, &radar, z));
+}
+
+static void a_missing_measurement_unsettles_it(void)
+{
+    switch_steps(40);
+    for (int t = 0; t < 3; t++) {
+        draw_step();
+        ASSERT_OK(K(switch_step)(&lazy, &track, &motion, u, &radar, NULL));
+        ASSERT_OK(K(predict)(&other, &motion, u));
+        TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+        ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    }
+    switch_steps(2);
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    switch_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+}
+
+static void another_model_unsettles_it(void)
+{
+    static const num slow[] = {0.75, 0, 0, 0.5};
+    switch_steps(40);
+    ASSERT_OK(K(process_change_transition)(&motion, slow));
+    switch_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    switch_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    ASSERT_OK(K(sensor_change_measurement)(&radar, slow));
+    switch_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    switch_steps(40);
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+}
+
+static void the_full_filter_may_go_on_at_any_time(void)
+{
+    switch_steps(40);
+    draw_step();
+    ASSERT_OK(K(update)(&track, &radar, z)); /* one more measurement at the same instant */
+    ASSERT_OK(K(update)(&other, &radar, z));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    switch_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    switch_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    ASSERT_OK(K(switch_release)(&lazy));
+    switch_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+}
+
+static void a_history_keeps_it_whole(void)
+{
+    switch_steps(40);
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    for (int t = 0; t < 40; t++) {
+        switch_steps(1);
+        TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    }
+    TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
+    ASSERT_OK(K(smooth)(&tape));
+    switch_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+}
+
+static void the_switch_refuses_what_is_wrong(void)
+{
+    draw_step();
+    num gain[N * M];
+    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
+    WATCH(blank_switch), WATCH(z), WATCH(u);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(NULL, &track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, NULL, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, &track, NULL, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, &track, &motion, u, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_step)(&blank_switch, &track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_step)(&lazy, &blank, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   K(switch_step)(&lazy, &track, &blank_process, u, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY,
+                   K(switch_step)(&lazy, &track, &motion, u, &blank_sensor, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy, &track1, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy, &track, &motion, u, &radar1, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy, &track, &motion, u, &single, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy1, &track, &motion, u, &radar, z));
+    z[0] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(switch_step)(&lazy, &track, &motion, u, &radar, z));
+    u[0] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(switch_step)(&lazy, &track, &motion, u, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_init)(NULL, 12));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_init)(&lazy, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_init)(&lazy, BITS_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_release)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_release)(&blank_switch));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_assign)(NULL, N, M, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_assign)(&lazy, N, M, NULL, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_assign)(&lazy, N, M, lazy_memory, 3, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_assign)(&lazy, 17, M, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_assign)(&lazy, N, 0, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_MEMORY,
+                   K(switch_assign)(&lazy, N, M, lazy_memory, SWITCH_LEN(N) - 1, gain));
+    K(switch) empty;
+    memset(&empty, 0, sizeof empty);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(switch_init)(&empty, 12));
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(NULL));
+    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&blank_switch));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_covariances_are_those_known);
+    RUN_TEST(the_filter_leads_to_it);
+    RUN_TEST(the_smoothers_gain_is_that_of_the_textbook);
+    RUN_TEST(a_random_walk_has_a_formula);
+    RUN_TEST(an_unstable_state_that_is_measured_is_no_obstacle);
+    RUN_TEST(noise_free_components_are_taken);
+    RUN_TEST(states_that_decay_need_neither_sensor_nor_noise);
+    RUN_TEST(a_lasting_state_must_be_moved_and_measured);
+    RUN_TEST(the_largest_sizes);
+    RUN_TEST(solve_gives_what_it_is_asked_for);
+    RUN_TEST(solve_refuses_what_is_wrong);
+    RUN_TEST(the_schedule_has_the_gains_of_the_filter);
+    RUN_TEST(the_schedule_refuses_what_is_wrong);
+    RUN_TEST(the_scheduled_filter_is_the_full_one);
+    RUN_TEST(a_step_is_a_predict_and_an_update);
+    RUN_TEST(one_gain_is_the_steady_filter);
+    RUN_TEST(the_innovation_is_that_of_the_mean);
+    RUN_TEST(what_is_read_of_nothing_is_no_number);
+    RUN_TEST(the_filter_refuses_what_is_wrong);
+    RUN_TEST(numbers_must_be_finite);
+    RUN_TEST(the_smoother_is_the_one_with_covariances);
+    RUN_TEST(a_singular_covariance_is_smoothed);
+    RUN_TEST(no_coordinate_grows);
+    RUN_TEST(one_step_is_smoothed_to_itself);
+    RUN_TEST(the_smoother_refuses_what_is_wrong);
+    RUN_TEST(it_settles_and_stays_near_the_full_filter);
+    RUN_TEST(before_that_it_is_the_full_filter);
+    RUN_TEST(the_root_rests_while_it_is_settled);
+    RUN_TEST(a_missing_measurement_unsettles_it);
+    RUN_TEST(another_model_unsettles_it);
+    RUN_TEST(the_full_filter_may_go_on_at_any_time);
+    RUN_TEST(a_history_keeps_it_whole);
+    RUN_TEST(the_switch_refuses_what_is_wrong);
+    return UNITY_END();
+}
