@@ -13,6 +13,8 @@ typedef kq_filter_f64 filter;
 typedef kq_likelihood_f64 likelihood;
 typedef kq_history_f64 history;
 typedef kq_smooth_extras_f64 smooth_extras;
+typedef kq_lag_f64 lag_smoother;
+typedef kq_point_f64 point_smoother;
 
 typedef num score;
 
@@ -20,5 +22,11 @@ typedef num score;
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F64
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
+#define MAP_LEN KQ_MAP_LEN_F64
+#define ON_LINE_LEN KQ_ON_LINE_LEN_F64
+#define LAG_COLUMNS_LEN KQ_LAG_COLUMNS_LEN
+#define LAG_LEN KQ_LAG_LEN_F64
+#define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
+#define POINT_LEN KQ_POINT_LEN_F64
 
 #endif

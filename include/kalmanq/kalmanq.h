@@ -4,6 +4,8 @@
 
 #include "filter.h"
 #include "fixed_point.h"
+#include "lag.h"
+#include "point.h"
 #include "prepare.h"
 #include "process.h"
 #include "sensor.h"
