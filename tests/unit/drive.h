@@ -55,7 +55,8 @@ static inline const num *control_of(int step)
     return step % 6 ? &u : NULL;
 }
 
-/* What is known of each step given all measurements up to `last`, that one's included: on the tape */
+/* What is known of each step given all measurements up to `last`, that one's included: on the tape
+ */
 static inline void smooth_to(int last)
 {
     ASSERT_OK(K(filter_init)(&twin, x0, P0));

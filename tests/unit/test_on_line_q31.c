@@ -214,11 +214,11 @@ static void the_longest_lag_is_that_of_the_tape(void)
         ASSERT_OK(kq_lag_covariance_q31(&past, out));
         ASSERT_OK(kq_smoothed_covariance_q31(&tape, t, P));
         for (int i = 0; i < 2; i++) {
-            ASSERT_WITHIN(0x1p-26 * 8,
-                          value_of_words(kq_smoothed_mean_q31(&tape, t, i),
-                                         kq_smoothed_mean_low_q31(&tape, t, i), i),
-                          value_of_words(kq_lag_mean_q31(&past, i), kq_lag_mean_low_q31(&past, i),
-                                         i));
+            ASSERT_WITHIN(
+                0x1p-26 * 8,
+                value_of_words(kq_smoothed_mean_q31(&tape, t, i),
+                               kq_smoothed_mean_low_q31(&tape, t, i), i),
+                value_of_words(kq_lag_mean_q31(&past, i), kq_lag_mean_low_q31(&past, i), i));
         }
         for (int j = 0; j < 4; j++) {
             ASSERT_WITHIN(0x1p-26 * 2, value_of(P[j], both_fractions(j)),
@@ -340,7 +340,8 @@ static void a_long_run_changes_nothing_any_more(void)
         ASSERT_WITHIN(LIKE, value_of(early[k], both_fractions(k)),
                       value_of(out[k], both_fractions(k)));
     }
-    for (int i = 0; i < 2; i++) TEST_ASSERT_INT32_WITHIN(1, mean[i], kq_point_mean_q31(&instant, i));
+    for (int i = 0; i < 2; i++)
+        TEST_ASSERT_INT32_WITHIN(1, mean[i], kq_point_mean_q31(&instant, i));
 }
 
 /* ------------------------------------------------------------------------------- limits */
