@@ -128,6 +128,20 @@ static inline void load_noise(const num *record, scaled *mean, scaled *variance)
 /* A sum of products with a unit (backward_map.inc) in units of the other factors */
 static inline num unit_of(sum total) { return total; }
 
+/* The units of a map have exponents of their own: no need to raise them. */
+static inline int unit_room(const num *units, int count)
+{
+    (void)units, (void)count;
+    return 0;
+}
+
+static inline void units_raise(num *units, int up, int count)
+{
+    (void)units, (void)up, (void)count;
+}
+
+static inline void root_lower(num *S, int down, int n) { (void)S, (void)down, (void)n; }
+
 /* Cosine and sine of the next rotation of an update, by entry f of its row */
 static inline void unit_rotation(rotor *t, num f, num *c, num *s)
 {

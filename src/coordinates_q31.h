@@ -212,6 +212,27 @@ static inline void load_noise(const int32_t *record, scaled *mean, scaled *varia
 /* A sum of products with a unit (backward_map.inc) in units of the other factors: below 2^60 */
 static inline int32_t unit_of(int64_t total) { return narrow(total, 29, 31); }
 
+/* By how many bits the units of a map may be raised, all `count` of them: to 2^26 at most, rows of 32
+   of them below 2^29 */
+static inline int unit_room(const int32_t *units, int count)
+{
+    uint32_t bits = 0;
+    for (int k = 0; k < count; k++) bits |= magnitude(units[k]);
+    const int up = leading_zeros(bits) - 6;
+    return bits && up > 0 ? up : 0;
+}
+
+static inline void units_raise(int32_t *units, int up, int count)
+{
+    for (int k = 0; k < count; k++) units[k] = raise(units[k], up, 26);
+}
+
+/* S <- S 2^-down */
+static inline void root_lower(int32_t *S, int down, int n)
+{
+    for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] -= down;
+}
+
 /* Cosine and sine, in Q31, of the next rotation of an update, by entry f of its row */
 static inline void unit_rotation(rotor *t, int32_t f, int32_t *c, int32_t *s)
 {

@@ -344,6 +344,33 @@ static void a_long_run_changes_nothing_any_more(void)
         TEST_ASSERT_INT32_WITHIN(1, mean[i], kq_point_mean_q31(&instant, i));
 }
 
+/* Known a million times better than at first, and better still with each measurement, by less than
+   the last bit of a word of the map: the instant is known as now. */
+static void a_constant_is_refined_for_long(void)
+{
+    static const double still[] = {1, 0, 0, 1}, none[4], wide[] = {1e6, 0, 0, 1e6};
+    static const double wide_range[] = {10000, 10000}, look[] = {1, 0, 0, 1};
+    static const double sharp[] = {1e-4, 0, 0, 1e-4}, z[] = {3, -1};
+    put_process(&motion, 2, 0, wide_range, drive_range, still, NULL, none);
+    put_sensor(&radar, 2, 2, wide_range, wide_range, look, sharp);
+    put_prior(&start, 2, wide_range, x0, wide);
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    ASSERT_OK(kq_point_attach_q31(&instant, &track));
+    const int32_t *words = words_of(z, 2, radar.measurement_format);
+    for (int step = 0; step < 3000; step++) {
+        if (step) ASSERT_OK(kq_point_predict_q31(&instant, &motion.process, NULL));
+        ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
+    }
+    ASSERT_OK(kq_point_smooth_q31(&instant));
+    ASSERT_OK(kq_point_covariance_q31(&instant, out));
+    for (int i = 0; i < 2; i++) {
+        const int fraction = start.state_format[i].fraction;
+        const double sigma = sqrt(value_of(out[3 * i], 2 * fraction));
+        ASSERT_WITHIN(1e-3 * 0.01 / sqrt(3000), 0.01 / sqrt(3000), sigma);
+        ASSERT_WITHIN(2, kq_mean_q31(&track, i), kq_point_mean_q31(&instant, i));
+    }
+}
+
 /* ------------------------------------------------------------------------------- limits */
 
 #define WIDE 16
@@ -539,6 +566,7 @@ int main(void)
     RUN_TEST(a_constant_is_known_as_now);
     RUN_TEST(an_instant_is_that_in_double);
     RUN_TEST(a_long_run_changes_nothing_any_more);
+    RUN_TEST(a_constant_is_refined_for_long);
     RUN_TEST(sixteen_states_are_sixteen_scalars);
     RUN_TEST(assign_refuses);
     RUN_TEST(attach_refuses);
