@@ -212,8 +212,8 @@ static inline void load_noise(const int32_t *record, scaled *mean, scaled *varia
 /* A sum of products with a unit (backward_map.inc) in units of the other factors: below 2^60 */
 static inline int32_t unit_of(int64_t total) { return narrow(total, 29, 31); }
 
-/* By how many bits the units of a map may be raised, all `count` of them: to 2^26 at most, rows of 32
-   of them below 2^29 */
+/* By how many bits the units of a map may be raised, all `count` of them: to 2^26 at most, rows of
+   32 of them below 2^29 */
 static inline int unit_room(const int32_t *units, int count)
 {
     uint32_t bits = 0;
