@@ -130,4 +130,64 @@ static inline void load_noise(const num *record, scaled *mean, scaled *variance)
     *variance = record[1];
 }
 
+/* ------------------------------------------------------------------ maps of coordinates */
+
+/* A sum of products with a unit (backward_map.inc) in units of the other factors */
+static inline num unit_of(sum total) { return total; }
+
+/* The units of a map have exponents of their own: no need to raise them. */
+static inline int unit_room(const num *units, int count)
+{
+    (void)units, (void)count;
+    return 0;
+}
+
+static inline void units_raise(num *units, int up, int count)
+{
+    (void)units, (void)up, (void)count;
+}
+
+static inline void root_lower(num *S, int down, int n) { (void)S, (void)down, (void)n; }
+
+/* Cosine and sine of the next rotation of an update, by entry f of its row */
+static inline void unit_rotation(rotor *t, num f, num *c, num *s)
+{
+    const num before = t->a;
+    t->a += f * f;
+    *c = num_root(before / t->a);
+    *s = f / num_root(t->a);
+}
+
+/* The columns a and b of units: (a, b) <- (c a - s b, s a + c b) */
+static inline void unit_turn(num *restrict a, num *restrict b, num c, num s, int n)
+{
+    for (int k = 0; k < n; k++) {
+        const num old = a[k];
+        a[k] = c * old - s * b[k];
+        b[k] = s * old + c * b[k];
+    }
+}
+
+/* nu = e / sqrt(s) */
+static inline scaled unit_innovation(const rotor *t, scaled e, scaled s)
+{
+    (void)t;
+    return e / num_root(s);
+}
+
+/* a_i += unit times b */
+static inline void coordinate_move(num *a, int n, int i, num unit, scaled b)
+{
+    (void)n;
+    a[i] += unit * b;
+}
+
+/* shift_k + row k of J a, J by columns */
+static inline wide coordinate_through(const num *J, int k, const num *a, const num *shift, int n)
+{
+    num total = shift[k];
+    for (int i = 0; i < n; i++) total += J[i * n + k] * a[i];
+    return total;
+}
+
 #endif

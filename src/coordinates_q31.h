@@ -223,4 +223,75 @@ static inline void load_noise(const int32_t *record, scaled *mean, scaled *varia
     *variance = scaled_of(record[2], -30);
 }
 
+/* ------------------------------------------------------------------ maps of coordinates */
+
+/* A sum of products with a unit (backward_map.inc) in units of the other factors: below 2^60 */
+static inline int32_t unit_of(int64_t total) { return narrow(total, 29, 31); }
+
+/* By how many bits the units of a map may be raised, all `count` of them: to 2^26 at most, rows of
+   32 of them below 2^29 */
+static inline int unit_room(const int32_t *units, int count)
+{
+    uint32_t bits = 0;
+    for (int k = 0; k < count; k++) bits |= magnitude(units[k]);
+    const int up = leading_zeros(bits) - 6;
+    return bits && up > 0 ? up : 0;
+}
+
+static inline void units_raise(int32_t *units, int up, int count)
+{
+    for (int k = 0; k < count; k++) units[k] = raise(units[k], up, 26);
+}
+
+/* S <- S 2^-down */
+static inline void root_lower(int32_t *S, int down, int n)
+{
+    for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] -= down;
+}
+
+/* Cosine and sine, in Q31, of the next rotation of an update, by entry f of its row */
+static inline void unit_rotation(rotor *t, int32_t f, int32_t *c, int32_t *s)
+{
+    const rotation turn = rotor_turn(t, f);
+    *c = turn.c;
+    *s = turn.t;
+}
+
+/* The columns a and b of units: (a, b) <- (c a - s b, s a + c b) */
+static inline void unit_turn(int32_t *restrict a, int32_t *restrict b, int32_t c, int32_t s, int n)
+{
+    const int32_t back = -s;
+    for (int k = 0; k < n; k++) {
+        const int32_t old = a[k], other = b[k];
+        a[k] = narrow(accumulate(product(c, old), back, other, 62), 31, 30);
+        b[k] = narrow(accumulate(product(s, old), c, other, 62), 31, 30);
+    }
+}
+
+/* nu = e / sqrt(s) */
+static inline scaled unit_innovation(const rotor *t, scaled e, scaled s)
+{
+    return rotor_weight(t, e, s);
+}
+
+/* a_i += unit times b */
+static inline void coordinate_move(int32_t *a, int n, int i, int32_t unit, scaled b)
+{
+    const int32_t up = one_exponent + b.exponent - coordinate_exponent;
+    const wide d = wide_from(product(unit, b.mantissa), up);
+    coordinate_set(a, n, i, sum_of(wide_get(a, n, i), d, 58));
+}
+
+/* shift_k + row k of J a, J by columns; |row| <= 1: at most 16 2^57, and that of a word more */
+static inline wide coordinate_through(const int32_t *J, int k, const int32_t *a,
+                                      const int32_t *shift, int n)
+{
+    int64_t total = 0;
+    for (int i = 0; i < n; i++) {
+        const scaled c = {J[i * n + k], one_exponent};
+        total = sum_of(total, wide_product(c, a[i], a[n + i]), 62);
+    }
+    return sum_of(wide_get(shift, n, k), lower_wide(total, 2), 60);
+}
+
 #endif

@@ -46,6 +46,9 @@ static void switch_update(filter *f, const sensor *s, const num *z)
 }
 
 #include "switch.inc"
+#include "backward_map.inc"
+#include "lag.inc"
+#include "point.inc"
 
 kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length)
 {
@@ -329,3 +332,77 @@ kq_status kq_switch_step_f32(kq_switch_f32 *w, kq_filter_f32 *f, const kq_proces
 int kq_switch_settled_f32(const kq_switch_f32 *w) { return switch_is_settled(w); }
 
 kq_status kq_switch_release_f32(kq_switch_f32 *w) { return switch_release(w); }
+kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, int L, float *memory, size_t length)
+{
+    return lag_assign(lag, n, m, L, memory, length);
+}
+
+kq_status kq_lag_attach_f32(kq_lag_f32 *lag, kq_filter_f32 *f) { return lag_attach(lag, f); }
+
+kq_status kq_lag_predict_f32(kq_lag_f32 *lag, const kq_process_f32 *p, const float *u)
+{
+    return lag_predict(lag, p, u);
+}
+
+int kq_lag_steps_f32(const kq_lag_f32 *lag) { return lag_steps(lag); }
+
+kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, int k) { return lag_smooth(lag, k, 0); }
+
+kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, int k) { return lag_smooth(lag, k, 1); }
+
+float kq_lag_mean_f32(const kq_lag_f32 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
+}
+
+float kq_lag_mean_low_f32(const kq_lag_f32 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
+}
+
+float kq_lag_sigma_f32(const kq_lag_f32 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
+}
+
+kq_status kq_lag_covariance_f32(const kq_lag_f32 *lag, float *P)
+{
+    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
+}
+
+kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length)
+{
+    return point_assign(point, n, m, memory, length);
+}
+
+kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f)
+{
+    return point_attach(point, f);
+}
+
+kq_status kq_point_predict_f32(kq_point_f32 *point, const kq_process_f32 *p, const float *u)
+{
+    return point_predict(point, p, u);
+}
+
+kq_status kq_point_smooth_f32(kq_point_f32 *point) { return point_smooth(point); }
+
+float kq_point_mean_f32(const kq_point_f32 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
+}
+
+float kq_point_mean_low_f32(const kq_point_f32 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
+}
+
+float kq_point_sigma_f32(const kq_point_f32 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
+}
+
+kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P)
+{
+    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
+}

@@ -46,6 +46,9 @@ static void switch_update(filter *f, const sensor *s, const num *z)
 }
 
 #include "switch.inc"
+#include "backward_map.inc"
+#include "lag.inc"
+#include "point.inc"
 
 kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length)
 {
@@ -332,3 +335,77 @@ kq_status kq_switch_step_f64(kq_switch_f64 *w, kq_filter_f64 *f, const kq_proces
 int kq_switch_settled_f64(const kq_switch_f64 *w) { return switch_is_settled(w); }
 
 kq_status kq_switch_release_f64(kq_switch_f64 *w) { return switch_release(w); }
+kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, int L, double *memory, size_t length)
+{
+    return lag_assign(lag, n, m, L, memory, length);
+}
+
+kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f) { return lag_attach(lag, f); }
+
+kq_status kq_lag_predict_f64(kq_lag_f64 *lag, const kq_process_f64 *p, const double *u)
+{
+    return lag_predict(lag, p, u);
+}
+
+int kq_lag_steps_f64(const kq_lag_f64 *lag) { return lag_steps(lag); }
+
+kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, int k) { return lag_smooth(lag, k, 0); }
+
+kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, int k) { return lag_smooth(lag, k, 1); }
+
+double kq_lag_mean_f64(const kq_lag_f64 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
+}
+
+double kq_lag_mean_low_f64(const kq_lag_f64 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
+}
+
+double kq_lag_sigma_f64(const kq_lag_f64 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
+}
+
+kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P)
+{
+    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
+}
+
+kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length)
+{
+    return point_assign(point, n, m, memory, length);
+}
+
+kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f)
+{
+    return point_attach(point, f);
+}
+
+kq_status kq_point_predict_f64(kq_point_f64 *point, const kq_process_f64 *p, const double *u)
+{
+    return point_predict(point, p, u);
+}
+
+kq_status kq_point_smooth_f64(kq_point_f64 *point) { return point_smooth(point); }
+
+double kq_point_mean_f64(const kq_point_f64 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
+}
+
+double kq_point_mean_low_f64(const kq_point_f64 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
+}
+
+double kq_point_sigma_f64(const kq_point_f64 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
+}
+
+kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P)
+{
+    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
+}

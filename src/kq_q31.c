@@ -44,6 +44,9 @@ static void switch_update(filter *f, const sensor *s, const num *z)
 }
 
 #include "switch.inc"
+#include "backward_map.inc"
+#include "lag.inc"
+#include "point.inc"
 
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
                               kq_misfit_q31 *misfit)
@@ -325,3 +328,77 @@ kq_status kq_switch_step_q31(kq_switch_q31 *w, kq_filter_q31 *f, const kq_proces
 int kq_switch_settled_q31(const kq_switch_q31 *w) { return switch_is_settled(w); }
 
 kq_status kq_switch_release_q31(kq_switch_q31 *w) { return switch_release(w); }
+kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, int L, int32_t *memory, size_t length)
+{
+    return lag_assign(lag, n, m, L, memory, length);
+}
+
+kq_status kq_lag_attach_q31(kq_lag_q31 *lag, kq_filter_q31 *f) { return lag_attach(lag, f); }
+
+kq_status kq_lag_predict_q31(kq_lag_q31 *lag, const kq_process_q31 *p, const int32_t *u)
+{
+    return lag_predict(lag, p, u);
+}
+
+int kq_lag_steps_q31(const kq_lag_q31 *lag) { return lag_steps(lag); }
+
+kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, int k) { return lag_smooth(lag, k, 0); }
+
+kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, int k) { return lag_smooth(lag, k, 1); }
+
+int32_t kq_lag_mean_q31(const kq_lag_q31 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
+}
+
+int32_t kq_lag_mean_low_q31(const kq_lag_q31 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
+}
+
+int32_t kq_lag_sigma_q31(const kq_lag_q31 *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
+}
+
+kq_status kq_lag_covariance_q31(const kq_lag_q31 *lag, kq_scaled_q31 *P)
+{
+    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
+}
+
+kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length)
+{
+    return point_assign(point, n, m, memory, length);
+}
+
+kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f)
+{
+    return point_attach(point, f);
+}
+
+kq_status kq_point_predict_q31(kq_point_q31 *point, const kq_process_q31 *p, const int32_t *u)
+{
+    return point_predict(point, p, u);
+}
+
+kq_status kq_point_smooth_q31(kq_point_q31 *point) { return point_smooth(point); }
+
+int32_t kq_point_mean_q31(const kq_point_q31 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
+}
+
+int32_t kq_point_mean_low_q31(const kq_point_q31 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
+}
+
+int32_t kq_point_sigma_q31(const kq_point_q31 *point, int i)
+{
+    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
+}
+
+kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P)
+{
+    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
+}

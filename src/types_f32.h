@@ -21,6 +21,8 @@ typedef kq_steady_f32 steady;
 typedef kq_steady_solution_f32 steady_solution;
 typedef kq_steady_smoother_f32 steady_smoother;
 typedef kq_switch_f32 settling;
+typedef kq_lag_f32 lag_smoother;
+typedef kq_point_f32 point_smoother;
 
 typedef num score;
 
@@ -33,5 +35,11 @@ typedef num score;
 #define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F32
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define SWITCH_LEN KQ_SWITCH_LEN_F32
+#define MAP_LEN KQ_MAP_LEN_F32
+#define ON_LINE_LEN KQ_ON_LINE_LEN_F32
+#define LAG_COLUMNS_LEN KQ_LAG_COLUMNS_LEN
+#define LAG_LEN KQ_LAG_LEN_F32
+#define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
+#define POINT_LEN KQ_POINT_LEN_F32
 
 #endif

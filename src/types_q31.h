@@ -20,6 +20,8 @@ typedef kq_gate_q31 gate;
 typedef kq_steady_q31 steady;
 typedef kq_steady_smoother_q31 steady_smoother;
 typedef kq_switch_q31 settling;
+typedef kq_lag_q31 lag_smoother;
+typedef kq_point_q31 point_smoother;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
@@ -30,5 +32,11 @@ typedef int64_t score;
 #define STEADY_LEN KQ_STEADY_LEN_Q31
 #define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_Q31
 #define SWITCH_LEN KQ_SWITCH_LEN_Q31
+#define MAP_LEN KQ_MAP_LEN_Q31
+#define ON_LINE_LEN KQ_ON_LINE_LEN_Q31
+#define LAG_COLUMNS_LEN KQ_LAG_COLUMNS_LEN
+#define LAG_LEN KQ_LAG_LEN_Q31
+#define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
+#define POINT_LEN KQ_POINT_LEN_Q31
 
 #endif

@@ -1,0 +1,162 @@
+/*
+ * kalmanq: the fixed-point smoother, one chosen instant, refined as data come in.
+ *
+ *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
+ *
+ * The instant is that of the filter when the POINT is attached to it: the start of a run, a launch,
+ * an alarm.  The memory does not depend on the number of steps.  kq_smooth over a tape of the run
+ * would say the same of that step, up to rounding.
+ *
+ *     kq_point_attach_f32(&start, &track);
+ *     for (;;) {
+ *         kq_update_f32(&track, &ranger, &z);
+ *         if (kq_point_smooth_f32(&start) == KQ_OK)
+ *             ... kq_point_mean_f32(&start, i), kq_point_sigma_f32(&start, i)
+ *         kq_point_predict_f32(&start, &motion, NULL);    not kq_predict, not kq_step
+ *     }
+ *
+ * The filter is, bit for bit, what it is without a point.  Processes, sensors and what they refer
+ * to may change from step to step: nothing of them is kept.
+ *
+ * How it works.  The map of the coordinates of the root (smoother.h, lag.h),
+ *     xi_s = C xi_t + c + E zeta,    zeta ~ N(0, I),    x_s = x_f(s) + S_s xi_s
+ * goes forwards with each step: C <- C J, c <- c + C d, E <- tria [E, C Theta12].  Nothing is
+ * inverted or subtracted: the covariance is positive semi-definite, and C, a contraction, fades.
+ *
+ * Sources: Rauch, Tung and Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA
+ * J. 3 (1965); Anderson and Moore, Optimal Filtering (1979), chapter 7.
+ */
+#ifndef KALMANQ_POINT_H
+#define KALMANQ_POINT_H
+
+#include "lag.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * Words of memory of a point.
+ *   n   states, 1..16
+ *   m   the most scalar measurements of one step, of all sensors together, at least 1
+ */
+#define KQ_POINT_COLUMNS_LEN(n) (2 * (n) * (n))
+#define KQ_POINT_LEN_F32(n, m)                                                                     \
+    (KQ_ON_LINE_LEN_F32(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_F32((size_t)(n)) + 2 * KQ_MAP_LEN_F32((size_t)(n)))
+#define KQ_POINT_LEN_F64(n, m)                                                                     \
+    (KQ_ON_LINE_LEN_F64(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_F64((size_t)(n)) + 2 * KQ_MAP_LEN_F64((size_t)(n)))
+
+/* The fields are the library's (see process.h). */
+typedef struct kq_point_f32 {
+    kq_history_f32 tape; /* of the current step; its memory is all of the memory */
+    uint8_t columns;     /* of the root of the answer's covariance, 0: there is no answer */
+} kq_point_f32;
+
+typedef struct kq_point_f64 {
+    kq_history_f64 tape;
+    uint8_t columns;
+} kq_point_f64;
+
+/** A point `name` with its storage, in static memory: for n states, at most m scalar
+    measurements a step. */
+#define KQ_POINT_F32(name, n, m)                                                                   \
+    static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
+    static kq_point_f32 name = {                                                                   \
+        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL}, 0}
+#define KQ_POINT_F64(name, n, m)                                                                   \
+    static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
+    static kq_point_f64 name = {                                                                   \
+        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL}, 0}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   point    written
+ *   length   words at memory: KQ_POINT_LEN_<T>(n, m)
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
+ */
+kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length);
+kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length);
+
+/**
+ * The state as it is, updates made or not, is the one to refine.  A point takes the place of the
+ * filter's history, and a filter has one: kq_filter_init, another point, lag or history detach it.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a point that was never
+ * given them), KQ_ERR_MISMATCH (states).
+ */
+kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f);
+kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f);
+
+/**
+ * kq_predict of the filter, which gives the same bits.
+ *   p        may be another one at every step; not kept
+ *   u        l, or NULL: no control
+ * Cost beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots and as many
+ * divisions.
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (there
+ * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
+ * the instant is lost), and the errors of kq_predict.
+ */
+kq_status kq_point_predict_f32(kq_point_f32 *point, const kq_process_f32 *p, const float *u);
+kq_status kq_point_predict_f64(kq_point_f64 *point, const kq_process_f64 *p, const double *u);
+
+/**
+ * The instant's state given all measurements so far; the functions below read it, until the
+ * next call.  The filter does not change.
+ * Cost: n^3 + n^2 multiplications.
+ * Accuracy: that of the filter; to it come a few eps sigma_filtered in the mean and in sigma.
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as above.
+ */
+kq_status kq_point_smooth_f32(kq_point_f32 *point);
+kq_status kq_point_smooth_f64(kq_point_f64 *point);
+
+/** x_i, the low part of its word, and sqrt(P_ii) of the instant when it was smoothed last.  NaN
+   where it was not, or point or i is bad. */
+float kq_point_mean_f32(const kq_point_f32 *point, int i);
+double kq_point_mean_f64(const kq_point_f64 *point, int i);
+float kq_point_mean_low_f32(const kq_point_f32 *point, int i);
+double kq_point_mean_low_f64(const kq_point_f64 *point, int i);
+float kq_point_sigma_f32(const kq_point_f32 *point, int i);
+double kq_point_sigma_f64(const kq_point_f64 *point, int i);
+
+/**
+ * P of it, exactly symmetric.
+ *   P        n x n, written
+ * Cost: n^3 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY (not smoothed).
+ */
+kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P);
+kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
+
+/* ------------------------------------------------------------------ q31, as in f32 */
+
+#define KQ_POINT_LEN_Q31(n, m)                                                                     \
+    (KQ_ON_LINE_LEN_Q31(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_Q31((size_t)(n)) + 2 * KQ_MAP_LEN_Q31((size_t)(n)))
+
+/* The fields are the library's. */
+typedef struct kq_point_q31 {
+    kq_history_q31 tape;
+    uint8_t columns;
+} kq_point_q31;
+
+#define KQ_POINT_Q31(name, n, m)                                                                   \
+    static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
+    static kq_point_q31 name = {                                                                   \
+        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL}, 0}
+
+kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
+kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);
+kq_status kq_point_predict_q31(kq_point_q31 *point, const kq_process_q31 *p, const int32_t *u);
+kq_status kq_point_smooth_q31(kq_point_q31 *point);
+
+/** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
+int32_t kq_point_mean_q31(const kq_point_q31 *point, int i);
+int32_t kq_point_mean_low_q31(const kq_point_q31 *point, int i);
+int32_t kq_point_sigma_q31(const kq_point_q31 *point, int i);
+kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,491 @@
+/* The fixed-lag smoother. */
+#include "drive.h"
+#include "sizes.h"
+#include "unchanged.h"
+
+#define LONGEST (STEPS + 2)
+
+LAG(past, 2, MOST, LONGEST);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+PROCESS(blank_process, 2, 1);
+LAG(unused, 2, 1, 2);
+FILTER(track3, 3);
+PROCESS(motion3, 3, 0);
+LAG(past3, 3, 1, 2);
+
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
+
+/* of each step given the data up to each later one */
+static reading known[STEPS][STEPS];
+
+static void attach(int longest)
+{
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(lag_assign)(&past, 2, MOST, longest, past_memory, COUNT(past_memory)));
+    ASSERT_OK(K(lag_attach)(&past, &track));
+}
+
+void setUp(void)
+{
+    begin_drive();
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(filter_init)(&track3, zero3, identity3));
+    attach(5);
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(past), WATCH(motion), WATCH(motion_memory);
+    WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(past3), WATCH(past3_memory);
+    WATCH(track3), WATCH(track3_memory);
+}
+
+void tearDown(void) {}
+
+static void read_lag(reading *r, const K(lag) * lag, int n)
+{
+    memset(r, 0, sizeof *r);
+    for (int i = 0; i < n; i++) {
+        r->mean[i] = K(lag_mean)(lag, i);
+        r->low[i] = K(lag_mean_low)(lag, i);
+        r->sigma[i] = K(lag_sigma)(lag, i);
+    }
+    ASSERT_OK(K(lag_covariance)(lag, r->P));
+}
+
+static void assert_read(const reading *expected, const reading *actual)
+{
+    for (int i = 0; i < 2; i++) {
+        ASSERT_CLOSE((double)expected->mean[i] + (double)expected->low[i],
+                     (double)actual->mean[i] + (double)actual->low[i], 8);
+        ASSERT_CLOSE(expected->sigma[i], actual->sigma[i], 2);
+    }
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(expected->P[k], actual->P[k], 2);
+    TEST_ASSERT_EQUAL_MEMORY(&actual->P[1], &actual->P[2], sizeof(num));
+}
+
+/* The step with the number `step`, but for its last predict */
+static void drive(int step)
+{
+    if (step) ASSERT_OK(K(lag_predict)(&past, process_of(step), control_of(step)));
+    measure(&track, step);
+}
+
+/* --------------------------------------------------------------------------- what it is */
+
+static void every_lag_is_that_of_the_tape(void)
+{
+    static const int longest[] = {0, 1, 2, 3, 4, 5, 6, 9, 10, STEPS - 1, LONGEST};
+    reading now;
+    for (int last = 0; last < STEPS; last++) {
+        smooth_to(last);
+        for (int t = 0; t <= last; t++) read_smoothed(&known[last][t], &tape, (size_t)t, 2);
+    }
+    for (int l = 0; l < COUNT(longest); l++) {
+        attach(longest[l]);
+        for (int last = 0; last < STEPS; last++) {
+            drive(last);
+            TEST_ASSERT_EQUAL_INT(last < longest[l] ? last : longest[l], K(lag_steps)(&past));
+            for (int k = 0; k <= K(lag_steps)(&past); k++) {
+                ASSERT_OK(K(lag_smooth)(&past, k));
+                read_lag(&now, &past, 2);
+                assert_read(&known[last][last - k], &now);
+            }
+        }
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    }
+}
+
+static void none_is_the_filter_bit_for_bit(void)
+{
+    reading filtered, now;
+    static const int longest[] = {0, 4};
+    for (int l = 0; l < COUNT(longest); l++) {
+        attach(longest[l]);
+        for (int step = 0; step < STEPS; step++) {
+            drive(step);
+            ASSERT_OK(K(lag_smooth)(&past, 0));
+            read_lag(&now, &past, 2);
+            read_filter(&filtered, &track, 2);
+            TEST_ASSERT_EQUAL_MEMORY(&filtered, &now, offsetof(reading, nis));
+        }
+    }
+}
+
+static void the_filter_is_the_same_with_a_lag(void)
+{
+    for (int step = 0; step < STEPS; step++) {
+        drive(step);
+        if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+        measure(&twin, step);
+        ASSERT_OK(K(lag_smooth)(&past, K(lag_steps)(&past)));
+        ASSERT_SAME_FILTER(&twin, &track, 2);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+    }
+}
+
+/* Whether and when it was asked before makes no difference. */
+static void asking_changes_nothing(void)
+{
+    reading all[STEPS], now;
+    for (int step = 0; step < STEPS; step++) {
+        drive(step);
+        ASSERT_OK(K(lag_smooth)(&past, K(lag_steps)(&past)));
+        read_lag(&all[step], &past, 2);
+    }
+    attach(5);
+    for (int step = 0; step < STEPS; step++) {
+        drive(step);
+        if (step % 4 != 3) continue;
+        for (int k = K(lag_steps)(&past); k >= 0; k--) ASSERT_OK(K(lag_smooth)(&past, k));
+        ASSERT_OK(K(lag_smooth_states)(&past, 1));
+        ASSERT_OK(K(lag_smooth)(&past, K(lag_steps)(&past)));
+        read_lag(&now, &past, 2);
+        ASSERT_SAME_BITS(all[step], now);
+    }
+}
+
+static void an_answer_stays_until_the_next_one(void)
+{
+    reading now, later;
+    for (int step = 0; step < 4; step++) drive(step);
+    ASSERT_OK(K(lag_smooth)(&past, 3));
+    read_lag(&now, &past, 2);
+    for (int step = 4; step < 12; step++) drive(step);
+    read_lag(&later, &past, 2);
+    ASSERT_SAME_BITS(now, later);
+}
+
+/* An update more after the answer is in the next answer. */
+static void updates_may_come_after_an_answer(void)
+{
+    static const num z[] = {1, -1};
+    reading expected, now;
+    for (int step = 0; step < 8; step++) drive(step);
+    ASSERT_OK(K(lag_smooth)(&past, 4));
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
+    ASSERT_OK(K(lag_smooth)(&past, 4));
+    read_lag(&now, &past, 2);
+    attach(5);
+    for (int step = 0; step < 8; step++) drive(step);
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
+    ASSERT_OK(K(lag_smooth)(&past, 4));
+    read_lag(&expected, &past, 2);
+    ASSERT_SAME_BITS(expected, now);
+}
+
+static void states_only_gives_the_means(void)
+{
+    num P[4] = {7, 7, 7, 7};
+    reading now;
+    WATCH(P);
+    for (int step = 0; step < STEPS; step++) {
+        drive(step);
+        for (int k = 0; k <= K(lag_steps)(&past); k++) {
+            ASSERT_OK(K(lag_smooth)(&past, k));
+            read_lag(&now, &past, 2);
+            ASSERT_OK(K(lag_smooth_states)(&past, k));
+            for (int i = 0; i < 2; i++) {
+                TEST_ASSERT_TRUE(now.mean[i] == K(lag_mean)(&past, i));
+                TEST_ASSERT_TRUE(now.low[i] == K(lag_mean_low)(&past, i));
+                ASSERT_NAN(K(lag_sigma)(&past, i));
+            }
+            ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_covariance)(&past, P));
+        }
+    }
+}
+
+static void it_may_be_attached_again(void)
+{
+    reading first, again;
+    for (int step = 0; step < 9; step++) drive(step);
+    ASSERT_OK(K(lag_smooth)(&past, 5));
+    read_lag(&first, &past, 2);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(&past));
+    ASSERT_OK(K(lag_attach)(&past, &track));
+    TEST_ASSERT_EQUAL_INT(0, K(lag_steps)(&past));
+    ASSERT_NAN(K(lag_mean)(&past, 0));
+    for (int step = 0; step < 9; step++) drive(step);
+    ASSERT_OK(K(lag_smooth)(&past, 5));
+    read_lag(&again, &past, 2);
+    ASSERT_SAME_BITS(first, again);
+}
+
+/* The same constant, through no process noise: known as now, at every step back */
+static void a_constant_is_known_as_now(void)
+{
+    static const num still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
+    ASSERT_OK(K(process_init)(&motion, still, B, none));
+    attach(10);
+    for (int step = 0; step < STEPS; step++) {
+        if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        for (int k = 0; k <= K(lag_steps)(&past); k++) {
+            ASSERT_OK(K(lag_smooth)(&past, k));
+            for (int i = 0; i < 2; i++) {
+                ASSERT_CLOSE(K(mean)(&track, i), K(lag_mean)(&past, i), 8);
+                ASSERT_CLOSE(K(sigma)(&track, i), K(lag_sigma)(&past, i), 1);
+            }
+        }
+    }
+}
+
+/* A noise-free sensor in full: nothing more can be learned of its step, and S is singular. */
+static void what_is_known_exactly_stays(void)
+{
+    static const num h[] = {1, 0, 0, 1}, free_of_noise[2], z[] = {3, 4};
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
+    for (int step = 0; step < 8; step++) {
+        if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        for (int k = 0; k <= K(lag_steps)(&past); k++) {
+            ASSERT_OK(K(lag_smooth)(&past, k));
+            for (int i = 0; i < 2; i++) {
+                ASSERT_CLOSE(z[i], K(lag_mean)(&past, i), 8);
+                ASSERT_WITHIN(TOLERANCE, 0, K(lag_sigma)(&past, i));
+            }
+        }
+    }
+}
+
+/* A measurement at the rounding floor is not taken, and is nothing to the lag either. */
+static void a_measurement_that_was_not_taken_is_nothing(void)
+{
+    static const num h[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0}, z[] = {3, 3};
+    reading once, twice;
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
+    for (int both = 0; both < 2; both++) {
+        attach(3);
+        for (int step = 0; step < 6; step++) {
+            if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+            ASSERT_OK(K(update_subset)(&track, &radar, z, both ? 3 : 1));
+        }
+        ASSERT_OK(K(lag_smooth)(&past, 3));
+        read_lag(both ? &twice : &once, &past, 2);
+        TEST_ASSERT_EQUAL_HEX(both ? KQ_EVENT_FLOOR : 0, K(events)(&track));
+    }
+    ASSERT_SAME_BITS(once, twice);
+}
+
+/* ------------------------------------------------------------------------------- limits */
+
+#define WIDE_LAG 7
+
+static num wide_room[GUARDED(LAG_LEN(16, 16, WIDE_LAG))];
+static num wide_filter[FILTER_LEN(16)], wide_P[256], wide_A[256], wide_Q[256];
+PROCESS(wide_process, 16, 0);
+SENSOR_DIAGONAL(wide_sensor, 16, 16);
+
+/* Scalars of n = 1 side by side, or rotated, are what each of them is alone. */
+static void sixteen_states_are_sixteen_scalars(void)
+{
+    static const num a = 0.5, q = 0.75, r = 2, p = 3, zero[16];
+    static num z[16], ones[16];
+    double d[16], sigma[16], mean[16];
+    K(filter) wide, scalar;
+    K(lag) window, line;
+    static num scalar_memory[FILTER_LEN(1)], line_memory[LAG_LEN(1, 1, WIDE_LAG)];
+    PROCESS(scalar_process, 1, 0);
+    SENSOR(scalar_sensor, 1, 1);
+    num *memory = guard(wide_room, sizeof wide_room / sizeof(num));
+    for (int i = 0; i < 16; i++) ones[i] = r, d[i] = 0.5;
+    ASSERT_OK(K(process_init)(&scalar_process, &a, NULL, &q));
+    ASSERT_OK(K(sensor_init)(&scalar_sensor, (const num[]){1}, &r));
+    ASSERT_OK(K(filter_assign)(&scalar, 1, scalar_memory, COUNT(scalar_memory)));
+    put_rotated(wide_A, d), put_identity(wide_Q, 16, q), put_identity(wide_P, 16, p);
+    ASSERT_OK(K(process_init)(&wide_process, wide_A, NULL, wide_Q));
+    ASSERT_OK(K(filter_assign)(&wide, 16, wide_filter, COUNT(wide_filter)));
+    ASSERT_OK(K(filter_init)(&wide, zero, wide_P));
+    put_identity(wide_P, 16, 1);
+    ASSERT_OK(K(sensor_init_diagonal)(&wide_sensor, wide_P, ones));
+    ASSERT_OK(K(lag_assign)(&window, 16, 16, WIDE_LAG, memory, LAG_LEN(16, 16, WIDE_LAG)));
+    ASSERT_OK(K(lag_attach)(&window, &wide));
+    for (int step = 0; step < 12; step++) {
+        if (step) ASSERT_OK(K(lag_predict)(&window, &wide_process, NULL));
+        for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
+        ASSERT_OK(K(update)(&wide, &wide_sensor, z));
+    }
+    for (int i = 0; i < 16; i++) {
+        ASSERT_OK(K(filter_init)(&scalar, zero, &p));
+        ASSERT_OK(K(lag_assign)(&line, 1, 1, WIDE_LAG, line_memory, COUNT(line_memory)));
+        ASSERT_OK(K(lag_attach)(&line, &scalar));
+        for (int step = 0; step < 12; step++) {
+            const num one = N((i * 5 + step * 3) % 11 - 5);
+            if (step) ASSERT_OK(K(lag_predict)(&line, &scalar_process, NULL));
+            ASSERT_OK(K(update)(&scalar, &scalar_sensor, &one));
+        }
+        for (int k = 0; k <= WIDE_LAG; k++) {
+            ASSERT_OK(K(lag_smooth)(&line, k));
+            ASSERT_OK(K(lag_smooth)(&window, k));
+            mean[i] = (double)K(lag_mean)(&line, 0), sigma[i] = (double)K(lag_sigma)(&line, 0);
+            ASSERT_CLOSE(mean[i], K(lag_mean)(&window, i), 8);
+            ASSERT_CLOSE(sigma[i], K(lag_sigma)(&window, i), 4);
+        }
+    }
+    ASSERT_OK(K(lag_covariance)(&window, wide_P));
+    for (int i = 0; i < 256; i++) {
+        ASSERT_CLOSE(i % 17 ? 0 : sigma[0] * sigma[0], wide_P[i], 4);
+    }
+    assert_guards(wide_room, LAG_LEN(16, 16, WIDE_LAG), sizeof wide_room / sizeof(num));
+}
+
+/* ---------------------------------------------------------------------------- refusals */
+
+static void assign_refuses(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    const size_t least = LAG_LEN(2, 1, 3);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_assign)(NULL, 2, 1, 3, past_memory, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_assign)(&past, 2, 1, 3, NULL, 1000));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, bad[k], 1, 3, past_memory, SIZE_MAX));
+    }
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, 0, 3, past_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, -1, 3, past_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, 1, -1, past_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, 1, 3, past_memory, least - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, 1, INT_MAX, past_memory, least));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, INT_MAX, 3, past_memory, least));
+    ASSERT_OK(K(lag_assign)(&past, 2, 1, 3, past_memory, least));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+}
+
+static void attach_refuses(void)
+{
+    K(lag) bare;
+    memset(&bare, 0, sizeof bare);
+    WATCH(bare);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_attach)(&past, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_attach)(&past, &blank));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(lag_attach)(&bare, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(lag_attach)(&past3, &track));
+    TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(NULL));
+    TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(&bare));
+    TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(&unused));
+}
+
+static void predict_refuses(void)
+{
+    static const num bad[] = {(num)NAN};
+    drive(0), drive(1);
+    watch(past_memory, LAG_LEN(2, MOST, 5) * sizeof(num));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_predict)(NULL, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_predict)(&past, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_predict)(&past, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(lag_predict)(&past, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(lag_predict)(&past, &motion, bad));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&unused, &motion, NULL));
+}
+
+static void smooth_refuses(void)
+{
+    drive(0), drive(1), drive(2);
+    watch(past_memory, LAG_LEN(2, MOST, 5) * sizeof(num));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_smooth)(NULL, 0));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_smooth_states)(NULL, 0));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&unused, 0));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth_states)(&unused, 0));
+    static const int bad[] = {3, -1, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_smooth)(&past, bad[k]));
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_smooth_states)(&past, bad[k]));
+    }
+    ASSERT_OK(K(lag_smooth)(&past, 2));
+}
+
+/* More measurements than there is room for, a predict that is not the lag's: the chain is broken */
+static void assert_broken(void)
+{
+    TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(&past));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_smooth)(&past, 0));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_predict)(&past, &motion, NULL));
+    ASSERT_OK(K(lag_attach)(&past, &track));
+    drive(1);
+    ASSERT_OK(K(lag_smooth)(&past, 1));
+}
+
+static void too_many_measurements_are_an_event_and_refused(void)
+{
+    drive(0), drive(1);
+    measure(&track, 3);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    measure(&track, 3);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    assert_broken();
+}
+
+static void another_predict_is_refused(void)
+{
+    drive(0), drive(1);
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    assert_broken();
+    drive(1);
+    measure(&track, 3);
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    assert_broken();
+}
+
+static void another_history_takes_its_place(void)
+{
+    drive(0), drive(1);
+    ASSERT_OK(K(lag_smooth)(&past, 1));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 1));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+    TEST_ASSERT_FALSE(isnan(K(lag_mean)(&past, 0)));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    measure(&track, 3);
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+}
+
+static void assert_no_number(const K(lag) * lag, int i)
+{
+    ASSERT_NAN(K(lag_mean)(lag, i));
+    ASSERT_NAN(K(lag_mean_low)(lag, i));
+    ASSERT_NAN(K(lag_sigma)(lag, i));
+}
+
+static void what_is_read_where_there_is_nothing_is_no_number(void)
+{
+    num P[9] = {7};
+    WATCH(P);
+    assert_no_number(NULL, 0);
+    assert_no_number(&unused, 0);
+    assert_no_number(&past, 0);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_covariance)(NULL, P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_covariance)(&past, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_covariance)(&past, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_covariance)(&unused, P));
+    drive(0);
+    ASSERT_OK(K(lag_smooth)(&past, 0));
+    static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
+    for (int k = 0; k < COUNT(bad); k++) assert_no_number(&past, bad[k]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(every_lag_is_that_of_the_tape);
+    RUN_TEST(none_is_the_filter_bit_for_bit);
+    RUN_TEST(the_filter_is_the_same_with_a_lag);
+    RUN_TEST(asking_changes_nothing);
+    RUN_TEST(an_answer_stays_until_the_next_one);
+    RUN_TEST(updates_may_come_after_an_answer);
+    RUN_TEST(states_only_gives_the_means);
+    RUN_TEST(it_may_be_attached_again);
+    RUN_TEST(a_constant_is_known_as_now);
+    RUN_TEST(what_is_known_exactly_stays);
+    RUN_TEST(a_measurement_that_was_not_taken_is_nothing);
+    RUN_TEST(sixteen_states_are_sixteen_scalars);
+    RUN_TEST(assign_refuses);
+    RUN_TEST(attach_refuses);
+    RUN_TEST(predict_refuses);
+    RUN_TEST(smooth_refuses);
+    RUN_TEST(too_many_measurements_are_an_event_and_refused);
+    RUN_TEST(another_predict_is_refused);
+    RUN_TEST(another_history_takes_its_place);
+    RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
+    return UNITY_END();
+}

@@ -1,0 +1,347 @@
+/* The fixed-point smoother. */
+#include "drive.h"
+#include "sizes.h"
+#include "unchanged.h"
+
+POINT(start, 2, MOST);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+PROCESS(blank_process, 2, 1);
+POINT(unused, 2, 1);
+FILTER(track3, 3);
+PROCESS(motion3, 3, 0);
+POINT(start3, 3, 1);
+
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
+
+static void attach(void)
+{
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(point_assign)(&start, 2, MOST, start_memory, COUNT(start_memory)));
+    ASSERT_OK(K(point_attach)(&start, &track));
+}
+
+void setUp(void)
+{
+    begin_drive();
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(filter_init)(&track3, zero3, identity3));
+    attach();
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(start), WATCH(start_memory), WATCH(motion);
+    WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(start3), WATCH(start3_memory);
+    WATCH(track3), WATCH(track3_memory), WATCH(motion_memory);
+}
+
+void tearDown(void) {}
+
+static void read_point(reading *r, const K(point) * point, int n)
+{
+    memset(r, 0, sizeof *r);
+    for (int i = 0; i < n; i++) {
+        r->mean[i] = K(point_mean)(point, i);
+        r->low[i] = K(point_mean_low)(point, i);
+        r->sigma[i] = K(point_sigma)(point, i);
+    }
+    ASSERT_OK(K(point_covariance)(point, r->P));
+}
+
+static void assert_read(const reading *expected, const reading *actual)
+{
+    for (int i = 0; i < 2; i++) {
+        ASSERT_CLOSE((double)expected->mean[i] + (double)expected->low[i],
+                     (double)actual->mean[i] + (double)actual->low[i], 8);
+        ASSERT_CLOSE(expected->sigma[i], actual->sigma[i], 2);
+    }
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(expected->P[k], actual->P[k], 2);
+    TEST_ASSERT_EQUAL_MEMORY(&actual->P[1], &actual->P[2], sizeof(num));
+}
+
+/* The step with the number `step`, but for its last predict */
+static void drive(int step)
+{
+    if (step) ASSERT_OK(K(point_predict)(&start, process_of(step), control_of(step)));
+    measure(&track, step);
+}
+
+/* --------------------------------------------------------------------------- what it is */
+
+/* Attached before or after the measurements of the step s: it is the tape's step s. */
+static void an_instant_is_that_of_the_tape(void)
+{
+    reading expected, now;
+    for (int s = 0; s < STEPS; s += 5) {
+        for (int after = 0; after < 2; after++) {
+            ASSERT_OK(K(filter_init)(&track, x0, P0));
+            for (int step = 0; step < STEPS; step++) {
+                if (step > s) {
+                    ASSERT_OK(K(point_predict)(&start, process_of(step), control_of(step)));
+                } else if (step) {
+                    ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
+                }
+                if (step == s && !after) ASSERT_OK(K(point_attach)(&start, &track));
+                measure(&track, step);
+                if (step == s && after) ASSERT_OK(K(point_attach)(&start, &track));
+                if (step < s) continue;
+                smooth_to(step);
+                read_smoothed(&expected, &tape, (size_t)s, 2);
+                ASSERT_OK(K(point_smooth)(&start));
+                read_point(&now, &start, 2);
+                assert_read(&expected, &now);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+}
+
+static void the_filter_is_the_same_with_a_point(void)
+{
+    for (int step = 0; step < STEPS; step++) {
+        drive(step);
+        if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+        measure(&twin, step);
+        ASSERT_OK(K(point_smooth)(&start));
+        ASSERT_SAME_FILTER(&twin, &track, 2);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+    }
+}
+
+static void asking_changes_nothing(void)
+{
+    reading often, once;
+    for (int step = 0; step < STEPS; step++) {
+        drive(step);
+        ASSERT_OK(K(point_smooth)(&start));
+    }
+    read_point(&often, &start, 2);
+    attach();
+    for (int step = 0; step < STEPS; step++) drive(step);
+    ASSERT_OK(K(point_smooth)(&start));
+    ASSERT_OK(K(point_smooth)(&start));
+    read_point(&once, &start, 2);
+    ASSERT_SAME_BITS(often, once);
+}
+
+static void an_answer_stays_until_the_next_one(void)
+{
+    reading now, later;
+    for (int step = 0; step < 4; step++) drive(step);
+    ASSERT_OK(K(point_smooth)(&start));
+    read_point(&now, &start, 2);
+    for (int step = 4; step < 12; step++) drive(step);
+    read_point(&later, &start, 2);
+    ASSERT_SAME_BITS(now, later);
+}
+
+/* Long after, measurements say nothing more of the instant, and rounding does not add up. */
+static void a_long_run_changes_nothing_any_more(void)
+{
+    reading early, late;
+    for (int step = 0; step < 100; step++) drive(step);
+    ASSERT_OK(K(point_smooth)(&start));
+    read_point(&early, &start, 2);
+    for (int step = 100; step < 3000; step++) drive(step);
+    ASSERT_OK(K(point_smooth)(&start));
+    read_point(&late, &start, 2);
+    assert_read(&early, &late);
+}
+
+/* The same constant, through no process noise: the start is known as now. */
+static void a_constant_is_known_as_now(void)
+{
+    static const num still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
+    ASSERT_OK(K(process_init)(&motion, still, B, none));
+    for (int step = 0; step < STEPS; step++) {
+        if (step) ASSERT_OK(K(point_predict)(&start, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(point_smooth)(&start));
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(K(mean)(&track, i), K(point_mean)(&start, i), 8);
+            ASSERT_CLOSE(K(sigma)(&track, i), K(point_sigma)(&start, i), 1);
+        }
+    }
+}
+
+/* ------------------------------------------------------------------------------- limits */
+
+static num wide_room[GUARDED(POINT_LEN(16, 16))];
+static num wide_filter[FILTER_LEN(16)], wide_P[256], wide_A[256], wide_Q[256];
+PROCESS(wide_process, 16, 0);
+SENSOR_DIAGONAL(wide_sensor, 16, 16);
+
+/* Scalars of n = 1 side by side are what each of them is alone. */
+static void sixteen_states_are_sixteen_scalars(void)
+{
+    static const num a = 0.5, q = 0.75, r = 2, p = 3, zero[16];
+    static num z[16], ones[16], scalar_memory[FILTER_LEN(1)], line_memory[POINT_LEN(1, 1)];
+    K(filter) wide, scalar;
+    K(point) instant, line;
+    PROCESS(scalar_process, 1, 0);
+    SENSOR(scalar_sensor, 1, 1);
+    num *memory = guard(wide_room, sizeof wide_room / sizeof(num));
+    for (int i = 0; i < 16; i++) ones[i] = r;
+    ASSERT_OK(K(process_init)(&scalar_process, &a, NULL, &q));
+    ASSERT_OK(K(sensor_init)(&scalar_sensor, (const num[]){1}, &r));
+    ASSERT_OK(K(filter_assign)(&scalar, 1, scalar_memory, COUNT(scalar_memory)));
+    put_identity(wide_A, 16, a), put_identity(wide_Q, 16, q), put_identity(wide_P, 16, p);
+    ASSERT_OK(K(process_init)(&wide_process, wide_A, NULL, wide_Q));
+    ASSERT_OK(K(filter_assign)(&wide, 16, wide_filter, COUNT(wide_filter)));
+    ASSERT_OK(K(filter_init)(&wide, zero, wide_P));
+    put_identity(wide_P, 16, 1);
+    ASSERT_OK(K(sensor_init_diagonal)(&wide_sensor, wide_P, ones));
+    ASSERT_OK(K(point_assign)(&instant, 16, 16, memory, POINT_LEN(16, 16)));
+    ASSERT_OK(K(point_attach)(&instant, &wide));
+    for (int step = 0; step < 5; step++) {
+        if (step) ASSERT_OK(K(point_predict)(&instant, &wide_process, NULL));
+        for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
+        ASSERT_OK(K(update)(&wide, &wide_sensor, z));
+    }
+    ASSERT_OK(K(point_smooth)(&instant));
+    ASSERT_OK(K(point_covariance)(&instant, wide_P));
+    for (int i = 0; i < 16; i++) {
+        ASSERT_OK(K(filter_init)(&scalar, zero, &p));
+        ASSERT_OK(K(point_assign)(&line, 1, 1, line_memory, COUNT(line_memory)));
+        ASSERT_OK(K(point_attach)(&line, &scalar));
+        for (int step = 0; step < 5; step++) {
+            const num one = N((i * 5 + step * 3) % 11 - 5);
+            if (step) ASSERT_OK(K(point_predict)(&line, &scalar_process, NULL));
+            ASSERT_OK(K(update)(&scalar, &scalar_sensor, &one));
+        }
+        ASSERT_OK(K(point_smooth)(&line));
+        ASSERT_CLOSE(K(point_mean)(&line, 0), K(point_mean)(&instant, i), 8);
+        const double sigma = (double)K(point_sigma)(&line, 0);
+        for (int j = 0; j < 16; j++) {
+            ASSERT_CLOSE(i == j ? sigma * sigma : 0, wide_P[i * 16 + j], 4);
+        }
+    }
+    assert_guards(wide_room, POINT_LEN(16, 16), sizeof wide_room / sizeof(num));
+}
+
+/* ---------------------------------------------------------------------------- refusals */
+
+static void assign_refuses(void)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    const size_t least = POINT_LEN(2, 1);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_assign)(NULL, 2, 1, start_memory, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_assign)(&start, 2, 1, NULL, 1000));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(point_assign)(&start, bad[k], 1, start_memory, SIZE_MAX));
+    }
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(point_assign)(&start, 2, 0, start_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(point_assign)(&start, 2, -1, start_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(point_assign)(&start, 2, 1, start_memory, least - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(point_assign)(&start, 2, INT_MAX, start_memory, least));
+    ASSERT_OK(K(point_assign)(&start, 2, 1, start_memory, least));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_predict)(&start, &motion, NULL));
+}
+
+static void attach_refuses(void)
+{
+    K(point) bare;
+    memset(&bare, 0, sizeof bare);
+    WATCH(bare);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_attach)(&start, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&start, &blank));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(point_attach)(&bare, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(point_attach)(&start3, &track));
+}
+
+static void predict_and_smooth_refuse(void)
+{
+    static const num bad[] = {(num)NAN};
+    drive(0), drive(1);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_predict)(NULL, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_predict)(&start, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_predict)(&start, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(point_predict)(&start, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(point_predict)(&start, &motion, bad));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_predict)(&unused, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_smooth)(NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&unused));
+}
+
+/* More measurements than there is room for, a predict that is not the point's */
+static void assert_broken(void)
+{
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(point_smooth)(&start));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(point_predict)(&start, &motion, NULL));
+    ASSERT_OK(K(point_attach)(&start, &track));
+    drive(1);
+    ASSERT_OK(K(point_smooth)(&start));
+}
+
+static void too_many_measurements_are_an_event_and_refused(void)
+{
+    drive(0), drive(1);
+    measure(&track, 3);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    measure(&track, 3);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    assert_broken();
+}
+
+static void another_predict_is_refused(void)
+{
+    drive(0), drive(1);
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    assert_broken();
+}
+
+static void another_history_takes_its_place(void)
+{
+    drive(0), drive(1);
+    ASSERT_OK(K(point_smooth)(&start));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&start));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_predict)(&start, &motion, NULL));
+    TEST_ASSERT_FALSE(isnan(K(point_mean)(&start, 0)));
+    ASSERT_OK(K(point_attach)(&start, &track));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+}
+
+static void assert_no_number(const K(point) * point, int i)
+{
+    ASSERT_NAN(K(point_mean)(point, i));
+    ASSERT_NAN(K(point_mean_low)(point, i));
+    ASSERT_NAN(K(point_sigma)(point, i));
+}
+
+static void what_is_read_where_there_is_nothing_is_no_number(void)
+{
+    num P[9] = {7};
+    static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
+    WATCH(P);
+    assert_no_number(NULL, 0);
+    assert_no_number(&unused, 0);
+    assert_no_number(&start, 0);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_covariance)(NULL, P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(point_covariance)(&start, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_covariance)(&start, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_covariance)(&unused, P));
+    drive(0);
+    ASSERT_OK(K(point_smooth)(&start));
+    for (int k = 0; k < COUNT(bad); k++) assert_no_number(&start, bad[k]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(an_instant_is_that_of_the_tape);
+    RUN_TEST(the_filter_is_the_same_with_a_point);
+    RUN_TEST(asking_changes_nothing);
+    RUN_TEST(an_answer_stays_until_the_next_one);
+    RUN_TEST(a_long_run_changes_nothing_any_more);
+    RUN_TEST(a_constant_is_known_as_now);
+    RUN_TEST(sixteen_states_are_sixteen_scalars);
+    RUN_TEST(assign_refuses);
+    RUN_TEST(attach_refuses);
+    RUN_TEST(predict_and_smooth_refuse);
+    RUN_TEST(too_many_measurements_are_an_event_and_refused);
+    RUN_TEST(another_predict_is_refused);
+    RUN_TEST(another_history_takes_its_place);
+    RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
+    return UNITY_END();
+}
