@@ -28,7 +28,7 @@ m0 | m3)
 avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy constants into RAM
     more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|u?divmodsi4|do_(copy_data|clear_bss))$'
     integers="$integers|^$more"
-    floats="$floats|^__mulsi3$"
+    floats="$floats|^__(mulsi3|do_copy_data)$"
     ;;
 esac
 
