@@ -50,5 +50,7 @@ for level in -O0 -O1 -O3 -Os -O2; do
 done
 check_object kq_f32 "$floats"
 check_object kq_q31 "$integers"
+check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
+check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
 check_object misfit_q31 "$integers"
 echo "$name: clean"
