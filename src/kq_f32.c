@@ -27,6 +27,8 @@
 #include "forecast.inc"
 #include "smooth_kernels.inc"
 #include "smoother.inc"
+#include "start.inc"
+#include "start_float.inc"
 
 kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length)
 {
@@ -192,4 +194,69 @@ float kq_smoothed_sigma_f32(const kq_history_f32 *h, size_t t, int i)
 kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P)
 {
     return smoothed_covariance(h, t, P);
+}
+
+kq_status kq_start_assign_f32(kq_start_f32 *s, int n, size_t early, float *memory, size_t length)
+{
+    return start_assign(s, n, early, memory, length);
+}
+
+kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, const float *P0,
+                            uint32_t unknown)
+{
+    return start_init(s, f, x0, P0, unknown);
+}
+
+kq_status kq_start_attach_f32(kq_start_f32 *s, kq_history_f32 *h) { return start_attach(s, h); }
+
+kq_status kq_start_predict_f32(kq_start_f32 *s, const kq_process_f32 *p, const float *u)
+{
+    return start_predict(s, p, u);
+}
+
+kq_status kq_start_update_f32(kq_start_f32 *s, const kq_sensor_f32 *by, const float *z)
+{
+    return start_update(s, by, z, UINT32_MAX);
+}
+
+kq_status kq_start_update_subset_f32(kq_start_f32 *s, const kq_sensor_f32 *by, const float *z,
+                                     uint32_t present)
+{
+    return start_update(s, by, z, present);
+}
+
+int kq_start_count_f32(const kq_start_f32 *s) { return start_count(s); }
+
+int kq_start_is_determined_f32(const kq_start_f32 *s, int i) { return start_is_determined(s, i); }
+
+float kq_start_mean_f32(const kq_start_f32 *s, int i) { return start_mean(s, i); }
+
+float kq_start_sigma_f32(const kq_start_f32 *s, int i) { return start_sigma(s, i); }
+
+float kq_start_log_likelihood_last_f32(const kq_start_f32 *s) { return start_log_likelihood(s, 0); }
+
+float kq_start_log_likelihood_f32(const kq_start_f32 *s) { return start_log_likelihood(s, 1); }
+
+size_t kq_start_steps_f32(const kq_start_f32 *s) { return start_check(s) ? 0 : (size_t)s->steps; }
+
+size_t kq_start_first_f32(const kq_start_f32 *s)
+{
+    return start_check(s) ? 0 : (size_t)start_first(s);
+}
+
+kq_status kq_start_smooth_f32(kq_start_f32 *s) { return start_smooth(s); }
+
+float kq_start_smoothed_mean_f32(const kq_start_f32 *s, size_t t, int i)
+{
+    return start_smoothed_mean(s, t, i);
+}
+
+float kq_start_smoothed_sigma_f32(const kq_start_f32 *s, size_t t, int i)
+{
+    return start_smoothed_sigma(s, t, i);
+}
+
+kq_status kq_start_smoothed_covariance_f32(const kq_start_f32 *s, size_t t, float *P)
+{
+    return start_smoothed_covariance(s, t, P);
 }

@@ -27,6 +27,8 @@
 #include "forecast.inc"
 #include "smooth_kernels.inc"
 #include "smoother.inc"
+#include "start.inc"
+#include "start_float.inc"
 
 kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length)
 {
@@ -192,4 +194,72 @@ double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i)
 kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P)
 {
     return smoothed_covariance(h, t, P);
+}
+
+kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memory, size_t length)
+{
+    return start_assign(s, n, early, memory, length);
+}
+
+kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0, const double *P0,
+                            uint32_t unknown)
+{
+    return start_init(s, f, x0, P0, unknown);
+}
+
+kq_status kq_start_attach_f64(kq_start_f64 *s, kq_history_f64 *h) { return start_attach(s, h); }
+
+kq_status kq_start_predict_f64(kq_start_f64 *s, const kq_process_f64 *p, const double *u)
+{
+    return start_predict(s, p, u);
+}
+
+kq_status kq_start_update_f64(kq_start_f64 *s, const kq_sensor_f64 *by, const double *z)
+{
+    return start_update(s, by, z, UINT32_MAX);
+}
+
+kq_status kq_start_update_subset_f64(kq_start_f64 *s, const kq_sensor_f64 *by, const double *z,
+                                     uint32_t present)
+{
+    return start_update(s, by, z, present);
+}
+
+int kq_start_count_f64(const kq_start_f64 *s) { return start_count(s); }
+
+int kq_start_is_determined_f64(const kq_start_f64 *s, int i) { return start_is_determined(s, i); }
+
+double kq_start_mean_f64(const kq_start_f64 *s, int i) { return start_mean(s, i); }
+
+double kq_start_sigma_f64(const kq_start_f64 *s, int i) { return start_sigma(s, i); }
+
+double kq_start_log_likelihood_last_f64(const kq_start_f64 *s)
+{
+    return start_log_likelihood(s, 0);
+}
+
+double kq_start_log_likelihood_f64(const kq_start_f64 *s) { return start_log_likelihood(s, 1); }
+
+size_t kq_start_steps_f64(const kq_start_f64 *s) { return start_check(s) ? 0 : (size_t)s->steps; }
+
+size_t kq_start_first_f64(const kq_start_f64 *s)
+{
+    return start_check(s) ? 0 : (size_t)start_first(s);
+}
+
+kq_status kq_start_smooth_f64(kq_start_f64 *s) { return start_smooth(s); }
+
+double kq_start_smoothed_mean_f64(const kq_start_f64 *s, size_t t, int i)
+{
+    return start_smoothed_mean(s, t, i);
+}
+
+double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i)
+{
+    return start_smoothed_sigma(s, t, i);
+}
+
+kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, double *P)
+{
+    return start_smoothed_covariance(s, t, P);
 }

@@ -26,6 +26,8 @@
 #include "forecast.inc"
 #include "smooth_kernels.inc"
 #include "smoother.inc"
+#include "start.inc"
+#include "start_q31.inc"
 
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
                               kq_misfit_q31 *misfit)
@@ -177,4 +179,72 @@ int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i)
 kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P)
 {
     return smoothed_covariance(h, t, P);
+}
+
+kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length)
+{
+    return start_assign(s, n, early, memory, length);
+}
+
+kq_status kq_start_init_q31(kq_start_q31 *s, kq_filter_q31 *f, const kq_prior_table_q31 *prior,
+                            uint32_t unknown, kq_misfit_q31 *misfit)
+{
+    return start_init(s, f, prior, unknown, misfit);
+}
+
+kq_status kq_start_attach_q31(kq_start_q31 *s, kq_history_q31 *h) { return start_attach(s, h); }
+
+kq_status kq_start_predict_q31(kq_start_q31 *s, const kq_process_q31 *p, const int32_t *u)
+{
+    return start_predict(s, p, u);
+}
+
+kq_status kq_start_update_q31(kq_start_q31 *s, const kq_sensor_q31 *by, const int32_t *z)
+{
+    return start_update(s, by, z, UINT32_MAX);
+}
+
+kq_status kq_start_update_subset_q31(kq_start_q31 *s, const kq_sensor_q31 *by, const int32_t *z,
+                                     uint32_t present)
+{
+    return start_update(s, by, z, present);
+}
+
+int kq_start_count_q31(const kq_start_q31 *s) { return start_count(s); }
+
+int kq_start_is_determined_q31(const kq_start_q31 *s, int i) { return start_is_determined(s, i); }
+
+int32_t kq_start_mean_q31(const kq_start_q31 *s, int i) { return start_mean(s, i); }
+
+int32_t kq_start_sigma_q31(const kq_start_q31 *s, int i) { return start_sigma(s, i); }
+
+int64_t kq_start_log_likelihood_last_q31(const kq_start_q31 *s)
+{
+    return start_log_likelihood(s, 0);
+}
+
+int64_t kq_start_log_likelihood_q31(const kq_start_q31 *s) { return start_log_likelihood(s, 1); }
+
+size_t kq_start_steps_q31(const kq_start_q31 *s) { return start_check(s) ? 0 : (size_t)s->steps; }
+
+size_t kq_start_first_q31(const kq_start_q31 *s)
+{
+    return start_check(s) ? 0 : (size_t)start_first(s);
+}
+
+kq_status kq_start_smooth_q31(kq_start_q31 *s) { return start_smooth(s); }
+
+int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i)
+{
+    return start_smoothed_mean(s, t, i);
+}
+
+int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i)
+{
+    return start_smoothed_sigma(s, t, i);
+}
+
+kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P)
+{
+    return start_smoothed_covariance(s, t, P);
 }

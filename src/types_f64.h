@@ -13,6 +13,7 @@ typedef kq_filter_f64 filter;
 typedef kq_likelihood_f64 likelihood;
 typedef kq_history_f64 history;
 typedef kq_smooth_extras_f64 smooth_extras;
+typedef kq_start_f64 unknown_start;
 
 typedef num score;
 
@@ -20,5 +21,7 @@ typedef num score;
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
 #define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_F64
 #define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN
+#define START_LEN KQ_START_LEN_F64
+#define START_PAST_LEN KQ_START_PAST_LEN_F64
 
 #endif

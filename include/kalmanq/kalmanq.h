@@ -9,6 +9,7 @@
 #include "sensor.h"
 #include "size.h"
 #include "smoother.h"
+#include "start.h"
 #include "status.h"
 #include "version.h"
 
