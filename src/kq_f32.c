@@ -231,6 +231,8 @@ int kq_start_is_determined_f32(const kq_start_f32 *s, int i) { return start_is_d
 
 float kq_start_mean_f32(const kq_start_f32 *s, int i) { return start_mean(s, i); }
 
+float kq_start_mean_low_f32(const kq_start_f32 *s, int i) { return start_mean_low(s, i); }
+
 float kq_start_sigma_f32(const kq_start_f32 *s, int i) { return start_sigma(s, i); }
 
 float kq_start_log_likelihood_last_f32(const kq_start_f32 *s) { return start_log_likelihood(s, 0); }
@@ -249,6 +251,11 @@ kq_status kq_start_smooth_f32(kq_start_f32 *s) { return start_smooth(s); }
 float kq_start_smoothed_mean_f32(const kq_start_f32 *s, size_t t, int i)
 {
     return start_smoothed_mean(s, t, i);
+}
+
+float kq_start_smoothed_mean_low_f32(const kq_start_f32 *s, size_t t, int i)
+{
+    return start_smoothed_mean_low(s, t, i);
 }
 
 float kq_start_smoothed_sigma_f32(const kq_start_f32 *s, size_t t, int i)

@@ -231,6 +231,8 @@ int kq_start_is_determined_f64(const kq_start_f64 *s, int i) { return start_is_d
 
 double kq_start_mean_f64(const kq_start_f64 *s, int i) { return start_mean(s, i); }
 
+double kq_start_mean_low_f64(const kq_start_f64 *s, int i) { return start_mean_low(s, i); }
+
 double kq_start_sigma_f64(const kq_start_f64 *s, int i) { return start_sigma(s, i); }
 
 double kq_start_log_likelihood_last_f64(const kq_start_f64 *s)
@@ -252,6 +254,11 @@ kq_status kq_start_smooth_f64(kq_start_f64 *s) { return start_smooth(s); }
 double kq_start_smoothed_mean_f64(const kq_start_f64 *s, size_t t, int i)
 {
     return start_smoothed_mean(s, t, i);
+}
+
+double kq_start_smoothed_mean_low_f64(const kq_start_f64 *s, size_t t, int i)
+{
+    return start_smoothed_mean_low(s, t, i);
 }
 
 double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i)

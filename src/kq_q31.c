@@ -216,6 +216,8 @@ int kq_start_is_determined_q31(const kq_start_q31 *s, int i) { return start_is_d
 
 int32_t kq_start_mean_q31(const kq_start_q31 *s, int i) { return start_mean(s, i); }
 
+int32_t kq_start_mean_low_q31(const kq_start_q31 *s, int i) { return start_mean_low(s, i); }
+
 int32_t kq_start_sigma_q31(const kq_start_q31 *s, int i) { return start_sigma(s, i); }
 
 int64_t kq_start_log_likelihood_last_q31(const kq_start_q31 *s)
@@ -237,6 +239,11 @@ kq_status kq_start_smooth_q31(kq_start_q31 *s) { return start_smooth(s); }
 int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i)
 {
     return start_smoothed_mean(s, t, i);
+}
+
+int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i)
+{
+    return start_smoothed_mean_low(s, t, i);
 }
 
 int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i)

@@ -157,9 +157,12 @@ int kq_start_count_f64(const kq_start_f64 *s);
 int kq_start_is_determined_f32(const kq_start_f32 *s, int i);
 int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
 
-/** x_i and sqrt(P_ii); NaN where component i is not yet determined, or s or i is bad. */
+/** x_i, the low part of its word, and sqrt(P_ii); NaN where component i is not yet determined, or s
+   or i is bad. */
 float kq_start_mean_f32(const kq_start_f32 *s, int i);
 double kq_start_mean_f64(const kq_start_f64 *s, int i);
+float kq_start_mean_low_f32(const kq_start_f32 *s, int i);
+double kq_start_mean_low_f64(const kq_start_f64 *s, int i);
 float kq_start_sigma_f32(const kq_start_f32 *s, int i);
 double kq_start_sigma_f64(const kq_start_f64 *s, int i);
 
@@ -219,10 +222,13 @@ size_t kq_start_first_f64(const kq_start_f64 *s);
 kq_status kq_start_smooth_f32(kq_start_f32 *s);
 kq_status kq_start_smooth_f64(kq_start_f64 *s);
 
-/** x_i and sqrt(P_ii) of step t given all measurements.  NaN where step t is not smoothed, where it
-   came before kq_start_first(), where all data do not determine it, or s or i is bad. */
+/** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where step
+   t is not smoothed, where it came before kq_start_first(), where all data do not determine it, or
+   s or i is bad. */
 float kq_start_smoothed_mean_f32(const kq_start_f32 *s, size_t t, int i);
 double kq_start_smoothed_mean_f64(const kq_start_f64 *s, size_t t, int i);
+float kq_start_smoothed_mean_low_f32(const kq_start_f32 *s, size_t t, int i);
+double kq_start_smoothed_mean_low_f64(const kq_start_f64 *s, size_t t, int i);
 float kq_start_smoothed_sigma_f32(const kq_start_f32 *s, size_t t, int i);
 double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i);
 
@@ -287,6 +293,7 @@ int kq_start_is_determined_q31(const kq_start_q31 *s, int i);
 
 /** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
 int32_t kq_start_mean_q31(const kq_start_q31 *s, int i);
+int32_t kq_start_mean_low_q31(const kq_start_q31 *s, int i);
 int32_t kq_start_sigma_q31(const kq_start_q31 *s, int i);
 
 /** Q39.24, of z in physical units, as kq_log_likelihood_q31; KQ_NOT_A_SCORE_Q31 where s is bad. */
@@ -298,6 +305,7 @@ size_t kq_start_steps_q31(const kq_start_q31 *s);
 size_t kq_start_first_q31(const kq_start_q31 *s);
 kq_status kq_start_smooth_q31(kq_start_q31 *s);
 int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i);
+int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i);
 int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i);
 kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P);
 
