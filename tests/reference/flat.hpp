@@ -6,12 +6,14 @@
 //     P_t = C_t - G'G + W (Z'Z)^-1 W',   W = X_t - G'Z
 //     log L = -(N log 2 pi + log det V + log det Z'Z + |e - Z delta|^2) / 2
 //
-// and what is known after some of the measurements takes their rows alone.  There is no recursion in
-// it.  P0 and Q may be singular, V not.
+// and what is known after some of the measurements takes their rows alone.  There is no recursion
+// in it.  P0 and Q may be singular; V is not, because a noise of 0 counts as one of 1e-11 sigma.
 #ifndef KALMANQ_TESTS_REFERENCE_FLAT_HPP
 #define KALMANQ_TESTS_REFERENCE_FLAT_HPP
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -50,6 +52,14 @@ class Flat
     PartBelief filtered(std::size_t t) const { return known(t, rowsUpTo_[t]); }
     PartBelief smoothed(std::size_t t) const { return known(t, rowsUpTo_.back()); }
 
+    /// How near to not being determined what is determined is, the worst of all steps
+    double weakest() const
+    {
+        double least = 1;
+        for (const Index count : rowsUpTo_) least = std::min(least, solve(count).weakest);
+        return least;
+    }
+
     /// Of all measurements; with det Z'Z over the directions that they determine.
     Quad logLikelihood() const
     {
@@ -75,6 +85,7 @@ class Flat
         Mat inverse; // of Z'Z
         Mat null;    // spans what is not determined
         Quad logDeterminant;
+        double weakest;
     };
 
     void start(std::uint32_t unknown)
@@ -114,7 +125,11 @@ class Flat
         for (Index c = 0; c < seen.z.size(); ++c) {
             rows_.push_back({t, seen.H.row(c).transpose(), readings_.size(), c, seen.z(c)});
         }
-        readings_.push_back(seen.R);
+        Mat R = seen.R;
+        for (Index c = 0; c < seen.z.size(); ++c) {
+            if (R(c, c) == 0) R(c, c) = Quad(1e-22);
+        }
+        readings_.push_back(R);
     }
 
     Mat covariance(std::size_t t, std::size_t s) const
@@ -167,6 +182,7 @@ class Flat
         s.inverse = Mat::Zero(width, width);
         s.null = Mat::Identity(width, width);
         s.rest = e_.head(count);
+        s.weakest = 1;
         if (count == 0 || width == 0) return s;
         Eigen::CompleteOrthogonalDecomposition<Mat> factors(count, width);
         factors.setThreshold(Quad(1e-15));
@@ -176,11 +192,27 @@ class Flat
         for (Index k = 0; k < factors.rank(); ++k) {
             s.logDeterminant += Quad(2) * logarithm(abs(factors.matrixT()(k, k)));
         }
+        s.weakest = weakestOf(Z);
         if (factors.rank() == width) s.null.resize(width, 0);
         else s.null -= inverse * Z;
-        s.delta = s.inverse * (Z.transpose() * s.rest);
+        s.delta = inverse * s.rest;
         s.rest -= Z * s.delta;
         return s;
+    }
+
+    /// The smallest share of a column that the others leave, of those that leave any
+    static double weakestOf(const Mat &Z)
+    {
+        Mat columns = Z;
+        for (Index j = 0; j < Z.cols(); ++j) {
+            const Quad norm = Z.col(j).norm();
+            if (norm > 0) columns.col(j) /= norm;
+        }
+        Eigen::ColPivHouseholderQR<Mat> factors(columns.rows(), columns.cols());
+        factors.setThreshold(Quad(1e-15));
+        factors.compute(columns);
+        const Index rank = factors.rank();
+        return rank == 0 ? 1 : static_cast<double>(abs(factors.matrixR()(rank - 1, rank - 1)));
     }
 
     PartBelief known(std::size_t t, Index count) const
