@@ -340,6 +340,7 @@ constexpr double room = 4;
 void compare(Groups &groups, const std::string &kind, Sequence sequence, std::uint32_t unknown)
 {
     sequence.range *= room;
+    for (SensorModel &sensor : sequence.sensors) sensor.range *= room;
     const Case model(sequence, unknown);
     const std::string group =
         kind == "random models" && model.strength < weakness ? "weak models" : kind;
