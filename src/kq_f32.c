@@ -35,6 +35,9 @@
 #include "lag.inc"
 #include "point.inc"
 
+#include "start.inc"
+#include "start_float.inc"
+
 kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length)
 {
     return process_assign(p, n, l, memory, length);
@@ -201,121 +204,6 @@ kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P
     return smoothed_covariance(h, t, P);
 }
 
-kq_status kq_update_gated_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
-                              const float *z, uint32_t present)
-{
-    return filter_update_gated(f, g, s, z, present);
-}
-
-float kq_chi_square_limit_f32(int m, kq_level level) { return chi_square_limit(m, level); }
-
-kq_status kq_update_huber_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
-                              uint32_t present, float k, float *weights)
-{
-    return filter_update_huber(f, s, z, present, k, weights);
-}
-
-kq_status kq_update_student_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
-                                uint32_t present, float nu, float *weights)
-{
-    return filter_update_student(f, s, z, present, nu, weights);
-}
-
-kq_status kq_update_jump_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
-                             uint32_t present, float g)
-{
-    return filter_update_jump(f, s, z, present, g);
-}
-
-kq_status kq_step_student_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
-                              const kq_sensor_f32 *s, const float *z, uint32_t present, float nu,
-                              kq_process_f32 *target, float *q)
-{
-    return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, 0}, q);
-}
-
-kq_status kq_process_scale_noise_f32(kq_process_f32 *target, const kq_process_f32 *source, float q)
-{
-    return process_scale_noise(target, source, q, 0);
-}
-
-kq_status kq_smooth_reweighted_f32(kq_history_f32 *h, kq_process_f32 *target,
-                                   const kq_process_f32 *source, float nu, float *q)
-{
-    return smooth_reweighted(h, target, source, 0, nu, q);
-}
-
-kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, int L, float *memory, size_t length)
-{
-    return lag_assign(lag, n, m, L, memory, length);
-}
-
-kq_status kq_lag_attach_f32(kq_lag_f32 *lag, kq_filter_f32 *f) { return lag_attach(lag, f); }
-
-kq_status kq_lag_predict_f32(kq_lag_f32 *lag, const kq_process_f32 *p, const float *u)
-{
-    return lag_predict(lag, p, u);
-}
-
-int kq_lag_steps_f32(const kq_lag_f32 *lag) { return lag_steps(lag); }
-
-kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, int k) { return lag_smooth(lag, k, 0); }
-
-kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, int k) { return lag_smooth(lag, k, 1); }
-
-float kq_lag_mean_f32(const kq_lag_f32 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
-}
-
-float kq_lag_mean_low_f32(const kq_lag_f32 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
-}
-
-float kq_lag_sigma_f32(const kq_lag_f32 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
-}
-
-kq_status kq_lag_covariance_f32(const kq_lag_f32 *lag, float *P)
-{
-    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
-}
-
-kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length)
-{
-    return point_assign(point, n, m, memory, length);
-}
-
-kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f)
-{
-    return point_attach(point, f);
-}
-
-kq_status kq_point_predict_f32(kq_point_f32 *point, const kq_process_f32 *p, const float *u)
-{
-    return point_predict(point, p, u);
-}
-
-kq_status kq_point_smooth_f32(kq_point_f32 *point) { return point_smooth(point); }
-
-float kq_point_mean_f32(const kq_point_f32 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
-}
-
-float kq_point_mean_low_f32(const kq_point_f32 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
-}
-
-float kq_point_sigma_f32(const kq_point_f32 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
-}
-
-kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P)
-{
-    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
-}
+#include "kq_robust_f32.inc"
+#include "kq_on_line_f32.inc"
+#include "kq_start_f32.inc"

@@ -35,6 +35,9 @@
 #include "lag.inc"
 #include "point.inc"
 
+#include "start.inc"
+#include "start_float.inc"
+
 kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length)
 {
     return process_assign(p, n, l, memory, length);
@@ -201,121 +204,6 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
     return smoothed_covariance(h, t, P);
 }
 
-kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
-                              const double *z, uint32_t present)
-{
-    return filter_update_gated(f, g, s, z, present);
-}
-
-double kq_chi_square_limit_f64(int m, kq_level level) { return chi_square_limit(m, level); }
-
-kq_status kq_update_huber_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
-                              uint32_t present, double k, double *weights)
-{
-    return filter_update_huber(f, s, z, present, k, weights);
-}
-
-kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
-                                uint32_t present, double nu, double *weights)
-{
-    return filter_update_student(f, s, z, present, nu, weights);
-}
-
-kq_status kq_update_jump_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
-                             uint32_t present, double g)
-{
-    return filter_update_jump(f, s, z, present, g);
-}
-
-kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
-                              const kq_sensor_f64 *s, const double *z, uint32_t present, double nu,
-                              kq_process_f64 *target, double *q)
-{
-    return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, 0}, q);
-}
-
-kq_status kq_process_scale_noise_f64(kq_process_f64 *target, const kq_process_f64 *source, double q)
-{
-    return process_scale_noise(target, source, q, 0);
-}
-
-kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f64 *target,
-                                   const kq_process_f64 *source, double nu, double *q)
-{
-    return smooth_reweighted(h, target, source, 0, nu, q);
-}
-
-kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, int L, double *memory, size_t length)
-{
-    return lag_assign(lag, n, m, L, memory, length);
-}
-
-kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f) { return lag_attach(lag, f); }
-
-kq_status kq_lag_predict_f64(kq_lag_f64 *lag, const kq_process_f64 *p, const double *u)
-{
-    return lag_predict(lag, p, u);
-}
-
-int kq_lag_steps_f64(const kq_lag_f64 *lag) { return lag_steps(lag); }
-
-kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, int k) { return lag_smooth(lag, k, 0); }
-
-kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, int k) { return lag_smooth(lag, k, 1); }
-
-double kq_lag_mean_f64(const kq_lag_f64 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
-}
-
-double kq_lag_mean_low_f64(const kq_lag_f64 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
-}
-
-double kq_lag_sigma_f64(const kq_lag_f64 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
-}
-
-kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P)
-{
-    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
-}
-
-kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length)
-{
-    return point_assign(point, n, m, memory, length);
-}
-
-kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f)
-{
-    return point_attach(point, f);
-}
-
-kq_status kq_point_predict_f64(kq_point_f64 *point, const kq_process_f64 *p, const double *u)
-{
-    return point_predict(point, p, u);
-}
-
-kq_status kq_point_smooth_f64(kq_point_f64 *point) { return point_smooth(point); }
-
-double kq_point_mean_f64(const kq_point_f64 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
-}
-
-double kq_point_mean_low_f64(const kq_point_f64 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
-}
-
-double kq_point_sigma_f64(const kq_point_f64 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
-}
-
-kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P)
-{
-    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
-}
+#include "kq_robust_f64.inc"
+#include "kq_on_line_f64.inc"
+#include "kq_start_f64.inc"

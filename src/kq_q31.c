@@ -34,6 +34,9 @@
 #include "lag.inc"
 #include "point.inc"
 
+#include "start.inc"
+#include "start_q31.inc"
+
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
                               kq_misfit_q31 *misfit)
 {
@@ -186,124 +189,6 @@ kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scale
     return smoothed_covariance(h, t, P);
 }
 
-kq_status kq_update_gated_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
-                              const int32_t *z, uint32_t present)
-{
-    return filter_update_gated(f, g, s, z, present);
-}
-
-int64_t kq_chi_square_limit_q31(int m, kq_level level) { return chi_square_limit(m, level); }
-
-kq_status kq_update_huber_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
-                              uint32_t present, kq_scaled_q31 k, kq_scaled_q31 *weights)
-{
-    return filter_update_huber(f, s, z, present, k, weights);
-}
-
-kq_status kq_update_student_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
-                                uint32_t present, kq_scaled_q31 nu, kq_scaled_q31 *weights)
-{
-    return filter_update_student(f, s, z, present, nu, weights);
-}
-
-kq_status kq_update_jump_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
-                             uint32_t present, kq_scaled_q31 g)
-{
-    return filter_update_jump(f, s, z, present, g);
-}
-
-kq_status kq_step_student_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
-                              const kq_sensor_q31 *s, const int32_t *z, uint32_t present,
-                              kq_scaled_q31 nu, kq_process_q31 *target, int32_t *root,
-                              kq_scaled_q31 *q)
-{
-    return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, root}, q);
-}
-
-kq_status kq_process_scale_noise_q31(kq_process_q31 *target, const kq_process_q31 *source,
-                                     kq_scaled_q31 q, int32_t *root)
-{
-    return process_scale_noise(target, source, q, root);
-}
-
-kq_status kq_smooth_reweighted_q31(kq_history_q31 *h, kq_process_q31 *target,
-                                   const kq_process_q31 *source, int32_t *root, kq_scaled_q31 nu,
-                                   kq_scaled_q31 *q)
-{
-    return smooth_reweighted(h, target, source, root, nu, q);
-}
-
-kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, int L, int32_t *memory, size_t length)
-{
-    return lag_assign(lag, n, m, L, memory, length);
-}
-
-kq_status kq_lag_attach_q31(kq_lag_q31 *lag, kq_filter_q31 *f) { return lag_attach(lag, f); }
-
-kq_status kq_lag_predict_q31(kq_lag_q31 *lag, const kq_process_q31 *p, const int32_t *u)
-{
-    return lag_predict(lag, p, u);
-}
-
-int kq_lag_steps_q31(const kq_lag_q31 *lag) { return lag_steps(lag); }
-
-kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, int k) { return lag_smooth(lag, k, 0); }
-
-kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, int k) { return lag_smooth(lag, k, 1); }
-
-int32_t kq_lag_mean_q31(const kq_lag_q31 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
-}
-
-int32_t kq_lag_mean_low_q31(const kq_lag_q31 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
-}
-
-int32_t kq_lag_sigma_q31(const kq_lag_q31 *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
-}
-
-kq_status kq_lag_covariance_q31(const kq_lag_q31 *lag, kq_scaled_q31 *P)
-{
-    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
-}
-
-kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length)
-{
-    return point_assign(point, n, m, memory, length);
-}
-
-kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f)
-{
-    return point_attach(point, f);
-}
-
-kq_status kq_point_predict_q31(kq_point_q31 *point, const kq_process_q31 *p, const int32_t *u)
-{
-    return point_predict(point, p, u);
-}
-
-kq_status kq_point_smooth_q31(kq_point_q31 *point) { return point_smooth(point); }
-
-int32_t kq_point_mean_q31(const kq_point_q31 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
-}
-
-int32_t kq_point_mean_low_q31(const kq_point_q31 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
-}
-
-int32_t kq_point_sigma_q31(const kq_point_q31 *point, int i)
-{
-    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
-}
-
-kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P)
-{
-    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
-}
+#include "kq_robust_q31.inc"
+#include "kq_on_line_q31.inc"
+#include "kq_start_q31.inc"
