@@ -88,7 +88,8 @@ core_is_avr() {
     gcc="avr-gcc $machine"
     memory="-Wl,--defsym=__DATA_REGION_LENGTH__=0xFFA0,--section-start,.data=0x802200"
     linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
-    sources="kq_f32.c kq_q31.c kq_steady_f32.c kq_steady_q31.c misfit_q31.c status.c" # a double has 32 bits in avr-gcc 5
+    # a double has 32 bits in avr-gcc 5
+    sources="kq_f32.c kq_q31.c kq_steady_f32.c kq_steady_q31.c misfit_q31.c status.c"
     nm=avr-nm
     emulator=${KQ_AVR_EMULATOR:-avr_emulator}
 }
