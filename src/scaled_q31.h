@@ -18,7 +18,6 @@ static const int32_t lowest_exponent = -16384;
 static const int32_t low_exponent = -8192;
 static const int32_t high_exponent = 8192;
 
-
 static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
 
 /* a 2^exponent, rounded, a > 0 */
