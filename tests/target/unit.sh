@@ -14,8 +14,8 @@ core_select "$name"
 rm -rf "$work"
 mkdir -p "$work"
 
-texts="status process sensor filter update forecast smoother laws fixed numbers"
-own="inverse prepare model filter smoother fixed numbers"
+texts="status process sensor filter update forecast smoother start laws fixed numbers"
+own="inverse prepare model filter smoother start fixed numbers"
 arithmetics="f32 f64" level=-O2 own_level=-O0
 if [ "$core" = avr ]; then
     texts=${texts% fixed numbers} own= arithmetics=f32 level=-Os own_level=-Os
