@@ -16,8 +16,8 @@ warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 compare() { # ARITHMETIC
     define=-DKQ_BITS_$(echo "$1" | tr f F)
-    objects="$library/kq_$1.c.o"
-    for file in "$here/bits.c" "$here/model.c"; do
+    objects="$library/kq_$1.c.o $library/kq_statistics_$1.c.o $library/kq_models_$1.c.o"
+    for file in "$here"/*.c; do
         object="$work/$1-$(basename "$file").o"
         $compiler $options $flags $warnings $define $include -c "$file" -o "$object"
         objects="$objects $object"
