@@ -49,7 +49,8 @@ extern "C" {
  *   n   states, 1..16
  *   m   the most scalar measurements of one step, of all sensors together, at least 1
  *   L   the longest lag, 0 or more
- * A lag, in words: f32 10.5 n^2 ... see the table; each step of it takes 2.5 n^2 + 3.5 n.
+ * Each of the L steps takes 2.5 n^2 + 3.5 n words in f32; bytes at L = 10 and (n, m) = (2,1),
+ * (4,2), (9,3): 992, 3232, 14220.
  */
 #define KQ_LAG_COLUMNS_LEN(n) (5 * (n) * (n))
 #define KQ_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
@@ -143,10 +144,10 @@ kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
  *   p        may be another one at every step; not kept
  *   u        l, or NULL: no control
  * Cost beside kq_predict: about 9 n^3 + 4 m n^2 multiplications, 2n square roots and as many
- * divisions at most, whatever L is.  Stack: that of the prediction is in the lag's memory.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (there
- * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
- * attach it again), and the errors of kq_predict.
+ * divisions at most, whatever L is.  The stack does not depend on n: the scratch is in the lag's
+ * memory. KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL
+ * (there were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or
+ * kq_step: attach it again), and the errors of kq_predict.
  */
 kq_status kq_lag_predict_f32(kq_lag_f32 *lag, const kq_process_f32 *p, const float *u);
 kq_status kq_lag_predict_f64(kq_lag_f64 *lag, const kq_process_f64 *p, const double *u);

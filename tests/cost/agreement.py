@@ -50,10 +50,10 @@ def counted_by_qemu(program: Path) -> dict[int, int]:
 
 
 def counted_here() -> dict[int, int]:
-    choice = Choice(("m4f",), ("f32",), ("runtime",), ("O2",))
+    choice = Choice(("m4f",), ("f32",), ("runtime",), ("O2",), what=("predict", "update"))
     total: dict[int, int] = {}
     for row in run_all(ROOT, programs(choice))[0].rows:
-        if row.what in ("predict", "update"):
+        if choice.takes_row(row):
             total[row.n] = total.get(row.n, 0) + row.instructions
     return total
 

@@ -174,7 +174,7 @@ class Commands(unittest.TestCase):
             (p.core, p.arithmetic, p.sizes, p.optimisation, size, what)
             for p in programs(Choice())
             for size in p.dimensions
-            for what in p.what
+            for what in p.what(size[0])
         ]
         self.assertEqual(len(keys), len(set(keys)))
 

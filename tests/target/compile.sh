@@ -51,6 +51,8 @@ for level in "$@" -O2; do
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" $level)
 done
 check_object kq_q31 "$integers"
+check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
+check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
 check_object misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
 case $sources in

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from commands import run
-from counted import Counted
+from counted import Counted, most
 from elf import Elf
 from errors import CostError
 
@@ -18,7 +18,7 @@ def build(source: Path, program: Path) -> None:
 
 
 def count(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, Counted]:
-    """One call of the function of each region."""
+    """A call of the function of each region, of several the most."""
     elf = Elf(program)
     entries = [functions.get(region) for region in range(max(functions) + 1)]
     places = [elf.address(name) if name else 0 for name in (*PLACES, *entries)]
@@ -29,13 +29,14 @@ def count(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, 
 
 
 def parsed(lines: list[str]) -> dict[int, Counted]:
-    found: dict[int, Counted] = {}
+    found: dict[int, list[Counted]] = {}
     call = Counted(ram=0)
     for line in lines:
         word, *numbers = line.split()
         if word == "region":
             region, ram, instructions, cycles, stack = map(int, numbers)
-            call = found[region] = Counted(ram, instructions, cycles, stack)
+            call = Counted(ram, instructions, cycles, stack)
+            found.setdefault(region, []).append(call)
         elif word == "at":
             call.by_address[int(numbers[0])] = int(numbers[1])
-    return found
+    return {region: most(calls) for region, calls in found.items()}

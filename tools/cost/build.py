@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases import FIXED, FIXED_DENSE, RUNTIME, TEXTBOOK, WHAT, Program
+from cases import FIXED, FIXED_DENSE, MODULES, RUNTIME, TEXTBOOK, WHAT, Program
 from commands import run
 from cores import BY_NAME, Core
 
@@ -25,6 +25,18 @@ FLAGS = (
 )
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
+MODULE_HEADERS = ("lag.h", "point.h", "robust.h", "steady.h")
+# of the library's functions; what is not there is called as it is in the table
+CALLED = {
+    "smooth": "smooth_step",
+    "steady": "steady_step",
+    "switch": "switch_step",
+    "gated": "update_gated",
+    "huber": "update_huber",
+    "student": "update_student",
+    "jump": "update_jump",
+}
+SAMPLES = ("lag", "lag_states", "point")  # functions of target/samples.c
 OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
@@ -49,7 +61,14 @@ class Place:
         """What a user includes to have functions of fixed sizes."""
         return self.source / "src" / f"kq_fixed_{arithmetic}.h"
 
+    @property
+    def has_modules(self) -> bool:
+        folder = self.source / "include" / "kalmanq"
+        return all((folder / name).exists() for name in MODULE_HEADERS)
+
     def has(self, wanted: Program) -> bool:
+        if wanted.group == MODULES and not self.has_modules:
+            return False
         return wanted.sizes == RUNTIME or self.fixed_header(wanted.arithmetic).exists()
 
 
@@ -90,6 +109,9 @@ def library(place: Place, key: tuple[str, str, str]) -> None:
     folder.mkdir(parents=True)
     for source in library_sources(place, arithmetic):
         compiled(place, BY_NAME[core], level, source, folder / f"{source.stem}.o")
+    if arithmetic not in TEXTBOOK and place.has_modules:
+        flags = (f"-DKQ_COST_{arithmetic}",)
+        compiled(place, BY_NAME[core], level, TARGET / "samples.c", folder / "samples.o", flags)
 
 
 def library_sources(place: Place, arithmetic: str) -> list[Path]:
@@ -99,7 +121,8 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name == f"kq_{arithmetic}.c" or not path.name.startswith(("kq_", "prepare_"))
+        if path.name in (f"kq_{arithmetic}.c", f"kq_steady_{arithmetic}.c")
+        or not path.name.startswith(("kq_", "prepare_"))
     ]
 
 
@@ -129,6 +152,7 @@ def user(place: Place, wanted: Program, n: int, m: int) -> Path:
         f"-DUSER_M={m}",
         f"-DOPTIONS={OPTIONS[wanted.sizes]}",
         f"-DSMOOTHS={int(wanted.smooths(n))}",
+        *["-DSTEADY_ONLY"] * (wanted.group == MODULES),
         f"-I{place.source / 'src'}",
     )
     target = place.work / wanted.name / f"user_{n}_{m}.o"
@@ -148,17 +172,20 @@ def program_text(place: Place, wanted: Program) -> str:
     lines = [
         f"#define KQ_COST_{numbers}",
         *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
+        *["#define KQ_COST_MODULES"] * (wanted.group == MODULES),
         f'#include "{subject}.h"',
+        *['#include "modules.h"'] * (wanted.group == MODULES),
     ]
     for index, (n, m) in enumerate(wanted.dimensions):
         lines += [
             f"#define N {n}",
             f"#define M {m}",
             f"#define REGION (COST_KINDS * {index})",
+            f"#define GOES_BACK {int(wanted.goes_back(n))}",
             run([str(place.model), numbers, str(n), str(m)]),
             f'#include "{subject}.inc"',
-            '#include "run.inc"',
-            *(f"#undef {name}" for name in ("N", "M", "REGION")),
+            '#include "modules.inc"' if wanted.group == MODULES else '#include "run.inc"',
+            *(f"#undef {name}" for name in ("N", "M", "REGION", "GOES_BACK")),
         ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)
     return "\n".join([*lines, f"int main(void) {{{calls} cost_end(); return 0; }}", ""])
@@ -167,14 +194,16 @@ def program_text(place: Place, wanted: Program) -> str:
 def regions(wanted: Program) -> dict[int, str]:
     """The function of every region (target/marks.h)."""
     return {
-        len(WHAT) * index + kind: function(wanted, what, n, m)
+        len(WHAT) * index + WHAT.index(what): function(wanted, what, n, m)
         for index, (n, m) in enumerate(wanted.dimensions)
-        for kind, what in enumerate(wanted.what)
+        for what in wanted.what(n)
     }
 
 
 def function(wanted: Program, what: str, n: int, m: int) -> str:
-    name = "smooth_step" if what == "smooth" else what
+    name = CALLED.get(what, what)
+    if what in SAMPLES:
+        return f"user_{name}_{wanted.arithmetic}"
     if wanted.sizes != RUNTIME:
         return f"user_{name}_{n}_{m}"
     if wanted.arithmetic in TEXTBOOK:

@@ -9,7 +9,13 @@ from cores import BY_NAME, CORES, Core
 from errors import CostError
 from row import Row
 
-WHAT = ("predict", "update", "step", "smooth")  # the order of COST_... in target/marks.h
+FILTER = ("predict", "update", "step", "smooth")
+MODULES = (
+    "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
+)  # fmt: skip
+WHAT = (*FILTER, *MODULES)  # the order of COST_... in target/marks.h
+ON_LINE = ("lag", "lag_states", "point")  # what keeps past states
+ON_LINE_ON_AVR = 4  # states: 8 kB of memory hold no more with a lag of 10
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
 RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
@@ -18,22 +24,32 @@ LEVELS = {RUNTIME: ("O2", "Os"), FIXED: ("O2", "O3"), FIXED_DENSE: ("O2", "O3")}
 
 @dataclass(frozen=True)
 class Program:
-    """One program for a target: every `what` at each of its sizes."""
+    """One program for a target: every `what` of its group at each of its sizes."""
 
     core: str
     arithmetic: str
     sizes: str
     optimisation: str
     dimensions: tuple[tuple[int, int], ...]  # (n, m)
+    group: tuple[str, ...] = FILTER  # or MODULES: so the filter's program is what it always was
 
     @property
     def name(self) -> str:
         n_m = "_".join(f"{n}_{m}" for n, m in self.dimensions)
-        return f"{self.core}-{self.arithmetic}-{self.sizes}-{self.optimisation}-{n_m}"
+        parts = (self.core, self.arithmetic, self.sizes, self.optimisation, self.group[0], n_m)
+        return "-".join(parts)
 
-    @property
-    def what(self) -> tuple[str, ...]:
-        return WHAT[:3] if self.arithmetic in TEXTBOOK else WHAT
+    def what(self, n: int) -> tuple[str, ...]:
+        """What is called at n states; `smooths` says where smooth is no row."""
+        if self.group == FILTER:
+            return FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
+        if self.sizes != RUNTIME:
+            return MODULES[:1]
+        return MODULES if self.goes_back(n) else tuple(w for w in MODULES if w not in ON_LINE)
+
+    def goes_back(self, n: int) -> bool:
+        """Is there memory for what keeps past states?"""
+        return BY_NAME[self.core].family != "avr" or n <= ON_LINE_ON_AVR
 
     def smooths(self, n: int) -> bool:
         """Not at known sizes where the smoother's unrolled code is no sensible size."""
@@ -81,11 +97,13 @@ def programs(choice: Choice) -> list[Program]:
     """The programs for all rows that the choice takes."""
     dimensions = tuple(size for size in SIZES if choice.takes("n", size[0]))
     every = [
-        Program(core.name, arithmetic, sizes, level, dimensions)
+        Program(core.name, arithmetic, sizes, level, dimensions, group)
         for core in CORES
         for arithmetic in (*core.arithmetics, *TEXTBOOK)
         for sizes in sizes_of(core, arithmetic)
         for level in LEVELS[sizes]
+        for group in groups_of(arithmetic)
+        if any(choice.takes("what", what) for what in group)
     ]
     names = ("core", "arithmetic", "sizes", "optimisation")
     taken = [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
@@ -95,6 +113,10 @@ def programs(choice: Choice) -> list[Program]:
 # Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is none,
 # and not in an AVR's flash.
 FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
+
+
+def groups_of(arithmetic: str) -> tuple[tuple[str, ...], ...]:
+    return (FILTER,) if arithmetic in TEXTBOOK else (FILTER, MODULES)
 
 
 def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:

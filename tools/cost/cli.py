@@ -7,7 +7,7 @@ from typing import List
 import typer
 
 import actions
-from cases import Choice
+from cases import WHAT, Choice
 from errors import CostError, one_line
 
 HELP = """What the library costs on seven cores: instructions, estimated cycles, stack, RAM and
@@ -24,7 +24,7 @@ def main(
     sizes: List[str] = typer.Option([], help="runtime, fixed, fixed-dense."),
     optimisation: List[str] = typer.Option([], help="O2, O3, Os."),
     n: List[int] = typer.Option([], help="Number of states."),
-    what: List[str] = typer.Option([], help="predict, update, step, smooth."),
+    what: List[str] = typer.Option([], help=", ".join(WHAT) + "."),
     hot: int = typer.Option(0, help="Print the functions with most instructions, too."),
     source: Path = typer.Option(
         actions.ROOT, help="A checkout to measure instead of this one.", show_default=False

@@ -23,7 +23,8 @@ from cores import BY_NAME
 from elf import flash_bytes
 from emulator import Emulator
 
-CASES = (("m4f", "f32"), ("m33", "f32"), ("m7", "f64"), ("m3", "q31"), ("m0", "q31"), ("rv32", "q31"))
+CASES = (("m4f", "f32"), ("m33", "f32"), ("m7", "f64"))
+CASES += (("m3", "q31"), ("m0", "q31"), ("rv32", "q31"))
 GOALS = {("m4f", "f32"): 90, ("m3", "q31"): 500}  # of the form for known sizes, A upper triangular
 STATE_RANGES, MEASURED_RANGES = (1000.0, 1000.0, 100.0, 100.0), (1000.0, 1000.0)
 
@@ -130,7 +131,8 @@ def main() -> None:
             for form, row in zip(forms, measure(place, *case)):
                 goal = GOALS.get(case) if form == "fixed, KQ_UPPER" else None
                 note = f"   goal {goal}" if goal else ""
-                print(f"{case[0]:4} {case[1]:10} {form:20} {row[0]:12} {row[1]:6} {row[2]:5} {row[3]:5}{note}")
+                figures = f"{row[0]:12} {row[1]:6} {row[2]:5} {row[3]:5}"
+                print(f"{case[0]:4} {case[1]:10} {form:20} {figures}{note}")
                 missed |= goal is not None and row[0] > goal
     sys.exit("a goal is missed" if missed and "--check" in sys.argv[1:] else 0)
 

@@ -3,11 +3,26 @@
 #define KALMANQ_COST_MARKS_H
 
 /** What is measured; also the order of the columns that ask for it. */
-enum { COST_PREDICT, COST_UPDATE, COST_STEP, COST_SMOOTH, COST_KINDS };
+enum {
+    COST_PREDICT,
+    COST_UPDATE,
+    COST_STEP,
+    COST_SMOOTH,
+    COST_STEADY,
+    COST_SWITCH,
+    COST_GATED,
+    COST_HUBER,
+    COST_STUDENT,
+    COST_JUMP,
+    COST_LAG,
+    COST_LAG_STATES,
+    COST_POINT,
+    COST_KINDS
+};
 
-/** The next call of the function for this region is to be measured.
+/** The next call of the function for this region is to be measured; of several, the most counts.
  *    region   COST_KINDS * (number of the size in the program) + COST_...
- *    ram      bytes of a filter and its memory */
+ *    ram      bytes of a filter and its memory, and of what the function needs beside it */
 void cost_region(unsigned region, unsigned ram);
 
 /** A call answered an error: nothing of this program counts. */

@@ -11,12 +11,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#if __has_include(<kalmanq/steady.h>) /* an older checkout is measured without */
+#define HAS_STEADY
+#endif
+
 enum { STATES = KQ_SIZE_MAX };
 
 typedef struct {
     int n, m;
     double A[STATES * STATES], Q[STATES * STATES], P0[STATES * STATES], x0[STATES];
     double H[STATES * STATES], R[STATES], z[STATES];
+    double K[STATES * STATES]; /* the steady gain */
 } model;
 
 static void need(kq_status status, const char *what)
@@ -46,6 +51,25 @@ static void make(model *M, int n, int m)
     }
 }
 
+#ifdef HAS_STEADY
+enum { SOLVE_LEN = KQ_STEADY_SOLVE_LEN_F64(STATES, STATES) };
+
+static void make_gain(model *M)
+{
+    static double p_memory[KQ_PROCESS_LEN(STATES)], s_memory[STATES], memory[SOLVE_LEN];
+    const kq_steady_solution_f64 wanted = {.gain = M->K};
+    kq_process_f64 p;
+    kq_sensor_f64 s;
+    need(kq_process_assign_f64(&p, M->n, 0, p_memory, KQ_PROCESS_LEN(STATES)), "process");
+    need(kq_process_init_f64(&p, M->A, NULL, M->Q), "process");
+    need(kq_sensor_assign_f64(&s, M->n, M->m, s_memory, STATES), "sensor");
+    need(kq_sensor_init_diagonal_f64(&s, M->H, M->R), "sensor");
+    need(kq_steady_solve_f64(&p, &s, memory, SOLVE_LEN, &wanted), "steady gain");
+}
+#else
+static void make_gain(model *M) { (void)M; }
+#endif
+
 /* ------------------------------------------------------------------ floating point */
 
 static void print_numbers(const model *M, const char *type, const char *name, const double *values,
@@ -66,6 +90,7 @@ static void print_floating(const model *M, const char *type)
     print_numbers(M, type, "H", M->H, m * n);
     print_numbers(M, type, "R", M->R, m);
     print_numbers(M, type, "z", M->z, m);
+    print_numbers(M, type, "K", M->K, n * m);
 }
 
 /* ------------------------------------------------------------------ fixed point */
@@ -131,6 +156,8 @@ static void print_wide(const model *M)
     print_scaled(M, "H", table, m * n);
     need(kq_noise_prepare_diagonal_q31(table, M->R, m, measured), "R");
     print_scaled(M, "R", table, m);
+    need(kq_matrix_prepare_q31(table, M->K, n, m, state, measured), "K");
+    print_scaled(M, "K", table, n * m);
     need(kq_root_prepare_q31(words, M->Q, n, state), "Q");
     print_words(M, "G", words, KQ_ROOT_LEN_Q31(n));
     need(kq_root_prepare_q31(words, M->P0, n, state), "P0");
@@ -147,6 +174,7 @@ int main(int count, char **arguments)
     const char *arithmetic = arguments[1];
     model M;
     make(&M, atoi(arguments[2]), atoi(arguments[3]));
+    make_gain(&M);
     if (!strcmp(arithmetic, "f32")) print_floating(&M, "float");
     else if (!strcmp(arithmetic, "f64")) print_floating(&M, "double");
     else if (!strcmp(arithmetic, "q31")) print_wide(&M);

@@ -18,6 +18,13 @@
 #define CALLED(name) TYPED(kq_##name)
 #endif
 
+/* Known sizes among the modules are the steady-state filter's alone. */
+#ifdef KQ_COST_MODULES
+#define FILTER_CALLED(name) TYPED(kq_##name)
+#else
+#define FILTER_CALLED(name) CALLED(name)
+#endif
+
 /* A macro whose arguments are themselves macros */
 #define EXPANDED(macro, ...) macro(__VA_ARGS__)
 

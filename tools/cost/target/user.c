@@ -17,6 +17,15 @@
 #define M USER_M
 #include "user.h"
 
+#ifdef STEADY_ONLY
+
+kq_status SIZED(user_steady_step)(TYPED(kq_steady) * st, const word *u, const word *z)
+{
+    return TYPED(kq_fixed_steady_step)(st, u, z, N, M, OPTIONS);
+}
+
+#else
+
 kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u)
 {
     return TYPED(kq_fixed_predict)(f, p, u, N, OPTIONS);
@@ -42,3 +51,5 @@ kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process)
     return TYPED(kq_smooth_step)(h, p, extras);
 #endif
 }
+
+#endif

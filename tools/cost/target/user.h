@@ -5,3 +5,6 @@ kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, co
                            const TYPED(kq_sensor) * s, const word *z);
 kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process) * p,
                                   const TYPED(kq_smooth_extras) * extras);
+#ifdef KQ_COST_MODULES
+kq_status SIZED(user_steady_step)(TYPED(kq_steady) * st, const word *u, const word *z);
+#endif

@@ -1,0 +1,32 @@
+/* What modules.inc needs once, for all sizes, after library.h. */
+#ifndef KALMANQ_COST_MODULES_H
+#define KALMANQ_COST_MODULES_H
+
+#include "samples.h"
+
+enum {
+    SETTLED_BITS = 8, /* of the switch */
+    SETTLING = 60,    /* steps; n = 9 takes most */
+    POINT_STEPS = 10, /* since the chosen instant */
+    ALL_PHASES_TO = 3 /* states: more would take the emulators long */
+};
+
+/* alone_4_2_memory: what the library's macros declare beside an object */
+#define JOIN4(a, n, m, b) a##_##n##_##m##_##b
+#define WITH_SIZE_AND(name, n, m, what) JOIN4(name, n, m, what)
+#define BESIDE(name, what) WITH_SIZE_AND(name, N, M, what)
+
+/* The usual ones (kalmanq/robust.h) */
+#ifdef KQ_COST_q31
+static const kq_scaled_q31 huber_k = {3 << 29, -30}, student_nu = {1 << 30, -28},
+                           jump_g = {9 << 27, -27};
+#else
+static const word huber_k = (word)1.5, student_nu = 4, jump_g = 9;
+#endif
+
+static void need(int is_so)
+{
+    if (!is_so) cost_failed(1);
+}
+
+#endif
