@@ -1,7 +1,7 @@
 #include "beyond.h"
 #include "digest.h"
 
-enum { N = BEYOND_STATES, C = BEYOND_COMPONENTS, STEPS = 8, LAG = 4, GAINS = 12 };
+enum { N = BEYOND_STATES, C = BEYOND_COMPONENTS, STEPS = 8, LAG = 4, GAINS = 12, EARLY = 3 };
 
 static model M;
 static num scale; /* of its measurements */
@@ -12,6 +12,7 @@ static num process_memory[KQ_PROCESS_LEN(N)], target_memory[KQ_PROCESS_LEN(N)];
 static num sensor_memory[KQ_SENSOR_LEN(C)];
 static num filter_memory[FILTER_LEN(N)];
 static num pool[LAG_LEN(N, C, LAG)]; /* the longest of what is in use at a time */
+static num early_memory[START_LEN(N, EARLY)];
 static num out[4][N * N];
 
 #define LENGTH(memory) (sizeof memory / sizeof memory[0])
@@ -388,6 +389,61 @@ static void consistency(void)
     check("consistency", STEPS);
 }
 
+/* ------------------------------------------------------------------ the unknown start */
+
+static void put_start(const K(start) * s)
+{
+    put_word((uint32_t)K(start_count)(s));
+    for (int i = 0; i < M.n; i++) {
+        put_word((uint32_t)K(start_is_determined)(s, i));
+        if (!K(start_is_determined)(s, i)) continue;
+        put(K(start_mean)(s, i));
+        put(K(start_mean_low)(s, i));
+        put(K(start_sigma)(s, i));
+    }
+    put(K(start_log_likelihood_last)(s));
+    put(K(start_log_likelihood)(s));
+    put_word(K(events)(&filter));
+}
+
+static void put_start_smoothed(K(start) * s)
+{
+    put_status(K(start_smooth)(s));
+    for (size_t t = K(start_first)(s); t < STEPS; t++) {
+        const kq_status status = K(start_smoothed_covariance)(s, t, out[0]);
+        put_status(status);
+        if (status) continue;
+        put_all(out[0], M.n * M.n);
+        for (int i = 0; i < M.n; i++) {
+            put(K(start_smoothed_mean)(s, t, i));
+            put(K(start_smoothed_mean_low)(s, t, i));
+            put(K(start_smoothed_sigma)(s, t, i));
+        }
+    }
+    check("smoothed start", STEPS);
+}
+
+/* All components unknown, or all but the last */
+static void start(uint32_t unknown)
+{
+    K(start) s;
+    K(history) tape;
+    num z[C];
+    put_status(K(start_assign)(&s, M.n, EARLY, early_memory, LENGTH(early_memory)));
+    put_status(K(start_init)(&s, &filter, M.x0, M.P0, unknown));
+    put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
+    put_status(K(start_attach)(&s, &tape));
+    for (int t = 0; t < STEPS; t++) {
+        draw_measurement(z, t);
+        put_status(t == 1 ? K(start_update_subset)(&s, &sensor, z, UINT32_C(1))
+                          : K(start_update)(&s, &sensor, z));
+        put_start(&s);
+        check("start", t);
+        if (t < STEPS - 1) put_status(K(start_predict)(&s, &process, draw_control()));
+    }
+    put_start_smoothed(&s);
+}
+
 void run_beyond(const model_case *c)
 {
     digest_begin(c->name);
@@ -400,6 +456,8 @@ void run_beyond(const model_case *c)
     fit(1);
     fit((num)0.9375);
     consistency();
+    start(UINT32_MAX);
+    start((UINT32_C(1) << (c->n - 1)) - 1);
     digest_end();
 }
 

@@ -474,7 +474,7 @@ void case_start(void)
     put_start(&line, 3, 4, 6);
     put_start(&line, 2, 0, 4);
     put_start(&line, 0, 0, 2);
-    put_start(&plane, ALL_COMPONENTS, 3, 5); /* one instant too few */
+    put_start(&plane, ALL_COMPONENTS, 3, 5);
     put_start(&plane, 5, 2, 4);
     put_start(&line, 3, 4, 2); /* never determined */
     script_end();
