@@ -16,8 +16,13 @@ warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 compare() { # ARITHMETIC
     define=-DKQ_BITS_$(echo "$1" | tr f F)
-    objects="$library/kq_$1.c.o"
-    for file in "$here/bits.c" "$here/model.c"; do
+    objects=
+    for part in $sources; do
+        case $part in
+        *_"$1".c) objects="$objects $library/$part.o" ;;
+        esac
+    done
+    for file in "$here"/*.c; do
         object="$work/$1-$(basename "$file").o"
         $compiler $options $flags $warnings $define $include -c "$file" -o "$object"
         objects="$objects $object"
@@ -30,7 +35,7 @@ for options in "$@"; do
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
     for source in $sources; do
         case $source in
-        kq_f*)
+        kq_f[36][24].c)
             arithmetic=$(basename "${source#kq_}" .c)
             echo "== $arithmetic, $name, $compiler_name $options"
             compare "$arithmetic"

@@ -9,6 +9,12 @@ typedef float num;
 #define K(name) kq_##name##_f32
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
+#define LAG_LEN KQ_LAG_LEN_F32
+#define START_LEN KQ_START_LEN_F32
+#define POINT_LEN KQ_POINT_LEN_F32
+#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F32
+#define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define SMALL 0x1p-42f /* variances at the lower end of those that count */
 #define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
 #define LARGE 0x1p+62f /* variances at the upper end of all numbers */
@@ -18,6 +24,12 @@ typedef double num;
 #define K(name) kq_##name##_f64
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
+#define LAG_LEN KQ_LAG_LEN_F64
+#define START_LEN KQ_START_LEN_F64
+#define POINT_LEN KQ_POINT_LEN_F64
+#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F64
+#define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define SMALL 0x1p-170
 #define TINY 0x1p-1018
 #define LARGE 0x1p+510

@@ -40,6 +40,9 @@ static const int32_t on_line[] FLASH = {
 static const int32_t robust[] FLASH = {
 #include "cases/robust.inc"
 };
+static const int32_t start[] FLASH = {
+#include "cases/start.inc"
+};
 static const int32_t statistics[] FLASH = {
 #include "cases/statistics.inc"
 };
@@ -53,9 +56,10 @@ static const int32_t steady[] FLASH = {
     }
 
 const vector_case vector_cases[] = {
-    CASE(level),    CASE(velocity), CASE(acceleration), CASE(plane),      CASE(dense),
-    CASE(imu),      CASE(sixteen),  CASE(sharp),        CASE(singular),   CASE(saturated),
-    CASE(changing), CASE(on_line),  CASE(robust),       CASE(statistics), CASE(steady),
+    CASE(level),    CASE(velocity),  CASE(acceleration), CASE(plane),
+    CASE(dense),    CASE(imu),       CASE(sixteen),      CASE(sharp),
+    CASE(singular), CASE(saturated), CASE(changing),     CASE(on_line),
+    CASE(robust),   CASE(start),     CASE(statistics),   CASE(steady),
 };
 
 const int vector_case_count = sizeof vector_cases / sizeof vector_cases[0];

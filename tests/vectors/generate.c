@@ -623,6 +623,7 @@ int main(int argc, char **argv)
     case_changing();
     case_on_line();
     case_robust();
+    case_start();
     case_statistics();
     case_steady();
     return 0;

@@ -19,6 +19,7 @@ void put_model(const model *M);
 /** What is built on the filter (generate_beyond.c) */
 void case_on_line(void);
 void case_robust(void);
+void case_start(void);
 void case_statistics(void);
 void case_steady(void);
 

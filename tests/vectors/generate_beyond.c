@@ -437,3 +437,45 @@ void case_steady(void)
     put_steady_states(&plane, 6, 22);
     script_end();
 }
+
+/* ------------------------------------------------------------------ the unknown start */
+
+/* `early`: instants kept for the smoother, 0 for a run without it */
+static void put_start(const model *M, int32_t unknown, int early, int steps)
+{
+    truth now;
+    double z[16];
+    put_model(M);
+    script_word(early);
+    script_word(unknown);
+    script_distribution(M);
+    script_act(VECTOR_START);
+    if (early) {
+        script_word(1500);
+        script_act(VECTOR_START_HISTORY);
+    }
+    truth_begin(&now, M, 241);
+    for (int t = 0; t < steps; t++) {
+        measure(&now, M, t, 0, z);
+        script_word(0);
+        script_word(t == 0 ? 0 : t % 3 == 1 ? 1 : ALL_COMPONENTS);
+        script_reading(M, z);
+        script_act(VECTOR_START_UPDATE);
+        if (t + 1 < steps) put_predict(M, VECTOR_START_PREDICT, 0, t);
+    }
+    script_word(early ? steps : 0);
+    script_act(VECTOR_START_SMOOTH);
+}
+
+void case_start(void)
+{
+    make_models();
+    begin_case("start", "components of the first state that are unknown");
+    put_start(&line, 3, 4, 6);
+    put_start(&line, 2, 0, 4);
+    put_start(&line, 0, 0, 2);
+    put_start(&plane, ALL_COMPONENTS, 3, 5);
+    put_start(&plane, 5, 2, 4);
+    put_start(&line, 3, 4, 2); /* never determined */
+    script_end();
+}

@@ -26,7 +26,11 @@ compile_all() {
     compile "$here/vector.c" vector -ffreestanding
     compile "$here/replay.c" replay
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
-    for file in kq_q31 kq_statistics_q31 misfit_q31 status; do objects="$objects $library/$file.c.o"; done
+    for part in $sources; do
+        case $part in
+        kq_*q31.c | misfit_q31.c | status.c) objects="$objects $library/$part.o" ;;
+        esac
+    done
 }
 
 link_and_run() { # PROGRAM

@@ -214,13 +214,18 @@ void script_sensor(const model *M, int slot)
     script_act(VECTOR_SENSOR);
 }
 
-void script_prior(const model *M)
+void script_distribution(const model *M)
 {
     double P0[16 * 16] = {0};
     for (int i = 0; i < M->n; i++) P0[i * M->n + i] = M->P0[i];
     put_vector(M->x0, M->n, state_format);
     need(kq_root_prepare_q31(root, P0, M->n, state_format), "P0");
     script_words(root, KQ_ROOT_LEN_Q31(M->n));
+}
+
+void script_prior(const model *M)
+{
+    script_distribution(M);
     script_act(VECTOR_PRIOR);
 }
 

@@ -36,6 +36,7 @@ void script_act(int32_t operation);
 void script_number(double value);
 void script_controls(const model *M, const double *u);
 void script_reading(const model *M, const double *z);
+void script_distribution(const model *M); /* the prior's mean and root */
 
 /** Formats, then process, sensor and prior of a model, into their slots. */
 void script_states(const model *M);

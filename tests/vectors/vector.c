@@ -6,6 +6,7 @@
 #include <kalmanq/least_squares.h>
 #include <kalmanq/point.h>
 #include <kalmanq/robust.h>
+#include <kalmanq/start.h>
 #include <kalmanq/steady.h>
 
 enum { SLOTS = 2, NUMBERS = 1024, MOST = KQ_SIZE_MAX };
@@ -46,6 +47,7 @@ static struct {
     kq_least_squares_q31 fit;
     kq_format_q31 fit_format;
     kq_consistency_q31 window;
+    kq_start_q31 start;
     kq_scaled_q31 out[3][MOST * MOST];
 } machine;
 
@@ -611,6 +613,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 
 #include "operations_on_line.inc"
 #include "operations_robust.inc"
+#include "operations_start.inc"
 #include "operations_statistics.inc"
 #include "operations_steady.inc"
 
@@ -661,6 +664,11 @@ static const struct {
     [VECTOR_WINDOW] = {"consistency", set_window},
     [VECTOR_WATCHED] = {"watched update", update_watched},
     [VECTOR_WINDOW_READ] = {"statistics of the window", read_window},
+    [VECTOR_START] = {"unknown start", set_start},
+    [VECTOR_START_HISTORY] = {"history of the start", attach_start},
+    [VECTOR_START_PREDICT] = {"predict of the start", predict_start},
+    [VECTOR_START_UPDATE] = {"update of the start", update_start},
+    [VECTOR_START_SMOOTH] = {"smooth the start", smooth_start},
 };
 
 static int is_operation(int32_t operation)

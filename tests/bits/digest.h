@@ -1,0 +1,37 @@
+/*
+ * Digests of what an arithmetic answers, against expected_f32.inc and expected_f64.inc.
+ *   KQ_BITS_WORDS     prints every word, so that two machines can be compared by diff
+ *   KQ_BITS_WRITE     prints the digests as they are in those files
+ *   KQ_BITS_FALSIFY   the model is wrong in its last bits: every case must be found to differ
+ */
+#ifndef KALMANQ_BITS_DIGEST_H
+#define KALMANQ_BITS_DIGEST_H
+
+#include "number.h"
+
+#ifdef KQ_BITS_FALSIFY
+enum { FALSIFIED = 1 };
+#else
+enum { FALSIFIED = 0 };
+#endif
+
+/** A case, of which at least one digest must differ where the model is falsified. */
+void digest_begin(const char *name);
+void digest_end(void);
+
+/** Bits that enter the digest */
+void put_word(uint32_t word);
+void put(num value);
+void put_all(const num *values, int count);
+void put_status(kq_status status);
+
+/** The digest since the last check is that of `quantity` at `step`. */
+void check(const char *quantity, int step);
+
+/** Prints the outcome; returns whether it is bad. */
+int digest_report(void);
+
+/** A number that is wrong by two or three of its last bits where models are falsified */
+num digest_falsify(num value);
+
+#endif
