@@ -156,7 +156,7 @@ class Programs(unittest.TestCase):
     def test_no_lag_where_there_is_no_memory(self) -> None:
         for program in programs(Choice(what=("lag",), sizes=("runtime",))):
             for n, _ in program.dimensions:
-                fits = program.core != "avr" or n <= 4
+                fits = program.core != "avr" or n <= 3
                 self.assertEqual("lag" in program.what(n), fits)
                 self.assertIn("steady", program.what(n))
 
