@@ -130,6 +130,11 @@ static inline void row_of(num *row, const scaled *entries, int width)
     for (int k = 0; k < width; k++) row[k] = entries[k];
 }
 
+static inline void row_fitted(num *row, const scaled *entries, int width)
+{
+    row_of(row, entries, width);
+}
+
 static inline num combined(sum total) { return total; }
 
 static inline int32_t noise_exponent(const num *G, int n, int l)

@@ -147,6 +147,22 @@ static inline void row_of(int32_t *row, const scaled *entries, int width)
     row[width] = top + 4;
 }
 
+/* The same, as long as it may be: its norm is in 2^29 .. 2^30, but for rounding */
+static inline void row_fitted(int32_t *row, const scaled *entries, int width)
+{
+    scaled square = {0, 0};
+    for (int k = 0; k < width; k++) {
+        square = scaled_plus(square, scaled_times(entries[k], entries[k]));
+    }
+    const scaled norm = scaled_root(square); /* < 2^(31 + its exponent) */
+    const int32_t exponent = square.mantissa ? norm.exponent + 1 : lowest_exponent;
+    for (int k = 0; k < width; k++) {
+        row[k] =
+            entries[k].mantissa ? lower(entries[k].mantissa, exponent - entries[k].exponent) : 0;
+    }
+    row[width] = exponent;
+}
+
 /* One entry of a combination as align has prepared it */
 KQ_INLINE int32_t combined(sum total) { return narrow(total, 30, 31); }
 

@@ -10,7 +10,6 @@ typedef num scaled;
 static const scaled scaled_one = 1;
 
 static inline scaled scaled_normal(scaled a) { return a; }
-static inline scaled scaled_count(int32_t a) { return (num)a; }
 static inline int scaled_is_zero(scaled a) { return a == 0; }
 /* Does a factor of a leave every bit as it is? */
 static inline int scaled_is_unit(scaled a) { return a == 1; }
@@ -30,6 +29,21 @@ static inline scaled scaled_of_word(num a) { return a; }
 static inline scaled scaled_shift(scaled a, int32_t shift)
 {
     for (; shift < 0; shift++) a *= num_half;
+    return a;
+}
+
+static inline scaled scaled_magnitude(scaled a) { return num_magnitude(a); }
+static inline int scaled_is_finite(scaled a) { return num_is_finite(a); }
+
+/* More than an operation rounds a number by, of its size: 16 units, as in rounding_floor */
+static inline scaled scaled_rounding(void) { return 16 * num_epsilon; }
+
+/* Within num_tiny .. 1 / num_tiny, so that squares of ratios stay numbers; below it, 0 */
+static inline scaled scaled_held(scaled a)
+{
+    const scaled size = num_magnitude(a), most = 1 / num_tiny;
+    if (size < num_tiny) return 0;
+    if (size > most) return a < 0 ? -most : most;
     return a;
 }
 

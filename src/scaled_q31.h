@@ -47,7 +47,6 @@ static inline scaled scaled_of(int64_t a, int32_t exponent)
 static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
 
 /* a whole number */
-static inline scaled scaled_count(int32_t a) { return scaled_of(a, 0); }
 
 static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }
 /* Does a factor of a leave every bit as it is?  2^k, k any */
@@ -119,6 +118,28 @@ static inline int scaled_is_less(scaled a, scaled b)
 {
     if (a.mantissa == 0 || b.mantissa == 0) return a.mantissa < b.mantissa;
     return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
+}
+
+static inline scaled scaled_magnitude(scaled a)
+{
+    return (scaled){a.mantissa < 0 ? -a.mantissa : a.mantissa, a.exponent};
+}
+
+
+static inline int scaled_is_finite(scaled a)
+{
+    (void)a;
+    return 1;
+}
+
+/* More than an operation rounds a number by, of its size: 16 units, as in rounding_floor */
+static inline scaled scaled_rounding(void) { return (scaled){INT32_C(1) << 30, -56}; }
+
+/* An exponent that nothing lets grow without end */
+static inline scaled scaled_held(scaled a)
+{
+    if (a.exponent < low_exponent) return (scaled){0, 0};
+    return (scaled){a.mantissa, a.exponent > high_exponent ? high_exponent : a.exponent};
 }
 
 /* a as a word, rounded, held at +-(2^31 - 1) */

@@ -23,6 +23,7 @@ typedef kq_steady_smoother_f32 steady_smoother;
 typedef kq_switch_f32 settling;
 typedef kq_lag_f32 lag_smoother;
 typedef kq_point_f32 point_smoother;
+typedef kq_start_f32 unknown_start;
 
 typedef num score;
 
@@ -41,5 +42,7 @@ typedef num score;
 #define LAG_LEN KQ_LAG_LEN_F32
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F32
+#define START_LEN KQ_START_LEN_F32
+#define START_PAST_LEN KQ_START_PAST_LEN_F32
 
 #endif

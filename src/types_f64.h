@@ -23,6 +23,7 @@ typedef kq_steady_smoother_f64 steady_smoother;
 typedef kq_switch_f64 settling;
 typedef kq_lag_f64 lag_smoother;
 typedef kq_point_f64 point_smoother;
+typedef kq_start_f64 unknown_start;
 
 typedef num score;
 
@@ -41,5 +42,7 @@ typedef num score;
 #define LAG_LEN KQ_LAG_LEN_F64
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F64
+#define START_LEN KQ_START_LEN_F64
+#define START_PAST_LEN KQ_START_PAST_LEN_F64
 
 #endif

@@ -22,6 +22,7 @@ typedef kq_steady_smoother_q31 steady_smoother;
 typedef kq_switch_q31 settling;
 typedef kq_lag_q31 lag_smoother;
 typedef kq_point_q31 point_smoother;
+typedef kq_start_q31 unknown_start;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
@@ -38,5 +39,7 @@ typedef int64_t score;
 #define LAG_LEN KQ_LAG_LEN_Q31
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_Q31
+#define START_LEN KQ_START_LEN_Q31
+#define START_PAST_LEN KQ_START_PAST_LEN_Q31
 
 #endif

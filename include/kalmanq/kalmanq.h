@@ -15,6 +15,7 @@
 #include "sensor.h"
 #include "size.h"
 #include "smoother.h"
+#include "start.h"
 #include "status.h"
 #include "steady.h"
 #include "version.h"

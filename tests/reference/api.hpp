@@ -39,6 +39,7 @@ template <> struct Api<float> {
     using Filter = kq_filter_f32;
     using History = kq_history_f32;
     using Extras = kq_smooth_extras_f32;
+    using Start = kq_start_f32;
     static constexpr const char *name = "f32";
 
     static constexpr std::size_t filterLength(int n)
@@ -93,6 +94,27 @@ template <> struct Api<float> {
     static constexpr auto smoothedMeanLow = kq_smoothed_mean_low_f32;
     static constexpr auto smoothedSigma = kq_smoothed_sigma_f32;
     static constexpr auto smoothedCovariance = kq_smoothed_covariance_f32;
+
+    static std::size_t startLength(int n, std::size_t early)
+    {
+        const auto width = static_cast<std::size_t>(n);
+        return KQ_START_LEN_F32(width, early);
+    }
+    static constexpr auto startAssign = kq_start_assign_f32;
+    static constexpr auto startInit = kq_start_init_f32;
+    static constexpr auto startAttach = kq_start_attach_f32;
+    static constexpr auto startPredict = kq_start_predict_f32;
+    static constexpr auto startUpdateSubset = kq_start_update_subset_f32;
+    static constexpr auto startCount = kq_start_count_f32;
+    static constexpr auto startIsDetermined = kq_start_is_determined_f32;
+    static constexpr auto startMean = kq_start_mean_f32;
+    static constexpr auto startMeanLow = kq_start_mean_low_f32;
+    static constexpr auto startLogLikelihood = kq_start_log_likelihood_f32;
+    static constexpr auto startSteps = kq_start_steps_f32;
+    static constexpr auto startSmooth = kq_start_smooth_f32;
+    static constexpr auto startSmoothedMean = kq_start_smoothed_mean_f32;
+    static constexpr auto startSmoothedMeanLow = kq_start_smoothed_mean_low_f32;
+    static constexpr auto startSmoothedCovariance = kq_start_smoothed_covariance_f32;
 };
 
 template <> struct Api<double> {
@@ -104,6 +126,7 @@ template <> struct Api<double> {
     using Filter = kq_filter_f64;
     using History = kq_history_f64;
     using Extras = kq_smooth_extras_f64;
+    using Start = kq_start_f64;
     static constexpr const char *name = "f64";
 
     static constexpr std::size_t filterLength(int n)
@@ -158,6 +181,27 @@ template <> struct Api<double> {
     static constexpr auto smoothedMeanLow = kq_smoothed_mean_low_f64;
     static constexpr auto smoothedSigma = kq_smoothed_sigma_f64;
     static constexpr auto smoothedCovariance = kq_smoothed_covariance_f64;
+
+    static std::size_t startLength(int n, std::size_t early)
+    {
+        const auto width = static_cast<std::size_t>(n);
+        return KQ_START_LEN_F64(width, early);
+    }
+    static constexpr auto startAssign = kq_start_assign_f64;
+    static constexpr auto startInit = kq_start_init_f64;
+    static constexpr auto startAttach = kq_start_attach_f64;
+    static constexpr auto startPredict = kq_start_predict_f64;
+    static constexpr auto startUpdateSubset = kq_start_update_subset_f64;
+    static constexpr auto startCount = kq_start_count_f64;
+    static constexpr auto startIsDetermined = kq_start_is_determined_f64;
+    static constexpr auto startMean = kq_start_mean_f64;
+    static constexpr auto startMeanLow = kq_start_mean_low_f64;
+    static constexpr auto startLogLikelihood = kq_start_log_likelihood_f64;
+    static constexpr auto startSteps = kq_start_steps_f64;
+    static constexpr auto startSmooth = kq_start_smooth_f64;
+    static constexpr auto startSmoothedMean = kq_start_smoothed_mean_f64;
+    static constexpr auto startSmoothedMeanLow = kq_start_smoothed_mean_low_f64;
+    static constexpr auto startSmoothedCovariance = kq_start_smoothed_covariance_f64;
 };
 
 template <> struct Api<Q31> {
@@ -169,6 +213,7 @@ template <> struct Api<Q31> {
     using Filter = kq_filter_q31;
     using History = kq_history_q31;
     using Extras = kq_smooth_extras_q31;
+    using Start = kq_start_q31;
     static constexpr const char *name = "q31";
 
     static constexpr std::size_t filterLength(int n)
@@ -219,6 +264,27 @@ template <> struct Api<Q31> {
     static constexpr auto smoothedMeanLow = kq_smoothed_mean_low_q31;
     static constexpr auto smoothedSigma = kq_smoothed_sigma_q31;
     static constexpr auto smoothedCovariance = kq_smoothed_covariance_q31;
+
+    static std::size_t startLength(int n, std::size_t early)
+    {
+        const auto width = static_cast<std::size_t>(n);
+        return KQ_START_LEN_Q31(width, early);
+    }
+    static constexpr auto startAssign = kq_start_assign_q31;
+    static constexpr auto startInit = kq_start_init_q31;
+    static constexpr auto startAttach = kq_start_attach_q31;
+    static constexpr auto startPredict = kq_start_predict_q31;
+    static constexpr auto startUpdateSubset = kq_start_update_subset_q31;
+    static constexpr auto startCount = kq_start_count_q31;
+    static constexpr auto startIsDetermined = kq_start_is_determined_q31;
+    static constexpr auto startMean = kq_start_mean_q31;
+    static constexpr auto startMeanLow = kq_start_mean_low_q31;
+    static constexpr auto startLogLikelihood = kq_start_log_likelihood_q31;
+    static constexpr auto startSteps = kq_start_steps_q31;
+    static constexpr auto startSmooth = kq_start_smooth_q31;
+    static constexpr auto startSmoothedMean = kq_start_smoothed_mean_q31;
+    static constexpr auto startSmoothedMeanLow = kq_start_smoothed_mean_low_q31;
+    static constexpr auto startSmoothedCovariance = kq_start_smoothed_covariance_q31;
 };
 
 inline void require(kq_status status, const char *what)

@@ -3,9 +3,9 @@
   test_steady.py PROGRAM [--seed N]     PROGRAM: steady_models, which reads models and solves them
 
 An error of P- is relative to sqrt(P_ii P_jj), one of K_ic to sqrt(P_ii / S_cc).  Where the two
-solutions are further apart than the goal, the equation's residual in 80-bit arithmetic says which of
-them is the less accurate one.  Where P- is far from what floats can say, f32 has no goal: its error
-is held against rounding through the equation, eps times the sum of |C^k|^2.
+solutions are further apart than the goal, the equation's residual in 80-bit arithmetic says which
+of them is the less accurate one.  f32's error is held against what the equation makes of rounding,
+eps times the sum of |C^k|^2, C = A (I - K H) in units of the sigmas.
 """
 
 from __future__ import annotations
@@ -188,7 +188,8 @@ def amplification(model: Model, P: np.ndarray) -> float:
 
 def random_models(program: str, random: np.random.Generator) -> bool:
     models = [draw(random) for _ in range(MODELS)]
-    errors, f32_errors, f32_shares, gains, smoothers, less_accurate, failed = [], [], [], [], [], 0, 0
+    errors, f32_errors, f32_shares, gains, smoothers = [], [], [], [], []
+    less_accurate = failed = 0
     for model, (f64, f32) in zip(models, solutions(program, models)):
         reference = solve_discrete_are(model.A.T, model.H.T, model.Q, model.R)
         if f64.status or f32.status:
@@ -216,8 +217,8 @@ def random_models(program: str, random: np.random.Generator) -> bool:
           f" (goal {GOAL_F64:.0e}); SciPy the less accurate one in {less_accurate}")
     print(f"K from that P-, f64: worst {max(gains):.1e}")
     print(f"G from that P-, f64, by P-'s condition: worst {max(smoothers):.1e}")
-    print(f"P- against SciPy, f32: worst {max(f32_errors):.1e}, median {np.median(f32_errors):.1e}; in"
-          f" units of eps sum |C^k|^2: worst {max(f32_shares):.1f}")  # fmt: skip
+    print(f"P- against SciPy, f32: worst {max(f32_errors):.1e}, median {np.median(f32_errors):.1e};"
+          f" in units of eps sum |C^k|^2: worst {max(f32_shares):.1f}")  # fmt: skip
     failed += max(gains) > 1e-10 or max(smoothers) > 1e-13 or max(f32_shares) > 64
     return not failed
 

@@ -30,7 +30,7 @@ avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy co
     more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|u?divmodsi4'
     more="$more|do_(copy_data|clear_bss))$"
     integers="$integers|^$more"
-    floats="$floats|^__(mulsi3|(us?)?mulhisi3)$"
+    floats="$floats|^__(mulsi3|(us?)?mulhisi3|do_copy_data)$"
     ;;
 esac
 
@@ -50,10 +50,16 @@ check_object() { # name, what it may refer to
 for level in "$@" -O2; do
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" $level)
 done
-case $sources in *kq_f32*) check_object kq_f32 "$floats" ;; esac
 check_object kq_q31 "$integers"
+check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
+check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
 check_object misfit_q31 "$integers"
-check_object kq_statistics_f32 "$floats|^kq_update_f32$"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
-check_object kq_models_f32 "$floats"
+case $sources in
+*kq_f32*)
+    check_object kq_f32 "$floats"
+    check_object kq_statistics_f32 "$floats|^kq_update_f32$"
+    check_object kq_models_f32 "$floats"
+    ;;
+esac
 echo "$name: clean"

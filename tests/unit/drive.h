@@ -8,7 +8,7 @@
 
 #include "reading.h"
 
-#define STEPS 24
+#define STEPS 12
 #define MOST 3 /* scalar measurements of one step */
 
 PROCESS(motion, 2, 1);

@@ -276,7 +276,7 @@ static void sizes_may_be_the_smallest_and_the_largest(void)
         ASSERT_OK(K(filter_init)(&f, zeros, identity));
         ASSERT_OK(K(sensor_assign)(&s, m, m, sensor_memory, COUNT(sensor_memory)));
         ASSERT_OK(K(sensor_init_diagonal)(&s, identity, ones));
-        ASSERT_OK(K(consistency_assign)(&c, m, window, memory, CONSISTENCY_LEN(m, window)));
+        ASSERT_OK(K(consistency_assign)(&c, m, window, memory, (size_t)CONSISTENCY_LEN(m, window)));
         for (int t = 0; t < 2 * window + 1; t++) {
             ASSERT_OK(K(consistency_watch)(&c, &f, &s, ones, ALL));
             ASSERT_OK(K(update)(&f, &s, ones));
@@ -285,7 +285,7 @@ static void sizes_may_be_the_smallest_and_the_largest(void)
         TEST_ASSERT_EQUAL_INT(window, K(consistency_count)(&c));
         ASSERT_OK(K(consistency_nis)(&c, 2, &a, &b, &d));
         ASSERT_OK(K(consistency_innovation)(&c, m - 1, 2, &a, &b, &d));
-        assert_guards(room, CONSISTENCY_LEN(m, window), COUNT(room));
+        assert_guards(room, (size_t)CONSISTENCY_LEN(m, window), COUNT(room));
     }
 }
 

@@ -269,7 +269,7 @@ static void a_measurement_that_was_not_taken_is_nothing(void)
 
 /* ------------------------------------------------------------------------------- limits */
 
-#define WIDE_LAG 7
+#define WIDE_LAG 3
 
 static num wide_room[GUARDED(LAG_LEN(16, 16, WIDE_LAG))];
 static num wide_filter[FILTER_LEN(16)], wide_P[256], wide_A[256], wide_Q[256];

@@ -16,7 +16,7 @@ static const num A[] = {1, 0.5, 0, 1}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 static num H[2 * ROWS], z[ROWS], r[ROWS];
 
-static const num infinity = (num)INFINITY;
+static const num endless = (num)INFINITY;
 
 void setUp(void)
 {
@@ -100,8 +100,8 @@ static void fade_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(fade)(NULL, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(fade)(&blank, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, (num)NAN));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, infinity));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, -infinity));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, endless));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, -endless));
     for (int k = 0; k < COUNT(bad); k++) ASSERT_REFUSED(KQ_ERR_RANGE, K(fade)(&line, bad[k]));
     ASSERT_OK(K(history_attach)(&tape, &line));
     WATCH(tape), WATCH(tape_memory);
@@ -279,7 +279,7 @@ static void a_batch_is_refused_as_a_whole(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, H, NULL, r, ROWS));
     ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, H, z, NULL, ROWS));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add_all)(&fit, H, z, r, -1));
-    z[ROWS - 1] = infinity;
+    z[ROWS - 1] = endless;
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add_all)(&fit, H, z, r, ROWS));
     z[ROWS - 1] = 1;
     r[ROWS - 1] = -1;

@@ -19,7 +19,7 @@ PROCESS(motion, 9, 0);
 SENSOR(radar, 9, 3);
 
 static const num ones[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-static const num infinity = (num)INFINITY;
+static const num endless = (num)INFINITY;
 static K(model) blank;
 
 void setUp(void)
@@ -415,10 +415,10 @@ static void arguments_must_be_finite(void)
     assert_entries_must_be_finite(bad, 2, loadings);
     assert_entries_must_be_finite(bad, 2, density);
     assert_entries_must_be_finite(bad, 2, measured);
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(model_ar)(&pair, bad, 2, infinity, 0));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(model_ma)(&pair, bad, 1, 1, infinity));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(model_ar)(&pair, bad, 2, endless, 0));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(model_ma)(&pair, bad, 1, 1, endless));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE,
-                   K(model_velocity)(&plane, 2, infinity, ones, ones, NULL, ones));
+                   K(model_velocity)(&plane, 2, endless, ones, ones, NULL, ones));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE,
                    K(model_velocity)(&plane, 2, NUM_MAX, ones, ones, NULL, ones));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(model_ar)(&pair, bad, 2, NUM_MAX, 0));

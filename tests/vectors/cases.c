@@ -34,6 +34,18 @@ static const int32_t saturated[] FLASH = {
 static const int32_t changing[] FLASH = {
 #include "cases/changing.inc"
 };
+static const int32_t on_line[] FLASH = {
+#include "cases/on_line.inc"
+};
+static const int32_t robust[] FLASH = {
+#include "cases/robust.inc"
+};
+static const int32_t statistics[] FLASH = {
+#include "cases/statistics.inc"
+};
+static const int32_t steady[] FLASH = {
+#include "cases/steady.inc"
+};
 
 #define CASE(name)                                                                                 \
     {                                                                                              \
@@ -41,8 +53,9 @@ static const int32_t changing[] FLASH = {
     }
 
 const vector_case vector_cases[] = {
-    CASE(level),   CASE(velocity), CASE(acceleration), CASE(plane),     CASE(dense),    CASE(imu),
-    CASE(sixteen), CASE(sharp),    CASE(singular),     CASE(saturated), CASE(changing),
+    CASE(level),    CASE(velocity), CASE(acceleration), CASE(plane),      CASE(dense),
+    CASE(imu),      CASE(sixteen),  CASE(sharp),        CASE(singular),   CASE(saturated),
+    CASE(changing), CASE(on_line),  CASE(robust),       CASE(statistics), CASE(steady),
 };
 
 const int vector_case_count = sizeof vector_cases / sizeof vector_cases[0];

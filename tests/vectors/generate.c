@@ -4,16 +4,16 @@
  * Models and data are made with + - * / of double in a fixed order (compile without fused
  * multiply-add), so the files are the same wherever they are made.
  */
-#include "script.h"
-#include "vector.h"
+#include "generate.h"
 
 #include <stdio.h>
 #include <string.h>
 
 enum { EVERYTHING = VECTOR_COVARIANCE | VECTOR_LAG_ONE | VECTOR_NOISE | VECTOR_READING_NOISE };
-enum { ALL_COMPONENTS = -1 };
 
 static const char *directory;
+
+void begin_case(const char *name, const char *title) { script_begin(directory, name, title); }
 
 static void fill(double *to, double value, int count)
 {
@@ -49,9 +49,7 @@ static void smooth_steps(int steps, int often)
     for (int t = steps; t-- > 0;) script_smooth(-1, t % often == 0 ? EVERYTHING : 0);
 }
 
-/* `axes` times (position, velocity, ...) of `order` each, driven by white noise of density `noise`
-   in the highest derivative */
-static void make_kinematic(model *M, int axes, int order, double dt, double noise)
+void make_kinematic(model *M, int axes, int order, double dt, double noise)
 {
     const int n = axes * order;
     M->n = n;
@@ -381,8 +379,7 @@ static void follow(const model *M, int steps, uint64_t seed)
     smooth_steps(steps, 2);
 }
 
-/* Another model in the same case */
-static void put_model(const model *M)
+void put_model(const model *M)
 {
     script_states(M);
     script_process(M, 0);
@@ -624,5 +621,9 @@ int main(int argc, char **argv)
     case_singular();
     case_saturated();
     case_changing();
+    case_on_line();
+    case_robust();
+    case_statistics();
+    case_steady();
     return 0;
 }

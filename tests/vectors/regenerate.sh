@@ -8,6 +8,7 @@ to=${1:-$here/cases}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$to"
-${CC:-cc} -std=c11 -O1 -ffp-contract=off -I"$root/include" "$here/generate.c" "$here/script.c" \
-    "$here/vector.c" "$root"/src/*.c -lm -o "$work/generate"
+${CC:-cc} -std=c11 -O1 -ffp-contract=off -I"$root/include" "$here/generate.c" \
+    "$here/generate_beyond.c" "$here/script.c" "$here/vector.c" "$root"/src/*.c -lm \
+    -o "$work/generate"
 "$work/generate" "$to"

@@ -26,7 +26,7 @@ compile_all() {
     compile "$here/vector.c" vector -ffreestanding
     compile "$here/replay.c" replay
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
-    for file in kq_q31 misfit_q31 status; do objects="$objects $library/$file.c.o"; done
+    for file in kq_q31 kq_statistics_q31 misfit_q31 status; do objects="$objects $library/$file.c.o"; done
 }
 
 link_and_run() { # PROGRAM

@@ -84,6 +84,16 @@ void script_act(int32_t operation)
     input_count = 0;
 }
 
+void script_number(double value)
+{
+    int32_t exponent = 0;
+    double size = value < 0 ? -value : value;
+    for (; size >= 0x1p31; size /= 2) exponent++;
+    for (; size > 0 && size < 0x1p30; size *= 2) exponent--;
+    script_word(value < 0 ? -(int32_t)size : (int32_t)size);
+    script_word(exponent);
+}
+
 /* ------------------------------------------------------------------ models into words */
 
 static kq_format_q31 state_format[16], control_format[16], measurement_format[16];
@@ -138,6 +148,8 @@ static void put_controls(const double *u, int steps, int l)
     script_word(u != NULL);
     for (int k = 0; u && l && k < steps; k++) put_vector(u + k * l, l, control_format);
 }
+
+void script_controls(const model *M, const double *u) { put_controls(u, 1, M->l); }
 
 void script_states(const model *M)
 {
@@ -238,11 +250,11 @@ void script_history(int words)
 void script_predict(const model *M, int slot, const double *u)
 {
     script_word(slot);
-    put_controls(u, 1, M->l);
+    script_controls(M, u);
     script_act(VECTOR_PREDICT);
 }
 
-static void put_reading(const model *M, const double *z)
+void script_reading(const model *M, const double *z)
 {
     make_formats(measurement_format, M->measurement_range, M->m);
     put_vector(z, M->m, measurement_format);
@@ -252,7 +264,7 @@ void script_update(const model *M, int slot, const double *z, int present)
 {
     script_word(slot);
     script_word(present);
-    put_reading(M, z);
+    script_reading(M, z);
     script_act(VECTOR_UPDATE);
 }
 
@@ -260,8 +272,8 @@ void script_step(const model *M, const double *u, const double *z)
 {
     script_word(0);
     script_word(0);
-    put_controls(u, 1, M->l);
-    put_reading(M, z);
+    script_controls(M, u);
+    script_reading(M, z);
     script_act(VECTOR_STEP);
 }
 
@@ -270,7 +282,7 @@ void script_read(void) { script_act(VECTOR_READ); }
 void script_look(const model *M, int slot, const double *z)
 {
     script_word(slot);
-    put_reading(M, z);
+    script_reading(M, z);
     script_act(VECTOR_LOOK);
 }
 

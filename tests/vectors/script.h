@@ -32,6 +32,11 @@ void script_words(const int32_t *words, int count);
 void script_word(int32_t word);
 void script_act(int32_t operation);
 
+/** Parts of an operation: a number; controls of one step, u NULL for none; a measurement. */
+void script_number(double value);
+void script_controls(const model *M, const double *u);
+void script_reading(const model *M, const double *z);
+
 /** Formats, then process, sensor and prior of a model, into their slots. */
 void script_states(const model *M);
 void script_process(const model *M, int slot);

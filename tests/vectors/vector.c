@@ -1,8 +1,12 @@
 #include "flash.h"
 #include "vector.h"
 
-#include <kalmanq/filter.h>
-#include <kalmanq/smoother.h>
+#include <kalmanq/consistency.h>
+#include <kalmanq/lag.h>
+#include <kalmanq/least_squares.h>
+#include <kalmanq/point.h>
+#include <kalmanq/robust.h>
+#include <kalmanq/steady.h>
 
 enum { SLOTS = 2, NUMBERS = 1024, MOST = KQ_SIZE_MAX };
 
@@ -32,11 +36,23 @@ static struct {
     kq_filter_q31 filter, ahead;
     int32_t filter_memory[KQ_FILTER_LEN_Q31(MOST)], ahead_memory[KQ_FILTER_LEN_Q31(MOST)];
     kq_history_q31 history;
+    kq_lag_q31 lag;
+    kq_point_q31 point;
+    kq_steady_q31 steady;
+    const kq_scaled_q31 *gains; /* of the last schedule */
+    size_t gain_count;
+    kq_switch_q31 lazy;
+    kq_gate_q31 gate;
+    kq_least_squares_q31 fit;
+    kq_format_q31 fit_format;
+    kq_consistency_q31 window;
     kq_scaled_q31 out[3][MOST * MOST];
 } machine;
 
-/* Apart, as an object has at most 32 kB where a pointer has 16 bits */
+/* Apart, as an object has at most 32 kB where a pointer has 16 bits.  What is recorded begins at
+   its front; what is kept until the next VECTOR_STATES is taken from its end. */
 static int32_t history_memory[VECTOR_HISTORY_WORDS];
+static size_t kept;
 
 /* ------------------------------------------------------------------ what goes in */
 
@@ -87,15 +103,39 @@ static void take_scaled(words_in *in, kq_scaled_q31 *numbers, int count)
     }
 }
 
-/* Coefficients into memory of their own, where they stay until the next VECTOR_STATES */
-static kq_scaled_q31 *keep_scaled(words_in *in, int count)
+/* Memory for numbers and for words that stays until the next VECTOR_STATES */
+static kq_scaled_q31 *keep_numbers(words_in *in, size_t count)
 {
     kq_scaled_q31 *numbers = machine.numbers + machine.used;
-    if (machine.used + (size_t)count > NUMBERS) in->bad = 1;
+    if (count > NUMBERS - machine.used) in->bad = 1;
     if (in->bad) return machine.numbers;
-    take_scaled(in, numbers, count);
-    machine.used += (size_t)count;
+    machine.used += count;
     return numbers;
+}
+
+static int32_t *keep_words(words_in *in, size_t count)
+{
+    if (count > VECTOR_HISTORY_WORDS - kept) in->bad = 1;
+    if (in->bad) return history_memory;
+    kept += count;
+    return history_memory + VECTOR_HISTORY_WORDS - kept;
+}
+
+/* Is there room for so many words before those that are kept? */
+static int has_room(size_t words) { return words <= VECTOR_HISTORY_WORDS - kept; }
+
+static kq_scaled_q31 *keep_scaled(words_in *in, int count)
+{
+    kq_scaled_q31 *numbers = keep_numbers(in, (size_t)count);
+    take_scaled(in, numbers, count);
+    return numbers;
+}
+
+/* A mask of components; -1: all */
+static uint32_t take_present(words_in *in)
+{
+    const int32_t present = take_word(in, -1, (INT32_C(1) << MOST) - 1);
+    return present < 0 ? UINT32_MAX : (uint32_t)present;
 }
 
 /* 0 or 1, and `count` words behind the 1; NULL for the 0 */
@@ -204,6 +244,8 @@ static int set_states(words_in *in, const vector_sink *sink)
     if (!is_complete(in)) return -1;
     machine.n = n;
     machine.used = 0;
+    kept = 0;
+    machine.gain_count = 0;
     machine.step = 0;
     for (int k = 0; k < SLOTS; k++) {
         machine.process[k] = (process_slot){.controls = 0};
@@ -477,7 +519,7 @@ static int run(words_in *in, const vector_sink *sink)
 static int attach(words_in *in, const vector_sink *sink)
 {
     const size_t words = (size_t)take_number(in, 0, VECTOR_HISTORY_WORDS);
-    if (!is_complete(in)) return -1;
+    if (!is_complete(in) || !has_room(words)) return -1;
     kq_history_q31 *h = &machine.history;
     kq_status status = kq_history_assign_q31(h, machine.n, history_memory, words);
     if (!status) status = kq_history_attach_q31(h, &machine.filter);
@@ -548,6 +590,12 @@ static int smooth(words_in *in, const vector_sink *sink)
     return 0;
 }
 
+static void put_all_smoothed(const vector_sink *sink, int with_sigma)
+{
+    const size_t steps = kq_history_steps_q31(&machine.history);
+    for (size_t t = 0; t < steps; t++) put_smoothed(sink, t, with_sigma);
+}
+
 static int smooth_whole(words_in *in, const vector_sink *sink)
 {
     const int states_only = take_number(in, 0, 1);
@@ -555,13 +603,16 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
     kq_history_q31 *h = &machine.history;
     const kq_status status = states_only ? kq_smooth_states_q31(h) : kq_smooth_q31(h);
     put_status(sink, status);
-    for (size_t t = 0; !status && t < kq_history_steps_q31(h); t++) {
-        put_smoothed(sink, t, !states_only);
-    }
+    if (!status) put_all_smoothed(sink, !states_only);
     return 0;
 }
 
 /* ------------------------------------------------------------------ operations */
+
+#include "operations_on_line.inc"
+#include "operations_robust.inc"
+#include "operations_statistics.inc"
+#include "operations_steady.inc"
 
 static const struct {
     const char *name;
@@ -584,6 +635,32 @@ static const struct {
     [VECTOR_SMOOTH] = {"smooth", smooth},
     [VECTOR_SMOOTH_ALL] = {"smooth all", smooth_whole},
     [VECTOR_RUN] = {"run", run},
+    [VECTOR_LAG] = {"lag", attach_lag},
+    [VECTOR_LAG_PREDICT] = {"predict of the lag", predict_lag},
+    [VECTOR_LAG_SMOOTH] = {"smooth the lag", smooth_lag},
+    [VECTOR_POINT] = {"point", attach_point},
+    [VECTOR_POINT_PREDICT] = {"predict of the point", predict_point},
+    [VECTOR_POINT_SMOOTH] = {"smooth the point", smooth_point},
+    [VECTOR_SCHEDULE] = {"gain schedule", make_schedule},
+    [VECTOR_STEADY] = {"steady-state filter", set_steady},
+    [VECTOR_STEADY_STEP] = {"step of the steady-state filter", step_steady},
+    [VECTOR_STEADY_SMOOTH] = {"steady-state smoother", smooth_steady},
+    [VECTOR_SWITCH] = {"switch", set_switch},
+    [VECTOR_SWITCH_STEP] = {"step of the switch", step_switch},
+    [VECTOR_SWITCH_RELEASE] = {"release of the switch", release_switch},
+    [VECTOR_GATE] = {"gate", set_gate},
+    [VECTOR_GATED] = {"gated update", update_gated},
+    [VECTOR_WEIGHTED] = {"weighted update", update_weighted},
+    [VECTOR_JUMP] = {"jump update", update_jump},
+    [VECTOR_SCALE] = {"scaled noise", scale_noise},
+    [VECTOR_STUDENT] = {"Student-t step", step_student},
+    [VECTOR_REWEIGHTED] = {"smooth reweighted", smooth_reweighted},
+    [VECTOR_FADE] = {"fade", fade},
+    [VECTOR_FIT] = {"least squares", set_fit},
+    [VECTOR_FIT_ADD] = {"rows of least squares", add_to_fit},
+    [VECTOR_WINDOW] = {"consistency", set_window},
+    [VECTOR_WATCHED] = {"watched update", update_watched},
+    [VECTOR_WINDOW_READ] = {"statistics of the window", read_window},
 };
 
 static int is_operation(int32_t operation)

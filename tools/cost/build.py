@@ -121,7 +121,8 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name == f"kq_{arithmetic}.c" or not path.name.startswith(("kq_", "prepare_"))
+        if path.name in (f"kq_{arithmetic}.c", f"kq_steady_{arithmetic}.c")
+        or not path.name.startswith(("kq_", "prepare_"))
     ]
 
 

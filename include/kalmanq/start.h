@@ -1,0 +1,319 @@
+/*
+ * kalmanq: the unknown start, a state of which some components, or all, are not known at all.
+ *
+ *     x0_i known:     as in kq_filter_init       x0_i unknown:   "P0_ii = infinity"
+ *
+ * Exactly: not a large number in P0, which leaves its trace in the estimates and takes digits from
+ * them.  What is known is x = x^ + S xi + D delta with xi ~ N(0, I) and delta flat; D has a
+ * column for each dimension d that is still unknown.  A scalar measurement z = h'x + v that sees
+ * none of delta (D'h = 0) is an ordinary update of x^ and S.  One that does takes one dimension
+ * away, and leaves NIS and everything else as if it had been the prior of it.  At d = 0 the filter
+ * has what the limit of ever larger P0 would have given it: the least-squares solution.
+ *
+ * While d > 0 the filter is NOT READY: kq_predict, kq_update and kq_history_attach answer
+ * KQ_ERR_NOT_READY and its readings NaN, so that no half-known estimate is taken for a known one.
+ * The start is used in its place.  From d = 0 on its predict and update are the filter's; use
+ * either.
+ *
+ *     kq_start_init_f32(&start, &track, x0, P0, 3);         components 0 and 1 are unknown
+ *     ... kq_start_update_f32(&start, &radar, z);
+ *         kq_start_predict_f32(&start, &motion, NULL);
+ *         if (kq_start_count_f32(&start) == 0) ...          track is ready
+ *
+ * What is 0 has to be told from what rounding leaves of it: every entry of D carries its running
+ * rounding error, and an entry within 16 times that is 0.  A component counts as determined when
+ * its row of D is 0.
+ *
+ * Log-likelihood: that of the exact diffuse filter.  A measurement that takes a dimension away adds
+ * -(log 2 pi + log phi^2) / 2, phi^2 = h'D D'h, the others add as ever; phi is in the states'
+ * physical units.  The sum is the limit of log L + (d / 2) log kappa for P0_ii = kappa -> infinity.
+ * (Durbin and Koopman's L_d.  statsmodels' exact diffuse llf is the same number; packages that
+ * leave log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.)  kq_taken counts such a
+ * measurement, and NIS has no part of it: NIS is chi-square with kq_taken() less the fall of
+ * kq_start_count().
+ *
+ * Sources: Durbin and Koopman, Time Series Analysis by State Space Methods, 2nd ed. (2012), ch. 5
+ * and 7; Koopman, Exact initial Kalman filtering and smoothing, JASA 92 (1997); de Jong, The
+ * diffuse Kalman filter, Ann. Statist. 19 (1991), whose augmented state this is, with the
+ * unknowns removed one by one.
+ */
+#ifndef KALMANQ_START_H
+#define KALMANQ_START_H
+
+#include "smoother.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * Words of memory of a start: for n states and `early` instants that are to be smoothed (below; 0
+ * without a smoother); and of one such instant.  Bytes in f32 at n = 2, 4: 72 and 240; with
+ * instants 128 and 416, and for each of them 80 and 268.
+ */
+#define KQ_START_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + 3 * (n) * (n) + 1)
+#define KQ_START_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + 3 * (n) * (n) + 1)
+#define KQ_START_LEN_F32(n, early)                                                                 \
+    (3 * (kq_length)(n) * ((kq_length)(n) + 1) +                                                   \
+     ((early) > 0) * (2 * (kq_length)(n) + 3) * (kq_length)(n) +                                   \
+     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_F32(n))
+#define KQ_START_LEN_F64(n, early)                                                                 \
+    (3 * (kq_length)(n) * ((kq_length)(n) + 1) +                                                   \
+     ((early) > 0) * (2 * (kq_length)(n) + 3) * (kq_length)(n) +                                   \
+     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_F64(n))
+
+/* The fields are the library's (see process.h). */
+typedef struct {
+    uint8_t states;   /* n */
+    uint8_t unknowns; /* d */
+    uint8_t ready;    /* what the filter's `ready` is when the start works on it */
+    uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
+    uint16_t early;   /* instants that there is room for */
+    uint32_t steps;   /* predicts before the filter was ready */
+    float *memory;    /* the caller's: D, workspace, instants */
+    kq_filter_f32 *filter;
+    kq_history_f32 *tape; /* records from d = 0 on, or NULL */
+} kq_start_f32;
+
+typedef struct {
+    uint8_t states;   /* n */
+    uint8_t unknowns; /* d */
+    uint8_t ready;    /* what the filter's `ready` is when the start works on it */
+    uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
+    uint16_t early;   /* instants that there is room for */
+    uint32_t steps;   /* predicts before the filter was ready */
+    double *memory;   /* the caller's: D, workspace, instants */
+    kq_filter_f64 *filter;
+    kq_history_f64 *tape; /* records from d = 0 on, or NULL */
+} kq_start_f64;
+
+/** A start `name` with its storage, in static memory. */
+#define KQ_START_F32(name, n, early)                                                               \
+    static float name##_memory[KQ_START_LEN_F32(n, early)];                                        \
+    static kq_start_f32 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+#define KQ_START_F64(name, n, early)                                                               \
+    static double name##_memory[KQ_START_LEN_F64(n, early)];                                       \
+    static kq_start_f64 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   s        written
+ *   n        1..16
+ *   early    0..65535
+ *   length   words at memory: KQ_START_LEN_<T>(n, early)
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
+ */
+kq_status kq_start_assign_f32(kq_start_f32 *s, int n, size_t early, float *memory, size_t length);
+kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memory, size_t length);
+
+/**
+ * The state before the first measurement, in part unknown; otherwise as kq_filter_init.
+ *   s        read: sizes, memory.  Written: the rest.  It refers to f until the next init.
+ *   f        written; not ready while a component is unknown
+ *   x0       n.  For an unknown component it is only where its numbers are counted from: any value
+ *            gives the same result but for rounding; one within reach of the truth rounds less.
+ *   P0       n x n; rows and columns of unknown components are not looked at, and where all are
+ *            unknown P0 may be NULL
+ *   unknown  bit i set: component i is unknown (bits n and above are ignored); 0: this is
+ *            kq_filter_init
+ * Cost: that of kq_filter_init.
+ * Stack: 680 words.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never given them), KQ_ERR_MISMATCH (states),
+ * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE.
+ */
+kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, const float *P0,
+                            uint32_t unknown);
+kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0, const double *P0,
+                            uint32_t unknown);
+
+/**
+ * As kq_predict and kq_update, in the filter's place; arguments and errors are theirs, events are
+ * the filter's (kq_events).  Where the filter is ready they are those functions.
+ * Cost while d > 0: that of the filter's, n^2 d inexact multiplications (each some ten operations)
+ * for a predict, n d for a measurement, n^3 + n d more for one that takes a dimension away; for
+ * each early instant 3 n^3 a predict, n^2 a measurement, 4 n^3 to take a dimension away.
+ * Accuracy: x^ moves by k e, k = D_1 / phi, with k to a few eps and the residual of the
+ * measurement itself moved away once more.  So a mean is off by about eps times the distance that
+ * it has moved from x0, a row of S by a few n eps of the sigma of z in its units; and an
+ * observability (g against the terms h_i D_ij that it is the sum of) below 16 eps counts as none.
+ * A d that is never seen stays; one that A itself has taken to 0 is forgotten, and below 2^-120
+ * (f32), 2^-400 (f64) of its unit it counts as that.
+ * KQ_ERR_NOT_READY also for a start that was not initialised; KQ_EVENT_OVERFLOW for a move beyond
+ * the numbers, which is not taken.
+ */
+kq_status kq_start_predict_f32(kq_start_f32 *s, const kq_process_f32 *p, const float *u);
+kq_status kq_start_predict_f64(kq_start_f64 *s, const kq_process_f64 *p, const double *u);
+kq_status kq_start_update_f32(kq_start_f32 *s, const kq_sensor_f32 *by, const float *z);
+kq_status kq_start_update_f64(kq_start_f64 *s, const kq_sensor_f64 *by, const double *z);
+kq_status kq_start_update_subset_f32(kq_start_f32 *s, const kq_sensor_f32 *by, const float *z,
+                                     uint32_t present);
+kq_status kq_start_update_subset_f64(kq_start_f64 *s, const kq_sensor_f64 *by, const double *z,
+                                     uint32_t present);
+
+/** d: how many columns D still has, and the most measurements that still have to come.  0: the
+   filter is ready.  -1 where s is bad. */
+int kq_start_count_f32(const kq_start_f32 *s);
+int kq_start_count_f64(const kq_start_f64 *s);
+
+/** Is component i determined by what has come so far?  0 where s or i is bad. */
+int kq_start_is_determined_f32(const kq_start_f32 *s, int i);
+int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
+
+/** x_i, the low part of its word, and sqrt(P_ii); NaN where component i is not yet determined, or s
+   or i is bad. */
+float kq_start_mean_f32(const kq_start_f32 *s, int i);
+double kq_start_mean_f64(const kq_start_f64 *s, int i);
+float kq_start_mean_low_f32(const kq_start_f32 *s, int i);
+double kq_start_mean_low_f64(const kq_start_f64 *s, int i);
+float kq_start_sigma_f32(const kq_start_f32 *s, int i);
+double kq_start_sigma_f64(const kq_start_f64 *s, int i);
+
+/** Of the last update, and of all since init, whether the filter is ready or not.  NaN where s is
+    bad. */
+float kq_start_log_likelihood_last_f32(const kq_start_f32 *s);
+double kq_start_log_likelihood_last_f64(const kq_start_f64 *s);
+float kq_start_log_likelihood_f32(const kq_start_f32 *s);
+double kq_start_log_likelihood_f64(const kq_start_f64 *s);
+
+/* ------------------------------------------------------------------ smoother
+ *
+ * A history cannot record a state that is not determined.  So it is given to the start, which has
+ * it attached when d = 0, and until then carries the instants that have been (`early` of them, the
+ * latest ones) along as they are known from the present: x_t = c + C xi + E zeta + B delta goes
+ * through every step as x does.  When the history has been smoothed back to where it began, its
+ * coordinates there complete them.
+ *
+ *     KQ_HISTORY_F32(tape, 2, 1, 100, 0);
+ *     KQ_START_F32(start, 2, 4);                        room for the first 4 steps
+ *     kq_start_init_f32(...);   kq_start_attach_f32(&start, &tape);
+ *     ... updates and predicts, all by the start ...
+ *     kq_start_smooth_f32(&start);
+ *     kq_start_smoothed_mean_f32(&start, t, i);         t = 0, 1, ... from the start
+ *
+ * Steps are counted from kq_start_attach.  Step t is step t - kq_start_steps() of the history where
+ * that is not negative: lag-one covariances, process noises and measurement noises are to be had
+ * from there on only.
+ */
+
+/**
+ * Has the filter recorded on h from d = 0 on, and the start what comes before it, from the state as
+ * it is.  Its place is behind init; kq_start_init forgets the history. h        room for at least
+ * one step of one measurement; until d = 0 its memory is scratch KQ_ERR_NULL, KQ_ERR_NOT_READY (s),
+ * KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states).
+ */
+kq_status kq_start_attach_f32(kq_start_f32 *s, kq_history_f32 *h);
+kq_status kq_start_attach_f64(kq_start_f64 *s, kq_history_f64 *h);
+
+/** The number of early steps: predicts from attach until the filter was ready, or until now.  And
+   the first step that can be smoothed: not 0 where there have been more than there is room for,
+    since the latest are kept.  0 where s is bad. */
+size_t kq_start_steps_f32(const kq_start_f32 *s);
+size_t kq_start_steps_f64(const kq_start_f64 *s);
+size_t kq_start_first_f32(const kq_start_f32 *s);
+size_t kq_start_first_f64(const kq_start_f64 *s);
+
+/**
+ * Smooths the history, unless that has been done (by kq_smooth, or kq_smooth_step to the end;
+ * kq_smooth_states: then means only), and the early steps.  Before the history is used for
+ * anything else.  Where the state is still not determined there is no history: then all steps are
+ * early ones, the present one is the last of them and needs room too, and those components are
+ * smoothed that all the data determine.
+ * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to
+ * another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL.
+ */
+kq_status kq_start_smooth_f32(kq_start_f32 *s);
+kq_status kq_start_smooth_f64(kq_start_f64 *s);
+
+/** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where step
+   t is not smoothed, where it came before kq_start_first(), where all data do not determine it, or
+   s or i is bad. */
+float kq_start_smoothed_mean_f32(const kq_start_f32 *s, size_t t, int i);
+double kq_start_smoothed_mean_f64(const kq_start_f64 *s, size_t t, int i);
+float kq_start_smoothed_mean_low_f32(const kq_start_f32 *s, size_t t, int i);
+double kq_start_smoothed_mean_low_f64(const kq_start_f64 *s, size_t t, int i);
+float kq_start_smoothed_sigma_f32(const kq_start_f32 *s, size_t t, int i);
+double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i);
+
+/**
+ * P of step t given all measurements, exactly symmetric.
+ *   P        n x n, written
+ * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, before kq_start_first(), a
+ * component that is not determined, or means only).
+ */
+kq_status kq_start_smoothed_covariance_f32(const kq_start_f32 *s, size_t t, float *P);
+kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, double *P);
+
+/* ------------------------------------------------------------------ q31, as in f32
+ *
+ * D is in numbers of any size, {mantissa, exponent}; x^ is in words.  A move beyond a state's word
+ * is held there with KQ_EVENT_SATURATED; what is still unknown of a state moves too, so give an x0
+ * in the middle of the range.
+ * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes; an
+ * observability below 2^-26 counts as none.
+ */
+
+#define KQ_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + 6 * (n) * (n) + 1)
+#define KQ_START_LEN_Q31(n, early)                                                                 \
+    ((5 * (kq_length)(n) + 4) * (kq_length)(n) +                                                   \
+     ((early) > 0) * (2 * (kq_length)(n) + 4) * (kq_length)(n) +                                   \
+     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_Q31(n))
+
+/* The fields are the library's. */
+typedef struct {
+    uint8_t states;
+    uint8_t unknowns;
+    uint8_t ready;
+    uint8_t phase;
+    uint16_t early;
+    uint32_t steps;
+    int32_t *memory;
+    kq_filter_q31 *filter;
+    kq_history_q31 *tape;
+} kq_start_q31;
+
+#define KQ_START_Q31(name, n, early)                                                               \
+    static int32_t name##_memory[KQ_START_LEN_Q31(n, early)];                                      \
+    static kq_start_q31 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+
+kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length);
+
+/**
+ * As in f32, of a table.
+ *   prior    all of it is checked but the rows of the root of unknown components, which are not
+ *            looked at; their means are where their words are counted from
+ *   misfit   as for kq_filter_init_q31, or NULL
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE.
+ */
+kq_status kq_start_init_q31(kq_start_q31 *s, kq_filter_q31 *f, const kq_prior_table_q31 *prior,
+                            uint32_t unknown, kq_misfit_q31 *misfit);
+
+kq_status kq_start_predict_q31(kq_start_q31 *s, const kq_process_q31 *p, const int32_t *u);
+kq_status kq_start_update_q31(kq_start_q31 *s, const kq_sensor_q31 *by, const int32_t *z);
+kq_status kq_start_update_subset_q31(kq_start_q31 *s, const kq_sensor_q31 *by, const int32_t *z,
+                                     uint32_t present);
+int kq_start_count_q31(const kq_start_q31 *s);
+int kq_start_is_determined_q31(const kq_start_q31 *s, int i);
+
+/** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
+int32_t kq_start_mean_q31(const kq_start_q31 *s, int i);
+int32_t kq_start_mean_low_q31(const kq_start_q31 *s, int i);
+int32_t kq_start_sigma_q31(const kq_start_q31 *s, int i);
+
+/** Q39.24, of z in physical units, as kq_log_likelihood_q31; KQ_NOT_A_SCORE_Q31 where s is bad. */
+int64_t kq_start_log_likelihood_last_q31(const kq_start_q31 *s);
+int64_t kq_start_log_likelihood_q31(const kq_start_q31 *s);
+
+kq_status kq_start_attach_q31(kq_start_q31 *s, kq_history_q31 *h);
+size_t kq_start_steps_q31(const kq_start_q31 *s);
+size_t kq_start_first_q31(const kq_start_q31 *s);
+kq_status kq_start_smooth_q31(kq_start_q31 *s);
+int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i);
+int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i);
+int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i);
+kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

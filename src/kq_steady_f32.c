@@ -1,0 +1,126 @@
+/*
+ * kalmanq in float: steady states.  A file of its own, so that the code of the filter is compiled
+ * without regard to it; what it needs of that is compiled here again.
+ */
+#include "types_f32.h"
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function" /* of the filter */
+#endif
+
+#include "triangle.inc"
+
+#include "process.inc"
+#include "predict.inc"
+#include "update.inc"
+
+#include "fit_float.inc"
+#include "sensor.inc"
+#include "likelihood.inc"
+#include "filter.inc"
+
+#include "root.inc"
+#include "model.inc"
+
+#include "read.inc"
+#include "history.inc"
+
+#include "care.inc"
+#include "take.inc"
+#include "step.inc"
+#include "gain.inc"
+#include "smooth_kernels.inc"
+#include "smoother.inc"
+
+#include "trial.inc"
+#include "steady_checks_float.inc"
+#include "doubling.inc"
+#include "steady.inc"
+#include "steady_api.inc"
+
+/* The switch moves a filter as a caller does. */
+static void switch_predict(filter *f, const process *p, const num *u)
+{
+    (void)kq_predict_f32(f, p, u);
+}
+
+static void switch_update(filter *f, const sensor *s, const num *z)
+{
+    (void)kq_update_f32(f, s, z);
+}
+
+#include "switch.inc"
+
+kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
+                              size_t length, const kq_steady_solution_f32 *out)
+{
+    return steady_solve(p, s, memory, length, out);
+}
+
+kq_status kq_steady_schedule_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
+                                 const kq_sensor_f32 *s, float *memory, size_t length, int bits,
+                                 float *gains, size_t steps, size_t *used)
+{
+    return steady_schedule(f, p, s, memory, length, bits, gains, steps, used);
+}
+
+kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length)
+{
+    return steady_assign(st, n, m, memory, length);
+}
+
+kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
+                             const float *x0, const float *gains, size_t count)
+{
+    return steady_init(st, p, s, x0, gains, count);
+}
+
+kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u) { return steady_predict(st, u); }
+
+kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z) { return steady_update(st, z); }
+
+kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z)
+{
+    return steady_step(st, u, z);
+}
+
+float kq_steady_mean_f32(const kq_steady_f32 *st, int i)
+{
+    return steady_has(st, i) ? steady_get(st->memory, st->states, i) : num_nan();
+}
+
+kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e)
+{
+    return steady_innovation(st, z, e);
+}
+
+kq_status kq_steady_smoother_make_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
+                                      const kq_sensor_f32 *s, float *memory, size_t length,
+                                      float *root, float *back, float *drive)
+{
+    return steady_smoother_make(f, p, s, memory, length, root, back, drive);
+}
+
+kq_status kq_steady_smooth_f32(const kq_steady_smoother_f32 *c, float *x, const float *e,
+                               size_t steps)
+{
+    return steady_smooth(c, x, e, steps);
+}
+
+kq_status kq_switch_assign_f32(kq_switch_f32 *w, int n, int m, float *memory, size_t length,
+                               float *gain)
+{
+    return switch_assign(w, n, m, memory, length, gain);
+}
+
+kq_status kq_switch_init_f32(kq_switch_f32 *w, int bits) { return switch_init(w, bits); }
+
+kq_status kq_switch_step_f32(kq_switch_f32 *w, kq_filter_f32 *f, const kq_process_f32 *p,
+                             const float *u, const kq_sensor_f32 *s, const float *z)
+{
+    return switch_step(w, f, p, u, s, z);
+}
+
+int kq_switch_settled_f32(const kq_switch_f32 *w) { return switch_is_settled(w); }
+
+kq_status kq_switch_release_f32(kq_switch_f32 *w) { return switch_release(w); }
