@@ -108,7 +108,8 @@ kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
  *   z, present   as given to kq_update_subset; present = UINT32_MAX for kq_update
  * A component whose S_cc is at the floor (filter.h), or whose nu is beyond the numbers, counts as
  * missing; q31: nu is held at +-128.
- * Cost: n^2/2 + 2n multiplications, one root and one division a component.  Stack: n words.
+ * Cost: n^2/2 + 2n multiplications, one root and one division a component.
+ * Stack: n words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (also: the sensor has not m components),
  * KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (z), as kq_update_subset.
  */

@@ -104,7 +104,8 @@ kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t l
  *   x0       n
  *   P0       n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
  *            compared, the upper one is used
- * Neither is kept.  Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
+ * Neither is kept.
+ * Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
  * Accuracy: as Q in process.h.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
  * KQ_ERR_NOT_SEMIDEFINITE.
@@ -116,8 +117,8 @@ kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P
  * x <- A x + B u,  P <- A P A' + Q.
  *   u        l, or NULL: no control at this step; not read if l = 0
  * Cost: about n^3 multiplications for a dense A, n^3/2 for an upper triangular one (kinematic
- * models in the order position, velocity, ...), n square roots, 2n divisions.  Stack: n^2 + 2n
- * words with n rounded up to 4, 9 or 16.
+ * models in the order position, velocity, ...), n square roots, 2n divisions.
+ * Stack: n^2 + 2n words with n rounded up to 4, 9 or 16.
  * Accuracy of P: each step is exact for rows of S perturbed by a few n eps of their norm.  The
  * mean is rounded at its increment, not at its own size, where 1/2 <= A_ii <= 2.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
@@ -211,7 +212,8 @@ kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, cons
  * singular, the component that says nothing new has a zero column: for consistent data K e is
  * that of the pseudo-inverse.
  *   K        n x m, written
- * Cost: about that of the update.  Stack: 168 words more.
+ * Cost: about that of the update.
+ * Stack: 168 words more.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.
  */
 kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
@@ -328,16 +330,18 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
                              kq_misfit_q31 *misfit);
 
 /**
- * As in f32.  KQ_ERR_MISMATCH also where filter and process or sensor do not agree on the
- * states' formats; KQ_ERR_RANGE for a control or a measurement outside its declared range.
- * Nothing can overflow but the mean, which is held at +-2^31 words with KQ_EVENT_SATURATED;
- * KQ_EVENT_OVERFLOW does not occur.  An innovation variance of 2^-200 squared words is at the
- * floor. Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-29 of their
- * norm, and for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the
- * sigmas: a sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of
- * its state is lost; a noise-free measurement counts as one of 2^-24 word in every state. Cost: the
- * multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is
- * decorrelated at every update, and a measurement with R below 2^-8 S is taken in stages.
+ * As in f32.
+ * KQ_ERR_MISMATCH also where filter and process or sensor do not agree on the states' formats;
+ * KQ_ERR_RANGE for a control or a measurement outside its declared range. Nothing can overflow but
+ * the mean, which is held at +-2^31 words with KQ_EVENT_SATURATED; KQ_EVENT_OVERFLOW does not
+ * occur.  An innovation variance of 2^-200 squared words is at the floor.
+ * Accuracy: each step is exact for rows of S perturbed by about (2n + 4) 2^-29 of their norm, and
+ * for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the sigmas: a
+ * sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of its state
+ * is lost; a noise-free measurement counts as one of 2^-24 word in every state.
+ * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A
+ * correlated R is decorrelated at every update, and a measurement with R below 2^-8 S is taken in
+ * stages.
  */
 kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);

@@ -145,9 +145,10 @@ kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
  *   u        l, or NULL: no control
  * Cost beside kq_predict: about 9 n^3 + 4 m n^2 multiplications, 2n square roots and as many
  * divisions at most, whatever L is.  The stack does not depend on n: the scratch is in the lag's
- * memory. KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL
- * (there were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or
- * kq_step: attach it again), and the errors of kq_predict.
+ * memory.
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (there
+ * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
+ * attach it again), and the errors of kq_predict.
  */
 kq_status kq_lag_predict_f32(kq_lag_f32 *lag, const kq_process_f32 *p, const float *u);
 kq_status kq_lag_predict_f64(kq_lag_f64 *lag, const kq_process_f64 *p, const double *u);
@@ -159,18 +160,21 @@ int kq_lag_steps_f64(const kq_lag_f64 *lag);
 
 /**
  * The state of k steps ago given all measurements so far; the functions below read it, until the
- * next call.  The filter and what can be asked for do not change. k        0 .. kq_lag_steps() Cost
- * for k = L, and for k up to 4: at most about 12 n^3 multiplications, no root; for other k a few of
- * the L / 2 maps in between, 4 n^3 each. Accuracy: that of the filter; to it come a few eps
- * sigma_filtered in the mean and in sigma, as in kq_smooth. KQ_ERR_NULL, KQ_ERR_SIZE (k),
- * KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as above.
+ * next call.  The filter and what can be asked for do not change.
+ *   k        0 .. kq_lag_steps()
+ * Cost for k = L, and for k up to 4: at most about 12 n^3 multiplications, no root; for other k a
+ * few of the L / 2 maps in between, 4 n^3 each.
+ * Accuracy: that of the filter; to it come a few eps sigma_filtered in the mean and in sigma, as
+ * in kq_smooth.
+ * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as above.
  */
 kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, int k);
 kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, int k);
 
 /**
  * The mean only, of the same bits: kq_lag_sigma and kq_lag_covariance then answer NaN and
- * KQ_ERR_NOT_READY.  Cost: 4 n^2 multiplications where the other one has 12 n^3.
+ * KQ_ERR_NOT_READY.
+ * Cost: 4 n^2 multiplications where the other one has 12 n^3.
  * Errors as kq_lag_smooth.
  */
 kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, int k);

@@ -113,8 +113,8 @@ kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_filter_q31 *f, k
  *   r        variance, >= 0; 1 / r is the weight (all r = 1: ordinary least squares)
  *   q31      z is a word of the measurement's format, h and r in words (fixed_point.h: h_k as
  *            H_ck, r as R_cc)
- * Cost: that of an update by one component, and of kq_fade where lambda < 1.  Stack: about 90
- * bytes more than the update's.
+ * Cost: that of an update by one component, and of kq_fade where lambda < 1.
+ * Stack: about 90 bytes more than the update's.
  * Accuracy: that of the update (filter.h).
  * Errors and events of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_fade and kq_update.
  */

@@ -26,7 +26,8 @@
  * All builders: KQ_ERR_NULL, KQ_ERR_MEMORY (a model without memory), KQ_ERR_SIZE (an order or a
  * dimension out of range), KQ_ERR_MISMATCH (the model has other sizes), KQ_ERR_NOT_FINITE (an
  * argument, or what becomes of it), KQ_ERR_NOT_SEMIDEFINITE (a negative variance).  Refused as a
- * whole.  Variances may be 0.  Stack: a few dozen words, but for the factor model.
+ * whole.  Variances may be 0.
+ * Stack: a few dozen words, but for the factor model.
  *
  * Sources: Hamilton, Time Series Analysis (1994), 13.1; Harvey, Forecasting, Structural Time Series
  * Models and the Kalman Filter (1989); Durbin and Koopman, Time Series Analysis by State Space
@@ -226,12 +227,13 @@ kq_status kq_model_factor_f64(kq_model_f64 *model, int k, int m, const double *l
  * The solution of P = A P A' + F F', for a model of your own.
  *   P        n x n, written, exactly symmetric; may be A or F
  *   n, r     1..16, 0..16 (0: P = 0, if A is stable)
- * By doubling: P <- P + A P A', A <- A^2, until A is nothing.  Cost: 2.5 n^3 multiplications each
- * time, 6 + log2(1 / (1 - spectral radius)) times in f32, 8 in f64; stack: 3 n^2 words, n = 16.
- * Accuracy: a few n eps of sigma_i sigma_j over (1 - spectral radius); more is lost where powers of
- * A grow before they fall.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NO_CONVERGENCE (the spectral radius is
- * not below 1 - 1e-5 (f32) or 1 - 2e-13 (f64), where rounding begins to decide).
+ * By doubling: P <- P + A P A', A <- A^2, until A is nothing.
+ * Cost: 2.5 n^3 multiplications each time, 6 + log2(1 / (1 - spectral radius)) times in f32, 8 in
+ * f64; stack: 3 n^2 words, n = 16.
+ * Accuracy: a few n eps of sigma_i sigma_j over (1 - spectral radius); more is lost where powers
+ * of A grow before they fall.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NO_CONVERGENCE (the spectral radius is not
+ * below 1 - 1e-5 (f32) or 1 - 2e-13 (f64), where rounding begins to decide).
  */
 kq_status kq_stationary_covariance_f32(float *P, const float *A, const float *F, int n, int r);
 kq_status kq_stationary_covariance_f64(double *P, const double *A, const double *F, int n, int r);

@@ -59,8 +59,9 @@ kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows,
  *   root     KQ_ROOT_LEN_Q31(n) words, written
  *   P        n x n, symmetric positive semi-definite, may be singular or 0
  * Accuracy: that of kq_process_init_f64, then half a unit in each entry, the largest of a row
- * having 28 bits (30 in the last row, 29 in the three above it). KQ_ERR_NULL, KQ_ERR_SIZE,
- * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_COEFFICIENT.
+ * having 28 bits (30 in the last row, 29 in the three above it).
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
+ * KQ_ERR_COEFFICIENT.
  */
 kq_status kq_root_prepare_q31(int32_t *root, const double *P, int n, const kq_format_q31 *format);
 

@@ -116,7 +116,8 @@ kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memo
  *            unknown P0 may be NULL
  *   unknown  bit i set: component i is unknown (bits n and above are ignored); 0: this is
  *            kq_filter_init
- * Cost: that of kq_filter_init.  Stack: 680 words.
+ * Cost: that of kq_filter_init.
+ * Stack: 680 words.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never given them), KQ_ERR_MISMATCH (states),
  * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE.
  */
@@ -130,14 +131,15 @@ kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0,
  * the filter's (kq_events).  Where the filter is ready they are those functions.
  * Cost while d > 0: that of the filter's, n^2 d inexact multiplications (each some ten operations)
  * for a predict, n d for a measurement, n^3 + n d more for one that takes a dimension away; for
- * each early instant 3 n^3 a predict, n^2 a measurement, 4 n^3 to take a dimension away. Accuracy:
- * x^ moves by k e, k = D_1 / phi, with k to a few eps and the residual of the measurement itself
- * moved away once more.  So a mean is off by about eps times the distance that it has moved from
- * x0, a row of S by a few n eps of the sigma of z in its units; and an observability (g against the
- * terms h_i D_ij that it is the sum of) below 16 eps counts as none. A d that is never seen stays;
- * one that A itself has taken to 0 is forgotten, and below 2^-120 (f32), 2^-400 (f64) of its unit
- * it counts as that. KQ_ERR_NOT_READY also for a start that was not initialised; KQ_EVENT_OVERFLOW
- * for a move beyond the numbers, which is not taken.
+ * each early instant 3 n^3 a predict, n^2 a measurement, 4 n^3 to take a dimension away.
+ * Accuracy: x^ moves by k e, k = D_1 / phi, with k to a few eps and the residual of the
+ * measurement itself moved away once more.  So a mean is off by about eps times the distance that
+ * it has moved from x0, a row of S by a few n eps of the sigma of z in its units; and an
+ * observability (g against the terms h_i D_ij that it is the sum of) below 16 eps counts as none.
+ * A d that is never seen stays; one that A itself has taken to 0 is forgotten, and below 2^-120
+ * (f32), 2^-400 (f64) of its unit it counts as that.
+ * KQ_ERR_NOT_READY also for a start that was not initialised; KQ_EVENT_OVERFLOW for a move beyond
+ * the numbers, which is not taken.
  */
 kq_status kq_start_predict_f32(kq_start_f32 *s, const kq_process_f32 *p, const float *u);
 kq_status kq_start_predict_f64(kq_start_f64 *s, const kq_process_f64 *p, const double *u);
@@ -211,13 +213,14 @@ size_t kq_start_first_f32(const kq_start_f32 *s);
 size_t kq_start_first_f64(const kq_start_f64 *s);
 
 /**
- * Smooths the history, unless that has been done (by kq_smooth, or kq_smooth_step to the
- * end; kq_smooth_states: then means only), and the early steps.  Before the history is used for
- * anything else.  Where the state is still not determined there is no history: then all
- * steps are early ones, the present one is the last of them and needs room too, and those
- * components are smoothed that all the data determine. Cost: the history's, and n^3 / 2 + 2 n^3 an
- * early step. KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has
- * gone to another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL.
+ * Smooths the history, unless that has been done (by kq_smooth, or kq_smooth_step to the end;
+ * kq_smooth_states: then means only), and the early steps.  Before the history is used for
+ * anything else.  Where the state is still not determined there is no history: then all steps are
+ * early ones, the present one is the last of them and needs room too, and those components are
+ * smoothed that all the data determine.
+ * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to
+ * another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL.
  */
 kq_status kq_start_smooth_f32(kq_start_f32 *s);
 kq_status kq_start_smooth_f64(kq_start_f64 *s);
@@ -245,8 +248,9 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
  *
  * D is in numbers of any size, {mantissa, exponent}; x^ is in words.  A move beyond a state's word
  * is held there with KQ_EVENT_SATURATED; what is still unknown of a state moves too, so give an x0
- * in the middle of the range.  Accuracy: a row of S to 2^-26 of the sigma of z in its units each
- * time a dimension goes; an observability below 2^-26 counts as none.
+ * in the middle of the range.
+ * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes; an
+ * observability below 2^-26 counts as none.
  */
 
 #define KQ_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + 6 * (n) * (n) + 1)

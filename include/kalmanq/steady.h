@@ -68,19 +68,19 @@ typedef struct {
  * Method: the structured doubling algorithm on roots, then Newton's method in the form of sums of
  * squares (at most 30 steps, mostly 2 or 3): P- is positive semi-definite by construction.
  * Cost: about 40 n^3 multiplications a doubling; a state that the filter forgets in T steps takes
- * 4 + log2 T doublings, and as many again for each step of Newton's.  Stack: 300 words.
- * Accuracy, relative to sqrt(P_ii P_jj): a few eps times the sum of |C^k|^2, C = A (I - K H) in
- * units of the sigmas, which is about eps / (1 - rho) where C is near normal; rho is C's largest
- * |eigenvalue|.  The equation itself is no better conditioned.
- * What lasts too long counts as lasting for ever: 1 - rho below 2^-20 (f32) or 2^-48 (f64).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (states), KQ_ERR_MEMORY,
- * KQ_ERR_NOT_DETECTABLE, KQ_ERR_NOT_STABILISABLE (if both are true, either),
- * KQ_ERR_NO_CONVERGENCE (beyond the arithmetic; or a noise-free sensor that the noise reaches by a
- * way with zeros on the unit circle: there is a limit, but the filter does not forget).
- * Sources: Chu, Fan, Lin and Wang, Structure-preserving algorithms for periodic discrete-time
- * algebraic Riccati equations, Int. J. Control 77 (2004); Hewer, An iterative technique for the
- * computation of the steady state gains for the discrete optimal regulator, IEEE Trans. Automat.
- * Contr. 16 (1971).
+ * 4 + log2 T doublings, and as many again for each step of Newton's.
+ * Stack: 300 words.
+ * Accuracy, relative to sqrt(P_ii P_jj): a few eps times the sum of |C^k|^2, C =
+ * A (I - K H) in units of the sigmas, which is about eps / (1 - rho) where C is near normal; rho
+ * is C's largest |eigenvalue|.  The equation itself is no better conditioned. What lasts too long
+ * counts as lasting for ever: 1 - rho below 2^-20 (f32) or 2^-48 (f64).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (states), KQ_ERR_MEMORY, KQ_ERR_NOT_DETECTABLE,
+ * KQ_ERR_NOT_STABILISABLE (if both are true, either), KQ_ERR_NO_CONVERGENCE (beyond the
+ * arithmetic; or a noise-free sensor that the noise reaches by a way with zeros on the unit
+ * circle: there is a limit, but the filter does not forget). Sources: Chu, Fan, Lin and Wang,
+ * Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations, Int. J.
+ * Control 77 (2004); Hewer, An iterative technique for the computation of the steady state gains
+ * for the discrete optimal regulator, IEEE Trans. Automat. Contr. 16 (1971).
  */
 kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
                               size_t length, const kq_steady_solution_f32 *out);
@@ -107,7 +107,8 @@ kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, d
  *   used     written: how many gains there are; the last one is for all that follow
  * The change that is left falls by rho^2 a step, so the last gain is within about 2^-bits /
  * (1 - rho^2) of the steady one; or replace it by that of kq_steady_solve.
- * Cost: 2 (m + 1) updates' work a step.  Stack: 300 words.
+ * Cost: 2 (m + 1) updates' work a step.
+ * Stack: 300 words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY, KQ_ERR_SIZE (bits, steps),
  * KQ_ERR_NO_CONVERGENCE (not settled within `steps`).
  */
@@ -191,15 +192,16 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  *
  * A step without a measurement is a predict.  After it the gain is too small, of which this filter
  * knows nothing (kq_switch does); the estimate stays unbiased.
- * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).  Stack: 54 words.
- * kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2:
- * 85 instructions on a Cortex-M4F in f32, 472 on an M3 in q31, A upper triangular, H selecting
- * states; 96 and 1143 with dense A and H (tools/cost/steady.py).
- * Accuracy against the full filter with the same gains: the mean has one float in f32.  Every step
- * rounds it at its size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e
- * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose
- * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
- * about 2^-b |e| / (1 - rho)^2. KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
+ * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).
+ * Stack: 54 words. kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows,
+ * at n, m = 4, 2: 85 instructions on a Cortex-M4F in f32, 472 on an M3 in q31, A upper triangular,
+ * H selecting states; 96 and 1143 with dense A and H (tools/cost/steady.py). Accuracy against the
+ * full filter with the same gains: the mean has one float in f32.  Every step rounds it at its
+ * size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e below eps |x| /
+ * 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose mean is a pair,
+ * or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within about 2^-b |e|
+ * / (1 - rho)^2.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
  */
 kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
 kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
@@ -251,7 +253,8 @@ typedef struct {
  *            of kq_steady_solve makes one
  *   memory   scratch, KQ_STEADY_WORK_LEN_<T>(n, m) words
  *   root, back, drive    written, as above
- * Cost: n + m steps and their smoothing.  Stack: 300 words.
+ * Cost: n + m steps and their smoothing.
+ * Stack: 300 words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY.
  */
 kq_status kq_steady_smoother_make_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
@@ -269,7 +272,8 @@ kq_status kq_steady_smoother_make_f64(const kq_filter_f64 *f, const kq_process_f
  * Every step must have had its measurement and the steady gain.  Within about 1 / (1 - rho) steps
  * after a start from another prior the covariance was not yet S S': the smoothed mean there is not
  * the best one.
- * Cost: 3 n^2 / 2 + n m multiplications a step.  Stack: 32 words.
+ * Cost: 3 n^2 / 2 + n m multiplications a step.
+ * Stack: 32 words.
  * Accuracy: eps of x and of sigma, a step.
  * KQ_ERR_NULL, KQ_ERR_SIZE (steps, or sizes in c), KQ_ERR_NOT_FINITE (x, e, c).
  */

@@ -40,6 +40,7 @@ typedef float num;
 #define HISTORY KQ_HISTORY_F32
 #define LAG KQ_LAG_F32
 #define POINT KQ_POINT_F32
+#define START KQ_START_F32
 
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F32
@@ -47,6 +48,7 @@ typedef float num;
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
 #define LAG_LEN KQ_LAG_LEN_F32
 #define POINT_LEN KQ_POINT_LEN_F32
+#define START_LEN KQ_START_LEN_F32
 
 #elif defined(KQ_TEST_F64) && !defined(KQ_TEST_F32)
 
@@ -66,6 +68,7 @@ typedef double num;
 #define HISTORY KQ_HISTORY_F64
 #define LAG KQ_LAG_F64
 #define POINT KQ_POINT_F64
+#define START KQ_START_F64
 
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F64
@@ -73,6 +76,7 @@ typedef double num;
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
 #define LAG_LEN KQ_LAG_LEN_F64
 #define POINT_LEN KQ_POINT_LEN_F64
+#define START_LEN KQ_START_LEN_F64
 
 #else
 #error "compile each test with one of -DKQ_TEST_F32 and -DKQ_TEST_F64"

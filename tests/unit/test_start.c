@@ -1,0 +1,699 @@
+/* The unknown start: what is determined when, by hand; what it refuses. */
+#include "reading.h"
+#include "sizes.h"
+#include "unchanged.h"
+
+#define STEPS 8
+#define EARLY 4
+
+PROCESS(trend, 2, 0);
+PROCESS(still, 2, 0);
+PROCESS(reset, 2, 0);
+SENSOR(level, 2, 1);
+SENSOR(both, 2, 2);
+SENSOR(exact_sum, 2, 2);
+FILTER(track, 2);
+FILTER(twin, 2);
+HISTORY(tape, 2, 2, STEPS, STEPS);
+START(start, 2, EARLY);
+START(plain, 2, 0);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+PROCESS(blank_process, 2, 0);
+SENSOR(blank_sensor, 2, 1);
+START(blank_start, 2, 1);
+HISTORY(blank_tape, 2, 1, 1, 0);
+FILTER(track3, 3);
+PROCESS(motion3, 3, 0);
+SENSOR(sensor3, 3, 1);
+START(start3, 3, 0);
+HISTORY(tape3, 3, 1, 2, 0);
+
+static const num A[] = {1, 1, 0, 1}, Q[] = {0.25, 0, 0, 0.5}, identity[] = {1, 0, 0, 1}, zero[4];
+static const num H[] = {1, 0}, R[] = {2};
+static const num H2[] = {1, 0, 1, 1}, R2[] = {0.5, 0.25, 0.25, 1}, sum[] = {1, 1, 2, 2};
+static const num x0[] = {1, -2}, P0[] = {4, 0, 0, 9};
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
+static const double log_2_pi = 1.8378770664093454836;
+
+void setUp(void)
+{
+    ASSERT_OK(K(process_init)(&trend, A, NULL, Q));
+    ASSERT_OK(K(process_init)(&still, identity, NULL, zero));
+    ASSERT_OK(K(process_init)(&reset, zero, NULL, Q));
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(sensor_init)(&level, H, R));
+    ASSERT_OK(K(sensor_init)(&both, H2, R2));
+    ASSERT_OK(K(sensor_init)(&exact_sum, sum, zero));
+    ASSERT_OK(K(sensor_init)(&sensor3, zero3, R));
+    ASSERT_OK(K(start_assign)(&start, 2, EARLY, start_memory, COUNT(start_memory)));
+    ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
+    ASSERT_OK(K(start_init)(&start3, &track3, zero3, NULL, 7));
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    watch_nothing();
+    WATCH(start), WATCH(start_memory), WATCH(track), WATCH(track_memory), WATCH(tape);
+    WATCH(blank_start), WATCH(blank_start_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(blank_tape), WATCH(start3), WATCH(start3_memory), WATCH(tape3);
+}
+
+void tearDown(void) {}
+
+static void update(double z)
+{
+    const num word = N(z);
+    ASSERT_OK(K(start_update)(&start, &level, &word));
+}
+
+static void predict(const K(process) * p) { ASSERT_OK(K(start_predict)(&start, p, NULL)); }
+
+/* Count and what is determined, as bits */
+static void assert_open(int count, int bits, UNITY_LINE_TYPE line)
+{
+    UNITY_TEST_ASSERT_EQUAL_INT(count, K(start_count)(&start), line, "count");
+    for (int i = 0; i < 2; i++) {
+        const int is = bits >> i & 1;
+        UNITY_TEST_ASSERT_EQUAL_INT(is, K(start_is_determined)(&start, i), line, "determined");
+        UNITY_TEST_ASSERT(isnan(K(start_mean)(&start, i)) == !is, line, "mean");
+        UNITY_TEST_ASSERT(isnan(K(start_mean_low)(&start, i)) == !is, line, "mean low");
+        UNITY_TEST_ASSERT(isnan(K(start_sigma)(&start, i)) == !is, line, "sigma");
+    }
+    UNITY_TEST_ASSERT(isnan(K(mean)(&track, 0)) == (count > 0), line, "the filter's mean");
+    UNITY_TEST_ASSERT(isnan(K(log_likelihood)(&track)) == (count > 0), line, "its likelihood");
+}
+
+#define ASSERT_OPEN(count, bits) assert_open(count, bits, __LINE__)
+
+static void assert_state(const double *x, double p00, double p01, double p11, UNITY_LINE_TYPE line)
+{
+    num P[4];
+    ASSERT_OK(K(covariance)(&track, P));
+    const double size = p00 + p11 + fabs(x[0]) + fabs(x[1]);
+    for (int i = 0; i < 2; i++) {
+        assert_within(TOLERANCE * size, x[i], whole_mean(&track, i), line);
+        assert_within(TOLERANCE * size, x[i], (double)K(start_mean)(&start, i), line);
+    }
+    assert_within(TOLERANCE * size, p00, (double)P[0], line);
+    assert_within(TOLERANCE * size, p01, (double)P[1], line);
+    assert_within(TOLERANCE * size, p11, (double)P[3], line);
+    assert_within(TOLERANCE * size, sqrt(p11), (double)K(start_sigma)(&start, 1), line);
+}
+
+#define ASSERT_STATE(x0, x1, p00, p01, p11)                                                        \
+    assert_state((const double[]){x0, x1}, p00, p01, p11, __LINE__)
+
+/* ---------------------------------------------------------------------- what is determined */
+
+static void two_measurements_determine_a_trend(void)
+{
+    ASSERT_OPEN(2, 0);
+    update(10);
+    ASSERT_OPEN(1, 1);
+    ASSERT_CLOSE(10, K(start_mean)(&start, 0), 10);
+    ASSERT_CLOSE(sqrt(2), K(start_sigma)(&start, 0), 1);
+    ASSERT_CLOSE(-log_2_pi / 2, K(start_log_likelihood)(&start), 1);
+    predict(&trend);
+    ASSERT_OPEN(1, 0);
+    update(13);
+    ASSERT_OPEN(0, 3);
+    /* slope at 1: z1 - z0 - w0 - v1 + v0 + w1 */
+    ASSERT_STATE(13, 3, 2, 2, 2 + 2 + 0.25 + 0.5);
+    ASSERT_CLOSE(-log_2_pi, K(log_likelihood)(&track), 1);
+    ASSERT_CLOSE(-log_2_pi / 2, K(start_log_likelihood_last)(&start), 1);
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
+}
+
+static void phi_counts_in_the_likelihood(void)
+{
+    static const num h[] = {3, 4}, z = 10;
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(start_update)(&start, &level, &z));
+    ASSERT_OPEN(1, 0);
+    ASSERT_CLOSE(-(log_2_pi + log(25)) / 2, K(start_log_likelihood)(&start), 4);
+    ASSERT_OK(K(start_update)(&start, &level, &z)); /* the same again: ordinary, S = 2 r */
+    ASSERT_OPEN(1, 0);
+    ASSERT_CLOSE(-(log_2_pi + log(4)) / 2, K(start_log_likelihood_last)(&start), 4);
+}
+
+static void the_known_rest_correlates_with_what_is_determined(void)
+{
+    static const num z[] = {5, 0};
+    ASSERT_OK(K(start_init)(&start, &track, x0, P0, 1));
+    ASSERT_OPEN(1, 2);
+    ASSERT_CLOSE(-2, K(start_mean)(&start, 1), 2);
+    ASSERT_CLOSE(3, K(start_sigma)(&start, 1), 3);
+    ASSERT_OK(K(start_update_subset)(&start, &both, z + 1, 0)); /* nothing */
+    ASSERT_OPEN(1, 2);
+    static const num h[] = {1, 1};
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(start_update)(&start, &level, z)); /* x0 = z - x1 - v */
+    ASSERT_OPEN(0, 3);
+    ASSERT_STATE(7, -2, 9 + 2, -9, 9);
+}
+
+static void what_is_not_known_of_the_prior_is_not_looked_at(void)
+{
+    num P[] = {(num)NAN, 7, -3, 9};
+    const num x[] = {1e6, -2}, z = 5;
+    ASSERT_OK(K(start_init)(&start, &track, x, P, 1 | 4));
+    ASSERT_OPEN(1, 2);
+    ASSERT_OK(K(start_update)(&start, &level, &z));
+    ASSERT_STATE(5, -2, 2, 0, 9);
+}
+
+static void correlated_components_determine_at_once(void)
+{
+    static const num z[] = {4, 1};
+    ASSERT_OK(K(start_update)(&start, &both, z));
+    ASSERT_OPEN(0, 3);
+    /* x = H^-1 z, P = H^-1 R H^-T, H^-1 = [1 0; -1 1], det H = 1 */
+    ASSERT_STATE(4, -3, 0.5, -0.25, 1);
+    ASSERT_CLOSE(-log_2_pi, K(log_likelihood)(&track), 1);
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+}
+
+static void one_of_two_correlated_components(void)
+{
+    static const num z[] = {4, 1};
+    ASSERT_OK(K(start_update_subset)(&start, &both, z, 2));
+    ASSERT_OPEN(1, 0);
+    ASSERT_OK(K(start_update_subset)(&start, &both, z, 1));
+    ASSERT_STATE(4, -3, 0.5, -0.5, 1.5);
+}
+
+static void noise_free_measurements(void)
+{
+    static const num z[] = {4, 8}, h[] = {1, 0, 0, 1}, more[] = {1, 6};
+    ASSERT_OK(K(start_update)(&start, &exact_sum, z)); /* the second says nothing new */
+    ASSERT_OPEN(1, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_FLOOR, K(events)(&track));
+    K(events_clear)(&track);
+    ASSERT_OK(K(sensor_change_measurement)(&exact_sum, h));
+    ASSERT_OK(K(start_update_subset)(&start, &exact_sum, more, 1));
+    ASSERT_STATE(1, 3, 0, 0, 0);
+    TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
+}
+
+static void what_is_not_seen_stays_unknown(void)
+{
+    static const num h[] = {1, 1};
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    for (int t = 0; t < 200; t++) {
+        update(t % 7);
+        predict(&still);
+    }
+    ASSERT_OPEN(1, 0);
+    ASSERT_OK(K(sensor_change_measurement)(&level, H));
+    update(1);
+    ASSERT_OPEN(0, 3);
+}
+
+static void a_long_wait_costs_nothing(void)
+{
+    for (int t = 0; t < 2000; t++) predict(&still);
+    ASSERT_OPEN(2, 0);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    ASSERT_CLOSE(5, K(start_mean)(&start, 0), 5);
+}
+
+static void a_turning_state_is_known_when_it_has_been_seen_twice(void)
+{
+    const num c = N(0.8), s = N(0.6), turn[] = {c, s, -s, c};
+    ASSERT_OK(K(process_init)(&trend, turn, NULL, zero));
+    for (int t = 0; t < 100; t++) predict(&trend);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    predict(&trend);
+    ASSERT_OPEN(1, 0);
+    update(5);
+    ASSERT_OPEN(0, 3);
+}
+
+static void a_transition_may_forget_it(void)
+{
+    predict(&reset);
+    ASSERT_OPEN(0, 3);
+    ASSERT_STATE(0, 0, 0.25, 0, 0.5);
+    ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
+}
+
+static void it_decays_into_nothing(void)
+{
+    static const num half[] = {1, 0, 0, 0.5};
+    ASSERT_OK(K(process_init)(&trend, half, NULL, Q));
+    for (int t = 0; t < 100; t++) predict(&trend);
+    ASSERT_OPEN(2, 0);
+    for (int t = 0; t < 400; t++) predict(&trend);
+    ASSERT_OPEN(1, 2);
+}
+
+static void a_measurement_beyond_the_numbers_is_not_taken(void)
+{
+    static const num h[] = {(num)0x1p-60, 0}, z = NUM_MAX;
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(start_update)(&start, &level, &z));
+    ASSERT_OPEN(2, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_OVERFLOW, K(events)(&track));
+    ASSERT_WITHIN(0, 0, K(start_log_likelihood)(&start));
+}
+
+static void the_filter_goes_on_as_it_would(void)
+{
+    static const num z[] = {4, 1}, more[] = {3, 2};
+    ASSERT_OK(K(start_update)(&start, &both, z));
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(K(start_predict)(&start, &trend, NULL));
+        ASSERT_OK(K(predict)(&twin, &trend, NULL));
+        ASSERT_OK(K(start_update)(&start, &both, more));
+        ASSERT_OK(K(update)(&twin, &both, more));
+        ASSERT_OK(K(start_update_subset)(&start, &both, more, 2));
+        ASSERT_OK(K(update_subset)(&twin, &both, more, 2));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+static void nothing_unknown_is_an_ordinary_start(void)
+{
+    ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OPEN(0, 3);
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+static void sizes_from_1_to_16(void)
+{
+    static num P[256], z[16], big_memory[FILTER_LEN(16)], H16[256], r[16];
+    static num work[START_LEN(16, 1)], process_memory[KQ_PROCESS_LEN(16)], sensor_memory[16];
+    static num history_memory[HISTORY_LEN(16, 16, 2, 0)];
+    static num x[16], I[256], Z[256];
+    K(start) s;
+    K(filter) f;
+    K(process) p;
+    K(sensor) by;
+    K(history) h;
+    for (int n = 1; n <= 16; n += n < 3 ? 1 : 13) {
+        for (int k = 0; k < n * n; k++) H16[k] = I[k] = k % (n + 1) ? 0 : 1;
+        for (int i = 0; i < n; i++) {
+            for (int j = i + 1; j < n; j++) H16[i * n + j] = N(0.125);
+            z[i] = N(i - 3);
+            r[i] = 1;
+        }
+        ASSERT_OK(K(filter_assign)(&f, n, big_memory, COUNT(big_memory)));
+        ASSERT_OK(K(start_assign)(&s, n, 1, work, START_LEN((size_t)n, 1)));
+        ASSERT_OK(K(history_assign)(&h, n, history_memory, COUNT(history_memory)));
+        ASSERT_OK(K(process_assign)(&p, n, 0, process_memory, COUNT(process_memory)));
+        ASSERT_OK(K(process_init)(&p, I, NULL, Z));
+        ASSERT_OK(K(sensor_assign)(&by, n, n, sensor_memory, COUNT(sensor_memory)));
+        ASSERT_OK(K(sensor_init_diagonal)(&by, H16, r));
+        ASSERT_OK(K(start_init)(&s, &f, x, NULL, UINT32_MAX));
+        ASSERT_OK(K(start_attach)(&s, &h));
+        TEST_ASSERT_EQUAL_INT(n, K(start_count)(&s));
+        ASSERT_OK(K(start_predict)(&s, &p, NULL));
+        ASSERT_OK(K(start_update)(&s, &by, z));
+        TEST_ASSERT_EQUAL_INT(0, K(start_count)(&s));
+        ASSERT_OK(K(covariance)(&f, P));
+        for (int i = 0; i < n; i++) { /* H x = z, H P H' = I */
+            double back = 0;
+            for (int j = 0; j < n; j++) back += (double)H16[i * n + j] * whole_mean(&f, j);
+            ASSERT_CLOSE(i - 3, back, 40);
+            double variance = 0;
+            for (int j = 0; j < n; j++) {
+                for (int k = 0; k < n; k++) {
+                    variance += (double)(H16[i * n + j] * H16[i * n + k] * P[j * n + k]);
+                }
+            }
+            ASSERT_CLOSE(1, variance, 20);
+        }
+        ASSERT_OK(K(start_smooth)(&s));
+        for (int i = 0; i < n; i++) {
+            ASSERT_CLOSE(whole_mean(&f, i), K(start_smoothed_mean)(&s, 0, i), 40);
+            ASSERT_CLOSE(K(sigma)(&f, i), K(start_smoothed_sigma)(&s, 0, i), 20);
+        }
+    }
+}
+
+/* -------------------------------------------------------------------------------- smoother */
+
+/* A constant, seen k times with noise 2 and before that not at all */
+static void smoothed_constant_is_the_mean_of_all(void)
+{
+    static const double z[] = {3, 8, -2, 5};
+    num P[4];
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    for (int t = 0; t < 3; t++) predict(&still);
+    static const num h[2][2] = {{1, 0}, {0, 1}};
+    for (int t = 0; t < 4; t++) {
+        ASSERT_OK(K(sensor_change_measurement)(&level, h[0]));
+        update(z[t]);
+        if (t > 0) ASSERT_OK(K(sensor_change_measurement)(&level, h[1]));
+        if (t > 0) update(2 * z[t]);
+        predict(&still);
+    }
+    TEST_ASSERT_EQUAL_UINT(4, K(start_steps)(&start));
+    TEST_ASSERT_EQUAL_UINT(0, K(start_first)(&start));
+    ASSERT_NAN(K(start_smoothed_mean)(&start, 0, 0));
+    ASSERT_OK(K(start_smooth)(&start));
+    for (size_t t = 0; t < 8; t++) {
+        ASSERT_CLOSE(3.5, K(start_smoothed_mean)(&start, t, 0), 10);
+        ASSERT_CLOSE(22 / 3.0,
+                     (double)K(start_smoothed_mean)(&start, t, 1) +
+                         (double)K(start_smoothed_mean_low)(&start, t, 1),
+                     20);
+        ASSERT_CLOSE(sqrt(0.5), K(start_smoothed_sigma)(&start, t, 0), 1);
+        ASSERT_OK(K(start_smoothed_covariance)(&start, t, P));
+        ASSERT_CLOSE(0.5, P[0], 2);
+        ASSERT_CLOSE(0, P[1], 2);
+        ASSERT_CLOSE(0, P[2], 2);
+        ASSERT_CLOSE(2 / 3.0, P[3], 2);
+    }
+    ASSERT_NAN(K(start_smoothed_mean)(&start, 8, 0));
+    ASSERT_NAN(K(start_smoothed_sigma)(&start, 0, 2));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+}
+
+static void run_trend(void)
+{
+    static const double z[] = {10, 13, 14, 18};
+    for (int t = 0; t < 4; t++) {
+        update(z[t]);
+        predict(&trend);
+    }
+}
+
+static void smoothed_in_slices_or_at_once(void)
+{
+    num all[4], sliced[4];
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    run_trend();
+    ASSERT_OK(K(start_smooth)(&start));
+    const num mean = K(start_smoothed_mean)(&start, 0, 1);
+    ASSERT_OK(K(start_smoothed_covariance)(&start, 0, all));
+    ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    run_trend();
+    ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+    for (size_t k = 1; k < K(history_steps)(&tape); k++) {
+        ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    }
+    ASSERT_OK(K(start_smooth)(&start));
+    TEST_ASSERT_TRUE(mean == K(start_smoothed_mean)(&start, 0, 1));
+    ASSERT_OK(K(start_smoothed_covariance)(&start, 0, sliced));
+    ASSERT_SAME_BITS(all, sliced);
+    TEST_ASSERT_TRUE(K(start_smoothed_mean)(&start, 2, 0) == K(smoothed_mean)(&tape, 1, 0));
+}
+
+static void means_alone(void)
+{
+    num P[4];
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    run_trend();
+    ASSERT_OK(K(start_smooth)(&start));
+    const double mean = (double)K(start_smoothed_mean)(&start, 0, 1);
+    ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    run_trend();
+    ASSERT_OK(K(smooth_states)(&tape));
+    ASSERT_OK(K(start_smooth)(&start));
+    ASSERT_CLOSE(mean, K(start_smoothed_mean)(&start, 0, 1), 10);
+    ASSERT_NAN(K(start_smoothed_sigma)(&start, 0, 1));
+    WATCH(P);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, 0, P));
+}
+
+static void the_latest_steps_are_kept(void)
+{
+    num P[4];
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    for (int t = 0; t < 6; t++) predict(&still);
+    update(1);
+    ASSERT_OK(K(sensor_change_measurement)(&level, H2 + 2));
+    update(4);
+    TEST_ASSERT_EQUAL_UINT(6, K(start_steps)(&start));
+    TEST_ASSERT_EQUAL_UINT(2, K(start_first)(&start));
+    ASSERT_OK(K(start_smooth)(&start));
+    WATCH(P);
+    for (size_t t = 0; t < 2; t++) {
+        ASSERT_NAN(K(start_smoothed_mean)(&start, t, 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, t, P));
+    }
+    for (size_t t = 2; t < 7; t++) {
+        ASSERT_CLOSE(1, K(start_smoothed_mean)(&start, t, 0), 4);
+        ASSERT_CLOSE(3, K(start_smoothed_mean)(&start, t, 1), 4);
+        ASSERT_CLOSE(2, K(start_smoothed_sigma)(&start, t, 1), 4);
+    }
+}
+
+static void what_all_the_data_do_not_determine(void)
+{
+    num P[4];
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    update(3);
+    predict(&still);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    ASSERT_OK(K(start_smooth)(&start));
+    TEST_ASSERT_EQUAL_UINT(2, K(start_steps)(&start));
+    WATCH(P);
+    for (size_t t = 0; t < 2; t++) {
+        ASSERT_CLOSE(4, K(start_smoothed_mean)(&start, t, 0), 5);
+        ASSERT_CLOSE(1, K(start_smoothed_sigma)(&start, t, 0), 1);
+        ASSERT_NAN(K(start_smoothed_mean)(&start, t, 1));
+        ASSERT_NAN(K(start_smoothed_mean_low)(&start, t, 1));
+        ASSERT_NAN(K(start_smoothed_sigma)(&start, t, 1));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, t, P));
+    }
+    ASSERT_NAN(K(start_smoothed_mean)(&start, 2, 0));
+    update(1); /* goes on, and is not recorded */
+    ASSERT_CLOSE(4, K(start_smoothed_mean)(&start, 0, 0), 5);
+}
+
+static void what_was_forgotten_stays_unknown(void)
+{
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    update(3);
+    predict(&reset);
+    update(1);
+    ASSERT_OK(K(start_smooth)(&start));
+    ASSERT_CLOSE(3, K(start_smoothed_mean)(&start, 0, 0), 5);
+    ASSERT_CLOSE(sqrt(2), K(start_smoothed_sigma)(&start, 0, 0), 2);
+    ASSERT_NAN(K(start_smoothed_mean)(&start, 0, 1));
+    ASSERT_CLOSE(1 / 9.0, K(start_smoothed_mean)(&start, 1, 0), 1);
+    ASSERT_CLOSE(0, K(start_smoothed_mean)(&start, 1, 1), 1);
+}
+
+static void a_determined_start_is_recorded_by_the_history(void)
+{
+    static const num z[] = {4, 1};
+    ASSERT_OK(K(start_update)(&start, &both, z));
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    predict(&trend);
+    update(4);
+    TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(&start));
+    ASSERT_OK(K(start_smooth)(&start));
+    TEST_ASSERT_TRUE(K(start_smoothed_mean)(&start, 0, 1) == K(smoothed_mean)(&tape, 0, 1));
+}
+
+static void a_history_that_has_gone_elsewhere(void)
+{
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    update(1);
+    predict(&trend);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    update(2);
+    ASSERT_OPEN(0, 3);
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+    ASSERT_OK(K(smooth)(&tape));
+}
+
+/* ---------------------------------------------------------------------------------- errors */
+
+static void the_filter_is_not_ready(void)
+{
+    static const num z[] = {1};
+    num P[4];
+    update(1);
+    WATCH(P);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &trend, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(&track, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &track));
+    ASSERT_NAN(K(sigma)(&track, 0));
+    TEST_ASSERT_EQUAL_INT(-1, K(taken)(&track));
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
+}
+
+static void assign_refuses(void)
+{
+    static const int bad[] = {0, -1, 17, 258, INT_MAX, INT_MIN};
+    static num memory[START_LEN(2, 3)];
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_assign)(NULL, 2, 0, memory, COUNT(memory)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_assign)(&start, 2, 0, NULL, COUNT(memory)));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(start_assign)(&start, bad[k], 0, memory, SIZE_MAX));
+    }
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_assign)(&start, 2, UINT16_MAX, memory, 0));
+    if (SIZE_MAX > UINT16_MAX) {
+        const size_t more = (size_t)(UINT32_C(1) << 16);
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(start_assign)(&start, 2, more, memory, SIZE_MAX));
+    }
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_assign)(&start, 2, 3, memory, START_LEN(2, 3) - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_assign)(&start, 2, 0, memory, START_LEN(2, 0) - 1));
+    ASSERT_OK(K(start_assign)(&start, 2, 3, memory, START_LEN(2, 3)));
+    TEST_ASSERT_EQUAL_INT((int)START_LEN(2, EARLY), COUNT(start_memory));
+    ASSERT_OK(K(start_init)(&plain, &track, x0, NULL, 3));
+}
+
+static void init_refuses(void)
+{
+    static num bad[] = {1, 2}, C[] = {1, 2, 3, 4};
+    bad[1] = (num)INFINITY;
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_init)(NULL, &track, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_init)(&start, NULL, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_init)(&start, &track, NULL, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_init)(&start, &track, x0, NULL, 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_init)(&start, &track3, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(start_init)(&start, &track, bad, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, K(start_init)(&start, &track, x0, C, 0));
+    C[3] = -1;
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(start_init)(&start, &track, x0, C, 1));
+    K(start) none;
+    memset(&none, 0, sizeof none);
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(start_init)(&none, &track, x0, P0, 1));
+    none.states = 2;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_init)(&none, &track, x0, P0, 1));
+    K(filter) no_filter;
+    memset(&no_filter, 0, sizeof no_filter);
+    no_filter.states = 2;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_init)(&start, &no_filter, x0, P0, 1));
+}
+
+static void steps_refuse(void)
+{
+    static const num z[] = {1, 2}, bad[] = {(num)NAN, 1};
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_predict)(NULL, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_predict)(&start, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_predict)(&blank_start, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_predict)(&start, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_predict)(&start, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update)(NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update)(&start, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update)(&start, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_update)(&blank_start, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_update)(&start, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_update)(&start, &sensor3, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(start_update)(&start, &level, bad));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update_subset)(NULL, &level, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(start_update_subset)(&start, &both, bad, 3));
+    ASSERT_OK(K(start_update_subset)(&start, &both, bad, 2));
+}
+
+static void attach_and_smooth_refuse(void)
+{
+    num P[4];
+    K(history) none;
+    memset(&none, 0, sizeof none);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_attach)(NULL, &tape));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_attach)(&start, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_attach)(&blank_start, &tape));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_attach)(&start, &tape3));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(start_attach)(&start, &none));
+    none.states = 2;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_attach)(&start, &none));
+    none.memory = tape_memory;
+    none.length = HISTORY_LEN(2, 1, 1, 0) - 1;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_attach)(&start, &none));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smooth)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smooth)(&blank_start));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+    WATCH(P);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(NULL, 0, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&blank_start, 0, P));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(start_smoothed_covariance)(&start, 0, P));
+    ASSERT_OK(K(start_attach)(&start, &tape));
+    predict(&still);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, 0, P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(&start, 0, NULL));
+    /* without room an undetermined run has nothing to smooth */
+    ASSERT_OK(K(start_init)(&plain, &track, x0, NULL, 3));
+    ASSERT_OK(K(start_attach)(&plain, &tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&plain));
+}
+
+static void a_full_history_is_refused(void)
+{
+    static num memory[HISTORY_LEN(2, 1, 1, 0)];
+    K(history) small;
+    ASSERT_OK(K(history_assign)(&small, 2, memory, COUNT(memory)));
+    ASSERT_OK(K(start_attach)(&start, &small));
+    run_trend();
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(start_smooth)(&start));
+}
+
+static void readings_of_what_is_bad(void)
+{
+    TEST_ASSERT_EQUAL_INT(-1, K(start_count)(NULL));
+    TEST_ASSERT_EQUAL_INT(-1, K(start_count)(&blank_start));
+    TEST_ASSERT_EQUAL_INT(0, K(start_is_determined)(NULL, 0));
+    TEST_ASSERT_EQUAL_INT(0, K(start_is_determined)(&start, -1));
+    TEST_ASSERT_EQUAL_INT(0, K(start_is_determined)(&start, 2));
+    ASSERT_NAN(K(start_mean)(NULL, 0));
+    ASSERT_NAN(K(start_mean_low)(&start, 2));
+    ASSERT_NAN(K(start_sigma)(&blank_start, 0));
+    ASSERT_NAN(K(start_log_likelihood)(NULL));
+    ASSERT_NAN(K(start_log_likelihood_last)(&blank_start));
+    TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(NULL));
+    TEST_ASSERT_EQUAL_UINT(0, K(start_first)(&blank_start));
+    ASSERT_NAN(K(start_smoothed_mean)(NULL, 0, 0));
+    ASSERT_NAN(K(start_smoothed_mean_low)(&blank_start, 0, 0));
+    ASSERT_NAN(K(start_smoothed_sigma)(NULL, 0, 0));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(two_measurements_determine_a_trend);
+    RUN_TEST(phi_counts_in_the_likelihood);
+    RUN_TEST(the_known_rest_correlates_with_what_is_determined);
+    RUN_TEST(what_is_not_known_of_the_prior_is_not_looked_at);
+    RUN_TEST(correlated_components_determine_at_once);
+    RUN_TEST(one_of_two_correlated_components);
+    RUN_TEST(noise_free_measurements);
+    RUN_TEST(what_is_not_seen_stays_unknown);
+    RUN_TEST(a_long_wait_costs_nothing);
+    RUN_TEST(a_turning_state_is_known_when_it_has_been_seen_twice);
+    RUN_TEST(a_transition_may_forget_it);
+    RUN_TEST(it_decays_into_nothing);
+    RUN_TEST(a_measurement_beyond_the_numbers_is_not_taken);
+    RUN_TEST(the_filter_goes_on_as_it_would);
+    RUN_TEST(nothing_unknown_is_an_ordinary_start);
+    RUN_TEST(sizes_from_1_to_16);
+    RUN_TEST(smoothed_constant_is_the_mean_of_all);
+    RUN_TEST(smoothed_in_slices_or_at_once);
+    RUN_TEST(means_alone);
+    RUN_TEST(the_latest_steps_are_kept);
+    RUN_TEST(what_all_the_data_do_not_determine);
+    RUN_TEST(what_was_forgotten_stays_unknown);
+    RUN_TEST(a_determined_start_is_recorded_by_the_history);
+    RUN_TEST(a_history_that_has_gone_elsewhere);
+    RUN_TEST(the_filter_is_not_ready);
+    RUN_TEST(assign_refuses);
+    RUN_TEST(init_refuses);
+    RUN_TEST(steps_refuse);
+    RUN_TEST(attach_and_smooth_refuse);
+    RUN_TEST(a_full_history_is_refused);
+    RUN_TEST(readings_of_what_is_bad);
+    return UNITY_END();
+}
