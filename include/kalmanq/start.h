@@ -69,6 +69,7 @@ typedef struct {
     uint8_t ready;    /* what the filter's `ready` is when the start works on it */
     uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
     uint16_t early;   /* instants that there is room for */
+    uint16_t next;    /* of them: that of the step to come */
     uint32_t steps;   /* predicts before the filter was ready */
     float *memory;    /* the caller's: D, workspace, instants */
     kq_filter_f32 *filter;
@@ -81,6 +82,7 @@ typedef struct {
     uint8_t ready;    /* what the filter's `ready` is when the start works on it */
     uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
     uint16_t early;   /* instants that there is room for */
+    uint16_t next;    /* of them: that of the step to come */
     uint32_t steps;   /* predicts before the filter was ready */
     double *memory;   /* the caller's: D, workspace, instants */
     kq_filter_f64 *filter;
@@ -90,16 +92,16 @@ typedef struct {
 /** A start `name` with its storage, in static memory. */
 #define KQ_START_F32(name, n, early)                                                               \
     static float name##_memory[KQ_START_LEN_F32(n, early)];                                        \
-    static kq_start_f32 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+    static kq_start_f32 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 #define KQ_START_F64(name, n, early)                                                               \
     static double name##_memory[KQ_START_LEN_F64(n, early)];                                       \
-    static kq_start_f64 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+    static kq_start_f64 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
  *   s        written
  *   n        1..16
- *   early    0..65535
+ *   early    0..65534
  *   length   words at memory: KQ_START_LEN_<T>(n, early)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
@@ -262,6 +264,7 @@ typedef struct {
     uint8_t ready;
     uint8_t phase;
     uint16_t early;
+    uint16_t next;
     uint32_t steps;
     int32_t *memory;
     kq_filter_q31 *filter;
@@ -270,7 +273,7 @@ typedef struct {
 
 #define KQ_START_Q31(name, n, early)                                                               \
     static int32_t name##_memory[KQ_START_LEN_Q31(n, early)];                                      \
-    static kq_start_q31 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+    static kq_start_q31 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
 kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length);
 

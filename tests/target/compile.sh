@@ -26,9 +26,9 @@ m0 | m3)
     floats='^(__aeabi_(f(add|sub|mul|div|cmp(eq|lt|le|ge|gt|un)|2u?iz)|u?i2f|u?idiv(mod)?)|sqrtf)$'
     ;;
 avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy constants into RAM
-    more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|u?divmodsi4|do_(copy_data|clear_bss))$'
+    more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|umulhisi3|u?divmodsi4|do_(copy_data|clear_bss))$'
     integers="$integers|^$more"
-    floats="$floats|^__mulsi3$"
+    floats="$floats|^__(mulsi3|umulhisi3)$"
     ;;
 esac
 
