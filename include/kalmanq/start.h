@@ -7,8 +7,8 @@
  * them.  What is known is x = x^ + S xi + D delta with xi ~ N(0, I) and delta flat; D has a
  * column for each dimension d that is still unknown.  A scalar measurement z = h'x + v that sees
  * none of delta (D'h = 0) is an ordinary update of x^ and S.  One that does takes one dimension
- * away, and leaves NIS and everything else as if it had been the prior of it.  At d = 0 the filter
- * has what the limit of ever larger P0 would have given it: the least-squares solution.
+ * away.  At d = 0 the filter has what the limit of ever larger P0 would have given it: the
+ * least-squares solution.
  *
  * While d > 0 the filter is NOT READY: kq_predict, kq_update and kq_history_attach answer
  * KQ_ERR_NOT_READY and its readings NaN, so that no half-known estimate is taken for a known one.
@@ -22,7 +22,8 @@
  *
  * What is 0 has to be told from what rounding leaves of it: every entry of D carries its running
  * rounding error, and an entry within 16 times that is 0.  A component counts as determined when
- * its row of D is 0.
+ * its row of D is 0.  What is determined by so little that rounding shows in it is as uncertain
+ * as that: about eps over its share of the terms.
  *
  * Log-likelihood: that of the exact diffuse filter.  A measurement that takes a dimension away adds
  * -(log 2 pi + log phi^2) / 2, phi^2 = h'D D'h, the others add as ever; phi is in the states'

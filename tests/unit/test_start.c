@@ -306,7 +306,7 @@ static void sizes_from_1_to_16(void)
             r[i] = 1;
         }
         ASSERT_OK(K(filter_assign)(&f, n, big_memory, COUNT(big_memory)));
-        ASSERT_OK(K(start_assign)(&s, n, 1, work, START_LEN((size_t)n, 1)));
+        ASSERT_OK(K(start_assign)(&s, n, 1, work, (size_t)START_LEN((size_t)n, 1)));
         ASSERT_OK(K(history_assign)(&h, n, history_memory, COUNT(history_memory)));
         ASSERT_OK(K(process_assign)(&p, n, 0, process_memory, COUNT(process_memory)));
         ASSERT_OK(K(process_init)(&p, I, NULL, Z));
