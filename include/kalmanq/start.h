@@ -7,8 +7,8 @@
  * them.  What is known is x = x^ + S xi + D delta with xi ~ N(0, I) and delta flat; D has a
  * column for each dimension d that is still unknown.  A scalar measurement z = h'x + v that sees
  * none of delta (D'h = 0) is an ordinary update of x^ and S.  One that does takes one dimension
- * away, and leaves NIS and everything else as if it had been the prior of it.  At d = 0 the filter
- * has what the limit of ever larger P0 would have given it: the least-squares solution.
+ * away.  At d = 0 the filter has what the limit of ever larger P0 would have given it: the
+ * least-squares solution.
  *
  * While d > 0 the filter is NOT READY: kq_predict, kq_update and kq_history_attach answer
  * KQ_ERR_NOT_READY and its readings NaN, so that no half-known estimate is taken for a known one.
@@ -22,7 +22,8 @@
  *
  * What is 0 has to be told from what rounding leaves of it: every entry of D carries its running
  * rounding error, and an entry within 16 times that is 0.  A component counts as determined when
- * its row of D is 0.
+ * its row of D is 0.  What is determined by so little that rounding shows in it is as uncertain
+ * as that: about eps over its share of the terms.
  *
  * Log-likelihood: that of the exact diffuse filter.  A measurement that takes a dimension away adds
  * -(log 2 pi + log phi^2) / 2, phi^2 = h'D D'h, the others add as ever; phi is in the states'
@@ -69,6 +70,7 @@ typedef struct {
     uint8_t ready;    /* what the filter's `ready` is when the start works on it */
     uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
     uint16_t early;   /* instants that there is room for */
+    uint16_t next;    /* of them: that of the step to come */
     uint32_t steps;   /* predicts before the filter was ready */
     float *memory;    /* the caller's: D, workspace, instants */
     kq_filter_f32 *filter;
@@ -81,6 +83,7 @@ typedef struct {
     uint8_t ready;    /* what the filter's `ready` is when the start works on it */
     uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
     uint16_t early;   /* instants that there is room for */
+    uint16_t next;    /* of them: that of the step to come */
     uint32_t steps;   /* predicts before the filter was ready */
     double *memory;   /* the caller's: D, workspace, instants */
     kq_filter_f64 *filter;
@@ -90,16 +93,16 @@ typedef struct {
 /** A start `name` with its storage, in static memory. */
 #define KQ_START_F32(name, n, early)                                                               \
     static float name##_memory[KQ_START_LEN_F32(n, early)];                                        \
-    static kq_start_f32 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+    static kq_start_f32 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 #define KQ_START_F64(name, n, early)                                                               \
     static double name##_memory[KQ_START_LEN_F64(n, early)];                                       \
-    static kq_start_f64 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+    static kq_start_f64 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
  *   s        written
  *   n        1..16
- *   early    0..65535
+ *   early    0..65534
  *   length   words at memory: KQ_START_LEN_<T>(n, early)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
@@ -266,6 +269,7 @@ typedef struct {
     uint8_t ready;
     uint8_t phase;
     uint16_t early;
+    uint16_t next;
     uint32_t steps;
     int32_t *memory;
     kq_filter_q31 *filter;
@@ -274,7 +278,7 @@ typedef struct {
 
 #define KQ_START_Q31(name, n, early)                                                               \
     static int32_t name##_memory[KQ_START_LEN_Q31(n, early)];                                      \
-    static kq_start_q31 name = {n, 0, 0, 0, early, 0, name##_memory, NULL, NULL}
+    static kq_start_q31 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
 kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length);
 
