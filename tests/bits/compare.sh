@@ -28,7 +28,7 @@ compare() { # ARITHMETIC
         objects="$objects $object"
     done
     $linker $options $objects $libraries -o "$work/$1"
-    sh "$root/tests/target/run.sh" "$core" "$work/$1" 120
+    sh "$root/tests/target/run.sh" "$core" "$work/$1" 300
 }
 
 for options in "$@"; do
