@@ -193,14 +193,15 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * A step without a measurement is a predict.  After it the gain is too small, of which this filter
  * knows nothing (kq_switch does); the estimate stays unbiased.
  * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).
- * Stack: 54 words. kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows,
- * at n, m = 4, 2: 85 instructions on a Cortex-M4F in f32, 472 on an M3 in q31, A upper triangular,
- * H selecting states; 96 and 1143 with dense A and H (tools/cost/steady.py). Accuracy against the
- * full filter with the same gains: the mean has one float in f32.  Every step rounds it at its
- * size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e below eps |x| /
- * 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose mean is a pair,
- * or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within about 2^-b |e|
- * / (1 - rho)^2.
+ * kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 86
+ * instructions on a Cortex-M4F in f32, 478 on an M3 in q31, A upper triangular, H selecting states
+ * (tools/cost.csv; tests/cost/goals.py); more with a dense A or H that scales.
+ * Stack: 54 words.
+ * Accuracy against the full filter with the same gains: the mean has one float in f32.  Every step
+ * rounds it at its size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e
+ * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose
+ * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
+ * about 2^-b |e| / (1 - rho)^2.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
  */
 kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);

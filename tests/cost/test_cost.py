@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tempfile
@@ -12,12 +13,15 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools" / "cost"))
 
+import avr
+import build
 import outputs
 import plot
 import readme
 import table
-from cases import Choice, programs
+from cases import FILTER, MODULES, WHAT, Choice, programs
 from compare import compare
+from counted import Counted, most
 from errors import CostError
 from listing import LINE, Instruction, decoded
 from row import Row
@@ -121,6 +125,46 @@ class Comparisons(unittest.TestCase):
         self.assertFalse(compare([], [ROW]).passes)
 
 
+class Calls(unittest.TestCase):
+    def test_of_several_the_most_counts_and_the_deepest_stack(self) -> None:
+        calls = [Counted(4, 10, 12, 80), Counted(4, 30, 31, 64), Counted(4, 20, 40, 96)]
+        self.assertEqual(most(calls), Counted(4, 30, 31, 96))
+
+    def test_avr_counter_may_call_a_region_again(self) -> None:
+        lines = ["region 3 8 100 120 40", "at 2 100", "region 3 8 90 99 44", "at 4 90"]
+        found = avr.parsed(lines)
+        self.assertEqual((found[3].instructions, found[3].stack), (100, 44))
+        self.assertEqual(found[3].by_address, {2: 100})
+
+
+class Programs(unittest.TestCase):
+    def test_marks_have_the_order_of_the_cases(self) -> None:
+        text = (ROOT / "tools" / "cost" / "target" / "marks.h").read_text(encoding="utf-8")
+        names = re.findall(r"\bCOST_(?!KINDS)([A-Z_]+),", text)
+        self.assertEqual([name.lower() for name in names], list(WHAT))
+
+    def test_the_filter_is_in_a_program_of_its_own(self) -> None:
+        for program in programs(Choice()):
+            for n, _ in program.dimensions:
+                self.assertLessEqual(set(program.what(n)), set(program.group))
+
+    def test_only_programs_with_what_is_chosen(self) -> None:
+        groups = {program.group for program in programs(Choice(what=("lag",)))}
+        self.assertEqual(groups, {MODULES})
+        self.assertEqual({p.group for p in programs(Choice(what=("step",)))}, {FILTER})
+
+    def test_no_lag_where_there_is_no_memory(self) -> None:
+        for program in programs(Choice(what=("lag",), sizes=("runtime",))):
+            for n, _ in program.dimensions:
+                fits = program.core != "avr" or n <= 3
+                self.assertEqual("lag" in program.what(n), fits)
+                self.assertIn("steady", program.what(n))
+
+    def test_regions_are_those_of_the_program(self) -> None:
+        (program,) = programs(Choice(("m3",), ("q31",), ("fixed",), ("O2",), (4,), ("steady",)))
+        self.assertEqual(build.regions(program), {WHAT.index("steady"): "user_steady_step_4_2"})
+
+
 class Instructions(unittest.TestCase):
     def test_cycles_and_stack(self) -> None:
         for line, cycles_of, cycles, push, grows in INSTRUCTIONS:
@@ -159,6 +203,19 @@ class Readme(unittest.TestCase):
             self.assertFalse(readme.matches(path, (ROW,)))
             path.write_text(text)
             self.assertTrue(readme.matches(path, (ROW,)))
+
+    def test_a_function_with_all_its_figures_is_a_line(self) -> None:
+        every = [
+            replace(ROW, core=core, arithmetic=arithmetic, n=n, m=m, what="lag", instructions=7)
+            for core, arithmetic in readme.MODULE_CORES
+            for n, m in readme.MODULE_SIZES
+        ]
+        self.assertIn("L = 10 | 7 | 7 | 7 | 7 | 7 | 7 |\n", readme.section((*every, ROW)) + "\n")
+        self.assertNotIn("L = 10", readme.section(tuple(every[1:])))
+
+    def test_every_function_has_a_line(self) -> None:
+        named = {what for what, _, _ in readme.MODULE_ROWS}
+        self.assertLessEqual(set(MODULES), named)
 
     def test_without_its_marks_it_is_refused(self) -> None:
         with tempfile.TemporaryDirectory() as folder:

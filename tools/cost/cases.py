@@ -15,7 +15,7 @@ MODULES = (
 )  # fmt: skip
 WHAT = (*FILTER, *MODULES)  # the order of COST_... in target/marks.h
 ON_LINE = ("lag", "lag_states", "point")  # what keeps past states
-ON_LINE_ON_AVR = 4  # states: 8 kB of memory hold no more with a lag of 10
+ON_LINE_ON_AVR = 3  # states: 8 kB of memory hold no more with a lag of 10
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
 RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"

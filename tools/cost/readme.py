@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Mapping
 
 from cases import FIXED, RUNTIME, SIZES
 from cores import BY_NAME
@@ -11,7 +12,27 @@ from row import Row
 
 BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of costs -->"
 LEVEL = "O2"
+MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
+MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
+# what the README calls them; the filter's step first, to compare with
+MODULE_ROWS = (
+    ("step", RUNTIME, "`kq_step`"),
+    ("steady", RUNTIME, "`kq_steady_step`"),
+    ("steady", FIXED, "`kq_fixed_steady_step`"),
+    ("switch", RUNTIME, "`kq_switch_step`, settled"),
+    ("update", RUNTIME, "`kq_update`"),
+    ("gated", RUNTIME, "`kq_update_gated`, accepted"),
+    ("huber", RUNTIME, "`kq_update_huber`"),
+    ("student", RUNTIME, "`kq_update_student`"),
+    ("jump", RUNTIME, "`kq_update_jump`, none"),
+    ("lag", RUNTIME, "a sample with `kq_lag_smooth`, L = 10"),
+    ("lag_states", RUNTIME, "a sample with `kq_lag_smooth_states`, L = 10"),
+    ("point", RUNTIME, "a sample with `kq_point_smooth`"),
+)
 SMALL, LARGE = (4, 2), (9, 3)
+
+MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
+Rows = Mapping[tuple[object, ...], Row]
 
 # what one would choose on each core
 FITTING = (
@@ -21,8 +42,25 @@ FITTING = (
 
 
 def section(rows: tuple[Row, ...]) -> str:
-    """Markdown: a line for each core and arithmetic."""
     by_key = {row.key: row for row in rows}
+    return f"{steps(by_key)}\n\n{MODULES_TITLE}\n\n{modules(by_key)}"
+
+
+def modules(by_key: Rows) -> str:
+    """Markdown: instructions, a line for each function."""
+    columns = [(where, size) for where in MODULE_CORES for size in MODULE_SIZES]
+    titles = [f"{core.upper()} {arithmetic}: {n}, {m}" for (core, arithmetic), (n, m) in columns]
+    lines = ["| | " + " | ".join(titles) + " |", "|---|" + "---:|" * len(columns)]
+    for what, kind, name in MODULE_ROWS:
+        keys = [(*where, *size, kind, LEVEL, what) for where, size in columns]
+        if all(key in by_key for key in keys):
+            cells = [name, *(str(by_key[key].instructions) for key in keys)]
+            lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def steps(by_key: Rows) -> str:
+    """Markdown: a line for each core and arithmetic."""
     sizes = " | ".join(f"{n}, {m}" for n, m in SIZES)
     lines = [
         f"| core | | sizes | {sizes} | flash | stack | RAM |",

@@ -18,8 +18,8 @@ enum {
 
 /* The usual ones (kalmanq/robust.h) */
 #ifdef KQ_COST_q31
-static const kq_scaled_q31 huber_k = {3 << 29, -30}, student_nu = {1 << 30, -28},
-                           jump_g = {9 << 27, -27};
+static const kq_scaled_q31 huber_k = {INT32_C(3) << 29, -30}, student_nu = {INT32_C(1) << 30, -28},
+                           jump_g = {INT32_C(9) << 27, -27};
 #else
 static const word huber_k = (word)1.5, student_nu = 4, jump_g = 9;
 #endif
