@@ -16,6 +16,11 @@ warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 compare() { # ARITHMETIC
     define=-DKQ_BITS_$(echo "$1" | tr f F)
+    # all of it fits into an AVR's flash at -Os, which is what an AVR is programmed with
+    case $core$options in
+    avr-Os*) ;;
+    avr*) define="$define -DKQ_BITS_FILTER" ;;
+    esac
     objects=
     for part in $sources; do
         case $part in
