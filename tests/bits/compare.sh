@@ -11,7 +11,7 @@ root=$(cd "$here/../.." && pwd)
 . "$root/tests/target/cores.sh"
 core_select "$name" "$compiler_name"
 mkdir -p "$work"
-flags="-std=c11 -ffp-contract=off -fno-math-errno"
+flags="-std=c11 -ffp-contract=off -fno-math-errno -ffunction-sections"
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 compare() { # ARITHMETIC
