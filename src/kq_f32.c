@@ -30,12 +30,20 @@
 
 #include "robust_float.inc"
 #include "robust.inc"
+#include "gate.inc"
+#include "student_step.inc"
+#include "smooth_reweighted.inc"
 
 #include "backward_map.inc"
 #include "lag.inc"
 #include "point.inc"
 
+#include "inexact.inc"
+#include "start_unknown.inc"
+#include "start_past.inc"
+#include "start_take.inc"
 #include "start.inc"
+#include "start_smooth.inc"
 #include "start_float.inc"
 
 kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length)

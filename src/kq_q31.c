@@ -29,12 +29,20 @@
 
 #include "robust_q31.inc"
 #include "robust.inc"
+#include "gate.inc"
+#include "student_step.inc"
+#include "smooth_reweighted.inc"
 
 #include "backward_map.inc"
 #include "lag.inc"
 #include "point.inc"
 
+#include "inexact.inc"
+#include "start_unknown.inc"
+#include "start_past.inc"
+#include "start_take.inc"
 #include "start.inc"
+#include "start_smooth.inc"
 #include "start_q31.inc"
 
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
