@@ -82,10 +82,11 @@ void digest_end(void)
     if (FALSIFIED) printf("%s: a wrong model is not found\n", name);
 }
 
-int digest_report(void)
+int digest_report(int is_all)
 {
+    (void)is_all;
 #if !defined(KQ_BITS_WRITE) && !defined(KQ_BITS_WORDS)
-    bad |= checked != EXPECTATIONS;
+    bad |= is_all ? checked != EXPECTATIONS : checked == 0;
     printf("%d cases, %d of %d digests compared, %d differ\n%s\n", cases, checked,
            (int)EXPECTATIONS, differences, bad ? "FAIL" : "OK");
 #endif

@@ -2,6 +2,7 @@
  * Digests of what an arithmetic answers, against expected_f32.inc and expected_f64.inc.
  *   KQ_BITS_WORDS     prints every word, so that two machines can be compared by diff
  *   KQ_BITS_WRITE     prints the digests as they are in those files
+ *   KQ_BITS_FILTER    filter and smoother alone, where flash has no room for the rest
  *   KQ_BITS_FALSIFY   the model is wrong in its last bits: every case must be found to differ
  */
 #ifndef KALMANQ_BITS_DIGEST_H
@@ -28,8 +29,9 @@ void put_status(kq_status status);
 /** The digest since the last check is that of `quantity` at `step`. */
 void check(const char *quantity, int step);
 
-/** Prints the outcome; returns whether it is bad. */
-int digest_report(void);
+/** Prints the outcome; returns whether it is bad.  Where not all is digested, the rest of the
+    expected digests is left over. */
+int digest_report(int is_all);
 
 /** A number that is wrong by two or three of its last bits where models are falsified */
 num digest_falsify(num value);

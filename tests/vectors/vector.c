@@ -198,6 +198,12 @@ static void put_symmetric(const vector_sink *sink, const char *quantity, const k
     }
 }
 
+static void put_symmetric_status(const vector_sink *sink, kq_status status, int n)
+{
+    put_word(sink, "covariance status", status);
+    if (!status) put_symmetric(sink, "smoothed covariance", machine.out[0], n);
+}
+
 /* All that predict and update change */
 static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
 {
@@ -617,6 +623,17 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 #include "operations_statistics.inc"
 #include "operations_steady.inc"
 
+/* What there are operations for beside filter and smoother: all but where flash has no room for it
+   (replay.sh) */
+#ifndef VECTOR_TOPICS
+#define VECTOR_TOPICS 31
+#endif
+#define HAS_ON_LINE (VECTOR_TOPICS & 1)
+#define HAS_ROBUST (VECTOR_TOPICS & 2)
+#define HAS_START (VECTOR_TOPICS & 4)
+#define HAS_STATISTICS (VECTOR_TOPICS & 8)
+#define HAS_STEADY (VECTOR_TOPICS & 16)
+
 static const struct {
     const char *name;
     int (*act)(words_in *in, const vector_sink *sink);
@@ -638,42 +655,42 @@ static const struct {
     [VECTOR_SMOOTH] = {"smooth", smooth},
     [VECTOR_SMOOTH_ALL] = {"smooth all", smooth_whole},
     [VECTOR_RUN] = {"run", run},
-    [VECTOR_LAG] = {"lag", attach_lag},
-    [VECTOR_LAG_PREDICT] = {"predict of the lag", predict_lag},
-    [VECTOR_LAG_SMOOTH] = {"smooth the lag", smooth_lag},
-    [VECTOR_POINT] = {"point", attach_point},
-    [VECTOR_POINT_PREDICT] = {"predict of the point", predict_point},
-    [VECTOR_POINT_SMOOTH] = {"smooth the point", smooth_point},
-    [VECTOR_SCHEDULE] = {"gain schedule", make_schedule},
-    [VECTOR_STEADY] = {"steady-state filter", set_steady},
-    [VECTOR_STEADY_STEP] = {"step of the steady-state filter", step_steady},
-    [VECTOR_STEADY_SMOOTH] = {"steady-state smoother", smooth_steady},
-    [VECTOR_SWITCH] = {"switch", set_switch},
-    [VECTOR_SWITCH_STEP] = {"step of the switch", step_switch},
-    [VECTOR_SWITCH_RELEASE] = {"release of the switch", release_switch},
-    [VECTOR_GATE] = {"gate", set_gate},
-    [VECTOR_GATED] = {"gated update", update_gated},
-    [VECTOR_WEIGHTED] = {"weighted update", update_weighted},
-    [VECTOR_JUMP] = {"jump update", update_jump},
-    [VECTOR_SCALE] = {"scaled noise", scale_noise},
-    [VECTOR_STUDENT] = {"Student-t step", step_student},
-    [VECTOR_REWEIGHTED] = {"smooth reweighted", smooth_reweighted},
-    [VECTOR_FADE] = {"fade", fade},
-    [VECTOR_FIT] = {"least squares", set_fit},
-    [VECTOR_FIT_ADD] = {"rows of least squares", add_to_fit},
-    [VECTOR_WINDOW] = {"consistency", set_window},
-    [VECTOR_WATCHED] = {"watched update", update_watched},
-    [VECTOR_WINDOW_READ] = {"statistics of the window", read_window},
-    [VECTOR_START] = {"unknown start", set_start},
-    [VECTOR_START_HISTORY] = {"history of the start", attach_start},
-    [VECTOR_START_PREDICT] = {"predict of the start", predict_start},
-    [VECTOR_START_UPDATE] = {"update of the start", update_start},
-    [VECTOR_START_SMOOTH] = {"smooth the start", smooth_start},
+    [VECTOR_LAG] = {"lag", HAS_ON_LINE ? attach_lag : NULL},
+    [VECTOR_LAG_PREDICT] = {"predict of the lag", HAS_ON_LINE ? predict_lag : NULL},
+    [VECTOR_LAG_SMOOTH] = {"smooth the lag", HAS_ON_LINE ? smooth_lag : NULL},
+    [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
+    [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict_point : NULL},
+    [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
+    [VECTOR_SCHEDULE] = {"gain schedule", HAS_STEADY ? make_schedule : NULL},
+    [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
+    [VECTOR_STEADY_STEP] = {"step of the steady-state filter", HAS_STEADY ? step_steady : NULL},
+    [VECTOR_STEADY_SMOOTH] = {"steady-state smoother", HAS_STEADY ? smooth_steady : NULL},
+    [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_switch : NULL},
+    [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_switch : NULL},
+    [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_switch : NULL},
+    [VECTOR_GATE] = {"gate", HAS_ROBUST ? set_gate : NULL},
+    [VECTOR_GATED] = {"gated update", HAS_ROBUST ? update_gated : NULL},
+    [VECTOR_WEIGHTED] = {"weighted update", HAS_ROBUST ? update_weighted : NULL},
+    [VECTOR_JUMP] = {"jump update", HAS_ROBUST ? update_jump : NULL},
+    [VECTOR_SCALE] = {"scaled noise", HAS_ROBUST ? scale_noise : NULL},
+    [VECTOR_STUDENT] = {"Student-t step", HAS_ROBUST ? step_student : NULL},
+    [VECTOR_REWEIGHTED] = {"smooth reweighted", HAS_ROBUST ? smooth_reweighted : NULL},
+    [VECTOR_FADE] = {"fade", HAS_STATISTICS ? fade : NULL},
+    [VECTOR_FIT] = {"least squares", HAS_STATISTICS ? set_fit : NULL},
+    [VECTOR_FIT_ADD] = {"rows of least squares", HAS_STATISTICS ? add_to_fit : NULL},
+    [VECTOR_WINDOW] = {"consistency", HAS_STATISTICS ? set_window : NULL},
+    [VECTOR_WATCHED] = {"watched update", HAS_STATISTICS ? update_watched : NULL},
+    [VECTOR_WINDOW_READ] = {"statistics of the window", HAS_STATISTICS ? read_window : NULL},
+    [VECTOR_START] = {"unknown start", HAS_START ? set_start : NULL},
+    [VECTOR_START_HISTORY] = {"history of the start", HAS_START ? attach_start : NULL},
+    [VECTOR_START_PREDICT] = {"predict of the start", HAS_START ? predict_start : NULL},
+    [VECTOR_START_UPDATE] = {"update of the start", HAS_START ? update_start : NULL},
+    [VECTOR_START_SMOOTH] = {"smooth the start", HAS_START ? smooth_start : NULL},
 };
 
 static int is_operation(int32_t operation)
 {
-    return operation > VECTOR_END && operation < VECTOR_OPERATIONS;
+    return operation > VECTOR_END && operation < VECTOR_OPERATIONS && operations[operation].act;
 }
 
 const char *vector_name(int32_t operation)
