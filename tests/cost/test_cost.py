@@ -153,12 +153,10 @@ class Programs(unittest.TestCase):
         self.assertEqual(groups, {MODULES})
         self.assertEqual({p.group for p in programs(Choice(what=("step",)))}, {FILTER})
 
-    def test_no_lag_where_there_is_no_memory(self) -> None:
-        for program in programs(Choice(what=("lag",), sizes=("runtime",))):
-            for n, _ in program.dimensions:
-                fits = program.core != "avr" or n <= 3
-                self.assertEqual("lag" in program.what(n), fits)
-                self.assertIn("steady", program.what(n))
+    def test_what_is_beside_the_filter_is_measured_on_one_core_of_each_kind(self) -> None:
+        taken = {(p.core, p.arithmetic) for p in programs(Choice(what=("lag",)))}
+        wanted = {("m4f", "f32"), ("m7", "f64"), ("m0", "q31"), ("m3", "q31"), ("rv32", "q31")}
+        self.assertEqual(taken, wanted)
 
     def test_regions_are_those_of_the_program(self) -> None:
         (program,) = programs(Choice(("m3",), ("q31",), ("fixed",), ("O2",), (4,), ("steady",)))

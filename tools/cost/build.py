@@ -181,11 +181,10 @@ def program_text(place: Place, wanted: Program) -> str:
             f"#define N {n}",
             f"#define M {m}",
             f"#define REGION (COST_KINDS * {index})",
-            f"#define GOES_BACK {int(wanted.goes_back(n))}",
             run([str(place.model), numbers, str(n), str(m)]),
             f'#include "{subject}.inc"',
             '#include "modules.inc"' if wanted.group == MODULES else '#include "run.inc"',
-            *(f"#undef {name}" for name in ("N", "M", "REGION", "GOES_BACK")),
+            *(f"#undef {name}" for name in ("N", "M", "REGION")),
         ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)
     return "\n".join([*lines, f"int main(void) {{{calls} cost_end(); return 0; }}", ""])

@@ -14,8 +14,6 @@ MODULES = (
     "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
 )  # fmt: skip
 WHAT = (*FILTER, *MODULES)  # the order of COST_... in target/marks.h
-ON_LINE = ("lag", "lag_states", "point")  # what keeps past states
-ON_LINE_ON_AVR = 3  # states: 8 kB of memory hold no more with a lag of 10
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
 RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
@@ -45,11 +43,7 @@ class Program:
             return FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
         if self.sizes != RUNTIME:
             return MODULES[:1]
-        return MODULES if self.goes_back(n) else tuple(w for w in MODULES if w not in ON_LINE)
-
-    def goes_back(self, n: int) -> bool:
-        """Is there memory for what keeps past states?"""
-        return BY_NAME[self.core].family != "avr" or n <= ON_LINE_ON_AVR
+        return MODULES
 
     def smooths(self, n: int) -> bool:
         """Not at known sizes where the smoother's unrolled code is no sensible size."""
@@ -102,7 +96,7 @@ def programs(choice: Choice) -> list[Program]:
         for arithmetic in (*core.arithmetics, *TEXTBOOK)
         for sizes in sizes_of(core, arithmetic)
         for level in LEVELS[sizes]
-        for group in groups_of(arithmetic)
+        for group in groups_of(core, arithmetic)
         if any(choice.takes("what", what) for what in group)
     ]
     names = ("core", "arithmetic", "sizes", "optimisation")
@@ -115,8 +109,12 @@ def programs(choice: Choice) -> list[Program]:
 FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
 
 
-def groups_of(arithmetic: str) -> tuple[tuple[str, ...], ...]:
-    return (FILTER,) if arithmetic in TEXTBOOK else (FILTER, MODULES)
+# What is beside the filter, on one core of each kind.
+MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}
+
+
+def groups_of(core: Core, arithmetic: str) -> tuple[tuple[str, ...], ...]:
+    return (FILTER, MODULES) if core.name in MODULES_ON.get(arithmetic, ()) else (FILTER,)
 
 
 def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:

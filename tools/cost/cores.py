@@ -51,7 +51,8 @@ CORES = (
         prefix="riscv64-unknown-elf-",
         flags=("-march=rv32imac", "-mabi=ilp32", "--specs=picolibc.specs"),
         arithmetics=("f32", "f64", "q31"),
-        link_flags=("-Wl,--defsym=__ram_size=0x1000000",),  # picolibc's default is a small board
+        # picolibc's default is a small board
+        link_flags=("-Wl,--defsym=__ram_size=0x1000000", "-Wl,--defsym=__flash_size=0x400000"),
     ),
     Core(
         "avr",
