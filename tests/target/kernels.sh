@@ -2,7 +2,7 @@
 # kernels.sh WORK CORE COMPILER OPTIONS...: kernels.c on the core's emulator, once for each OPTIONS.
 # shellcheck disable=SC2086
 set -eu
-work=$1/kernels-$2-$3 name=$2 compiler_name=$3
+work=$1/kernels-$2-$3$(echo "$4" | tr -d " ") name=$2 compiler_name=$3
 shift 3
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/target/cores.sh"

@@ -4,7 +4,7 @@
 # CORE and COMPILER are those of tests/target/cores.sh.
 # shellcheck disable=SC2086
 set -eu
-work=$1/$2-$3 name=$2 compiler_name=$3
+work=$1/$2-$3$(echo "$4" | tr -d " ") name=$2 compiler_name=$3
 shift 3
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
