@@ -4,6 +4,7 @@
 const char *kq_status_text(kq_status status)
 {
     switch (status) {
+    case KQ_NOT_IDENTIFIED: return "done, but data do not determine all free parameters";
     case KQ_OK: return "done";
     case KQ_ERR_NULL: return "a pointer that the call needs is NULL";
     case KQ_ERR_SIZE: return "a size, index or step count is out of range";
@@ -22,6 +23,10 @@ const char *kq_status_text(kq_status status)
     case KQ_ERR_NOT_DETECTABLE: return "no steady state: a lasting state is not measured";
     case KQ_ERR_NOT_STABILISABLE: return "no steady state: a lasting state has no noise";
     case KQ_ERR_NO_CONVERGENCE: return "an iteration did not settle";
+    case KQ_ERR_NO_DATA: return "every measurement is missing";
+    case KQ_ERR_FEW_DATA: return "there are fewer measurements than free parameters";
+    case KQ_ERR_LIKELIHOOD: return "the likelihood is infinite or zero";
+    case KQ_ERR_FORM: return "a parameter is not of the form that it is to keep";
     }
     return "unknown status";
 }

@@ -3,6 +3,7 @@
 #define KALMANQ_KALMANQ_H
 
 #include "consistency.h"
+#include "em.h"
 #include "filter.h"
 #include "fixed_point.h"
 #include "lag.h"

@@ -3,7 +3,8 @@
  *
  * A call that is given something wrong is REFUSED: it returns a negative kq_status, and every
  * object and every output array is byte for byte what it was (but for a kq_misfit_q31, which says
- * why).  A numeric EVENT is not an
+ * why).  A positive kq_status is not an error: the call is done, and there is something to know of
+ * it.  A numeric EVENT is not an
  * error: the call does what is best, and a sticky bit in the filter says that it happened.
  */
 #ifndef KALMANQ_STATUS_H
@@ -14,6 +15,8 @@ extern "C" {
 #endif
 
 typedef enum {
+    /** EM: the free parameters are not all determined by data. */
+    KQ_NOT_IDENTIFIED = 1,
     KQ_OK = 0,
     /** A pointer that the call needs is NULL. */
     KQ_ERR_NULL = -1,
@@ -49,7 +52,15 @@ typedef enum {
     /** No steady state: a state that does not decay by itself is not moved by the noise. */
     KQ_ERR_NOT_STABILISABLE = -16,
     /** An iteration did not settle within its bound. */
-    KQ_ERR_NO_CONVERGENCE = -17
+    KQ_ERR_NO_CONVERGENCE = -17,
+    /** EM: every component of every recording is missing. */
+    KQ_ERR_NO_DATA = -18,
+    /** EM: there are fewer measurements than free parameters. */
+    KQ_ERR_FEW_DATA = -19,
+    /** EM: the likelihood of the parameters is infinite or zero, or they are beyond the numbers. */
+    KQ_ERR_LIKELIHOOD = -20,
+    /** EM: a parameter is not of the form that it is to keep. */
+    KQ_ERR_FORM = -21
 } kq_status;
 
 /** The status in words, for a log: never NULL, static storage. */

@@ -1,0 +1,345 @@
+/*
+ * kalmanq: the parameters of a model from recorded measurements, by EM; the likelihood and its
+ * gradient.  f32 and f64.
+ *
+ *     x[t+1] = A x[t] + B u[t] + F q[t],  q ~ N(0, Q)       z[t] = H x[t] + v[t],  v ~ N(0, R)
+ *     x[0] ~ N(x0, P0), before the first measurement;  F is I where none is given
+ *
+ * One iteration takes (A, H, Q, R, x0, P0), or those of them that are free, to values under which
+ * the recordings are at least as likely.  The E-step runs filter and smoother over every
+ * recording; the M-step makes new parameters of the smoothed noises:
+ *
+ *     Q  = mean of E[q q' | all]            A + sum E[w x'] (sum E[x x'])^-1,  w = F q
+ *     R  = mean of E[v v' | all]            H + sum E[v x'] (sum E[x x'])^-1
+ *     x0 = mean of E[x[0] | all]            P0 = mean of E[(x[0] - x0)(x[0] - x0)' | all]
+ *
+ * These are the results; the arithmetic carries the triangular root of
+ * sum E[(noise; x)(noise; x)'], noises in units of their own roots: nothing is subtracted, A and H
+ * move by increments, and every covariance is a sum of squares, positive semi-definite whatever
+ * the rounding.  A missing component of z counts with what is expected of it: its noise is the
+ * current R, given the noises of the components that are there.
+ *
+ *     static kq_parameters_f32 model = {0, A, NULL, H, NULL, Q, R, x0, P0};
+ *     static const kq_recording_f32 night = {STEPS, z, NULL, NULL};
+ *     KQ_EM_F32(em, 2, 1, STEPS);
+ *     kq_em_init_f32(&em, &model, NULL, &night, 1);
+ *     for (int k = 0; k < 100 && !status && !kq_em_is_settled_f32(&em, 1e-4f); k++)
+ *         status = kq_em_iterate_f32(&em);
+ *
+ * In slices, over idle time: kq_em_advance does one step of the filter or of the smoother a call,
+ * until kq_em_remaining is 0; then kq_em_maximise.
+ *
+ * What to expect of it.  EM converges linearly, and slowly where a noise is hard to see: a small
+ * change in an iteration is not yet a small distance from the maximum.  A covariance that is 0
+ * stays 0, and so does a direction without noise: Q and the A that it could explain do not leave
+ * the space that F and the first Q span.  Not everything is determined by data (KQ_NOT_IDENTIFIED):
+ * H and Q only as H^2 Q, A as a whole only where enough of the state is measured.
+ *
+ * q31: estimate in f32 or f64, and prepare tables of the result (prepare.h).
+ *
+ * Sources: Shumway and Stoffer, An approach to time series smoothing and forecasting using the EM
+ * algorithm, J. Time Series Anal. 3 (1982); Koopman, Disturbance smoother for state space models,
+ * Biometrika 80 (1993), for the noises; Meng and Rubin, Maximum likelihood estimation via the ECM
+ * algorithm, Biometrika 80 (1993), for held entries; Fisher's identity: Segal and Weinstein, A new
+ * method for evaluating the log-likelihood gradient, the Hessian, and the Fisher information
+ * matrix, IEEE Trans. Information Theory 35 (1989).
+ */
+#ifndef KALMANQ_EM_H
+#define KALMANQ_EM_H
+
+#include "smoother.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ------------------------------------------------------------------ what is estimated, of what */
+
+/** The model, in the caller's arrays: where the estimate begins, and where it is written.  All are
+    dense and row-major. */
+typedef struct {
+    int32_t noises;  /* r: columns of F, 1..n; 0 without F, then r = n */
+    float *A;        /* n x n */
+    const float *B;  /* n x l, not estimated; NULL: no control */
+    float *H;        /* m x n */
+    const float *F;  /* n x r, of full column rank, not estimated; NULL: the identity */
+    float *Q;        /* r x r */
+    float *R;        /* m x m */
+    float *x0;       /* n */
+    float *P0;       /* n x n */
+    int32_t controls; /* l: 0..16 */
+} kq_parameters_f32;
+
+typedef struct {
+    int32_t noises;
+    double *A;
+    const double *B;
+    double *H;
+    const double *F;
+    double *Q;
+    double *R;
+    double *x0;
+    double *P0;
+    int32_t controls;
+} kq_parameters_f64;
+
+/** One recorded sequence. */
+typedef struct {
+    int32_t steps;           /* T >= 1 */
+    const float *z;          /* T x m; what is not present is not read */
+    const uint16_t *present; /* T masks, bit c: component c was measured; NULL: all were */
+    const float *u;          /* T - 1 rows of l: u[t] moves x[t] to x[t+1]; NULL: no control */
+} kq_recording_f32;
+
+typedef struct {
+    int32_t steps;
+    const double *z;
+    const uint16_t *present;
+    const double *u;
+} kq_recording_f64;
+
+/** What may be free: one of these, or their sum. */
+enum {
+    KQ_EM_A = 1,
+    KQ_EM_H = 2,
+    KQ_EM_Q = 4,
+    KQ_EM_R = 8,
+    KQ_EM_X0 = 16,
+    KQ_EM_P0 = 32,
+    KQ_EM_ALL = 63
+};
+
+/** The form of Q or R.  DIAGONAL and MULTIPLE (of its first value) are kept exactly. */
+typedef enum { KQ_EM_FULL, KQ_EM_DIAGONAL, KQ_EM_MULTIPLE } kq_em_form;
+
+/** Which parameters are free, and what is known of them. */
+typedef struct {
+    unsigned free; /* KQ_EM_... */
+    kq_em_form Q_form;
+    kq_em_form R_form;
+    const uint8_t *A_held; /* n x n, not 0: the entry stays as it is; NULL: none is held */
+    const uint8_t *H_held; /* m x n */
+} kq_em_choice;
+
+/* ------------------------------------------------------------------ the object */
+
+/* The parts of the memory: the work of one step (k = n + max(n, m) rows), the roots of sums, the
+   new parameters */
+#define KQ_EM_ROWS(n, m) ((size_t)(n) + ((n) > (m) ? (size_t)(n) : (size_t)(m)))
+#define KQ_EM_WORK_LEN(n, m)                                                                       \
+    (KQ_EM_ROWS(n, m) * (KQ_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_EM_ROWS(n, m)))
+#define KQ_EM_SUMS_LEN(n, m)                                                                       \
+    (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m)) +                       \
+     KQ_TRIANGLE((size_t)(n) + 1))
+#define KQ_EM_NEW_LEN(n, m)                                                                        \
+    (((size_t)(n)*3 + (size_t)(m) + 1) * (size_t)(n) + (size_t)(m) * (size_t)(m))
+#define KQ_EM_ROOTS_LEN(n, m)                                                                      \
+    (3 * KQ_TRIANGLE((size_t)(n)) + 2 * KQ_TRIANGLE((size_t)(m)) + (size_t)(n) * (size_t)(n))
+
+/**
+ * Words of memory for n states, m components and recordings of at most `steps` steps: the history
+ * of the longest recording, and about 13 n^2 + 6 m n + 3 m^2 words.  f32, n = 2, m = 1, T = 200:
+ * 9408 bytes.
+ */
+#define KQ_EM_LEN_F32(n, m, steps)                                                                 \
+    (KQ_HISTORY_LEN_F32(n, m, steps, 0) + KQ_FILTER_LEN_F32((size_t)(n)) + KQ_EM_WORK_LEN(n, m) +  \
+     KQ_EM_SUMS_LEN(n, m) + KQ_EM_NEW_LEN(n, m) + KQ_EM_ROOTS_LEN(n, m))
+#define KQ_EM_LEN_F64(n, m, steps)                                                                 \
+    (KQ_HISTORY_LEN_F64(n, m, steps, 0) + KQ_FILTER_LEN_F64((size_t)(n)) + KQ_EM_WORK_LEN(n, m) +  \
+     KQ_EM_SUMS_LEN(n, m) + KQ_EM_NEW_LEN(n, m) + KQ_EM_ROOTS_LEN(n, m))
+
+/* The fields are the library's (see process.h). */
+typedef struct {
+    uint8_t states;     /* n */
+    uint8_t components; /* m */
+    uint8_t phase;      /* unused, ready, in the E-step, at its end */
+    uint8_t smoothing;  /* of the recording: is the smoother at work, or still the filter? */
+    size_t length;      /* words at memory */
+    float *memory;      /* the caller's */
+    kq_parameters_f32 model;
+    kq_em_choice choice;
+    const kq_recording_f32 *recordings; /* the caller's */
+    int32_t count;                      /* of recordings */
+    int32_t recording;                  /* the one at work */
+    int32_t step;                       /* of it, the one to be done next */
+    uint32_t remaining;                 /* steps to the end of the E-step */
+    float log_likelihood;
+    float change; /* of the last M-step, negative: there was none */
+    kq_process_f32 process;
+    kq_sensor_f32 sensor;
+    kq_filter_f32 filter;
+    kq_history_f32 history;
+} kq_em_f32;
+
+typedef struct {
+    uint8_t states;
+    uint8_t components;
+    uint8_t phase;
+    uint8_t smoothing;
+    size_t length;
+    double *memory;
+    kq_parameters_f64 model;
+    kq_em_choice choice;
+    const kq_recording_f64 *recordings;
+    int32_t count;
+    int32_t recording;
+    int32_t step;
+    uint32_t remaining;
+    double log_likelihood;
+    double change;
+    kq_process_f64 process;
+    kq_sensor_f64 sensor;
+    kq_filter_f64 filter;
+    kq_history_f64 history;
+} kq_em_f64;
+
+/** An object `name` with its storage, in static memory.  It is given its sizes by the compiler and
+    has to be initialised. */
+#define KQ_EM_F32(name, n, m, steps)                                                               \
+    static float name##_memory[KQ_EM_LEN_F32(n, m, steps)];                                        \
+    static kq_em_f32 name = {                                                                      \
+        .states = n, .components = m, .length = KQ_EM_LEN_F32(n, m, steps), .memory = name##_memory}
+#define KQ_EM_F64(name, n, m, steps)                                                               \
+    static double name##_memory[KQ_EM_LEN_F64(n, m, steps)];                                       \
+    static kq_em_f64 name = {                                                                      \
+        .states = n, .components = m, .length = KQ_EM_LEN_F64(n, m, steps), .memory = name##_memory}
+
+/**
+ * Sizes and memory known at run time only (the macros do the same at compile time).
+ *   em       written
+ *   n, m     1..16
+ *   length   words at memory: KQ_EM_LEN_<T>(n, m, steps)
+ *
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (not even for one step).
+ */
+kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length);
+kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t length);
+
+/**
+ * Checks model and recordings.  Nothing is computed yet.
+ *   model       copied; its arrays are the caller's, and are written by kq_em_maximise alone
+ *   choice      copied, its arrays kept by reference; NULL: Q and R are free, both of full form
+ *   recordings  `count` of them, kept by reference, as are their arrays
+ *   count       >= 1
+ *
+ * KQ_NOT_IDENTIFIED (not an error: all is ready): H and Q are both free and no entry of H that is
+ * not 0 is held, so that the data determine them up to a factor.
+ *
+ * KQ_ERR_NULL, KQ_ERR_SIZE (noises, controls, steps, count), KQ_ERR_MEMORY (a recording has more
+ * steps than there is memory for), KQ_ERR_NOT_FINITE (parameters, or z or u, present),
+ * KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q, R, P0),
+ * KQ_ERR_NO_DATA (every component of every step is missing), KQ_ERR_FEW_DATA (fewer
+ * scalar measurements than free parameters), KQ_ERR_FORM (Q or R is not of its form; a multiple
+ * of 0; the columns of F are not independent).
+ */
+kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *model, const kq_em_choice *choice,
+                         const kq_recording_f32 *recordings, int count);
+kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq_em_choice *choice,
+                         const kq_recording_f64 *recordings, int count);
+
+/* ------------------------------------------------------------------ iterations */
+
+/**
+ * One iteration: the whole E-step, and the M-step.
+ * Cost: for every step of every recording a predict, an update and a step of the smoother, and
+ * about 4 n^3 multiplications, 12 n^3 where A is free, 3 n^3 more where H is; stack: 300 bytes
+ * more than the filter's init.
+ * Accuracy: of parameters after 50 iterations 2e-12 (f64), 2e-5 (f32) of their size
+ * (tests/em/test_em.py).
+ *
+ * The errors of kq_em_advance and kq_em_maximise.
+ */
+kq_status kq_em_iterate_f32(kq_em_f32 *em);
+kq_status kq_em_iterate_f64(kq_em_f64 *em);
+
+/**
+ * One slice of the E-step: one step of the filter, or one of the smoother, of one recording.  The
+ * first call after init, kq_em_maximise or the end of an E-step begins a new one, with the model
+ * as it then is: it prepares process and sensor (process.h, sensor.h), too.
+ *
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_LIKELIHOOD (the likelihood is infinite or zero: the model
+ * takes a measurement for free of noise and error, or is beyond the numbers; the E-step is given
+ * up), and those of kq_em_init about the model, which the caller may have changed.
+ */
+kq_status kq_em_advance_f32(kq_em_f32 *em);
+kq_status kq_em_advance_f64(kq_em_f64 *em);
+
+/** Calls of kq_em_advance until the E-step is complete; 0 when it is, or has not begun. */
+uint32_t kq_em_remaining_f32(const kq_em_f32 *em);
+uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
+
+/**
+ * log p(all recordings) of the parameters that the last complete E-step was run with, those before
+ * the last kq_em_maximise.  NaN where there was none, and while one is under way.
+ */
+float kq_em_log_likelihood_f32(const kq_em_f32 *em);
+double kq_em_log_likelihood_f64(const kq_em_f64 *em);
+
+/**
+ * The M-step: the free parameters, written to the caller's arrays.
+ * Accuracy and limits: where x does not move in some direction, A and H stay as they are in it.
+ * Held entries of A (H): the free ones of each row are the best for the other rows as they are,
+ * last row first; the likelihood rises all the same.  A row of A that Q moves only together with
+ * other rows stays as it is then.
+ *
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete), KQ_ERR_LIKELIHOOD (a new parameter
+ * would be beyond the numbers).
+ */
+kq_status kq_em_maximise_f32(kq_em_f32 *em);
+kq_status kq_em_maximise_f64(kq_em_f64 *em);
+
+/**
+ * The largest change of the last M-step: of an entry of a covariance, in sigma_i sigma_j; of A, H
+ * and x0 the root mean square of what they move, in standard deviations of the noise.  NaN before
+ * the first M-step.
+ */
+float kq_em_change_f32(const kq_em_f32 *em);
+double kq_em_change_f64(const kq_em_f64 *em);
+
+/** The stop rule: was that change at most `tolerance`?  1e-4 is a beginning; less than 1e-6 is
+    rounding in f32.  0 before the first M-step. */
+int kq_em_is_settled_f32(const kq_em_f32 *em, float tolerance);
+int kq_em_is_settled_f64(const kq_em_f64 *em, double tolerance);
+
+/* ------------------------------------------------------------------ gradient */
+
+/**
+ * The derivatives of the log-likelihood; each pointer may be NULL.  Entries of a covariance are
+ * taken for independent: the derivative along a symmetric change E of Q is sum_ij Q_ij E_ij.
+ */
+typedef struct {
+    float *A;  /* n x n; needs a free A */
+    float *H;  /* m x n; needs a free H */
+    float *Q;  /* r x r */
+    float *R;  /* m x m */
+    float *x0; /* n; needs a free x0 */
+    float *P0; /* n x n */
+} kq_gradient_f32;
+
+typedef struct {
+    double *A;
+    double *H;
+    double *Q;
+    double *R;
+    double *x0;
+    double *P0;
+} kq_gradient_f64;
+
+/**
+ * The gradient at the end of an E-step, before kq_em_maximise, by Fisher's identity, from the
+ * same sums:  dL/dA = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2,  and so on.
+ * Forms and held entries play no part.  Where a covariance is singular the identity says nothing of
+ * the directions without noise: those entries are NaN.
+ * Accuracy in f64: 1e-9 relative (tests/em/test_em.py); the smoothed noises of a covariance that the
+ * data hardly see are nearly the noise itself, and the difference loses that many digits.
+ *
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that has to be free is
+ * not).
+ */
+kq_status kq_em_gradient_f32(const kq_em_f32 *em, const kq_gradient_f32 *gradient);
+kq_status kq_em_gradient_f64(const kq_em_f64 *em, const kq_gradient_f64 *gradient);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
