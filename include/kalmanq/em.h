@@ -19,7 +19,7 @@
  * the rounding.  A missing component of z counts with what is expected of it: its noise is the
  * current R, given the noises of the components that are there.
  *
- *     static kq_parameters_f32 model = {0, A, NULL, H, NULL, Q, R, x0, P0};
+ *     static kq_parameters_f32 model = {0, 0, A, NULL, NULL, Q, H, R, x0, P0};
  *     static const kq_recording_f32 night = {STEPS, z, NULL, NULL};
  *     KQ_EM_F32(em, 2, 1, STEPS);
  *     kq_em_init_f32(&em, &model, NULL, &night, 1);
@@ -58,29 +58,29 @@ extern "C" {
 /** The model, in the caller's arrays: where the estimate begins, and where it is written.  All are
     dense and row-major. */
 typedef struct {
-    int32_t noises;  /* r: columns of F, 1..n; 0 without F, then r = n */
-    float *A;        /* n x n */
-    const float *B;  /* n x l, not estimated; NULL: no control */
-    float *H;        /* m x n */
-    const float *F;  /* n x r, of full column rank, not estimated; NULL: the identity */
-    float *Q;        /* r x r */
-    float *R;        /* m x m */
-    float *x0;       /* n */
-    float *P0;       /* n x n */
     int32_t controls; /* l: 0..16 */
+    int32_t noises;   /* r: columns of F, 1..n; 0 without F, then r = n */
+    float *A;         /* n x n */
+    const float *B;   /* n x l, not estimated; NULL if l = 0 */
+    const float *F;   /* n x r, of full column rank, not estimated; NULL: the identity */
+    float *Q;         /* r x r */
+    float *H;         /* m x n */
+    float *R;         /* m x m */
+    float *x0;        /* n */
+    float *P0;        /* n x n */
 } kq_parameters_f32;
 
 typedef struct {
+    int32_t controls;
     int32_t noises;
     double *A;
     const double *B;
-    double *H;
     const double *F;
     double *Q;
+    double *H;
     double *R;
     double *x0;
     double *P0;
-    int32_t controls;
 } kq_parameters_f64;
 
 /** One recorded sequence. */
