@@ -125,7 +125,7 @@ typedef struct {
 
 /* The parts of the memory: the work of one step (k = n + max(n, m) rows), the roots of sums, the
    new parameters */
-#define KQ_EM_ROWS(n, m) ((size_t)(n) + ((n) > (m) ? (size_t)(n) : (size_t)(m)))
+#define KQ_EM_ROWS(n, m) ((kq_length)(n) + ((n) > (m) ? (kq_length)(n) : (kq_length)(m)))
 #define KQ_EM_WORK_LEN(n, m)                                                                       \
     (KQ_EM_ROWS(n, m) * (KQ_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_EM_ROWS(n, m)))
 #define KQ_EM_SUMS_LEN(n, m)                                                                       \
@@ -156,8 +156,8 @@ typedef struct {
     uint8_t smoothing;  /* of the recording: is the smoother at work, or still the filter? */
     size_t length;      /* words at memory */
     float *memory;      /* the caller's */
-    kq_parameters_f32 model;
-    kq_em_choice choice;
+    const kq_parameters_f32 *model;     /* the caller's */
+    const kq_em_choice *choice;         /* the caller's, or NULL */
     const kq_recording_f32 *recordings; /* the caller's */
     int32_t count;                      /* of recordings */
     int32_t recording;                  /* the one at work */
@@ -178,8 +178,8 @@ typedef struct {
     uint8_t smoothing;
     size_t length;
     double *memory;
-    kq_parameters_f64 model;
-    kq_em_choice choice;
+    const kq_parameters_f64 *model;
+    const kq_em_choice *choice;
     const kq_recording_f64 *recordings;
     int32_t count;
     int32_t recording;
@@ -193,16 +193,24 @@ typedef struct {
     kq_history_f64 history;
 } kq_em_f64;
 
-/** An object `name` with its storage, in static memory.  It is given its sizes by the compiler and
-    has to be initialised. */
+/* What is behind the memory, before init: nothing yet */
+#define KQ_EM_OBJECT(n, m, length, memory)                                                         \
+    {                                                                                              \
+        n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0,                            \
+            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0}, {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0},  \
+            {0, 0, 0, 0, 0, NULL, NULL, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}},                         \
+        {                                                                                          \
+            0, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL                                                  \
+        }                                                                                          \
+    }
+
+/** An object `name` with its storage, in static memory, to be initialised. */
 #define KQ_EM_F32(name, n, m, steps)                                                               \
     static float name##_memory[KQ_EM_LEN_F32(n, m, steps)];                                        \
-    static kq_em_f32 name = {                                                                      \
-        .states = n, .components = m, .length = KQ_EM_LEN_F32(n, m, steps), .memory = name##_memory}
+    static kq_em_f32 name = KQ_EM_OBJECT(n, m, KQ_EM_LEN_F32(n, m, steps), name##_memory)
 #define KQ_EM_F64(name, n, m, steps)                                                               \
     static double name##_memory[KQ_EM_LEN_F64(n, m, steps)];                                       \
-    static kq_em_f64 name = {                                                                      \
-        .states = n, .components = m, .length = KQ_EM_LEN_F64(n, m, steps), .memory = name##_memory}
+    static kq_em_f64 name = KQ_EM_OBJECT(n, m, KQ_EM_LEN_F64(n, m, steps), name##_memory)
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -217,9 +225,9 @@ kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t l
 
 /**
  * Checks model and recordings.  Nothing is computed yet.
- *   model       copied; its arrays are the caller's, and are written by kq_em_maximise alone
- *   choice      copied, its arrays kept by reference; NULL: Q and R are free, both of full form
- *   recordings  `count` of them, kept by reference, as are their arrays
+ *   model       kept by reference; its arrays are written by kq_em_maximise alone
+ *   choice      kept by reference; NULL: Q and R are free, both of full form
+ *   recordings  `count` of them, kept by reference, with their arrays
  *   count       >= 1
  *
  * KQ_NOT_IDENTIFIED (not an error: all is ready): H and Q are both free and no entry of H that is
@@ -330,8 +338,8 @@ typedef struct {
  * same sums:  dL/dA = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2,  and so on.
  * Forms and held entries play no part.  Where a covariance is singular the identity says nothing of
  * the directions without noise: those entries are NaN.
- * Accuracy in f64: 1e-9 relative (tests/em/test_em.py); the smoothed noises of a covariance that the
- * data hardly see are nearly the noise itself, and the difference loses that many digits.
+ * Accuracy in f64: 1e-9 relative (tests/em/test_em.py); the smoothed noises of a covariance that
+ * the data hardly see are nearly the noise itself, and the difference loses that many digits.
  *
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that has to be free is
  * not).
