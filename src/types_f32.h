@@ -24,6 +24,10 @@ typedef kq_switch_f32 settling;
 typedef kq_lag_f32 lag_smoother;
 typedef kq_point_f32 point_smoother;
 typedef kq_start_f32 unknown_start;
+typedef kq_em_f32 estimation;
+typedef kq_parameters_f32 parameters;
+typedef kq_recording_f32 recording;
+typedef kq_gradient_f32 gradient;
 
 typedef num score;
 
@@ -43,6 +47,8 @@ typedef num score;
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F32
 #define START_LEN KQ_START_LEN_F32
+#define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F32
+#define EM_LEN KQ_EM_LEN_F32
 #define START_PAST_LEN KQ_START_PAST_LEN_F32
 
 #endif

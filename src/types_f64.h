@@ -24,6 +24,10 @@ typedef kq_switch_f64 settling;
 typedef kq_lag_f64 lag_smoother;
 typedef kq_point_f64 point_smoother;
 typedef kq_start_f64 unknown_start;
+typedef kq_em_f64 estimation;
+typedef kq_parameters_f64 parameters;
+typedef kq_recording_f64 recording;
+typedef kq_gradient_f64 gradient;
 
 typedef num score;
 
@@ -43,6 +47,8 @@ typedef num score;
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F64
 #define START_LEN KQ_START_LEN_F64
+#define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F64
+#define EM_LEN KQ_EM_LEN_F64
 #define START_PAST_LEN KQ_START_PAST_LEN_F64
 
 #endif
