@@ -60,6 +60,7 @@ case $sources in
     check_object kq_f32 "$floats"
     check_object kq_statistics_f32 "$floats|^kq_update_f32$"
     check_object kq_models_f32 "$floats"
+    check_object kq_em_f32 "$floats|^kq_(predict|update_subset)_f32$"
     ;;
 esac
 echo "$name: clean"
