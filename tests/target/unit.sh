@@ -15,7 +15,7 @@ rm -rf "$work"
 mkdir -p "$work"
 
 texts="status process sensor filter update forecast smoother laws lag point start least_squares
-    consistency models robust steady fixed numbers"
+    consistency models robust steady em fixed numbers"
 own="inverse prepare model filter smoother on_line start least_squares consistency models robust
     steady fixed numbers"
 arithmetics="f32 f64" level=-O2 own_level=-O0
