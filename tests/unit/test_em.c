@@ -834,7 +834,7 @@ static void test_a_fit_is_the_same_everywhere(void)
     put_oscillation();
     ASSERT_OK(K(em_init)(&fit, &oscillator, NULL, &night, 1));
     for (int k = 0; k < 20; k++) ASSERT_OK(K(em_iterate)(&fit));
-    //    for (int k = 0; k < 4; k++) ASSERT_WITHIN(1e-4 * expected[0], expected[k], Q[k]);
+    for (int k = 0; k < 4; k++) ASSERT_WITHIN(1e-4 * expected[0], expected[k], Q[k]);
     ASSERT_WITHIN(1e-4 * expected_R, expected_R, R[0]);
     ASSERT_WITHIN(2e-4, expected_log_likelihood, K(em_log_likelihood)(&fit));
 }
