@@ -129,7 +129,7 @@ typedef struct {
 #define KQ_EM_WORK_LEN(n, m)                                                                       \
     (KQ_EM_ROWS(n, m) * (KQ_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_EM_ROWS(n, m)))
 #define KQ_EM_SUMS_LEN(n, m)                                                                       \
-    (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m)) +                       \
+    (2 * (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m))) +                 \
      KQ_TRIANGLE((size_t)(n) + 1))
 #define KQ_EM_NEW_LEN(n, m)                                                                        \
     (((size_t)(n)*3 + (size_t)(m) + 1) * (size_t)(n) + (size_t)(m) * (size_t)(m))
@@ -138,7 +138,7 @@ typedef struct {
 
 /**
  * Words of memory for n states, m components and recordings of at most `steps` steps: the history
- * of the longest recording, and about 13 n^2 + 6 m n + 3 m^2 words.  f32, n = 2, m = 1, T = 200:
+ * of the longest recording, and about 15 n^2 + 7 m n + 4 m^2 words.  f32, n = 2, m = 1, T = 200:
  * 9408 bytes.
  */
 #define KQ_EM_LEN_F32(n, m, steps)                                                                 \
