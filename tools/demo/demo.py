@@ -45,9 +45,9 @@ that is long enough for the motion to show above the noise. Both are kept positi
 starting values: the method is simple, its estimates scatter."""
 
 ESTIMATE_HELP = """With --estimate, EM takes q and r from there (--q and --r, where given) to the
-maximum of the likelihood, or for at most 1000 iterations, in f32 and f64; then all arithmetics work
-with the estimate of f64. The axes of constant velocity keep the ratio of their q. Iterations go to
-another CSV and another plot."""
+maximum of the likelihood, in f32 and f64, in at most 1000 iterations (fewer of a long file); then
+all arithmetics work with the estimate of f64. The axes of constant velocity keep the ratio of their
+q. Iterations go to another CSV and another plot."""
 
 CSV_HELP = """The CSV: one row a time step, fields separated by commas, an empty field or nan for a
 missing measurement, a header line if you like, # for comments. Local level: one value, after an
@@ -71,7 +71,8 @@ app = typer.Typer(add_completion=False)
 
 @app.command(
     help="\n\n".join(
-        " ".join(text.split()) for text in (DEMO_HELP, CSV_HELP, MOMENTS_HELP, ESTIMATE_HELP, RANGE_HELP)
+        " ".join(text.split())
+        for text in (DEMO_HELP, CSV_HELP, MOMENTS_HELP, ESTIMATE_HELP, RANGE_HELP)
     )
 )
 def main(
@@ -147,7 +148,7 @@ def check_options(
     if csv is not None and model is None:
         raise DemoError("--model is missing: local-level or constant-velocity")
     for name, value, least in (
-        ("--q", q, 0.0),
+        ("--q", q, 1e-30 if estimate else 0.0),  # EM cannot leave 0
         ("--r", r, 1e-30),
         ("--dt", dt, 1e-9),
         ("--range", measured_range, 1e-30),

@@ -18,23 +18,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* At most 1000 iterations; fewer of a long sequence, so that a host is done within half a minute:
-   so many steps of a filter with one state, in all. */
-enum { ITERATIONS_MAX = 1000, STEPS_OF_ALL = 30000000 };
+/* Fewer iterations of a long sequence, so that a host is done within half a minute. */
+enum { ITERATIONS_MAX = 1000, STATES_MAX = 20000000 }; /* states of all steps of all iterations */
 static const word TOLERANCE = (word)1e-6;
 
 typedef KQ(parameters) parameters;
 typedef KQ(recording) recording;
+typedef KQ(em) estimator;
 
 static const kq_em_choice Q_AND_R = {KQ_EM_Q | KQ_EM_R, KQ_EM_MULTIPLE, KQ_EM_DIAGONAL, NULL, NULL};
 
-/* What every iteration gave: the log-likelihood of its Q and R. */
+/* What every iteration gave: its Q and R, and their log-likelihood. */
 typedef struct {
     size_t q_size, r_size;
-    size_t last;                       /* iteration */
+    size_t last;
     int settled;
-    word *log_likelihood;              /* 0 .. last, as these */
-    word *Q, *R;
+    word *log_likelihood, *Q, *R; /* of iterations 0 .. last */
 } course;
 
 static uint16_t *masks(const uint32_t *present, size_t steps)
@@ -68,7 +67,7 @@ static recording recording_of(const problem *given)
 
 static size_t most_iterations(const problem *given)
 {
-    size_t most = STEPS_OF_ALL / given->steps / (size_t)given->n;
+    size_t most = STATES_MAX / given->steps / (size_t)given->n;
     return most < ITERATIONS_MAX ? most : ITERATIONS_MAX;
 }
 
@@ -84,7 +83,7 @@ static course course_of(const problem *given)
 
 /* ---- the library at work ----------------------------------------------------------------- */
 
-static void note(course *found, size_t k, const KQ(em) *em, const parameters *model)
+static void note(course *found, size_t k, const estimator *em, const parameters *model)
 {
     found->last = k;
     found->log_likelihood[k] = KQ(em_log_likelihood)(em);
@@ -93,7 +92,7 @@ static void note(course *found, size_t k, const KQ(em) *em, const parameters *mo
 }
 
 /* The E-step, which gives the log-likelihood of Q and R as they are. */
-static void expect(KQ(em) *em)
+static void expect(estimator *em)
 {
     do {
         check(KQ(em_advance)(em), "EM");
@@ -106,7 +105,7 @@ static void estimate(const problem *given, course *found)
     recording data = recording_of(given);
     size_t most = most_iterations(given);
     size_t length = EM_LEN((size_t)given->n, (size_t)given->m, given->steps);
-    KQ(em) em;
+    estimator em;
 
     check(KQ(em_assign)(&em, given->n, given->m, allocate(length, sizeof(word)), length), "EM");
     check(KQ(em_init)(&em, &model, &Q_AND_R, &data, 1), "EM");

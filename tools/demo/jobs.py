@@ -94,7 +94,7 @@ def local_level(
     mean, sigma = spread(z, found_r)
     name = data.names[0]
     model = models.local_level(name, found_q, found_r, mean, (PRIOR_WIDTH * sigma) ** 2)
-    note = f"q = {found_q:.6g}{origin(q)}, r = {found_r:.6g}{origin(r)}"
+    note = models.noise_text(model, origin(q), origin(r))
     return users_job(path, data, model, step, measured_range, ahead, note)
 
 
@@ -116,10 +116,7 @@ def constant_velocity(
     x0, p0 = velocity_prior(data, noise, step)
     density, variance = zip(*noise)
     model = models.constant_velocity(data.names, step, density, variance, x0, p0)
-    note = "; ".join(
-        f"{name}: q = {found_q:.6g}{origin(q)}, r = {found_r:.6g}{origin(r)}"
-        for name, (found_q, found_r) in zip(data.names, noise)
-    )
+    note = models.noise_text(model, origin(q), origin(r))
     return users_job(path, data, model, step, measured_range, ahead, note)
 
 

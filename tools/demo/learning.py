@@ -8,7 +8,7 @@ import numpy as np
 
 from estimates import Estimates
 from job import Job
-from models import Model
+from models import Model, noise_text
 
 TAKEN = "f64"  # the arithmetic whose estimate is worked with
 MILESTONES = (0, 1, 10, 100)  # iterations that are shown, besides the last
@@ -49,9 +49,3 @@ class Learning:
         """The iterations to be shown that all arithmetics have, before their last."""
         return [k for k in MILESTONES if all(k < course.last for course in self.courses.values())]
 
-
-def noise_text(model: Model) -> str:
-    pairs = [f"q = {q:.6g}, r = {r:.6g}" for q, r in zip(model.q, model.r)]
-    if len(pairs) == 1:
-        return pairs[0]
-    return "; ".join(f"{name}: {pair}" for name, pair in zip(model.measured, pairs))

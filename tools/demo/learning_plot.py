@@ -29,7 +29,7 @@ def save(learning: Learning, runs: plot.Runs, path: Path) -> None:
             plot_smoothed(axes, learning, before, after, c)
         plot.label_time(panels[-1], job)
         figure.align_ylabels(panels)
-        title = f"{job.title}: Q and R by EM (kalmanq)"
+        title = f"{job.title}, Q and R by EM (kalmanq)"
         plot.arrange(figure, legend_entries(learning), plot.literal(title))
         figure.savefig(path, format="png")
         plt.close(figure)
@@ -41,9 +41,10 @@ def plot_rise(axes: Axes, learning: Learning) -> None:
         label = f"{name}: {course.last} iterations"
         axes.plot(shortfall(course), color=plot.ARITHMETIC[name], lw=1.4, label=label)
     axes.set_yscale("log")
+    axes.margins(x=0.01)
     axes.set_xlabel("iteration")
     axes.set_ylabel("[nats]")
-    axes.set_title("Log-likelihood: distance from its highest value")
+    axes.set_title("Log-likelihood: distance from its highest value, to rounding")
     axes.legend(loc="upper right")
 
 

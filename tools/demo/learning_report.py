@@ -13,7 +13,7 @@ from report import Row
 def show(console: Console, learning: Learning) -> None:
     """Prints the iterations, a column each, of every arithmetic."""
     guess, milestones = learning.guess, learning.milestones
-    title = Text(f"{guess.title}: Q and R by EM", style="bold")
+    title = Text(f"{guess.title}, Q and R by EM", style="bold")
     table = Table(title=title, title_justify="left", show_edge=False)
     table.add_column(no_wrap=True)
     for heading in headings(learning):
@@ -30,20 +30,18 @@ def show(console: Console, learning: Learning) -> None:
 
 def headings(learning: Learning) -> list[str]:
     between = [""] * (len(learning.milestones) - 1)
-    published = ["published"] * (learning.guess.published is not None)
+    published = ["published"] if learning.guess.published else []
     return ["guess", *between, "last", *published]
 
 
 def course_rows(name: str, course: Course, learning: Learning, shown: list[int]) -> list[Row]:
     published = learning.guess.published
     rows: list[Row] = [(f"{name}: iteration", [str(k) for k in shown])]
-    for label, noise, known in (
-        ("q", [course.models[k].q for k in shown], published and published.q),
-        ("r", [course.models[k].r for k in shown], published and published.r),
-    ):
+    for noise in ("q", "r"):
+        known = [f"{getattr(published, noise):.6g}"] if published else []
         for c, component in enumerate(names(learning)):
-            cells = [f"{values[c]:.6g}" for values in noise]
-            rows.append((f"  {label}{component}", cells + [f"{known:.6g}"] * (known is not None)))
+            cells = [f"{getattr(course.models[k], noise)[c]:.6g}" for k in shown]
+            rows.append((f"  {noise}{component}", cells + known))
     rows.append(("  log-likelihood", [f"{course.log_likelihood[k]:.4f}" for k in shown]))
     return rows
 

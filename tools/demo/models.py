@@ -79,6 +79,14 @@ def constant_velocity(
     )
 
 
+def noise_text(model: Model, q_origin: str = "", r_origin: str = "") -> str:
+    """q and r of every measured component, which is named where there are several."""
+    pairs = [f"q = {q:.6g}{q_origin}, r = {r:.6g}{r_origin}" for q, r in zip(model.q, model.r)]
+    if len(pairs) == 1:
+        return pairs[0]
+    return "; ".join(f"{name}: {pair}" for name, pair in zip(model.measured, pairs))
+
+
 def velocity_noise(dt: float) -> np.ndarray:
     """Q of one axis over a step, for unit spectral density."""
     return np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
