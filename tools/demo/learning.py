@@ -48,4 +48,3 @@ class Learning:
     def milestones(self) -> list[int]:
         """The iterations to be shown that all arithmetics have, before their last."""
         return [k for k in MILESTONES if all(k < course.last for course in self.courses.values())]
-

@@ -1,5 +1,5 @@
-"""The results as a CSV: one row a step and arithmetic, then one row a forecast; and
-the iterations of an estimate."""
+"""The results as CSVs: one row a step and arithmetic, then one row a forecast; one row an iteration
+of an estimate."""
 
 from __future__ import annotations
 
