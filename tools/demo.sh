@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
-# The demo: sets up what is missing, builds, then filters, forecasts and smooths.
-#   tools/demo.sh                                    the Nile and a simulated track
+# The demo: sets up what is missing, builds, then estimates noise, filters, forecasts and smooths.
+#   tools/demo.sh                                    the Nile, its variances estimated from a poor
+#                                                    guess, and a simulated track
 #   tools/demo.sh my.csv --model local-level         measurements of your own
 #   tools/demo.sh my.csv --model constant-velocity [--q Q] [--r R] [--dt DT] [--range RANGE]
+#   tools/demo.sh my.csv --model local-level --estimate    q and r by EM first
 #   tools/demo.sh --help                             all options
 # Results go to build/demo, or where --out says.
 set -eu

@@ -1,6 +1,6 @@
 """Tests of the demo.
 
-    test_demo.py --programs DIR      where kq_demo_f32, kq_demo_f64 and kq_demo_q31 are
+    test_demo.py --programs DIR      where kq_demo_f32, kq_estimate_f32 and so on are
                                      (or the environment variable KQ_DEMO_PROGRAMS)
 """
 
@@ -29,8 +29,10 @@ import reference
 import report
 import runner
 import simulate
-from demo import ARITHMETICS
+from demo import ARITHMETICS, ESTIMATING
 from errors import InputError
+from job import Job
+from learning import Course
 from outputs import Outputs
 
 NILE = ROOT / "tools" / "data" / "nile.csv"
@@ -114,6 +116,10 @@ def programs() -> Path:
     return Path(found) if found else ROOT / "build" / "demo-build" / "tools" / "demo"
 
 
+def csv_rows(z: np.ndarray) -> str:
+    return "\n".join(",".join(f"{value:.3f}" for value in row) for row in z)
+
+
 def run_demo(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-B", str(DEMO / "demo.py"), "--programs", str(programs())]
     command += [str(argument) for argument in arguments]
@@ -174,6 +180,8 @@ class BadInput(InDirectory):
             ([good], "--model is missing"),
             (["--model", LEVEL], "a CSV of your own"),
             (["--q", "1"], "a CSV of your own"),
+            (["--estimate"], "a CSV of your own"),
+            ([good, "--model", LEVEL, "--estimate", "--q", "0"], "--q 0: must be from 1e-30"),
             ([good, "--model", LEVEL, "--q", "-1"], "--q -1"),
             ([good, "--model", LEVEL, "--r", "0"], "--r 0"),
             ([good, "--model", LEVEL, "--r", "nan"], "--r nan"),
@@ -201,6 +209,17 @@ class BadInput(InDirectory):
         done = run_demo(path, "--model", LEVEL, "--range", 1e30, "--out", self.out)
         self.assert_refused(done, "kq_demo_q31: x_range 0, 1e+30: ")
 
+    def test_data_that_are_not_enough_for_an_estimate(self) -> None:
+        for name, content, arguments, says in (
+            ("one", "5\n", ["--q", 1, "--r", 1], "fewer measurements than free parameters"),
+            ("few", "5\n6\n7\n", [], "few.csv: row 3: too few measurements"),
+            ("flat", "5\n" * 20, [], "the likelihood is infinite or zero"),
+        ):
+            with self.subTest(name):
+                path = self.file(f"{name}.csv", content)
+                arguments = [*arguments, "--model", LEVEL, "--estimate"]
+                self.assert_refused(run_demo(path, *arguments, "--out", self.out), says)
+
     def test_programs_that_are_not_built(self) -> None:
         good = self.file("good.csv", "1\n2\n4\n3\n5\n4\n6\n")
         nowhere = self.directory / "nowhere"
@@ -220,18 +239,35 @@ class BadInput(InDirectory):
         self.assertEqual(len(csv_input.read(NILE, csv_input.LOCAL_LEVEL).values), 100)
 
 
-def run_program(arithmetic: str, problem: str) -> subprocess.CompletedProcess[str]:
-    program = str(programs() / f"kq_demo_{arithmetic}")
+def run_program(
+    arithmetic: str, problem: str, kind: str = "demo"
+) -> subprocess.CompletedProcess[str]:
+    program = str(programs() / f"kq_{kind}_{arithmetic}")
     return subprocess.run([program], input=problem, capture_output=True, text=True)
 
 
-class Programs(unittest.TestCase):
-    def assert_stops(self, arithmetic: str, problem: str, says: str) -> None:
-        done = run_program(arithmetic, problem)
+class ProgramTest(unittest.TestCase):
+    def assert_stops(self, arithmetic: str, problem: str, says: str, kind: str = "demo") -> None:
+        done = run_program(arithmetic, problem, kind)
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertEqual(done.stderr.count("\n"), 1)
-        self.assertTrue(done.stderr.startswith(f"kq_demo_{arithmetic}: {says}"), done.stderr)
+        self.assertTrue(done.stderr.startswith(f"kq_{kind}_{arithmetic}: {says}"), done.stderr)
 
+    def assert_notices_a_full_disk(self, kind: str, problem: str) -> None:
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full here")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run(
+                [str(programs() / f"kq_{kind}_f64")],
+                input=problem,
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+
+
+class Programs(ProgramTest):
     def test_bad_problems(self) -> None:
         for arithmetic in ARITHMETICS:
             for problem, says in BAD_PROBLEMS:
@@ -282,18 +318,7 @@ class Programs(unittest.TestCase):
             self.assertAlmostEqual(other, 1.25, delta=2**-29)
 
     def test_results_that_cannot_be_written(self) -> None:
-        problem = f"sizes 1 1 1 0\n{MODEL}\nz 1 end"
-        if not os.path.exists("/dev/full"):
-            self.skipTest("no /dev/full here")
-        with open("/dev/full", "w", encoding="utf-8") as full:
-            done = subprocess.run(
-                [str(programs() / "kq_demo_f64")],
-                input=problem,
-                stdout=full,
-                stderr=subprocess.PIPE,
-                text=True,
-            )
-        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+        self.assert_notices_a_full_disk("demo", f"sizes 1 1 1 0\n{MODEL}\nz 1 end")
 
     def test_against_the_reference(self) -> None:
         """Missing components, several axes, a forecast: as the textbook has it."""
@@ -311,6 +336,91 @@ class Programs(unittest.TestCase):
             self.assertLess(report.sigma_error(found, true), limit)
             self.assertAlmostEqual(found.log_likelihood, true.log_likelihood, delta=1e-3)
             self.assertEqual(found.events, 0)
+
+
+def estimate(arithmetic: str, guess: Job) -> Course:
+    return runner.estimate(programs() / f"kq_estimate_{arithmetic}", guess)
+
+
+class Estimation(ProgramTest):
+    def assert_highest(self, course: Course, z: np.ndarray, change: float) -> None:
+        """No q or r beside the last ones is likelier, by the textbook's filter."""
+        best = course.models[-1]
+
+        def likelihood(q_factor: float, r_factor: np.ndarray) -> float:
+            beside = best.with_noise(best.Q * q_factor, best.R * r_factor)
+            return reference.run(beside, z, 0).log_likelihood
+
+        m = len(best.R)
+        highest = likelihood(1, np.ones(m))
+        for factor in (1 - change, 1 + change):
+            self.assertLess(likelihood(factor, np.ones(m)), highest)
+            for c in range(m):
+                factors = np.where(np.arange(m) == c, factor, 1)
+                self.assertLess(likelihood(1, factors), highest)
+
+    def test_the_nile(self) -> None:
+        """Four digits of what Durbin and Koopman publish."""
+        guess = jobs.nile(ROOT, None)
+        for arithmetic in ESTIMATING:
+            with self.subTest(arithmetic):
+                course = estimate(arithmetic, guess)
+                self.assertTrue(course.settled)
+                first, last = course.models[0], course.models[-1]
+                self.assertEqual((first.q, first.r), (1e4, 1e4))
+                self.assertEqual(f"{last.q[0]:.4g} {last.r[0]:.4g}", "1469 1.51e+04")
+                self.assert_highest(course, guess.z, 1e-2)
+
+    def test_the_log_likelihood_rises(self) -> None:
+        guess = jobs.nile(ROOT, None)
+        for arithmetic, rounding in (("f32", 2e-4), ("f64", 1e-11)):
+            with self.subTest(arithmetic):
+                found = estimate(arithmetic, guess).log_likelihood
+                self.assertGreater(np.diff(found).min(), -rounding)
+                self.assertGreater(np.diff(found[:50]).min(), 0)
+                self.assertAlmostEqual(found[-1] - found[0], 4.2202, delta=rounding + 5e-5)
+
+    def test_every_log_likelihood_is_that_of_its_noise(self) -> None:
+        guess = jobs.track(0)
+        course = estimate("f64", guess)
+        for k in (0, 1, 10, course.last):
+            true = reference.run(course.models[k], guess.z, 0)
+            self.assertAlmostEqual(course.log_likelihood[k], true.log_likelihood, delta=1e-8)
+
+    def test_two_axes_with_a_dropout(self) -> None:
+        """Q stays a multiple of the guess, R diagonal; both come near the truth."""
+        settings = simulate.Settings(seed=9, steps=1500, beyond=0)
+        made = simulate.simulate(settings)
+        x0, p0 = [0.0] * 4, [1e4, 1e2, 1e4, 1e2]
+        model = models.constant_velocity(("x", "y"), 1.0, [1.0, 1.0], [9.0, 900.0], x0, p0)
+        guess = Job("track", "", model, made.z, made.time, 1.0, 0)
+        for arithmetic in ESTIMATING:
+            with self.subTest(arithmetic):
+                course = estimate(arithmetic, guess)
+                last = course.models[-1]
+                np.testing.assert_allclose(last.Q, last.q[0] * model.Q, rtol=1e-6)
+                self.assertEqual(np.count_nonzero(last.R), 2)
+                np.testing.assert_allclose(last.q, settings.q, rtol=0.2)
+                np.testing.assert_allclose(last.r, settings.r, rtol=0.1)
+                self.assert_highest(course, made.z, 2e-2)
+
+    def test_bad_problems(self) -> None:
+        problem = f"sizes 1 1 1 0\n{MODEL}\nz 1 2"
+        few = f"sizes 1 1 1 0\n{MODEL}\nz 1 end"
+        none = f"sizes 1 1 3 0\n{MODEL}\nz nan nan nan end"
+        still = "sizes 1 1 3 0 A 1 Q 0 H 1 R 1 x0 0 P0 1 x_range 9 z_range 9 z 1 2 3 end"
+        for arithmetic in ESTIMATING:
+            for given, says in (
+                (problem, "line 3: '2' where end should be"),
+                (few, "EM: there are fewer measurements than free parameters"),
+                (none, "EM: every measurement is missing"),
+                (still, "EM: a parameter is not of the form"),
+            ):
+                with self.subTest(arithmetic=arithmetic, says=says):
+                    self.assert_stops(arithmetic, given, says, "estimate")
+
+    def test_iterations_that_cannot_be_written(self) -> None:
+        self.assert_notices_a_full_disk("estimate", f"sizes 1 1 3 0\n{MODEL}\nz 1 2 3 end")
 
 
 class Simulator(unittest.TestCase):
@@ -527,18 +637,38 @@ class EndToEnd(InDirectory):
                         error = abs(float(a[name]) - float(b[name])) / float(b[f"{name}_sigma"])
                         self.assertLess(error, limit, f"{arithmetic} {name} {a['step']}")
 
+    def assert_iterations(self, name: str, noise: list[str], agree: float) -> None:
+        """From the same guess, over rising log-likelihoods, to nearly the same noise."""
+        rows = read_csv(self.out / name)
+        ends = []
+        for arithmetic in ESTIMATING:
+            found = [row for row in rows if row["arithmetic"] == arithmetic]
+            self.assertEqual([int(row["iteration"]) for row in found], list(range(len(found))))
+            self.assertGreater(
+                float(found[-1]["log_likelihood"]), float(found[0]["log_likelihood"])
+            )
+            ends.append([[float(row[name]) for name in noise] for row in (found[0], found[-1])])
+        np.testing.assert_allclose(ends[0][0], ends[1][0], rtol=1e-6)
+        np.testing.assert_allclose(ends[0][1], ends[1][1], rtol=agree)
+
     def test_the_built_in_data(self) -> None:
         printed = self.run_well()
-        names = ["nile.csv", "nile.png", "track.csv", "track.png", "track_data.csv"]
+        names = ["nile.csv", "nile.png", "nile_em.csv", "nile_em.png"]
+        names += ["track.csv", "track.png", "track_data.csv"]
         self.assertEqual(sorted(path.name for path in self.out.iterdir()), names)
         for name in names:
             self.assertIn(name, printed)
-        self.assertEqual(printed.count("-641.5856"), 4)
+        self.assertEqual(printed.count("-641.5856"), 7)  # of estimates 3, of runs 4
+        self.assertIn("rose by 4.2202, from -645.8058 to -641.5856", printed)
+        self.assertIn("estimate (EM in f64): q = 1468.55, r = 15099.6\n", printed)
+        self.assertIn("Durbin and Koopman", printed)
         self.assertIn("q31 formats, states: flow Q13.18 (\u00b15846)\n", printed)
         self.assertIn("q31 formats, measurements: flow Q13.18 (\u00b15846)\n", printed)
         self.assertNotIn("KQ_EVENT", printed)
         self.assert_plot("nile.png")
+        self.assert_plot("nile_em.png")
         self.assert_plot("track.png")
+        self.assert_iterations("nile_em.csv", ["q_flow", "r_flow"], 1e-3)
         self.assertEqual(len(read_csv(self.out / "nile.csv")), 4 * (100 + 10))
         self.assertEqual(len(read_csv(self.out / "track.csv")), 4 * (150 + 20))
         self.assert_close(self.out / "nile.csv", ["filtered_flow", "smoothed_flow"], 1e-4)
@@ -559,12 +689,35 @@ class EndToEnd(InDirectory):
         track = simulate.simulate(simulate.Settings(seed=8, steps=120, dt=0.1))
         for axes in (1, 2, 3):
             z = np.column_stack([track.z, track.z[:, 0]])[:, :axes]
-            rows = "\n".join(",".join(f"{value:.3f}" for value in row) for row in z)
-            path = self.file(f"walk{axes}.csv", rows)
+            path = self.file(f"walk{axes}.csv", csv_rows(z))
             self.run_well(path, "--model", VELOCITY, "--dt", 0.1, "--forecast", 0, "--r", 64)
             self.assert_plot(f"walk{axes}_kalmanq.png")
             names = ["filtered_x", "smoothed_x", "smoothed_vx"]
             self.assert_close(self.out / f"walk{axes}_kalmanq.csv", names, 1e-3)
+
+    def test_an_estimate_of_ones_own(self) -> None:
+        path = self.file("flow.csv", NILE.read_text(encoding="utf-8"))
+        printed = self.run_well(path, "--model", LEVEL, "--estimate", "--q", 1e4, "--r", 1e4)
+        self.assertIn("\nguess: q = 10000, r = 10000\n", printed)
+        self.assertNotIn("published", printed)
+        self.assertEqual(len(list(self.out.iterdir())), 4)
+        self.assert_plot("flow_kalmanq_em.png")
+        self.assert_iterations("flow_kalmanq_em.csv", ["q_flow", "r_flow"], 1e-3)
+        names = ["filtered_flow", "smoothed_flow", "forecast_flow"]
+        self.assert_close(self.out / "flow_kalmanq.csv", names, 1e-4)
+
+    def test_an_estimate_of_a_track(self) -> None:
+        track = simulate.simulate(simulate.Settings(seed=8, steps=120, beyond=0))
+        path = self.file("walk.csv", csv_rows(track.z))
+        self.run_well(path, "--model", VELOCITY, "--estimate")
+        self.assert_plot("walk_kalmanq_em.png")
+        self.assert_iterations("walk_kalmanq_em.csv", ["q_x", "q_y", "r_x", "r_y"], 1e-2)
+
+    def test_an_estimate_that_does_not_settle(self) -> None:
+        """A ramp is no local level with any r: q takes the slope, r goes on falling."""
+        path = self.file("ramp.csv", "".join(f"{3 * t + t % 3 / 2}\n" for t in range(40)))
+        printed = self.run_well(path, "--model", LEVEL, "--estimate")
+        self.assertEqual(printed.count("not settled after 1000 iterations"), 2)
 
     def test_very_little_data(self) -> None:
         path = self.file("one.csv", "5\n")

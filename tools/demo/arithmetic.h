@@ -1,8 +1,8 @@
 /*
- * The demo program is one text, compiled once for each arithmetic.  Here the neutral names of
- * run.c become those of the library, and what the arithmetics do not have in common, how a
- * number is written, is named; floating.c has it for f32 and f64, fixed.c for q31.  (Only the
- * demo does this: a program of your own picks one arithmetic and says so in every name.)
+ * The demo programs are one text each, compiled once for each arithmetic.  Here the neutral names
+ * of run.c and estimate.c become those of the library, and what the arithmetics do not have in
+ * common, how a number is written, is named; floating.c has it for f32 and f64, fixed.c for q31.
+ * (Only the demo does this: a program of your own picks one arithmetic and says so in every name.)
  */
 #ifndef KQ_DEMO_ARITHMETIC_H
 #define KQ_DEMO_ARITHMETIC_H
@@ -16,23 +16,22 @@
 #error "define one of KQ_DEMO_F32, KQ_DEMO_F64 and KQ_DEMO_Q31"
 #endif
 
-/* NUMBER_MAX: the largest number of a problem. */
+/* NUMBER_MAX: the largest number of a problem.  PROGRAM, the name, comes from CMake. */
 #if defined(KQ_DEMO_F32)
-#define PROGRAM "kq_demo_f32"
 #define NUMBER_MAX FLT_MAX
 #define KQ(name) kq_##name##_f32
 #define FILTER_LEN(n) KQ_FILTER_LEN_F32(n)
 #define HISTORY_LEN(n, m, steps) KQ_HISTORY_LEN_F32(n, m, steps, 0)
+#define EM_LEN(n, m, steps) KQ_EM_LEN_F32(n, m, steps)
 typedef float word;
 #elif defined(KQ_DEMO_F64)
-#define PROGRAM "kq_demo_f64"
 #define NUMBER_MAX DBL_MAX
 #define KQ(name) kq_##name##_f64
 #define FILTER_LEN(n) KQ_FILTER_LEN_F64(n)
 #define HISTORY_LEN(n, m, steps) KQ_HISTORY_LEN_F64(n, m, steps, 0)
+#define EM_LEN(n, m, steps) KQ_EM_LEN_F64(n, m, steps)
 typedef double word;
 #else
-#define PROGRAM "kq_demo_q31"
 #define NUMBER_MAX DBL_MAX
 #define KQ(name) kq_##name##_q31
 #define FILTER_LEN(n) KQ_FILTER_LEN_Q31(n)
@@ -72,5 +71,10 @@ double log_likelihood_of(const filter *f);
 
 /* The line `formats` of the results, for fixed point only. */
 void write_formats(const objects *o);
+
+#ifndef KQ_DEMO_Q31
+/* A copy in the arithmetic's numbers. */
+word *words(const double *values, size_t count);
+#endif
 
 #endif

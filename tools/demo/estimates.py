@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+DRAWN = "f32"  # the arithmetic whose curves the plots show
 FOR_95 = 1.959964  # half width of the 95 % band, in standard deviations
 
 

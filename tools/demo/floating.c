@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-static word *words(const double *values, size_t count)
+word *words(const double *values, size_t count)
 {
     word *made = allocate(count, sizeof(word));
     for (size_t k = 0; k < count; k++) {

@@ -11,6 +11,15 @@ from models import Model
 
 
 @dataclass(frozen=True)
+class Published:
+    """Noise that the literature has estimated from the same data."""
+
+    source: str
+    q: float
+    r: float
+
+
+@dataclass(frozen=True)
 class Job:
     name: str  # of the output files
     title: str
@@ -24,6 +33,8 @@ class Job:
     time_name: str = "time"
     truth: np.ndarray | None = None  # T + ahead rows of states, where it is known
     note: str = ""  # a line below the table: the model's numbers
+    to_estimate: bool = False  # the model's Q and R are a guess (learning.py)
+    published: Published | None = None
     range: float | None = None  # of the measurements, as the user declares it (ranges.py)
     inputs: list[Path] = field(default_factory=list)  # files that must not be overwritten
     extra_files: dict[str, str] = field(default_factory=dict)  # to be written too, by name

@@ -14,7 +14,7 @@ import moments
 import simulate
 from csv_input import Measurements
 from errors import InputError, one_line
-from job import Job
+from job import Job, Published
 
 FORECAST_STEPS = 10
 PRIOR_WIDTH = 10.0  # of the data's standard deviation
@@ -25,8 +25,8 @@ VARIANCE_RANGE = (1e-30, 1e30)  # what a float can be asked to work with
 
 
 def nile(root: Path, ahead: int | None) -> Job:
-    """The maximum-likelihood variances of Durbin and Koopman, and a prior that says nothing."""
-    q, r, p0 = 1469.1, 15099.0, 1e7
+    """A poor guess of the variances, to be estimated, and a prior that says nothing."""
+    q, r, p0 = 1e4, 1e4, 1e7
     path = root / "tools" / "data" / "nile.csv"
     data = csv_input.read(path, csv_input.LOCAL_LEVEL)
     return Job(
@@ -40,6 +40,8 @@ def nile(root: Path, ahead: int | None) -> Job:
         unit="10\u2078 m\u00b3",
         time_name="year",
         note=f"q = {q:g}, r = {r:g} (1e8 m^3)^2; before the first year: level 0, variance {p0:g}",
+        to_estimate=True,
+        published=Published("Durbin and Koopman, by maximum likelihood", 1469.1, 15099.0),
         inputs=[path],
     )
 
@@ -92,7 +94,7 @@ def local_level(
     mean, sigma = spread(z, found_r)
     name = data.names[0]
     model = models.local_level(name, found_q, found_r, mean, (PRIOR_WIDTH * sigma) ** 2)
-    note = f"q = {found_q:.6g}{origin(q)}, r = {found_r:.6g}{origin(r)}"
+    note = models.noise_text(model, origin(q), origin(r))
     return users_job(path, data, model, step, measured_range, ahead, note)
 
 
@@ -114,10 +116,7 @@ def constant_velocity(
     x0, p0 = velocity_prior(data, noise, step)
     density, variance = zip(*noise)
     model = models.constant_velocity(data.names, step, density, variance, x0, p0)
-    note = "; ".join(
-        f"{name}: q = {found_q:.6g}{origin(q)}, r = {found_r:.6g}{origin(r)}"
-        for name, (found_q, found_r) in zip(data.names, noise)
-    )
+    note = models.noise_text(model, origin(q), origin(r))
     return users_job(path, data, model, step, measured_range, ahead, note)
 
 

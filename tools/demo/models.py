@@ -5,7 +5,7 @@ x0 and P0 hold before the first measurement.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Sequence
 
 import numpy as np
@@ -22,6 +22,16 @@ class Model:
     R: np.ndarray
     x0: np.ndarray
     P0: np.ndarray
+    # m, as --q has them; Q is proportional to them
+    q: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def r(self) -> np.ndarray:
+        return np.diag(self.R)
+
+    def with_noise(self, Q: np.ndarray, R: np.ndarray) -> Model:
+        """The same model with other noise; Q is a multiple of what it was."""
+        return replace(self, Q=Q, R=R, q=self.q * (Q[0, 0] / self.Q[0, 0]))
 
 
 def local_level(name: str, q: float, r: float, x0: float, p0: float) -> Model:
@@ -36,6 +46,7 @@ def local_level(name: str, q: float, r: float, x0: float, p0: float) -> Model:
         R=np.array([[r]]),
         x0=np.array([x0]),
         P0=np.array([[p0]]),
+        q=np.array([q]),
     )
 
 
@@ -64,7 +75,16 @@ def constant_velocity(
         R=np.diag(np.asarray(r, dtype=float)),
         x0=np.asarray(x0, dtype=float),
         P0=np.diag(np.asarray(p0, dtype=float)),
+        q=np.asarray(q, dtype=float),
     )
+
+
+def noise_text(model: Model, q_origin: str = "", r_origin: str = "") -> str:
+    """q and r of every measured component, which is named where there are several."""
+    pairs = [f"q = {q:.6g}{q_origin}, r = {r:.6g}{r_origin}" for q, r in zip(model.q, model.r)]
+    if len(pairs) == 1:
+        return pairs[0]
+    return "; ".join(f"{name}: {pair}" for name, pair in zip(model.measured, pairs))
 
 
 def velocity_noise(dt: float) -> np.ndarray:

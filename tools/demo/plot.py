@@ -20,16 +20,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Patch
 
-from estimates import Band, Estimates
+from estimates import DRAWN, Band, Estimates
 from job import Job
 
 Runs = dict[str, Estimates]
-DRAWN, REFERENCE = "f32", "reference"
+REFERENCE = "reference"
 
 # Okabe and Ito's palette: told apart with any colour vision.  A band's tint is opaque, so that
 # bands on top of each other keep their colours.
-FILTER, SMOOTHER, FORECAST = "#D55E00", "#0072B2", "#009E73"
-TINT = {FILTER: "#FBE4D5", SMOOTHER: "#B9DAEF", FORECAST: "#BFE7DB"}
+FILTER, SMOOTHER, FORECAST, GUESS = "#D55E00", "#0072B2", "#009E73", "#E69F00"
+TINT = {FILTER: "#FBE4D5", SMOOTHER: "#B9DAEF", FORECAST: "#BFE7DB", GUESS: "#FBE9C6"}
 ARITHMETIC = {"f32": "#CC79A7", "f64": "#56B4E9", "q31": "#B57900"}
 DATA, TRUTH, GAP = "#444444", "#000000", "#E6E6E6"
 TRUTH_STYLE: dict[str, Any] = {"color": TRUTH, "lw": 1.1, "ls": (0, (1, 1.3))}
@@ -58,7 +58,7 @@ def save(job: Job, runs: Runs, path: Path) -> None:
     """Draws the runs of a job into a PNG."""
     with plt.rc_context(STYLE):
         figure = draw_series(job, runs) if len(job.model.measured) == 1 else draw_track(job, runs)
-        arrange(figure, job, literal(f"{job.title} (kalmanq, {DRAWN})"))
+        arrange(figure, legend_entries(job), literal(f"{job.title} (kalmanq, {DRAWN})"))
         figure.savefig(path, format="png")
         plt.close(figure)
 
@@ -304,11 +304,10 @@ def label_time(axes: Axes, job: Job) -> None:
     axes.set_xlabel(with_unit(job.time_name, job.time_unit))
 
 
-def arrange(figure: Figure, job: Job, title: str) -> None:
+def arrange(figure: Figure, entries: list[tuple[str, Any]], title: str) -> None:
     """The title above, the legend below, the panels between."""
     inch = 1 / figure.get_size_inches()[1]
     figure.text(0.012, 1 - 0.1 * inch, title, ha="left", va="top", fontsize=12, weight="bold")
-    entries = legend_entries(job)
     columns = 6 if figure.get_size_inches()[0] < 12 else 7
     figure.legend(
         [handle for _, handle in entries],
@@ -323,16 +322,21 @@ def arrange(figure: Figure, job: Job, title: str) -> None:
 
 
 def legend_entries(job: Job) -> list[tuple[str, Any]]:
-    entries: list[tuple[str, Any]] = [("measurement", Line2D([], [], ms=4, **DATA_STYLE))]
-    if job.truth is not None:
-        entries.append(("truth", Line2D([], [], **TRUTH_STYLE)))
-    if np.isnan(job.z).any():
-        entries.append(("no measurements", Patch(fc=GAP)))
+    entries = data_entries(job)
     entries.append(("filter, 95 % band", band_sample(FILTER)))
     entries.append(("smoother, 95 % band", band_sample(SMOOTHER)))
     if job.ahead:
         entries.append(("forecast, 95 % band", band_sample(FORECAST)))
         entries.append(("next measurements, 95 %", Line2D([], [], **Z_STYLE)))
+    return entries
+
+
+def data_entries(job: Job) -> list[tuple[str, Any]]:
+    entries: list[tuple[str, Any]] = [("measurement", Line2D([], [], ms=4, **DATA_STYLE))]
+    if job.truth is not None:
+        entries.append(("truth", Line2D([], [], **TRUTH_STYLE)))
+    if np.isnan(job.z).any():
+        entries.append(("no measurements", Patch(fc=GAP)))
     return entries
 
 

@@ -29,6 +29,14 @@ void check(kq_status status, const char *what)
     }
 }
 
+void finish_output(void)
+{
+    puts("end");
+    if (fflush(stdout) != 0 || ferror(stdout)) {
+        fail("the results could not be written");
+    }
+}
+
 void *allocate(size_t count, size_t size)
 {
     void *memory = calloc(count > 0 ? count : 1, size);

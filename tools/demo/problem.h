@@ -1,5 +1,5 @@
 /*
- * What the demo program is given, in doubles whatever it computes in, and how it gives up.
+ * What a demo program is given, in doubles whatever it computes in, and how it gives up or ends.
  */
 #ifndef KQ_DEMO_PROBLEM_H
 #define KQ_DEMO_PROBLEM_H
@@ -30,6 +30,9 @@ void fail(const char *format, ...);
 
 /* Fails unless the library is content; `what` says with which part of the problem. */
 void check(kq_status status, const char *what);
+
+/* The line `end` on stdout, after which all of it is written, or the program fails. */
+void finish_output(void);
 
 /* Zeroed memory, or the program fails. */
 void *allocate(size_t count, size_t size);

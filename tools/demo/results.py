@@ -1,15 +1,17 @@
-"""The results as a CSV: one row a step and arithmetic, then one row a forecast."""
+"""The results as CSVs: one row a step and arithmetic, then one row a forecast; one row an iteration
+of an estimate."""
 
 from __future__ import annotations
 
 import csv
 import io
-from typing import Iterator
+from typing import Iterable, Iterator
 
 import numpy as np
 
 from estimates import Band, Estimates
 from job import Job
+from learning import Learning
 
 
 def to_csv(job: Job, runs: dict[str, Estimates]) -> str:
@@ -19,6 +21,17 @@ def to_csv(job: Job, runs: dict[str, Estimates]) -> str:
     for arithmetic, found in runs.items():
         writer.writerows([arithmetic, *row] for row in data_rows(job, found))
         writer.writerows([arithmetic, *row] for row in forecast_rows(job, found))
+    return text.getvalue()
+
+
+def iterations_to_csv(learning: Learning) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    names = [f"{noise}_{name}" for noise in "qr" for name in learning.guess.model.measured]
+    writer.writerow(["arithmetic", "iteration", "log_likelihood", *names])
+    for arithmetic, course in learning.courses.items():
+        for k, (value, model) in enumerate(zip(course.log_likelihood, course.models)):
+            writer.writerow([arithmetic, k, *numbers([value, *model.q, *model.r])])
     return text.getvalue()
 
 
@@ -61,7 +74,7 @@ def truth(job: Job, t: int) -> list[str]:
     return [] if job.truth is None else numbers(job.truth[t])
 
 
-def numbers(values: np.ndarray) -> list[str]:
+def numbers(values: Iterable[float]) -> list[str]:
     return [number(value) for value in values]
 
 

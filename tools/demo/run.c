@@ -179,10 +179,7 @@ static void write_results(const objects *o, const problem *given, const results 
         write_row(&found->forecast_z, k);
         putchar('\n');
     }
-    puts("end");
-    if (fflush(stdout) != 0 || ferror(stdout)) {
-        fail("the results could not be written");
-    }
+    finish_output();
 }
 
 /* All memory lives as long as the program: the system takes it back. */

@@ -1,4 +1,4 @@
-"""Runs a demo program (run.c) on a job, and reads what it answers."""
+"""Runs a demo program (run.c, estimate.c) on a job, and reads what it answers."""
 
 from __future__ import annotations
 
@@ -11,12 +11,17 @@ import ranges
 from errors import DemoError, one_line
 from estimates import Band, Estimates, Formats
 from job import Job
+from learning import Course
 
 TIME_LIMIT = 50  # seconds
 
 
 def run(program: Path, job: Job) -> Estimates:
     return parse(program, answer(program, problem_text(job)), job)
+
+
+def estimate(program: Path, job: Job) -> Course:
+    return parse_course(program, answer(program, problem_text(job)), job)
 
 
 def answer(program: Path, problem: str) -> str:
@@ -52,13 +57,10 @@ def rows_text(values: np.ndarray) -> str:
 
 
 def parse(program: Path, text: str, job: Job) -> Estimates:
-    lines = [line.split() for line in text.splitlines()]
-    records: dict[str, list[list[str]]] = {}
-    for word, *rest in lines:
-        records.setdefault(word, []).append(rest)
+    records = records_of(program, text)
     steps, forecasts = records.get("step", []), records.get("forecast", [])
-    if "end" not in records or (len(steps), len(forecasts)) != (job.steps, job.ahead):
-        raise DemoError(f"{program.name}: an incomplete answer")
+    if (len(steps), len(forecasts)) != (job.steps, job.ahead):
+        raise incomplete(program)
     n, m = len(job.model.x0), len(job.model.H)
     filtered, smoothed = bands(steps, [n, n])
     forecast, forecast_z = bands(forecasts, [n, m])
@@ -73,6 +75,32 @@ def parse(program: Path, text: str, job: Job) -> Estimates:
         events=int(records["events"][0][0]),
         formats=formats_of(records["formats"][0], n) if "formats" in records else None,
     )
+
+
+def parse_course(program: Path, text: str, job: Job) -> Course:
+    records = records_of(program, text)
+    rows = np.array(records["iteration"], dtype=float)
+    n, m = len(job.model.x0), len(job.model.H)
+    Q, R = rows[:, 2 : 2 + n * n].reshape(-1, n, n), rows[:, 2 + n * n :].reshape(-1, m, m)
+    return Course(
+        log_likelihood=rows[:, 1],
+        models=[job.model.with_noise(*noise) for noise in zip(Q, R)],
+        settled=records["settled"] == [["1"]],
+    )
+
+
+def records_of(program: Path, text: str) -> dict[str, list[list[str]]]:
+    """The lines by their first word, if the answer is complete."""
+    records: dict[str, list[list[str]]] = {}
+    for word, *rest in (line.split() for line in text.splitlines()):
+        records.setdefault(word, []).append(rest)
+    if "end" not in records:
+        raise incomplete(program)
+    return records
+
+
+def incomplete(program: Path) -> DemoError:
+    return DemoError(f"{program.name}: an incomplete answer")
 
 
 def formats_of(record: list[str], n: int) -> Formats:
