@@ -91,6 +91,15 @@ static void update_is_that_of_the_textbook(void)
     assert_update(H3, correlated3, 3);
 }
 
+/* Two components of the same noise, wherever they are */
+static void a_singular_noise_is_that_of_the_textbook(void)
+{
+    static const num same[][9] = {{2, 1, 1, 1, 1.5, 1.5, 1, 1.5, 1.5},
+                                  {1.5, 1.5, 1, 1.5, 1.5, 1, 1, 1, 2},
+                                  {1.5, 1, 1.5, 1, 2, 1, 1.5, 1, 1.5}};
+    for (int k = 0; k < COUNT(same); k++) assert_update(H3, same[k], 3);
+}
+
 static void sensors_of_any_size_take_turns(void)
 {
     SENSOR(compass, 2, 1);
@@ -542,6 +551,7 @@ static void an_innovation_variance_beyond_the_number_range_is_not_taken(void)
 static void run_update(void)
 {
     RUN_TEST(update_is_that_of_the_textbook);
+    RUN_TEST(a_singular_noise_is_that_of_the_textbook);
     RUN_TEST(sensors_of_any_size_take_turns);
     RUN_TEST(a_noise_free_measurement_is_believed);
     RUN_TEST(a_measurement_of_any_sharpness_leaves_the_rest_accurate);
