@@ -49,6 +49,11 @@ class Choice:
     A_held: np.ndarray | None = None
     H_held: np.ndarray | None = None
 
+    @property
+    def is_default(self) -> bool:
+        return (self.free == ("Q", "R") and self.Q_form == self.R_form == FULL and
+                self.A_held is None and self.H_held is None)
+
 
 @dataclass
 class Problem:
@@ -122,9 +127,10 @@ def filtered(problem: Problem, p: Parameters, recording: Recording):
         if there.any():
             H, R = p.H[there], p.R[np.ix_(there, there)]
             e, S = z[there] - H @ x, H @ P @ H.T + R
-            K = np.linalg.solve(S, H @ P).T
+            solved = np.linalg.solve(S, np.column_stack((H @ P, e)))
+            K = solved[:, :-1].T
             log_likelihood -= 0.5 * (len(e) * np.log(2 * np.pi) + np.linalg.slogdet(S)[1] +
-                                     e @ np.linalg.solve(S, e))
+                                     e @ solved[:, -1])
             rest = np.eye(n) - K @ H
             x, P = x + K @ e, rest @ P @ rest.T + K @ R @ K.T
         means[1, t], covariances[1, t] = x, P
@@ -134,13 +140,13 @@ def filtered(problem: Problem, p: Parameters, recording: Recording):
 def smoothed(p: Parameters, means, covariances):
     """Means, covariances, and Cov(x[t+1], x[t])"""
     x, P = means[1].copy(), covariances[1].copy()
-    steps, n = x.shape
-    lag_one = np.zeros((steps - 1, n, n))
-    for t in range(steps - 2, -1, -1):
-        predicted = covariances[0, t + 1]
-        G = np.linalg.lstsq(predicted, p.A @ P[t], rcond=1e-14)[0].T
+    inverse = np.linalg.pinv(covariances[0, 1:], rcond=1e-14, hermitian=True)
+    gain = P[:-1] @ p.A.T @ inverse
+    lag_one = np.empty_like(gain)
+    for t in range(len(gain) - 1, -1, -1):
+        G = gain[t]
         x[t] += G @ (x[t + 1] - means[0, t + 1])
-        P[t] += G @ (P[t + 1] - predicted) @ G.T
+        P[t] += G @ (P[t + 1] - covariances[0, t + 1]) @ G.T
         lag_one[t] = P[t + 1] @ G.T
     return x, P, lag_one
 
