@@ -86,7 +86,7 @@ class Problem:
 
 @dataclass
 class Noise:
-    """Sums of E[e e'], E[e x'], E[x x'] over the steps at which e = y - C x for a regression on x"""
+    """Of a regression on x: sums of E[e e'], E[e x'], E[x x'] over the steps, e = y - C x"""
 
     ee: np.ndarray
     ex: np.ndarray

@@ -173,8 +173,9 @@ def cases() -> dict[str, Problem]:
             "AR(1), control, all": make(AR1, 120, B=np.array([[0.7]]), free=NAMES),
             "AR(1), 3 recordings, all": make(AR1, 60, more=(30, 1), free=NAMES),
             "AR(1), one step each": make(AR1, 1, more=11 * (1,), free=("A", "Q", "R", "x0", "P0"))}
-    for name, truth, gaps in (("oscillator", OSCILLATOR, False), ("2 sensors, gaps", SENSORS, True)):
-        held = {"A_held": lower, "H_held": corner if gaps is False else np.eye(2)}
+    for name, truth, gaps in (("oscillator", OSCILLATOR, False),
+                              ("2 sensors, gaps", SENSORS, True)):
+        held = {"A_held": lower, "H_held": np.eye(2) if gaps else corner}
         for title, given in {
                 "Q and R": {},
                 "all": {"free": NAMES},
@@ -209,7 +210,7 @@ def cases() -> dict[str, Problem]:
 
 
 def singular_cases() -> dict[str, Problem]:
-    """Covariances of rank 1 and 2 of 3 in every position: rows that are equal, 0, or combinations"""
+    """Covariances of rank 1 and 2 of 3, in every position: rows equal, 0, or combined"""
     A = np.array([[0.5, 0.2, -0.3], [0.1, 0.6, 0.2], [-0.2, 0.1, 0.4]])
     H = np.array([[1, 0.2, 0.1], [0.3, 1, 0], [0, 0.3, 1]])
     held = np.array([[0, 0, 1], [1, 0, 0], [1, 0, 0]])
@@ -267,7 +268,8 @@ def random_problem(rng) -> Problem:
     free = tuple(name for name in NAMES if rng.random() < 0.6) or NAMES
     held = {f"{name}_held": (rng.random(getattr(truth, name).shape) < 0.3).astype(int)
             for name in ("A", "H") if rng.random() < 0.4}
-    start = replace(truth, A=truth.A * rng.uniform(0.5, 1), H=truth.H + 0.3 * rng.normal(size=(m, n)),
+    start = replace(truth, A=truth.A * rng.uniform(0.5, 1),
+                    H=truth.H + 0.3 * rng.normal(size=(m, n)),
                     Q=truth.Q * 10.0**rng.uniform(-1, 1), R=truth.R * 10.0**rng.uniform(-1, 1))
     return single(Problem(start, recordings, Choice(free, Q_form, R_form, **held), B))
 
@@ -308,9 +310,9 @@ def smallest_eigenvalue(C: np.ndarray) -> float:
     return float(np.linalg.eigvalsh(C / np.outer(sigma, sigma))[0])
 
 
-def differences(problem: Problem, name: str) -> np.ndarray:
-    """The gradient of the library's f64 likelihood by central differences of fourth order; along
-    a symmetric change of a covariance, spread over both entries"""
+def differences(problem: Problem, name: str, entries=None) -> np.ndarray:
+    """The gradient of the library's f64 likelihood by central differences of fourth order, all of
+    it or the entries named; along a symmetric change of a covariance, spread over both entries"""
     value = getattr(problem.start, name)
     step = np.abs(value).max() * 2.0**-9
     slopes = np.zeros(value.shape)
@@ -319,7 +321,7 @@ def differences(problem: Problem, name: str) -> np.ndarray:
         start = replace(problem.start, **{name: value + change})
         return library(replace(problem, start=start), 0, final=True).final
 
-    for index in np.ndindex(value.shape):
+    for index in entries or np.ndindex(value.shape):
         if name in COVARIANCES and index[0] < index[1]:
             continue
         change = np.zeros(value.shape)
@@ -350,6 +352,18 @@ class EmTest(unittest.TestCase):
             elif held is not None:
                 np.testing.assert_array_equal(start[held != 0], actual[held != 0], name)
 
+    def assert_still(self, problem: Problem, p: Parameters) -> None:
+        """What has no noise is exactly as it was: a covariance's rows, and the coefficients of a
+        state (a component) that is not moved"""
+        start = problem.start
+        for name in COVARIANCES:
+            without = np.diag(getattr(start, name)) == 0
+            self.assertFalse(getattr(p, name)[without].any(), name)
+        without = np.diag(problem.state_noise(start)) == 0
+        np.testing.assert_array_equal(start.A[without], p.A[without])
+        without = np.diag(start.R) == 0
+        np.testing.assert_array_equal(start.H[without], p.H[without])
+
     def assert_form(self, problem: Problem, p: Parameters, rounding: float) -> None:
         """A multiple is rounded once an iteration"""
         for name in ("Q", "R"):
@@ -378,6 +392,7 @@ class EmTest(unittest.TestCase):
                                     f"{title}: likelihood, {arithmetic}")
                 for k in iterations:
                     self.assert_held(problem, run.path[k])
+                    self.assert_still(problem, run.path[k])
                     self.assert_form(problem, run.path[k], k * EPS[arithmetic])
                     figures = {name: error(name, getattr(run.path[k], name),
                                            getattr(path[k - 1], name))
@@ -395,6 +410,32 @@ class EmTest(unittest.TestCase):
         for title, problem in singular_cases().items():
             self.assert_as_reference(title, problem, (1, 5), ["f64"],
                                      reference.iterate(problem, 5))
+
+    def test_state_in_a_plane(self) -> None:
+        """x moves along (1, 1) only: what A and H do to other directions is nobody's, and nothing
+        else depends on it.  For a component that is always 0 they stay exactly as they were."""
+        one = np.ones((2, 2))
+        p = Parameters([[0.5, 0.25], [0.25, 0.5]], [[1, 0.5]], one, 1, [1, 1], one)
+        recording = simulate(np.random.default_rng(5), p, 60)
+        problem = Problem(p, [recording], Choice(("A", "H", "Q", "R")))
+        likelihoods, path = reference.iterate(problem, 5)
+        run = library(problem, 5, snapshots=[5])
+        along = np.ones(2)
+        for what, actual, expected in (("likelihood", run.likelihoods, likelihoods),
+                                       ("A x", run.path[5].A @ along, path[4].A @ along),
+                                       ("H x", run.path[5].H @ along, path[4].H @ along),
+                                       ("Q", run.path[5].Q, path[4].Q),
+                                       ("R", run.path[5].R, path[4].R)):
+            self.assert_at_most(1e-8, np.abs(actual / expected - 1).max(), what)
+        for zero in (0, 1):
+            A, moving = np.array([[0.5, 0.25], [0.25, 0.5]]), 1.0 - np.eye(2)[zero]
+            A[zero, 1 - zero] = 0
+            start = Parameters(A, p.H, np.diag(moving), 1, moving, np.diag(moving))
+            problem = Problem(start, [recording], Choice(("A", "H", "Q", "R")))
+            for arithmetic in EPS:
+                moved = library(problem, 20, arithmetic, snapshots=[20]).path[20]
+                np.testing.assert_array_equal(start.A[:, zero], moved.A[:, zero])
+                np.testing.assert_array_equal(start.H[:, zero], moved.H[:, zero])
 
     def test_random(self) -> None:
         rng = np.random.default_rng(SEED)
@@ -440,8 +481,8 @@ class EmTest(unittest.TestCase):
         there = float((~np.isnan(problem.recordings[0].z[:, 0])).mean())
         alone = self.pykalman(problem, 1)[0].R
         expected = there * alone + (1 - there) * problem.start.R
-        self.assert_at_most(1e-8, error("R", library(problem, 1, snapshots=[1]).path[1].R, expected),
-                            "R, gaps at the current R")
+        R = library(problem, 1, snapshots=[1]).path[1].R
+        self.assert_at_most(1e-8, error("R", R, expected), "R, gaps at the current R")
 
     def test_likelihood_never_falls(self) -> None:
         rng = np.random.default_rng(SEED)
@@ -473,7 +514,8 @@ class EmTest(unittest.TestCase):
         return {"AR(1)": make(AR1, 120, free=NAMES),
                 "oscillator, controls": make(OSCILLATOR, 80, B=np.array([[0.5], [1]]), free=NAMES),
                 "2 sensors, gaps": make(SENSORS, 80, gaps=True, free=NAMES),
-                "2 sensors, 4 recordings": make(SENSORS, 60, gaps=True, more=(30, 40, 1), free=NAMES),
+                "2 sensors, 4 recordings": make(SENSORS, 60, gaps=True, more=(30, 40, 1),
+                                                free=NAMES),
                 "F": make(COMPANION, 80, F=COLUMN, free=("H", "Q", "R", "x0", "P0"))}
 
     def test_gradient(self) -> None:
@@ -494,7 +536,7 @@ class EmTest(unittest.TestCase):
                                                 differences(problem, name)), f"{title}: {name}")
 
     def test_gradient_without_noise(self) -> None:
-        """Of a direction that does not move the identity says nothing; of the others what it does"""
+        """Of a direction that is not moved the identity says nothing, of the others all"""
         problem = make(COMPANION, 80, F=COLUMN, free=("A", "Q", "R", "x0"))
         wide = replace(problem, F=None,
                        start=replace(problem.start, Q=np.diag([problem.start.Q[0, 0], 0])))
@@ -504,6 +546,24 @@ class EmTest(unittest.TestCase):
         np.testing.assert_array_equal([[False, True], [True, True]], np.isnan(gradient["Q"]))
         np.testing.assert_array_equal([False, True], np.isnan(gradient["A"]).all(axis=1))
         self.assertTrue(np.isfinite(gradient["A"][0]).all())
+
+    def test_gradient_of_singular_covariances(self) -> None:
+        """An entry is NaN or right: that of a row of its own along that row alone"""
+        found = 0
+        for title, problem in singular_cases().items():
+            name = title[0]
+            if name not in "QR" or "held" in title or not title.endswith((", all", ", R")):
+                continue
+            C = getattr(problem.start, name)
+            gradient = library(problem, 0, final=True).gradient[name]
+            within = np.abs(C @ np.linalg.pinv(C) - np.eye(3)).max(0) < 1e-8
+            for i in np.flatnonzero(~np.isnan(np.diag(gradient))):
+                self.assertTrue(within[i], f"{title}: {name}[{i}][{i}] is nobody's")
+                slope = differences(problem, name, [(i, i)])[i, i]
+                self.assert_at_most(1e-6, abs(gradient[i, i] / slope - 1),
+                                    f"{title}: {name}[{i}][{i}]")
+                found += 1
+        self.assertGreaterEqual(found, 4)
 
     def test_nile(self) -> None:
         """From 1e4, 1e4, with x0 = 0 and P0 = 1e7"""
