@@ -196,6 +196,7 @@ def cases() -> dict[str, Problem]:
                 "4 recordings, controls, held, all": {"free": NAMES, "more": (30, 40, 1), "B": push,
                                                       **held}}.items():
             made[f"{name}, {title}"] = make(truth, 80, gaps=gaps, **given)
+    made["2 sensors, gaps, long, all"] = make(SENSORS, 257, gaps=True, more=(128, 129), free=NAMES)
     upper = np.array([[0, 0], [1, 1]])
     for title, given in {"Q and R": {}, "all": {"free": NAMES}, "gaps, all": {"free": NAMES,
                                                                               "gaps": True},
