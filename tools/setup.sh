@@ -3,8 +3,8 @@
 #   kq_setup build     C and C++ compiler, CMake, Ninja
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
 #   kq_setup tests     Eigen, Unity, clang, pkg-config, and compilers and emulators for Arm, RISC-V
-#                      and AVR; KQ_PYTHON with SciPy, too; sets KQ_STATSMODELS_PYTHON to an
-#                      interpreter with statsmodels
+#                      and AVR; KQ_PYTHON with SciPy, too; sets KQ_PEERS_PYTHON to an
+#                      interpreter with the libraries that results are compared with
 #   kq_setup cost      compilers for Arm, RISC-V and AVR, their emulators; KQ_PYTHON with these, too
 #
 # Nothing that is there is installed again, and nothing is asked of the network then.
@@ -102,7 +102,7 @@ kq_setup_tests() {
     kq_have clang || kq_have clang-14 || kq_install clang
     kq_setup_targets
     kq_have valgrind || kq_install valgrind
-    kq_setup_statsmodels
+    kq_setup_peers
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake will fetch its pinned release"
     kq_find_python numpy scipy matplotlib typer rich unicorn elftools && return 0
@@ -111,14 +111,16 @@ kq_setup_tests() {
     KQ_PYTHON=/usr/bin/python3
 }
 
-# statsmodels is not packaged: a virtual environment of its own, from PyPI.  Sets KQ_STATSMODELS_PYTHON.
-kq_setup_statsmodels() {
-    KQ_STATSMODELS_PYTHON="$kq_root/.deps/python/bin/python"
-    "$KQ_STATSMODELS_PYTHON" -c 'import numpy, statsmodels' 2>/dev/null && return 0
+# Kalman libraries that results are compared with are not packaged: a virtual environment of its own,
+# from PyPI.  Sets KQ_PEERS_PYTHON.
+kq_setup_peers() {
+    KQ_PEERS_PYTHON="$kq_root/.deps/python/bin/python"
+    "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv
-    echo "setup: installing statsmodels"
+    echo "setup: installing statsmodels and pykalman"
     python3 -m venv "$kq_root/.deps/python" &&
-        "$KQ_STATSMODELS_PYTHON" -m pip install -q --disable-pip-version-check statsmodels==0.15.0
+        "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check \
+            statsmodels==0.15.0 pykalman==0.11.2
 }
 
 kq_setup_cost() {

@@ -16,7 +16,7 @@ kq_setup tests
 
 kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_PYTHON="$KQ_PYTHON" \
-    -DKALMANQ_STATSMODELS_PYTHON="$KQ_STATSMODELS_PYTHON"
+    -DKALMANQ_PEERS_PYTHON="$KQ_PEERS_PYTHON"
 kq_quietly cmake --build "$build"
 
 status=0
