@@ -589,6 +589,15 @@ class EmTest(unittest.TestCase):
                 self.assert_at_most(1e-8, np.abs(differences(settled, name) * size).max(),
                                     f"{title}: {name}, differences")
 
+    def test_long_recording(self) -> None:
+        """Each step is rounded beside a block of them, not beside all: f32 keeps its digits"""
+        problem = make(AR1, 20000, free=("A", "Q", "R"))
+        narrow, wide = (library(problem, 5, arithmetic, snapshots=[5]).path[5]
+                        for arithmetic in ("f32", "f64"))
+        for name in problem.choice.free:
+            self.assert_at_most(2e-5, error(name, getattr(narrow, name), getattr(wide, name)),
+                                f"20000 steps: {name}, f32")
+
     def test_slices(self) -> None:
         """advance and maximise do what iterate does; nothing is beyond the memory asked for"""
         for title in ("AR(1), 3 recordings, all", "F, held, all",
