@@ -24,6 +24,8 @@ typedef kq_switch_f32 settling;
 typedef kq_lag_f32 lag_smoother;
 typedef kq_point_f32 point_smoother;
 typedef kq_start_f32 unknown_start;
+typedef kq_adaptation_f32 adaptation;
+typedef kq_adaptation_rule_f32 adaptation_rule;
 
 typedef num score;
 
@@ -43,6 +45,7 @@ typedef num score;
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F32
 #define START_LEN KQ_START_LEN_F32
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32
 #define START_PAST_LEN KQ_START_PAST_LEN_F32
 
 #endif

@@ -24,6 +24,8 @@ typedef kq_switch_f64 settling;
 typedef kq_lag_f64 lag_smoother;
 typedef kq_point_f64 point_smoother;
 typedef kq_start_f64 unknown_start;
+typedef kq_adaptation_f64 adaptation;
+typedef kq_adaptation_rule_f64 adaptation_rule;
 
 typedef num score;
 
@@ -43,6 +45,7 @@ typedef num score;
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F64
 #define START_LEN KQ_START_LEN_F64
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
 #define START_PAST_LEN KQ_START_PAST_LEN_F64
 
 #endif

@@ -2,6 +2,7 @@
 #ifndef KALMANQ_KALMANQ_H
 #define KALMANQ_KALMANQ_H
 
+#include "adaptation.h"
 #include "consistency.h"
 #include "filter.h"
 #include "fixed_point.h"
