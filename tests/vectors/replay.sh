@@ -45,6 +45,7 @@ topics_of() {
     start) echo 4 ;;
     statistics) echo 8 ;;
     steady) echo 16 ;;
+    adaptation) echo 32 ;;
     *) echo 0 ;;
     esac
 }
