@@ -1,6 +1,6 @@
 /*
- * kalmanq in float: the adaptation of the noise scales, and its public names.  A file of its own: who
- * does not call it has the code that there was without it.
+ * kalmanq in float: the adaptation of the noise scales, and its public names.  A file of its own:
+ * who does not call it has the code that there was without it.
  */
 /* Of these files a part is used. */
 #if defined(__GNUC__)
@@ -43,7 +43,8 @@ kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *me
     return adaptation_assign(a, n, m, memory, length);
 }
 
-kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p, const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule)
+kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
+                                 const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule)
 {
     return adaptation_init(a, p, s, rule);
 }
@@ -55,7 +56,8 @@ kq_status kq_adaptation_predict_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, cons
     return adaptation_predict(a, f, u);
 }
 
-kq_status kq_adaptation_update_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, const float *z, uint32_t present)
+kq_status kq_adaptation_update_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, const float *z,
+                                   uint32_t present)
 {
     return adaptation_update(a, f, z, present);
 }
@@ -70,6 +72,9 @@ float kq_adaptation_sensor_scale_f32(const kq_adaptation_f32 *a)
     return adaptation_check(a) ? num_nan() : a->sensor_scale;
 }
 
-const kq_process_f32 *kq_adaptation_process_f32(kq_adaptation_f32 *a) { return adaptation_process(a); }
+const kq_process_f32 *kq_adaptation_process_f32(kq_adaptation_f32 *a)
+{
+    return adaptation_process(a);
+}
 
 const kq_sensor_f32 *kq_adaptation_sensor_f32(kq_adaptation_f32 *a) { return adaptation_sensor(a); }

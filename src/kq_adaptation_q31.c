@@ -1,6 +1,6 @@
 /*
- * kalmanq in fixed point: the adaptation of the noise scales, and its public names.  A file of its own: who
- * does not call it has the code that there was without it.
+ * kalmanq in fixed point: the adaptation of the noise scales, and its public names.  A file of its
+ * own: who does not call it has the code that there was without it.
  */
 /* Of these files a part is used. */
 #if defined(__GNUC__)
@@ -35,12 +35,14 @@ static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, 
 #include "adaptation_q31.inc"
 #include "adaptation.inc"
 
-kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory, size_t length, int32_t *root)
+kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
+                                   size_t length, int32_t *root)
 {
     return adaptation_assign(a, n, m, memory, length, root);
 }
 
-kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p, const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule)
+kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
+                                 const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule)
 {
     return adaptation_init(a, p, s, rule);
 }
@@ -52,7 +54,8 @@ kq_status kq_adaptation_predict_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, cons
     return adaptation_predict(a, f, u);
 }
 
-kq_status kq_adaptation_update_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, const int32_t *z, uint32_t present)
+kq_status kq_adaptation_update_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, const int32_t *z,
+                                   uint32_t present)
 {
     return adaptation_update(a, f, z, present);
 }
@@ -67,6 +70,9 @@ kq_scaled_q31 kq_adaptation_sensor_scale_q31(const kq_adaptation_q31 *a)
     return adaptation_check(a) ? (kq_scaled_q31){0, 0} : a->sensor_scale;
 }
 
-const kq_process_q31 *kq_adaptation_process_q31(kq_adaptation_q31 *a) { return adaptation_process(a); }
+const kq_process_q31 *kq_adaptation_process_q31(kq_adaptation_q31 *a)
+{
+    return adaptation_process(a);
+}
 
 const kq_sensor_q31 *kq_adaptation_sensor_q31(kq_adaptation_q31 *a) { return adaptation_sensor(a); }

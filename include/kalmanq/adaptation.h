@@ -13,16 +13,14 @@
  * How: recursive maximum likelihood.  With e the innovation, S its covariance, and
  *     D = dP / d log q,   d = dx / d log q
  * carried along with the filter (they obey D- = A D A' + q Q, D+ = (I - K H) D- (I - K H)',
- * d- = A d, d+ = (I - K H) (d- + D- H' S^-1 e); the same with respect to log r is P - D and -d, since
- * a gain does not change where q and r grow together), each scalar measurement, nu = e / sqrt(S),
- * a = H D- H' / S, y = H d- / sqrt(S), has the scores and the information
- *     g_q = a (nu^2 - 1) / 2 + nu y              J_qq = a^2 / 2 + y^2
- *     g_r = (1 - a) (nu^2 - 1) / 2 - nu y        J_rr = (1 - a)^2 / 2 + y^2
- *                                                J_qr = a (1 - a) / 2 - y^2
- * nu^2 says how large both are together, nu y (are innovations white?) which of them is too small.
- *     J <- (1 - 1/M) J + J(z),     (log q, log r) += (J + 4 I)^-1 g
- * so M is the memory in updates, and 4 the information that the given scales are worth: what the
- * measurements cannot tell moves slowly.
+ * d- = A d, d+ = (I - K H) (d- + D- H' S^-1 e); the same with respect to log r is P - D and -d,
+ * since a gain does not change where q and r grow together), each scalar measurement, nu = e /
+ * sqrt(S), a = H D- H' / S, y = H d- / sqrt(S), has the scores and the information g_q = a (nu^2 -
+ * 1) / 2 + nu y              J_qq = a^2 / 2 + y^2 g_r = (1 - a) (nu^2 - 1) / 2 - nu y        J_rr =
+ * (1 - a)^2 / 2 + y^2 J_qr = a (1 - a) / 2 - y^2 nu^2 says how large both are together, nu y (are
+ * innovations white?) which of them is too small. J <- (1 - 1/M) J + J(z),     (log q, log r) += (J
+ * + 4 I)^-1 g so M is the memory in updates, and 4 the information that the given scales are worth:
+ * what the measurements cannot tell moves slowly.
  *
  * Bounds.  Of one measurement |nu| counts up to 4.  At one update a scale changes by a factor of at
  * most 1 + step, and it never leaves its limits.  Memory and work are fixed by n and m.
@@ -42,20 +40,20 @@
  * share one sensor: a model that is wrong otherwise (a missing state, a bias, a correlated noise)
  * bends them to what fits best.  If one of the two is known, say so (rule.scales): the other is
  * then found sooner.
- * A small M follows faster and spreads more: log q and log r by about sqrt(1 / (2 M J)) each, with a
- * bias to lower scales of up to about the square of the spread.
+ * A small M follows faster and spreads more: log q and log r by about sqrt(1 / (2 M J)) each, with
+ * a bias to lower scales of up to about the square of the spread.
  *
  * Outliers count as 4 sigma: seldom ones do little, 10 % of them are taken for a larger r.  A jump
  * is taken for a larger q.
  *
  * Begin the run with this: learning starts after n scalar measurements, when what the prior said of
  * the state has been replaced.  Between the calls the filter may be read as ever and take part in
- * kq_forecast with kq_adaptation_process; updates by other sensors, a fade, or a plain kq_predict are
- * not seen by D and d, and what is learnt is the less right the more of them there are.
+ * kq_forecast with kq_adaptation_process; updates by other sensors, a fade, or a plain kq_predict
+ * are not seen by D and d, and what is learnt is the less right the more of them there are.
  *
  * Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification (1983); Mehra, On
- * the identification of variances and adaptive Kalman filtering, IEEE Trans. AC-15 (1970); Gupta and
- * Mehra, Computational aspects of maximum likelihood estimation, IEEE Trans. AC-19 (1974).
+ * the identification of variances and adaptive Kalman filtering, IEEE Trans. AC-15 (1970); Gupta
+ * and Mehra, Computational aspects of maximum likelihood estimation, IEEE Trans. AC-19 (1974).
  */
 #ifndef KALMANQ_ADAPTATION_H
 #define KALMANQ_ADAPTATION_H
@@ -67,8 +65,7 @@ extern "C" {
 #endif
 
 /** Words of memory for n states and m components (q31: numbers, and a root beside them). */
-#define KQ_ADAPTATION_LEN_F32(n, m)                                                                \
-    (KQ_ADAPTATION_LEN_Q31(n, m) + (m) * (m) + KQ_PROCESS_LEN(n))
+#define KQ_ADAPTATION_LEN_F32(n, m) (KQ_ADAPTATION_LEN_Q31(n, m) + (m) * (m) + KQ_PROCESS_LEN(n))
 #define KQ_ADAPTATION_LEN_F64(n, m) KQ_ADAPTATION_LEN_F32(n, m)
 #define KQ_ADAPTATION_LEN_Q31(n, m) (((n) + (m) + 1) * (n) + (m) + KQ_SENSOR_LEN(m))
 
@@ -106,11 +103,11 @@ typedef struct {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t states;     /* n */
-    uint8_t components; /* m */
-    uint16_t waiting;   /* scalar measurements to come before learning begins */
-    uint16_t length;    /* words at memory */
-    float *memory;      /* the caller's: D, d, workspace, the noises of the two below */
+    uint8_t states;                /* n */
+    uint8_t components;            /* m */
+    uint8_t waiting;               /* scalar measurements to come before learning begins */
+    uint16_t length;               /* words at memory */
+    float *memory;                 /* the caller's: D, d, workspace, the noises of the two below */
     const kq_process_f32 *process; /* as given; NULL until initialised */
     const kq_sensor_f32 *sensor;
     kq_adaptation_rule_f32 rule;
@@ -123,7 +120,7 @@ typedef struct {
 typedef struct {
     uint8_t states;
     uint8_t components;
-    uint16_t waiting;
+    uint8_t waiting;
     uint16_t length;
     double *memory;
     const kq_process_f64 *process;
@@ -138,7 +135,7 @@ typedef struct {
 typedef struct {
     uint8_t states;
     uint8_t components;
-    uint16_t waiting;
+    uint8_t waiting;
     uint16_t length;
     kq_scaled_q31 *memory; /* D, d, workspace, the noise of the scaled sensor */
     int32_t *root;         /* of the scaled process */
@@ -185,21 +182,20 @@ typedef struct {
 #define KQ_ADAPTATION_Q31(name, n, m)                                                              \
     static kq_scaled_q31 name##_memory[KQ_ADAPTATION_LEN_Q31(n, m)];                               \
     static int32_t name##_root[KQ_ROOT_LEN_Q31(n)];                                                \
-    static kq_adaptation_q31 name = {                                                              \
-        n,                                                                                         \
-        m,                                                                                         \
-        0,                                                                                         \
-        KQ_ADAPTATION_LEN_Q31(n, m),                                                               \
-        name##_memory,                                                                             \
-        name##_root,                                                                               \
-        NULL,                                                                                      \
-        NULL,                                                                                      \
-        {KQ_ADAPT_BOTH, 0, {0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}},                                \
-        {0, 0},                                                                                    \
-        {0, 0},                                                                                    \
-        {{0, 0}, {0, 0}, {0, 0}},                                                                  \
-        {0, 0, {0}, 0, NULL, NULL, NULL, NULL, NULL},                                              \
-        {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0}}
+    static kq_adaptation_q31 name = {n,                                                            \
+                                     m,                                                            \
+                                     0,                                                            \
+                                     KQ_ADAPTATION_LEN_Q31(n, m),                                  \
+                                     name##_memory,                                                \
+                                     name##_root,                                                  \
+                                     NULL,                                                         \
+                                     NULL,                                                         \
+                                     {KQ_ADAPT_BOTH, 0, {0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}},   \
+                                     {0, 0},                                                       \
+                                     {0, 0},                                                       \
+                                     {{0, 0}, {0, 0}, {0, 0}},                                     \
+                                     {0, 0, {0}, 0, NULL, NULL, NULL, NULL, NULL},                 \
+                                     {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -226,7 +222,8 @@ kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled
  * KQ_ERR_NULL, KQ_ERR_SIZE and KQ_ERR_MEMORY (a was never given them; KQ_ERR_SIZE also for M),
  * KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH (states and components, q31: formats),
  * KQ_ERR_NOT_FINITE (rule; R times its limits), KQ_ERR_RANGE (rule.scales, step, limits);
- * q31: KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table).
+ * q31: KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a
+ * table).
  */
 kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
                                  const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule);
@@ -248,8 +245,8 @@ kq_status kq_adaptation_restart_q31(kq_adaptation_q31 *a);
  *   f        the filter; it may be another one only after a restart
  *   u        l, or NULL, as for kq_predict
  * Events: those of predict.
- * Cost: the predict, a root and n^2/2 multiplications, n^3/6 for Q, and for D twice the entries of A
- * that are not left of its zeros (process.h), times n: 2 n^3 where it is dense, n^3 where it is
+ * Cost: the predict, a root and n^2/2 multiplications, n^3/6 for Q, and for D twice the entries of
+ * A that are not left of its zeros (process.h), times n: 2 n^3 where it is dense, n^3 where it is
  * upper triangular.
  * Stack: 60 words more than predict (q31: 80).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_RECORDING (a history is attached to f: the process

@@ -449,7 +449,8 @@ static void start(uint32_t unknown)
 
 static void adaptation(kq_adapted scales)
 {
-    static const K(adaptation_rule) of = {KQ_ADAPT_BOTH, 10, (num)0.25, (num)0.125, 8, (num)0.125, 8};
+    static const K(adaptation_rule)
+        of = {KQ_ADAPT_BOTH, 10, (num)0.25, (num)0.125, 8, (num)0.125, 8};
     K(adaptation_rule) rule = of;
     K(adaptation) a;
     num z[C];

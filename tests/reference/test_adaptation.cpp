@@ -74,9 +74,8 @@ template <> struct Adaptation<Q31> {
     {
         memory.resize(static_cast<std::size_t>(KQ_ADAPTATION_LEN_Q31(n, m)));
         root.resize(rootLength(n));
-        kq::require(
-            kq_adaptation_assign_q31(&a, n, m, memory.data(), memory.size(), root.data()),
-            "assign");
+        kq::require(kq_adaptation_assign_q31(&a, n, m, memory.data(), memory.size(), root.data()),
+                    "assign");
     }
     static kq_scaled_q31 number(double a)
     {
@@ -99,8 +98,12 @@ Plant level(double q)
 {
     char name[32];
     std::snprintf(name, sizeof name, "level, Q/R %g", q);
-    Plant plant{name, Matrix<double>::Ones(1, 1), Matrix<double>::Ones(1, 1),
-                Matrix<double>::Ones(1, 1), Matrix<double>::Ones(1, 1), 0};
+    Plant plant{name,
+                Matrix<double>::Ones(1, 1),
+                Matrix<double>::Ones(1, 1),
+                Matrix<double>::Ones(1, 1),
+                Matrix<double>::Ones(1, 1),
+                0};
     plant.F(0, 0) = std::sqrt(q);
     return plant;
 }
@@ -108,8 +111,12 @@ Plant level(double q)
 /// A velocity that lasts 100 steps, seen through its position
 Plant velocity(double lost)
 {
-    Plant plant{lost > 0 ? "velocity, 20 % lost" : "velocity", Matrix<double>(2, 2),
-                Matrix<double>(2, 1), Matrix<double>(1, 2), Matrix<double>(1, 1), lost};
+    Plant plant{lost > 0 ? "velocity, 20 % lost" : "velocity",
+                Matrix<double>(2, 2),
+                Matrix<double>(2, 1),
+                Matrix<double>(1, 2),
+                Matrix<double>(1, 1),
+                lost};
     plant.A << 1, 0.125, 0, 0.99;
     plant.F << 0.0225, 0.36;
     plant.H << 1, 0;
@@ -205,8 +212,7 @@ template <class T> class Run
 
   public:
     Run(const Plant &plant, const Truth &truth, const Rule &rule, std::uint64_t seed)
-        : truth_(truth), states_(plant.A.rows(),
-                                 Vector<double>::Constant(plant.A.rows(), 1 << 20)),
+        : truth_(truth), states_(plant.A.rows(), Vector<double>::Constant(plant.A.rows(), 1 << 20)),
           process_(states_,
                    ProcessModel{plant.A, Matrix<double>(plant.A.rows(), 0),
                                 plant.F / std::sqrt(truth.q)},
@@ -222,8 +228,8 @@ template <class T> class Run
         kq::require(filter_.init(Vector<double>::Zero(n), 16 * Matrix<double>::Identity(n, n)),
                     "filter init");
         tool_.assign(adaptation_, static_cast<int>(n), static_cast<int>(plant.H.rows()));
-        const typename Tool::Rule of{rule.scales,       rule.memory,    number(0.1),
-                                     number(0x1p-10),   number(0x1p10), number(0x1p-10),
+        const typename Tool::Rule of{rule.scales,     rule.memory,    number(0.1),
+                                     number(0x1p-10), number(0x1p10), number(0x1p-10),
                                      number(0x1p10)};
         kq::require(Tool::init(&adaptation_, process_.get(), sensor_.get(), &of), "init");
     }
@@ -231,8 +237,8 @@ template <class T> class Run
     void step()
     {
         const auto z = sensor_.components().words(simulation_.measure());
-        kq::require(
-            Tool::update(&adaptation_, filter_.get(), z.data(), simulation_.present()), "update");
+        kq::require(Tool::update(&adaptation_, filter_.get(), z.data(), simulation_.present()),
+                    "update");
         kq::require(Tool::predict(&adaptation_, filter_.get(), nullptr), "predict");
         simulation_.advance();
     }
@@ -357,10 +363,10 @@ struct Expected {
 
 std::vector<Expected> expectations()
 {
-    return {{level(0.01), 2000, {0.35, 0.1}},  {level(0.1), 1200, {0.26, 0.1}},
-            {level(1), 1000, {0.19, 0.17}},    {velocity(0), 900, {0.24, 0.1}},
+    return {{level(0.01), 2000, {0.35, 0.1}},   {level(0.1), 1200, {0.26, 0.1}},
+            {level(1), 1000, {0.19, 0.17}},     {velocity(0), 900, {0.24, 0.1}},
             {velocity(0.2), 1000, {0.24, 0.1}}, {alternating(), 900, {0.21, 0.14}},
-            {two(0), 700, {0.19, 0.09}},       {two(0.2), 700, {0.2, 0.1}}};
+            {two(0), 700, {0.19, 0.09}},        {two(0.2), 700, {0.2, 0.1}}};
 }
 
 template <class T>
@@ -457,8 +463,8 @@ void table(std::uint64_t seed)
                         "%.3f\n",
                         plant.name.c_str(), memory,
                         settledFrom<double>(4, plant, rule, 6000, 100, seed),
-                        settledFrom<double>(16, plant, rule, 8000, 100, seed), s.bias[0],
-                        s.bias[1], s.deviation[0], s.deviation[1]);
+                        settledFrom<double>(16, plant, rule, 8000, 100, seed), s.bias[0], s.bias[1],
+                        s.deviation[0], s.deviation[1]);
             std::fflush(stdout);
         }
     }

@@ -48,7 +48,8 @@ static inline void textbook_predict(scale_textbook *t)
 }
 
 /* A scalar measurement h x + v, v ~ N(0, r); adds its scores and its information. */
-static inline void textbook_scalar(scale_textbook *t, const double *h, double z, double r, double *J)
+static inline void textbook_scalar(scale_textbook *t, const double *h, double z, double r,
+                                   double *J)
 {
     static const double none[4];
     const double Ph[] = {t->P[0] * h[0] + t->P[1] * h[1], t->P[2] * h[0] + t->P[3] * h[1]};

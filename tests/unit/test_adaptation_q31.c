@@ -35,10 +35,7 @@ static const double identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static const kq_scaled_q31 one = {INT32_C(1) << 30, -30}, none = {0, 0};
 
-static kq_scaled_q31 power(int k)
-{
-    return (kq_scaled_q31){INT32_C(1) << 30, k - 30};
-}
+static kq_scaled_q31 power(int k) { return (kq_scaled_q31){INT32_C(1) << 30, k - 30}; }
 
 static double of_number(kq_scaled_q31 a) { return ldexp(a.mantissa, a.exponent); }
 static double process_scale(void) { return of_number(kq_adaptation_process_scale_q31(&tuner)); }

@@ -59,11 +59,10 @@ static const int32_t steady[] FLASH = {
     }
 
 const vector_case vector_cases[] = {
-    CASE(level),    CASE(velocity),  CASE(acceleration), CASE(plane),
-    CASE(dense),    CASE(imu),       CASE(sixteen),      CASE(sharp),
-    CASE(singular), CASE(saturated), CASE(changing),     CASE(adaptation),
-    CASE(on_line),  CASE(robust),    CASE(start),        CASE(statistics),
-    CASE(steady),
+    CASE(level),      CASE(velocity),   CASE(acceleration), CASE(plane),    CASE(dense),
+    CASE(imu),        CASE(sixteen),    CASE(sharp),        CASE(singular), CASE(saturated),
+    CASE(changing),   CASE(adaptation), CASE(on_line),      CASE(robust),   CASE(start),
+    CASE(statistics), CASE(steady),
 };
 
 const int vector_case_count = sizeof vector_cases / sizeof vector_cases[0];
