@@ -91,7 +91,8 @@ template <> struct Adaptation<Q31> {
 struct Plant {
     std::string name;
     Matrix<double> A, F, H, R;
-    double lost; // share of the scalar measurements that are missing
+    double lost;     // share of the scalar measurements that are missing
+    double wild = 0; // share of the measurements whose noise is 10 times as large
 };
 
 Plant level(double q)
@@ -163,7 +164,8 @@ class Simulation
 
     Vector<double> measure()
     {
-        Vector<double> z = plant_.H * x_ + noise_ * normal(plant_.R.rows());
+        const double size = plant_.wild > 0 && random_.chance(plant_.wild) ? 10 : 1;
+        Vector<double> z = plant_.H * x_ + size * noise_ * normal(plant_.R.rows());
         for (double &entry : z) entry = onGrid(entry);
         return z;
     }
@@ -431,6 +433,18 @@ void cannotTell(Verdict &verdict, std::uint64_t seed)
     finds<double>(verdict, level(10), {KQ_ADAPT_PROCESS, 200}, 16, 600, 100, seed);
 }
 
+/// Outliers are taken for a larger r, and count as 4 sigma: seldom ones do little.
+void outliers(Verdict &verdict, double share, double limit, std::uint64_t seed)
+{
+    Plant plant = level(0.1);
+    plant.wild = share;
+    const Spread s = spread<double>(plant, {KQ_ADAPT_BOTH, 200}, 100000, 1, seed);
+    std::printf("f64  %-26s M  200  %2g %% outliers of sd 10: bias %+.3f %+.3f\n",
+                plant.name.c_str(), 100 * share, s.bias[0], s.bias[1]);
+    verdict.expectAtMost(std::abs(s.bias[0]), limit, "outliers, q");
+    verdict.expectAtMost(std::abs(s.bias[1]), limit, "outliers, r");
+}
+
 void checks(Verdict &verdict, std::uint64_t seed)
 {
     const Rule both{KQ_ADAPT_BOTH, 200};
@@ -444,6 +458,8 @@ void checks(Verdict &verdict, std::uint64_t seed)
         finds<double>(verdict, plant, {KQ_ADAPT_SENSOR, 200}, 16, 600, 100, seed);
     }
     cannotTell(verdict, seed);
+    outliers(verdict, 0.01, 0.25, seed);
+    outliers(verdict, 0.1, std::log(10.9), seed); // what their variance is
     finds<float>(verdict, velocity(0), both, 4, 900, 100, seed);
     stays<float>(verdict, velocity(0), {0.24, 0.1}, seed);
     finds<Q31>(verdict, velocity(0), both, 4, 900, 10, seed);
@@ -456,7 +472,7 @@ void table(std::uint64_t seed)
 {
     for (const Plant &plant : {level(0.01), level(0.1), level(1), level(10), velocity(0),
                                velocity(0.2), alternating(), two(0), two(0.2)}) {
-        for (int memory : {200, 1000}) {
+        for (int memory : {50, 200, 1000}) {
             const Rule rule{KQ_ADAPT_BOTH, memory};
             const Spread s = spread<double>(plant, rule, 100000, 4, seed);
             std::printf("%-26s M %4d  from 4: %5d  from 16: %5d  bias %+.3f %+.3f  spread %.3f "

@@ -60,7 +60,7 @@ static inline void textbook_scalar(scale_textbook *t, const double *h, double z,
     const double e = z - h[0] * t->x[0] - h[1] * t->x[1];
     const double nu = fmax(-4, fmin(4, e / sigma));
     const double a = (h[0] * Dh[0] + h[1] * Dh[1]) / s;
-    const double y = (h[0] * t->d[0] + h[1] * t->d[1]) / sigma;
+    const double y = fmax(-4, fmin(4, (h[0] * t->d[0] + h[1] * t->d[1]) / sigma));
     t->g[0] += a * (nu * nu - 1) / 2 + nu * y;
     t->g[1] += (1 - a) * (nu * nu - 1) / 2 - nu * y;
     J[0] += a * a / 2 + y * y;
