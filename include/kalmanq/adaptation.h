@@ -42,7 +42,7 @@
  * too small by that factor.  "Spread": standard deviations of log q and log r over 100,000
  * updates of four runs with the right model.  None drifts: their means are within 0.03, for M = 50
  * and for r at Q / R = 10 within 0.1.  step = 0.1, limits 2^-10 and 2^10.  What f32 and q31 learn
- * is what f64 learns to 2e-6 and 3e-8 (tests/reference/test_adaptation.cpp; with the arguments
+ * is what f64 learns to 2e-6 and 4e-8 (tests/reference/test_adaptation.cpp; with the arguments
  * `1 long` it prints this table).
  *
  *                                 M = 50                M = 200               M = 1000
@@ -277,7 +277,7 @@ kq_status kq_adaptation_restart_q31(kq_adaptation_q31 *a);
  * Events: those of predict.
  * Cost: the predict, a root, and multiplications: n^2/2 to scale G, n^3/6 for Q, and for D 1.5 n^3
  * where A is dense, half as many where it is upper triangular.
- * Stack: 40 words more than predict (q31: 110).
+ * Stack: 40 words more than predict (q31: 115).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_RECORDING (a history is attached to f: the process
  * it would refer to changes), q31: KQ_ERR_COEFFICIENT (q Q, as above),
  * and the errors of kq_predict.
@@ -295,9 +295,9 @@ kq_status kq_adaptation_predict_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, cons
  * Events: those of the update.
  * Cost: the update; for each component 3 n^2 + 2 c n multiplications (c: components before it), a
  * root and a division; eight divisions in all.  Predict and update together on a Cortex-M4F in f32:
- * 2344 instructions at n, m = 2, 1, 7281 at 4, 2, 32033 at 9, 3 (kq_step: 477, 1894, 6781); on an
- * M3 in q31 9375, 26719, 113608 (2386, 6432, 20851).
- * Stack: 40 words more than the update (q31: 110), 136 more (q31: 272) where that decorrelates R.
+ * 2354 instructions at n, m = 2, 1, 7301 at 4, 2, 32063 at 9, 3 (kq_step: 477, 1894, 6781); on an
+ * M3 in q31 9434, 26854, 113501 (2386, 6432, 20851).
+ * Stack: 40 words more than the update (q31: 115), 136 more (q31: 272) where that decorrelates R.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RECORDING, KQ_ERR_NOT_FINITE (r R; z), q31:
  * KQ_ERR_COEFFICIENT (r R), and the errors of kq_update_subset.
  */
