@@ -294,7 +294,7 @@ kq_status kq_adaptation_predict_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, cons
  * is learnt of a component that is missing, at the floor (filter.h), or beyond the numbers.
  * Events: those of the update.
  * Cost: the update; for each component 3 n^2 + 2 c n multiplications (c: components before it), a
- * root and a division; eight divisions in all.  Predict and update together on a Cortex-M4F in f32:
+ * root and a division; up to seven divisions more.  Predict and update on a Cortex-M4F in f32:
  * 2354 instructions at n, m = 2, 1, 7301 at 4, 2, 32063 at 9, 3 (kq_step: 477, 1894, 6781); on an
  * M3 in q31 9434, 26854, 113501 (2386, 6432, 20851).
  * Stack: 40 words more than the update (q31: 115), 136 more (q31: 272) where that decorrelates R.
