@@ -28,6 +28,8 @@ typedef kq_em_f32 estimation;
 typedef kq_parameters_f32 parameters;
 typedef kq_recording_f32 recording;
 typedef kq_gradient_f32 gradient;
+typedef kq_adaptation_f32 adaptation;
+typedef kq_adaptation_rule_f32 adaptation_rule;
 
 typedef num score;
 
@@ -49,6 +51,7 @@ typedef num score;
 #define START_LEN KQ_START_LEN_F32
 #define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F32
 #define EM_LEN KQ_EM_LEN_F32
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32
 #define START_PAST_LEN KQ_START_PAST_LEN_F32
 
 #endif

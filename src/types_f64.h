@@ -28,6 +28,8 @@ typedef kq_em_f64 estimation;
 typedef kq_parameters_f64 parameters;
 typedef kq_recording_f64 recording;
 typedef kq_gradient_f64 gradient;
+typedef kq_adaptation_f64 adaptation;
+typedef kq_adaptation_rule_f64 adaptation_rule;
 
 typedef num score;
 
@@ -49,6 +51,7 @@ typedef num score;
 #define START_LEN KQ_START_LEN_F64
 #define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F64
 #define EM_LEN KQ_EM_LEN_F64
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
 #define START_PAST_LEN KQ_START_PAST_LEN_F64
 
 #endif

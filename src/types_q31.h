@@ -23,6 +23,8 @@ typedef kq_switch_q31 settling;
 typedef kq_lag_q31 lag_smoother;
 typedef kq_point_q31 point_smoother;
 typedef kq_start_q31 unknown_start;
+typedef kq_adaptation_q31 adaptation;
+typedef kq_adaptation_rule_q31 adaptation_rule;
 typedef int64_t score;
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
@@ -40,6 +42,7 @@ typedef int64_t score;
 #define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_Q31
 #define START_LEN KQ_START_LEN_Q31
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_Q31
 #define START_PAST_LEN KQ_START_PAST_LEN_Q31
 
 #endif

@@ -2,6 +2,7 @@
 #ifndef KALMANQ_KALMANQ_H
 #define KALMANQ_KALMANQ_H
 
+#include "adaptation.h"
 #include "consistency.h"
 #include "em.h"
 #include "filter.h"

@@ -22,6 +22,7 @@ _Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
 _Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
 _Static_assert(LENGTH(pool) >= STEADY_WORK_LEN(N, C), "schedule");
 _Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
+_Static_assert(LENGTH(pool) >= ADAPTATION_LEN(N, C), "adaptation");
 
 static void prepare(const model_case *c)
 {
@@ -444,6 +445,31 @@ static void start(uint32_t unknown)
     put_start_smoothed(&s);
 }
 
+/* ------------------------------------------------------------------ adaptation */
+
+static void adaptation(kq_adapted scales)
+{
+    static const K(adaptation_rule)
+        of = {KQ_ADAPT_BOTH, 10, (num)0.25, (num)0.125, 8, (num)0.125, 8};
+    K(adaptation_rule) rule = of;
+    K(adaptation) a;
+    num z[C];
+    rule.scales = scales;
+    begin();
+    put_status(K(adaptation_assign)(&a, M.n, M.m, pool, LENGTH(pool)));
+    put_status(K(adaptation_init)(&a, &process, &sensor, &rule));
+    for (int t = 0; t < 2 * STEPS; t++) {
+        draw_measurement(z, t);
+        put_status(K(adaptation_update)(&a, &filter, z, present_at(t)));
+        put(K(adaptation_process_scale)(&a));
+        put(K(adaptation_sensor_scale)(&a));
+        put_all(a.information, 3);
+        put_filter();
+        put_status(K(adaptation_predict)(&a, &filter, draw_control()));
+    }
+    check("adaptation", 2 * STEPS);
+}
+
 void run_beyond(const model_case *c)
 {
     digest_begin(c->name);
@@ -458,6 +484,9 @@ void run_beyond(const model_case *c)
     consistency();
     start(UINT32_MAX);
     start((UINT32_C(1) << (c->n - 1)) - 1);
+    adaptation(KQ_ADAPT_BOTH);
+    adaptation(KQ_ADAPT_PROCESS);
+    adaptation(KQ_ADAPT_SENSOR);
     digest_end();
 }
 

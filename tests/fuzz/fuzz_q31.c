@@ -307,6 +307,50 @@ static void measure_for_long(run *r)
     check_filter(&r->filter);
 }
 
+/* A scale is within its limits, 2^-20 and 2^20. */
+static void check_scale(kq_scaled_q31 scale)
+{
+    demand(scale.mantissa >= 1 << 30, "a scale is not normalised, or not positive", 0);
+    const int is_most = scale.exponent == -10 && scale.mantissa == 1 << 30;
+    demand(scale.exponent >= -50 && (scale.exponent < -10 || is_most), "limits of a scale", 0);
+}
+
+/* The noise scales of one process and one sensor learnt from anything: refused, where the noise
+   times the limits is none of a table's, or without harm. */
+static void adapt(run *r)
+{
+    static const kq_scaled_q31 least = {1 << 30, -50}, most = {1 << 30, -10}, step = {1 << 30, -31};
+    const kq_sensor_q31 *s = &r->m.sensor[0];
+    const int n = r->m.n, m = s->components, length = KQ_ADAPTATION_LEN_Q31(n, m);
+    const kq_adaptation_rule_q31 rule = {(kq_adapted)between(KQ_ADAPT_BOTH, KQ_ADAPT_SENSOR),
+                                         between(10, 50),
+                                         step,
+                                         least,
+                                         most,
+                                         least,
+                                         most};
+    kq_adaptation_q31 a;
+    int32_t z[KQ_SIZE_MAX];
+    must(kq_filter_init_q31(&r->filter, &r->m.prior, NULL), "filter_init");
+    must(kq_adaptation_assign_q31(&a, n, m, TAKE(kq_scaled_q31, length), (size_t)length,
+                                  TAKE(int32_t, KQ_ROOT_LEN_Q31(n))),
+         "adaptation");
+    const kq_status status = kq_adaptation_init_q31(&a, &r->m.process[0], s, &rule);
+    demand(status == KQ_OK || status == KQ_ERR_COEFFICIENT, "adaptation_init", status);
+    for (int k = 0; !status && k < 100; k++) {
+        if (r->calm) likely_words(&r->filter, s, z);
+        else random_words(z, s->measurement_format, m);
+        const uint32_t present = chance(0.5) ? UINT32_MAX : (uint32_t)random_bits();
+        must(kq_adaptation_update_q31(&a, &r->filter, z, present), "adaptation_update");
+        if (chance(0.8)) {
+            must(kq_adaptation_predict_q31(&a, &r->filter, NULL), "adaptation_predict");
+        }
+        check_scale(kq_adaptation_process_scale_q31(&a));
+        check_scale(kq_adaptation_sensor_scale_q31(&a));
+        check_filter(&r->filter);
+    }
+}
+
 static void run_model(run *r)
 {
     begin(r);
@@ -316,6 +360,7 @@ static void run_model(run *r)
     for (int k = 0; k < 5; k++) random_call(r);
     if (chance(0.02)) predict_for_long(r);
     if (chance(0.05)) measure_for_long(r);
+    if (chance(0.2)) adapt(r);
     clear_events(r);
     seen.saturated += (r->events & KQ_EVENT_SATURATED) != 0;
     seen.models++;

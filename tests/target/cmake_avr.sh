@@ -9,6 +9,7 @@ rm -rf "$work"
     -DKALMANQ_BUILD_TESTS=OFF -DKALMANQ_BUILD_TOOLS=OFF
 "$cmake" --build "$work"
 avr-ar t "$work/libkalmanq.a" | sort | tr '\n' ' ' | tee "$work/objects"
-expected="kq_em_f32.c.obj kq_f32.c.obj kq_models_f32.c.obj kq_q31.c.obj kq_statistics_f32.c.obj"
+expected="kq_adaptation_f32.c.obj kq_adaptation_q31.c.obj kq_em_f32.c.obj kq_f32.c.obj"
+expected="$expected kq_models_f32.c.obj kq_q31.c.obj kq_statistics_f32.c.obj"
 expected="$expected kq_statistics_q31.c.obj kq_steady_f32.c.obj kq_steady_q31.c.obj"
 [ "$(cat "$work/objects")" = "$expected misfit_q31.c.obj status.c.obj " ]

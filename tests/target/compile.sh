@@ -55,10 +55,12 @@ check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
 check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
 check_object misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
+check_object kq_adaptation_q31 "$integers|^kq_(predict|update_subset)_q31$"
 case $sources in
 *kq_f32*)
     check_object kq_f32 "$floats"
     check_object kq_statistics_f32 "$floats|^kq_update_f32$"
+    check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$"
     check_object kq_models_f32 "$floats"
     check_object kq_em_f32 "$floats|^kq_(predict|update_subset)_f32$"
     ;;

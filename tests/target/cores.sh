@@ -20,10 +20,11 @@ core_unknown() {
 
 core_select() {
     core=${1%+port} boards="$root/port/boards" port= libraries=-lm
-    sources="kq_f32.c kq_steady_f32.c kq_statistics_f32.c kq_models_f32.c kq_em_f32.c"
-    sources="$sources kq_f64.c kq_steady_f64.c kq_statistics_f64.c kq_models_f64.c kq_em_f64.c"
-    sources="$sources kq_q31.c kq_steady_q31.c kq_statistics_q31.c prepare_q31.c misfit_q31.c"
-    sources="$sources status.c"
+    sources="kq_f32.c kq_steady_f32.c kq_statistics_f32.c kq_adaptation_f32.c kq_em_f32.c"
+    sources="$sources kq_models_f32.c"
+    sources="$sources kq_f64.c kq_steady_f64.c kq_statistics_f64.c kq_adaptation_f64.c kq_em_f64.c"
+    sources="$sources kq_models_f64.c kq_q31.c kq_steady_q31.c kq_statistics_q31.c"
+    sources="$sources kq_adaptation_q31.c prepare_q31.c misfit_q31.c status.c"
     case $core in
     host) ;;
     m0) machine="-mcpu=cortex-m0" triple=thumbv6m-none-eabi board=mps2-an385 port=armv6m ;;
@@ -93,8 +94,10 @@ core_is_avr() {
     memory="-Wl,--defsym=__DATA_REGION_LENGTH__=0xFFA0,--section-start,.data=0x802200"
     linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
     # a double has 32 bits in avr-gcc 5
-    sources="kq_f32.c kq_steady_f32.c kq_statistics_f32.c kq_models_f32.c kq_em_f32.c"
-    sources="$sources kq_q31.c kq_steady_q31.c kq_statistics_q31.c misfit_q31.c status.c"
+    sources="kq_f32.c kq_steady_f32.c kq_statistics_f32.c kq_adaptation_f32.c kq_em_f32.c"
+    sources="$sources kq_models_f32.c"
+    sources="$sources kq_q31.c kq_steady_q31.c kq_statistics_q31.c kq_adaptation_q31.c"
+    sources="$sources misfit_q31.c status.c"
     nm=avr-nm
     emulator=${KQ_AVR_EMULATOR:-avr_emulator}
 }

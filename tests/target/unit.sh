@@ -15,9 +15,9 @@ rm -rf "$work"
 mkdir -p "$work"
 
 texts="status process sensor filter update forecast smoother laws lag point start least_squares
-    consistency models robust steady em fixed numbers"
-own="inverse prepare model filter smoother on_line start least_squares consistency models robust
-    steady fixed numbers"
+    consistency adaptation models robust steady em fixed numbers"
+own="inverse prepare model filter smoother on_line start least_squares consistency adaptation
+    models robust steady fixed numbers"
 arithmetics="f32 f64" level=-O2 own_level=-O0
 if [ "$core" = avr ]; then
     texts=${texts% fixed numbers} own= arithmetics=f32 level=-Os own_level=-Os

@@ -41,6 +41,7 @@ typedef float num;
 #define LAG KQ_LAG_F32
 #define POINT KQ_POINT_F32
 #define START KQ_START_F32
+#define ADAPTATION KQ_ADAPTATION_F32
 
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F32
@@ -49,6 +50,7 @@ typedef float num;
 #define LAG_LEN KQ_LAG_LEN_F32
 #define POINT_LEN KQ_POINT_LEN_F32
 #define START_LEN KQ_START_LEN_F32
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32
 
 #elif defined(KQ_TEST_F64) && !defined(KQ_TEST_F32)
 
@@ -69,6 +71,7 @@ typedef double num;
 #define LAG KQ_LAG_F64
 #define POINT KQ_POINT_F64
 #define START KQ_START_F64
+#define ADAPTATION KQ_ADAPTATION_F64
 
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define HISTORY_STEP_LEN KQ_HISTORY_STEP_LEN_F64
@@ -77,6 +80,7 @@ typedef double num;
 #define LAG_LEN KQ_LAG_LEN_F64
 #define POINT_LEN KQ_POINT_LEN_F64
 #define START_LEN KQ_START_LEN_F64
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
 
 #else
 #error "compile each test with one of -DKQ_TEST_F32 and -DKQ_TEST_F64"

@@ -34,6 +34,9 @@ static const int32_t saturated[] FLASH = {
 static const int32_t changing[] FLASH = {
 #include "cases/changing.inc"
 };
+static const int32_t adaptation[] FLASH = {
+#include "cases/adaptation.inc"
+};
 static const int32_t on_line[] FLASH = {
 #include "cases/on_line.inc"
 };
@@ -56,10 +59,10 @@ static const int32_t steady[] FLASH = {
     }
 
 const vector_case vector_cases[] = {
-    CASE(level),    CASE(velocity),  CASE(acceleration), CASE(plane),
-    CASE(dense),    CASE(imu),       CASE(sixteen),      CASE(sharp),
-    CASE(singular), CASE(saturated), CASE(changing),     CASE(on_line),
-    CASE(robust),   CASE(start),     CASE(statistics),   CASE(steady),
+    CASE(level),      CASE(velocity),   CASE(acceleration), CASE(plane),    CASE(dense),
+    CASE(imu),        CASE(sixteen),    CASE(sharp),        CASE(singular), CASE(saturated),
+    CASE(changing),   CASE(adaptation), CASE(on_line),      CASE(robust),   CASE(start),
+    CASE(statistics), CASE(steady),
 };
 
 const int vector_case_count = sizeof vector_cases / sizeof vector_cases[0];

@@ -624,6 +624,7 @@ int main(int argc, char **argv)
     case_on_line();
     case_robust();
     case_start();
+    case_adaptation();
     case_statistics();
     case_steady();
     return 0;

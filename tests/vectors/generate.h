@@ -17,6 +17,7 @@ void make_kinematic(model *M, int axes, int order, double dt, double noise);
 void put_model(const model *M);
 
 /** What is built on the filter (generate_beyond.c) */
+void case_adaptation(void);
 void case_on_line(void);
 void case_robust(void);
 void case_start(void);

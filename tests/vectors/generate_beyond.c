@@ -479,3 +479,51 @@ void case_start(void)
     put_start(&line, 3, 4, 2); /* never determined */
     script_end();
 }
+
+/* ------------------------------------------------------------------ adaptation */
+
+static void put_rule(int scales, int memory, double step)
+{
+    script_word(0);
+    script_word(0);
+    script_word(scales);
+    script_word(memory);
+    script_number(step);
+    script_number(0.125);
+    script_number(16);
+    script_number(0.25);
+    script_number(8);
+    script_act(VECTOR_ADAPTATION);
+}
+
+static void put_adaptation(const model *M, int scales, int updates)
+{
+    truth now;
+    double z[16];
+    script_prior(M);
+    put_rule(scales, 20, 0.125);
+    truth_begin(&now, M, 251);
+    for (int t = 0; t < updates; t++) {
+        measure(&now, M, t, 5, z);
+        script_word(0);
+        script_word(t == 3 ? 0 : t % 4 == 2 ? 1 : ALL_COMPONENTS);
+        script_reading(M, z);
+        script_act(VECTOR_ADAPTED_UPDATE);
+        put_predict(M, VECTOR_ADAPTED_PREDICT, 0, t);
+    }
+}
+
+void case_adaptation(void)
+{
+    make_models();
+    begin_case("adaptation", "the scales of the noises, learnt on line");
+    put_model(&line);
+    put_adaptation(&line, 0, 14);
+    put_adaptation(&line, 1, 6);
+    put_rule(0, 20, 1.5); /* refused */
+    put_rule(0, 9, 0.125);
+    put_model(&plane);
+    put_adaptation(&plane, 0, 10);
+    put_adaptation(&plane, 2, 6);
+    script_end();
+}

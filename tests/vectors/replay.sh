@@ -45,20 +45,21 @@ topics_of() {
     start) echo 4 ;;
     statistics) echo 8 ;;
     steady) echo 16 ;;
+    adaptation) echo 32 ;;
     *) echo 0 ;;
     esac
 }
 
 # An AVR's pointers reach one case (flash.h), and its flash holds the operations of one case.  The
-# three that run for the most seconds, and the one whose operations fill more flash than there is at
-# -O3, are left to -Os, which is what an AVR is programmed with.
+# three that run for the most seconds, and the two whose operations fill more flash than there is at
+# -O2 or -O3, are left to -Os, which is what an AVR is programmed with.
 replay_one_by_one() {
     common=$objects
     for file in "$here"/cases/*.inc; do
         case_name=$(basename "$file" .inc) objects=$common
         case $options-$case_name in
         -Os-*) ;;
-        *-sixteen | *-imu | *-dense | *-steady) continue ;;
+        *-sixteen | *-imu | *-dense | *-steady | *-adaptation) continue ;;
         esac
         topics=$(topics_of "$case_name")
         compile "$here/vector.c" "vector$topics" -ffreestanding -ffunction-sections \

@@ -1,6 +1,7 @@
 #include "flash.h"
 #include "vector.h"
 
+#include <kalmanq/adaptation.h>
 #include <kalmanq/consistency.h>
 #include <kalmanq/lag.h>
 #include <kalmanq/least_squares.h>
@@ -48,6 +49,7 @@ static struct {
     kq_format_q31 fit_format;
     kq_consistency_q31 window;
     kq_start_q31 start;
+    kq_adaptation_q31 adaptation;
     kq_scaled_q31 out[3][MOST * MOST];
 } machine;
 
@@ -617,6 +619,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 
 /* ------------------------------------------------------------------ operations */
 
+#include "operations_adaptation.inc"
 #include "operations_on_line.inc"
 #include "operations_robust.inc"
 #include "operations_start.inc"
@@ -626,13 +629,14 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 /* What there are operations for beside filter and smoother: all but where flash has no room for it
    (replay.sh) */
 #ifndef VECTOR_TOPICS
-#define VECTOR_TOPICS 31
+#define VECTOR_TOPICS 63
 #endif
 #define HAS_ON_LINE (VECTOR_TOPICS & 1)
 #define HAS_ROBUST (VECTOR_TOPICS & 2)
 #define HAS_START (VECTOR_TOPICS & 4)
 #define HAS_STATISTICS (VECTOR_TOPICS & 8)
 #define HAS_STEADY (VECTOR_TOPICS & 16)
+#define HAS_ADAPTATION (VECTOR_TOPICS & 32)
 
 static const struct {
     const char *name;
@@ -686,6 +690,9 @@ static const struct {
     [VECTOR_START_PREDICT] = {"predict of the start", HAS_START ? predict_start : NULL},
     [VECTOR_START_UPDATE] = {"update of the start", HAS_START ? update_start : NULL},
     [VECTOR_START_SMOOTH] = {"smooth the start", HAS_START ? smooth_start : NULL},
+    [VECTOR_ADAPTATION] = {"adaptation", HAS_ADAPTATION ? set_adaptation : NULL},
+    [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict_adapted : NULL},
+    [VECTOR_ADAPTED_UPDATE] = {"adapted update", HAS_ADAPTATION ? update_adapted : NULL},
 };
 
 static int is_operation(int32_t operation)

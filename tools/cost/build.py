@@ -25,7 +25,7 @@ FLAGS = (
 )
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
-MODULE_HEADERS = ("lag.h", "point.h", "robust.h", "steady.h")
+MODULE_HEADERS = ("adaptation.h", "lag.h", "point.h", "robust.h", "steady.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
     "smooth": "smooth_step",
@@ -36,7 +36,7 @@ CALLED = {
     "student": "update_student",
     "jump": "update_jump",
 }
-SAMPLES = ("lag", "lag_states", "point")  # functions of target/samples.c
+SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/samples.c
 OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
@@ -121,7 +121,7 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name in (f"kq_{arithmetic}.c", f"kq_steady_{arithmetic}.c")
+        if path.name in (f"kq_{part}{arithmetic}.c" for part in ("", "steady_", "adaptation_"))
         or not path.name.startswith(("kq_", "prepare_"))
     ]
 

@@ -12,6 +12,7 @@ from row import Row
 FILTER = ("predict", "update", "step", "smooth")
 MODULES = (
     "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
+    "adapted",
 )  # fmt: skip
 WHAT = (*FILTER, *MODULES)  # the order of COST_... in target/marks.h
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))

@@ -28,6 +28,7 @@ MODULE_ROWS = (
     ("lag", RUNTIME, "a sample with `kq_lag_smooth`, L = 10"),
     ("lag_states", RUNTIME, "a sample with `kq_lag_smooth_states`, L = 10"),
     ("point", RUNTIME, "a sample with `kq_point_smooth`"),
+    ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
 )
 SMALL, LARGE = (4, 2), (9, 3)
 

@@ -21,6 +21,7 @@ typedef float word;
 #define KQ_COST_SWITCH KQ_SWITCH_F32
 #define KQ_COST_LAG KQ_LAG_F32
 #define KQ_COST_POINT KQ_POINT_F32
+#define KQ_COST_ADAPTATION KQ_ADAPTATION_F32
 #elif defined(KQ_COST_f64)
 #define T f64
 typedef double word;
@@ -32,6 +33,7 @@ typedef double word;
 #define KQ_COST_SWITCH KQ_SWITCH_F64
 #define KQ_COST_LAG KQ_LAG_F64
 #define KQ_COST_POINT KQ_POINT_F64
+#define KQ_COST_ADAPTATION KQ_ADAPTATION_F64
 #elif defined(KQ_COST_q31)
 #define T q31
 typedef int32_t word;
@@ -41,6 +43,7 @@ typedef int32_t word;
 #define KQ_COST_SWITCH KQ_SWITCH_Q31
 #define KQ_COST_LAG KQ_LAG_Q31
 #define KQ_COST_POINT KQ_POINT_Q31
+#define KQ_COST_ADAPTATION KQ_ADAPTATION_Q31
 #endif
 
 #endif

@@ -17,6 +17,7 @@ enum {
     COST_LAG,
     COST_LAG_STATES,
     COST_POINT,
+    COST_ADAPTED,
     COST_KINDS
 };
 

@@ -20,8 +20,14 @@ enum {
 #ifdef KQ_COST_q31
 static const kq_scaled_q31 huber_k = {INT32_C(3) << 29, -30}, student_nu = {INT32_C(1) << 30, -28},
                            jump_g = {INT32_C(9) << 27, -27};
+static const kq_adaptation_rule_q31 adapting = {KQ_ADAPT_BOTH,           500,
+                                                {INT32_C(1) << 30, -33}, {INT32_C(1) << 30, -40},
+                                                {INT32_C(1) << 30, -20}, {INT32_C(1) << 30, -40},
+                                                {INT32_C(1) << 30, -20}};
 #else
 static const word huber_k = (word)1.5, student_nu = 4, jump_g = 9;
+static const TYPED(kq_adaptation_rule) adapting = {
+    KQ_ADAPT_BOTH, 500, (word)0.125, (word)0x1p-10, (word)0x1p10, (word)0x1p-10, (word)0x1p10};
 #endif
 
 static void need(int is_so)

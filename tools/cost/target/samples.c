@@ -1,6 +1,6 @@
 /*
- * A user's functions for one sample with what is past: predict, update, and the past anew.  LAG
- * steps back, or the chosen instant.
+ * A user's functions for one sample.  With what is past: predict, update, and the past anew, LAG
+ * steps back or the chosen instant.  With scales of the noises that adapt: predict and update.
  */
 #include "library.h"
 
@@ -28,4 +28,10 @@ kq_status TYPED(user_point)(TYPED(kq_point) * start, const TYPED(kq_process) * p
     kq_status status = TYPED(kq_point_predict)(start, p, NULL);
     if (!status) status = TYPED(kq_update)(f, s, z);
     return status ? status : TYPED(kq_point_smooth)(start);
+}
+
+kq_status TYPED(user_adapted)(TYPED(kq_adaptation) * tuner, TYPED(kq_filter) * f, const word *z)
+{
+    const kq_status status = TYPED(kq_adaptation_predict)(tuner, f, NULL);
+    return status ? status : TYPED(kq_adaptation_update)(tuner, f, z, UINT32_MAX);
 }

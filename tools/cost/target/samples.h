@@ -14,5 +14,6 @@ kq_status TYPED(user_lag_states)(TYPED(kq_lag) * past, const TYPED(kq_process) *
                                  TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z);
 kq_status TYPED(user_point)(TYPED(kq_point) * start, const TYPED(kq_process) * p,
                             TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z);
+kq_status TYPED(user_adapted)(TYPED(kq_adaptation) * tuner, TYPED(kq_filter) * f, const word *z);
 
 #endif

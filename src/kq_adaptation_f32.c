@@ -1,0 +1,80 @@
+/*
+ * kalmanq in float: the adaptation of the noise scales, and its public names.  A file of its own:
+ * who does not call it has the code that there was without it.
+ */
+/* Of these files a part is used. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+
+#include "types_f32.h"
+
+#include "triangle.inc"
+
+#include "process.inc"
+
+#include "fit_float.inc"
+#include "sensor.inc"
+#include "likelihood.inc"
+#include "filter.inc"
+
+#include "predict.inc"
+#include "root.inc"
+#include "model.inc"
+#include "read.inc"
+
+/* The steps are the library's. */
+static kq_status filter_predict(filter *f, const process *p, const num *u)
+{
+    return kq_predict_f32(f, p, u);
+}
+
+static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    return kq_update_subset_f32(f, s, z, present);
+}
+
+#include "robust_float.inc"
+#include "adaptation_float.inc"
+#include "adaptation.inc"
+
+kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory, size_t length)
+{
+    return adaptation_assign(a, n, m, memory, length);
+}
+
+kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
+                                 const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule)
+{
+    return adaptation_init(a, p, s, rule);
+}
+
+kq_status kq_adaptation_restart_f32(kq_adaptation_f32 *a) { return adaptation_restart(a); }
+
+kq_status kq_adaptation_predict_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, const float *u)
+{
+    return adaptation_predict(a, f, u);
+}
+
+kq_status kq_adaptation_update_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, const float *z,
+                                   uint32_t present)
+{
+    return adaptation_update(a, f, z, present);
+}
+
+float kq_adaptation_process_scale_f32(const kq_adaptation_f32 *a)
+{
+    return adaptation_check(a) ? num_nan() : a->process_scale;
+}
+
+float kq_adaptation_sensor_scale_f32(const kq_adaptation_f32 *a)
+{
+    return adaptation_check(a) ? num_nan() : a->sensor_scale;
+}
+
+const kq_process_f32 *kq_adaptation_process_f32(kq_adaptation_f32 *a)
+{
+    return adaptation_process(a);
+}
+
+const kq_sensor_f32 *kq_adaptation_sensor_f32(kq_adaptation_f32 *a) { return adaptation_sensor(a); }
