@@ -11,7 +11,7 @@ static K(filter) filter;
 static num process_memory[KQ_PROCESS_LEN(N)], target_memory[KQ_PROCESS_LEN(N)];
 static num sensor_memory[KQ_SENSOR_LEN(C)];
 static num filter_memory[FILTER_LEN(N)];
-static num pool[LAG_LEN(N, C, LAG)]; /* the longest of what is in use at a time */
+static num pool[EM_LEN(N, C, STEPS)]; /* the longest of what is in use at a time */
 static num early_memory[START_LEN(N, EARLY)];
 static num out[4][N * N];
 
@@ -23,6 +23,7 @@ _Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
 _Static_assert(LENGTH(pool) >= STEADY_WORK_LEN(N, C), "schedule");
 _Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
 _Static_assert(LENGTH(pool) >= ADAPTATION_LEN(N, C), "adaptation");
+_Static_assert(LENGTH(pool) >= LAG_LEN(N, C, LAG), "lag");
 
 static void prepare(const model_case *c)
 {
@@ -470,6 +471,46 @@ static void adaptation(kq_adapted scales)
     check("adaptation", 2 * STEPS);
 }
 
+/* ------------------------------------------------------------------ EM */
+
+static void put_learnt(const K(em) * em)
+{
+    put(K(em_log_likelihood)(em));
+    put(K(em_change)(em));
+    put_all(M.A, M.n * M.n);
+    put_all(M.Q, M.n * M.n);
+    put_all(M.R, M.m * M.m);
+    put_all(M.x0, M.n);
+}
+
+/* Few parameters, for there are few measurements.  Writes the model. */
+static void learn(void)
+{
+    static uint8_t held[N * N];
+    static num z[STEPS * C], u[STEPS];
+    static uint16_t present[STEPS];
+    const K(parameters) p = {M.l, 0, M.A, M.B, NULL, M.Q, M.H, M.R, M.x0, M.P0};
+    const kq_em_choice choice = {KQ_EM_A | KQ_EM_Q | KQ_EM_R | KQ_EM_X0, KQ_EM_MULTIPLE,
+                                 KQ_EM_MULTIPLE, held, NULL};
+    const K(recording) recording = {STEPS, z, present, u};
+    K(em) em;
+    for (int t = 0; t < STEPS; t++) {
+        draw_measurement(z + t * M.m, t);
+        present[t] = (uint16_t)present_at(t);
+        u[t] = model_draw();
+    }
+    for (int k = 1; k < M.n * M.n; k++) held[k] = 1; /* all of A but one entry */
+    put_status(K(em_assign)(&em, M.n, M.m, pool, LENGTH(pool)));
+    kq_status status = K(em_init)(&em, &p, &choice, &recording, 1);
+    put_status(status);
+    for (int k = 0; k < 2 && !status; k++) {
+        status = K(em_iterate)(&em);
+        put_status(status);
+        if (!status) put_learnt(&em);
+    }
+    check("EM", STEPS);
+}
+
 void run_beyond(const model_case *c)
 {
     digest_begin(c->name);
@@ -487,6 +528,7 @@ void run_beyond(const model_case *c)
     adaptation(KQ_ADAPT_BOTH);
     adaptation(KQ_ADAPT_PROCESS);
     adaptation(KQ_ADAPT_SENSOR);
+    learn();
     digest_end();
 }
 
