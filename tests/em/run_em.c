@@ -31,7 +31,7 @@ typedef kq_recording_f64 recording;
 #define EM_LEN KQ_EM_LEN_F64
 #endif
 
-enum { STEPS_MAX = 10000, RECORDINGS_MAX = 100, ITERATIONS_MAX = 100000 };
+enum { STEPS_MAX = 100000, RECORDINGS_MAX = 100, ITERATIONS_MAX = 100000 };
 
 static int n, m, l, r, count;
 static int iterations, slices, final, snapshots;

@@ -25,7 +25,7 @@ FLAGS = (
 )
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
-MODULE_HEADERS = ("adaptation.h", "lag.h", "point.h", "robust.h", "steady.h")
+MODULE_HEADERS = ("adaptation.h", "em.h", "lag.h", "point.h", "robust.h", "steady.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
     "smooth": "smooth_step",
@@ -35,6 +35,8 @@ CALLED = {
     "huber": "update_huber",
     "student": "update_student",
     "jump": "update_jump",
+    "em": "em_iterate",
+    "em_state": "em_iterate",
 }
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/samples.c
 OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
@@ -121,7 +123,7 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name in (f"kq_{part}{arithmetic}.c" for part in ("", "steady_", "adaptation_"))
+        if path.name in (f"kq_{part}{arithmetic}.c" for part in ("", "steady_", "adaptation_", "em_"))
         or not path.name.startswith(("kq_", "prepare_"))
     ]
 

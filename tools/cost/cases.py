@@ -12,8 +12,9 @@ from row import Row
 FILTER = ("predict", "update", "step", "smooth")
 MODULES = (
     "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
-    "adapted",
+    "adapted", "em", "em_state",
 )  # fmt: skip
+FLOAT_ONLY = ("em", "em_state")
 WHAT = (*FILTER, *MODULES)  # the order of COST_... in target/marks.h
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
@@ -44,7 +45,7 @@ class Program:
             return FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
         if self.sizes != RUNTIME:
             return MODULES[:1]
-        return MODULES
+        return tuple(w for w in MODULES if self.arithmetic != "q31" or w not in FLOAT_ONLY)
 
     def smooths(self, n: int) -> bool:
         """Not at known sizes where the smoother's unrolled code is no sensible size."""

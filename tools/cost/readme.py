@@ -29,6 +29,8 @@ MODULE_ROWS = (
     ("lag_states", RUNTIME, "a sample with `kq_lag_smooth_states`, L = 10"),
     ("point", RUNTIME, "a sample with `kq_point_smooth`"),
     ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
+    ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"),
+    ("em_state", RUNTIME, "... A, Q and R free"),
 )
 SMALL, LARGE = (4, 2), (9, 3)
 
@@ -54,10 +56,14 @@ def modules(by_key: Rows) -> str:
     lines = ["| | " + " | ".join(titles) + " |", "|---|" + "---:|" * len(columns)]
     for what, kind, name in MODULE_ROWS:
         keys = [(*where, *size, kind, LEVEL, what) for where, size in columns]
-        if all(key in by_key for key in keys):
-            cells = [name, *(str(by_key[key].instructions) for key in keys)]
+        if any(key in by_key for key in keys):
+            cells = [name, *(instructions(by_key, key) for key in keys)]
             lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
+
+
+def instructions(by_key: Rows, key: tuple[object, ...]) -> str:
+    return str(by_key[key].instructions) if key in by_key else ""
 
 
 def steps(by_key: Rows) -> str:

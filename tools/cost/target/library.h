@@ -22,6 +22,7 @@ typedef float word;
 #define KQ_COST_LAG KQ_LAG_F32
 #define KQ_COST_POINT KQ_POINT_F32
 #define KQ_COST_ADAPTATION KQ_ADAPTATION_F32
+#define KQ_COST_EM KQ_EM_F32
 #elif defined(KQ_COST_f64)
 #define T f64
 typedef double word;
@@ -34,6 +35,7 @@ typedef double word;
 #define KQ_COST_LAG KQ_LAG_F64
 #define KQ_COST_POINT KQ_POINT_F64
 #define KQ_COST_ADAPTATION KQ_ADAPTATION_F64
+#define KQ_COST_EM KQ_EM_F64
 #elif defined(KQ_COST_q31)
 #define T q31
 typedef int32_t word;

@@ -18,6 +18,8 @@ enum {
     COST_LAG_STATES,
     COST_POINT,
     COST_ADAPTED,
+    COST_EM,
+    COST_EM_STATE,
     COST_KINDS
 };
 

@@ -8,6 +8,7 @@ enum {
     SETTLED_BITS = 8, /* of the switch */
     SETTLING = 60,    /* steps; n = 9 takes most */
     POINT_STEPS = 10, /* since the chosen instant */
+    EM_STEPS = 100,   /* of the recording */
     ALL_PHASES_TO = 3 /* states: more would take the emulators long */
 };
 
