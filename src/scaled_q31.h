@@ -46,13 +46,13 @@ static inline scaled scaled_of(int64_t a, int32_t exponent)
 /* The same number with a normalised mantissa */
 static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
 
-/* a whole number */
-
 static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }
 /* Does a factor of a leave every bit as it is?  2^k, k any */
 static inline int scaled_is_unit(scaled a) { return a.mantissa == INT32_C(1) << 30; }
 
 static inline int scaled_is_negative(scaled a) { return a.mantissa < 0; }
+
+/* a whole number */
 static inline scaled scaled_of_count(int32_t count) { return scaled_of(count, 0); }
 
 /* a 2^shift */
@@ -124,7 +124,6 @@ static inline scaled scaled_magnitude(scaled a)
 {
     return (scaled){a.mantissa < 0 ? -a.mantissa : a.mantissa, a.exponent};
 }
-
 
 static inline int scaled_is_finite(scaled a)
 {
