@@ -41,6 +41,8 @@ static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, 
 
 #include "em_sums.inc"
 #include "em_expect.inc"
+#include "em_model.inc"
+#include "em_maximise.inc"
 #include "em.inc"
 
 kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length)
