@@ -250,8 +250,7 @@ kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq
 /**
  * One iteration: the whole E-step, and the M-step.
  * Cost: for every step of every recording a predict, an update and a step of the smoother, and
- * about 4 n^3 multiplications, 12 n^3 where A is free, 3 n^3 more where H is; stack: 300 bytes
- * more than the filter's init.
+ * about 4 n^3 multiplications, 12 n^3 where A is free, 3 n^3 more where H is.  Stack: 430 words.
  * Accuracy: of parameters after 50 iterations 2e-14 (f64), 7e-6 (f32) of their size, with 20,000
  * steps 1e-5 in f32 (tests/em/test_em.py).
  *
@@ -286,10 +285,10 @@ double kq_em_log_likelihood_f64(const kq_em_f64 *em);
 /**
  * The M-step: the free parameters, written to the caller's arrays.
  * Where x does not move in some direction, what A and H make of it is not determined: a component
- * of x that is always 0 leaves its columns as they are, a combination of components that is 0 leaves
- * them what fits the others.  Held entries of A (H): the free ones of each row are the best for the other rows as they are,
- * last row first; the likelihood rises all the same.  A row of A that Q moves only together with
- * other rows stays as it is then.
+ * of x that is always 0 leaves its columns as they are, a combination of components that is 0
+ * leaves them what fits the others.  Held entries of A (H): the free ones of each row are the best
+ * for the other rows as they are, last row first; the likelihood rises all the same.  A row of A
+ * that Q moves only together with other rows stays as it is then.
  *
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete), KQ_ERR_LIKELIHOOD (a new parameter
  * would be beyond the numbers).
@@ -339,8 +338,9 @@ typedef struct {
  * same sums:  dL/dA = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2,  and so on.
  * Forms and held entries play no part.  Where a covariance is singular the identity says nothing of
  * the directions without noise: those entries are NaN.
- * Accuracy: 3e-14 (f64), 8e-6 (f32) of its size (tests/em/test_em.py); the smoothed noises of a covariance that
- * the data hardly see are nearly the noise itself, and the difference loses that many digits.
+ * Accuracy: 3e-14 (f64), 8e-6 (f32) of its size (tests/em/test_em.py); the smoothed noises of a
+ * covariance that the data hardly see are nearly the noise itself, and the difference loses that
+ * many digits.
  *
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that has to be free is
  * not).
