@@ -25,7 +25,7 @@ ctest --test-dir "$build" --output-on-failure --timeout 300 -j 2 "$@" \
 
 # what each test printed, without CTest's own lines
 log="$build/Testing/Temporary/LastTest.log"
-awk '/^[0-9]+\/[0-9]+ Testing: (reference|target.pair|cost|fuzz)/ { name = $3 }
+awk '/^[0-9]+\/[0-9]+ Testing: (reference|start|em|target.pair|cost|fuzz)/ { name = $3 }
      /^Output:/ { getline; if (name) print "\n== " name; inside = name != "" ; next }
      /^<end of output>/ { inside = 0; name = "" }
      inside' "$log" >"$build/figures.txt"

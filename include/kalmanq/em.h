@@ -252,7 +252,7 @@ kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq
  * Cost: for every step of every recording a predict, an update and a step of the smoother, and
  * about 4 n^3 multiplications, 12 n^3 where A is free, 3 n^3 more where H is.  Stack: 430 words.
  * Accuracy: of parameters after 50 iterations 2e-14 (f64), 7e-6 (f32) of their size, with 20,000
- * steps 1e-5 in f32 (tests/em/test_em.py).
+ * steps 1e-6 in f32 (tests/em/test_em.py).
  *
  * The errors of kq_em_advance and kq_em_maximise.
  */
