@@ -30,7 +30,7 @@ avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy co
     more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|u?divmodsi4'
     more="$more|do_(copy_data|clear_bss))$"
     integers="$integers|^$more"
-    floats="$floats|^__(mulsi3|(us?)?mulhisi3|do_copy_data)$"
+    floats="$floats|^__(mulsi3|(us?)?mulhisi3|u?divmodhi4|do_copy_data)$"
     ;;
 esac
 
