@@ -731,8 +731,8 @@ static void test_one_step_leaves_the_process_alone(void)
 
 /* ------------------------------------------------------------------ sizes */
 
-/* an array has at most 32767 bytes where int has 16 bits */
-#define LARGEST (INT_MAX > 32767 ? 16 : 11)
+/* where int has 16 bits an array has at most 32767 bytes, and time counts */
+#define LARGEST (INT_MAX > 32767 ? 16 : 6)
 #define ROOM GUARDED((size_t)EM_LEN(LARGEST, LARGEST, 3))
 #define MANY 40
 
