@@ -1,7 +1,15 @@
 #include "beyond.h"
 #include "digest.h"
 
-enum { N = BEYOND_STATES, C = BEYOND_COMPONENTS, STEPS = 8, LAG = 4, GAINS = 12, EARLY = 3 };
+enum {
+    N = BEYOND_STATES,
+    C = BEYOND_COMPONENTS,
+    STEPS = 8,
+    LAG = 4,
+    GAINS = 12,
+    EARLY = 3,
+    EM_STEPS = 4
+};
 
 static model M;
 static num scale; /* of its measurements */
@@ -11,7 +19,7 @@ static K(filter) filter;
 static num process_memory[KQ_PROCESS_LEN(N)], target_memory[KQ_PROCESS_LEN(N)];
 static num sensor_memory[KQ_SENSOR_LEN(C)];
 static num filter_memory[FILTER_LEN(N)];
-static num pool[EM_LEN(N, C, STEPS)]; /* the longest of what is in use at a time */
+static num pool[EM_LEN(N, C, EM_STEPS)]; /* the longest of what is in use at a time */
 static num early_memory[START_LEN(N, EARLY)];
 static num out[4][N * N];
 
@@ -483,32 +491,33 @@ static void put_learnt(const K(em) * em)
     put_all(M.x0, M.n);
 }
 
-/* Few parameters, for there are few measurements.  Writes the model. */
+/* Few parameters, for there are few measurements: two recordings.  Writes the model. */
 static void learn(void)
 {
+    static num z[2 * EM_STEPS * C], u[EM_STEPS];
+    static uint16_t present[EM_STEPS];
     static uint8_t held[N * N];
-    static num z[STEPS * C], u[STEPS];
-    static uint16_t present[STEPS];
     const K(parameters) p = {M.l, 0, M.A, M.B, NULL, M.Q, M.H, M.R, M.x0, M.P0};
     const kq_em_choice choice = {KQ_EM_A | KQ_EM_Q | KQ_EM_R | KQ_EM_X0, KQ_EM_MULTIPLE,
                                  KQ_EM_MULTIPLE, held, NULL};
-    const K(recording) recording = {STEPS, z, present, u};
+    const K(recording)
+        recordings[] = {{EM_STEPS, z, present, u}, {EM_STEPS, z + EM_STEPS * M.m, NULL, u}};
     K(em) em;
-    for (int t = 0; t < STEPS; t++) {
-        draw_measurement(z + t * M.m, t);
+    for (int t = 0; t < 2 * EM_STEPS; t++) draw_measurement(z + t * M.m, t);
+    for (int t = 0; t < EM_STEPS; t++) {
         present[t] = (uint16_t)present_at(t);
         u[t] = model_draw();
     }
     for (int k = 1; k < M.n * M.n; k++) held[k] = 1; /* all of A but one entry */
     put_status(K(em_assign)(&em, M.n, M.m, pool, LENGTH(pool)));
-    kq_status status = K(em_init)(&em, &p, &choice, &recording, 1);
+    kq_status status = K(em_init)(&em, &p, &choice, recordings, 2);
     put_status(status);
     for (int k = 0; k < 2 && !status; k++) {
         status = K(em_iterate)(&em);
         put_status(status);
         if (!status) put_learnt(&em);
     }
-    check("EM", STEPS);
+    check("EM", 2 * EM_STEPS);
 }
 
 void run_beyond(const model_case *c)

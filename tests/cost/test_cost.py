@@ -210,6 +210,8 @@ class Readme(unittest.TestCase):
         ]
         self.assertIn("L = 10 | 7 | 7 | 7 | 7 | 7 | 7 |\n", readme.section((*every, ROW)) + "\n")
         self.assertNotIn("L = 10", readme.section(tuple(every[1:])))
+        of_one_core = readme.section(tuple(every[: len(readme.MODULE_SIZES)]))
+        self.assertIn("L = 10 | 7 | 7 | 7 |  |  |  |\n", of_one_core + "\n")
 
     def test_every_function_has_a_line(self) -> None:
         named = {what for what, _, _ in readme.MODULE_ROWS}

@@ -55,15 +55,19 @@ def modules(by_key: Rows) -> str:
     titles = [f"{core.upper()} {arithmetic}: {n}, {m}" for (core, arithmetic), (n, m) in columns]
     lines = ["| | " + " | ".join(titles) + " |", "|---|" + "---:|" * len(columns)]
     for what, kind, name in MODULE_ROWS:
-        keys = [(*where, *size, kind, LEVEL, what) for where, size in columns]
-        if any(key in by_key for key in keys):
-            cells = [name, *(instructions(by_key, key) for key in keys)]
+        cells = [cells_of(by_key, where, kind, what) for where in MODULE_CORES]
+        if any(cells) and None not in cells:
+            cells = [name, *(cell for core in cells for cell in core or [""] * len(MODULE_SIZES))]
             lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
-def instructions(by_key: Rows, key: tuple[object, ...]) -> str:
-    return str(by_key[key].instructions) if key in by_key else ""
+def cells_of(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
+    """Of one core, instructions at each size; none where it has no such function, or None where some
+    figures are missing."""
+    keys = [(*where, *size, kind, LEVEL, what) for size in MODULE_SIZES]
+    found = [str(by_key[key].instructions) for key in keys if key in by_key]
+    return found if len(found) in (0, len(keys)) else None
 
 
 def steps(by_key: Rows) -> str:
