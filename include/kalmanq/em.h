@@ -227,14 +227,14 @@ kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t l
  * Checks model and recordings.  Nothing is computed yet.
  *   model       kept by reference; its arrays are written by kq_em_maximise alone
  *   choice      kept by reference; NULL: Q and R are free, both of full form
- *   recordings  `count` of them, kept by reference, with their arrays
+ *   recordings  `count` of them, kept by reference: they and their arrays have to stay as they are
  *   count       >= 1
  *
  * KQ_NOT_IDENTIFIED (not an error: all is ready): H and Q are both free and no entry of H that is
  * not 0 is held, so that the data determine them up to a factor.
  *
- * KQ_ERR_NULL, KQ_ERR_SIZE (noises, controls, steps, count), KQ_ERR_MEMORY (a recording has more
- * steps than there is memory for), KQ_ERR_NOT_FINITE (parameters, or z or u, present),
+ * KQ_ERR_NULL, KQ_ERR_SIZE (noises, controls, steps, count, choice), KQ_ERR_MEMORY (a recording has
+ * more steps than there is memory for), KQ_ERR_NOT_FINITE (parameters, or z or u, present),
  * KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q, R, P0),
  * KQ_ERR_NO_DATA (every component of every step is missing), KQ_ERR_FEW_DATA (fewer
  * scalar measurements than free parameters), KQ_ERR_FORM (Q or R is not of its form; a multiple
