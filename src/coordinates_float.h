@@ -12,21 +12,33 @@ static inline wide coordinate_get(const num *a, int n, int i)
     return a[i];
 }
 
-static inline void coordinate_set(num *a, int n, int i, wide value)
+/* The events that it answers: none, here as below. */
+static inline unsigned coordinate_set(num *a, int n, int i, wide value)
 {
     (void)n;
     a[i] = value;
+    return 0;
 }
 
 static inline scaled coordinate_scaled(wide a) { return a; }
-static inline wide coordinate_of(scaled a) { return a; }
+
+static inline unsigned coordinate_of(wide *a, scaled value)
+{
+    *a = value;
+    return 0;
+}
 
 /* row'a, and b more of it */
 static inline wide coordinate_row(const scaled *row, const num *a, int n)
 {
     return dot(0, row, a, n);
 }
-static inline wide coordinate_plus(wide a, scaled b) { return a + b; }
+
+static inline unsigned coordinate_add(wide *a, scaled b)
+{
+    *a += b;
+    return 0;
+}
 
 /* The first `count` >= 1 terms of a row's product with a */
 KQ_INLINE wide coordinate_dot(const num *row, const num *a, int n, int count)
@@ -35,18 +47,21 @@ KQ_INLINE wide coordinate_dot(const num *row, const num *a, int n, int count)
     return dot(row[0] * a[0], row + 1, a + 1, count - 1);
 }
 
-static inline void coordinate_turn(num *a, int n, int i, wide *b, scaled c, scaled s)
+static inline unsigned coordinate_turn(num *a, int n, int i, wide *b, scaled c, scaled s)
 {
     (void)n;
     const num old = a[i];
     a[i] = c * old + s * *b;
     *b = c * *b - s * old;
+    return 0;
 }
 
-static inline void reflect_back(num *xi, int n, int first, wide alpha, const num *r, const num *pq)
+static inline unsigned reflect_back(num *xi, int n, int first, wide alpha, const num *r,
+                                    const num *pq)
 {
     const num along = dot(0, r, xi + first, n - first) * pq[1];
     for (int k = first; k < n; k++) xi[k] += (alpha - along) * pq[0] * r[k - first];
+    return 0;
 }
 
 /* Row i of a root times a */
@@ -55,9 +70,14 @@ KQ_INLINE scaled mean_part(const scaled *row, const num *a, int n, int i)
     return dot(row[0] * a[i], row + 1, a + i + 1, n - 1 - i);
 }
 
-KQ_INLINE void mean_move(num *x, int n, int i, const scaled *row, const num *a)
+KQ_INLINE unsigned mean_move(num *x, int n, int i, const scaled *row, const num *a)
 {
-    mean_correct_exactly(x, n, i, mean_part(row, a, n, i), 1);
+    return mean_correct_exactly(x, n, i, mean_part(row, a, n, i), 1);
+}
+
+KQ_INLINE unsigned mean_gather(num *x, int n, int i, const scaled *row, const num *a)
+{
+    return mean_move(x, n, i, row, a);
 }
 
 KQ_INLINE void turn_row(num *T, int n, int i, num *u, scaled c, scaled s)
@@ -176,10 +196,11 @@ static inline scaled unit_innovation(const rotor *t, scaled e, scaled s)
 }
 
 /* a_i += unit times b */
-static inline void coordinate_move(num *a, int n, int i, num unit, scaled b)
+static inline unsigned coordinate_move(num *a, int n, int i, num unit, scaled b)
 {
     (void)n;
     a[i] += unit * b;
+    return 0;
 }
 
 /* shift_k + row k of J a, J by columns */

@@ -1,8 +1,8 @@
 /*
  * The smoother's numbers: the mean of the coordinates, their root and the tape's rotations.
  *
- * The mean a is wide, in units of 2^-40: held at +-32768 standard deviations.  The root T and
- * the rows of Theta are rows as everywhere, of norm 1 at most.
+ * The mean a is wide, in units of 2^-40: held at +-32768 standard deviations, which is an event.
+ * The root T and the rows of Theta are rows as everywhere, of norm 1 at most.
  */
 #ifndef KALMANQ_COORDINATES_H
 #define KALMANQ_COORDINATES_H
@@ -16,16 +16,24 @@ static const int32_t coordinate_exponent = -40;
 
 static inline wide coordinate_get(const int32_t *a, int n, int i) { return wide_get(a, n, i); }
 
-static inline void coordinate_set(int32_t *a, int n, int i, wide value)
+/* Answers KQ_EVENT_SATURATED if it had to be held. */
+static inline unsigned coordinate_set(int32_t *a, int n, int i, wide value)
 {
-    (void)wide_set_held(a, n, i, value);
+    return wide_set_held(a, n, i, value);
 }
 
 static inline scaled coordinate_scaled(wide a) { return scaled_of(a, coordinate_exponent); }
 
-static inline wide coordinate_of(scaled a)
+/* *a <- value, held; answers as coordinate_set */
+static inline unsigned coordinate_hold(wide *a, int64_t value)
 {
-    return wide_held(wide_from(a.mantissa, a.exponent - coordinate_exponent));
+    *a = wide_held(value);
+    return *a == value ? 0 : KQ_EVENT_SATURATED;
+}
+
+static inline unsigned coordinate_of(wide *a, scaled value)
+{
+    return coordinate_hold(a, wide_from(value.mantissa, value.exponent - coordinate_exponent, 56));
 }
 
 /* c a in units of 2^-26 of a word of a */
@@ -45,10 +53,12 @@ static inline wide coordinate_row(const scaled *row, const int32_t *a, int n)
     return lower_wide(total, 2);
 }
 
-/* |a| <= 2^60 and 16 times b, held at 2^56 */
-static inline wide coordinate_plus(wide a, scaled b)
+/* *a += b: 2^60 and 16 of 2^58 at most, each of them far beyond a coordinate */
+static inline unsigned coordinate_add(wide *a, scaled b)
 {
-    return sum_of(a, wide_from(b.mantissa, b.exponent - coordinate_exponent), 61);
+    const wide part = wide_from(b.mantissa, b.exponent - coordinate_exponent, 58);
+    *a = sum_of(*a, part, 63);
+    return was_cut(part, 58);
 }
 
 /* The first `count` terms of row'a of a row of coordinates; |row| <= 1: at most 16 2^57 */
@@ -64,43 +74,63 @@ KQ_INLINE wide coordinate_dot(const int32_t *row, const int32_t *a, int n, int c
 }
 
 /* a <- c a + s b,  b <- c b - s a */
-static inline void coordinate_turn(int32_t *a, int n, int i, wide *b, scaled c, scaled s)
+static inline unsigned coordinate_turn(int32_t *a, int n, int i, wide *b, scaled c, scaled s)
 {
     const wide old = wide_get(a, n, i);
     const int64_t now = sum_of(coordinate_part(c, old), coordinate_part(s, *b), 60);
     const int64_t other = sum_of(coordinate_part(c, *b), -coordinate_part(s, old), 60);
-    coordinate_set(a, n, i, lower_wide(now, 2));
-    *b = wide_held(lower_wide(other, 2));
+    return coordinate_set(a, n, i, lower_wide(now, 2)) | coordinate_hold(b, lower_wide(other, 2));
 }
 
 /* One reflector (V, q) backwards: xi += V (alpha - q V'xi); V in Q30, q in Q31, p is not needed */
-static inline void reflect_back(int32_t *xi, int n, int first, wide alpha, const int32_t *V,
-                                const int32_t *pq)
+static inline unsigned reflect_back(int32_t *xi, int n, int first, wide alpha, const int32_t *V,
+                                    const int32_t *pq)
 {
+    wide length, d;
     int64_t along = 0; /* |V| <= 1: at most 16 2^57 */
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
         along = sum_of(along, wide_product(c, xi[k], xi[n + k]), 62);
     }
     const scaled share = {pq[1], -31};
-    const wide back = lower_wide(coordinate_part(share, wide_held(lower_wide(along, 2))), 2);
-    const wide d = wide_held(alpha - back);
+    unsigned events = coordinate_hold(&length, lower_wide(along, 2));
+    events |= coordinate_hold(&d, alpha - lower_wide(coordinate_part(share, length), 2));
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
         const wide move = lower_wide(coordinate_part(c, d), 2);
-        coordinate_set(xi, n, k, sum_of(wide_get(xi, n, k), move, 57));
+        events |= coordinate_set(xi, n, k, sum_of(wide_get(xi, n, k), move, 57));
     }
+    return events;
 }
 
-/* x_i += row i of the root times a */
-static inline void mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
+/*
+ * x_i and row i of the root times a, of which no part is held.  The row's mantissas, of one
+ * exponent, have a norm below 2^30 and the n <= 16 words of a one below 2^33: no sum of their
+ * products is beyond 2^63, whatever cancels.  A total that is cut then, at 2^62, takes x_i, which
+ * may have carries, beyond carried_max.
+ */
+static inline int64_t mean_moved(const int32_t *x, int n, int i, const scaled *row,
+                                 const int32_t *a)
 {
+    const int32_t up = row[0].exponent + 24 + coordinate_exponent + 26; /* to units of 2^-26 */
     int64_t total = 0;
     for (int k = i; k < n; k++) {
-        const scaled c = scaled_shift(row[k - i], 24 + coordinate_exponent);
-        total = sum_of(total, wide_product_held(c, a[k], a[n + k]), 62);
+        const int64_t part = word_product(row[k - i], a[k], a[n + k]);
+        total = sum_of(total, up < 0 ? lower_wide(part, -up) : part, 63);
     }
-    (void)wide_set_held(x, n, i, sum_of(wide_get(x, n, i), lower_wide(total, 2), 60));
+    return sum_of(carried_get(x, n, i), wide_from(total, up > 0 ? up - 2 : -2, 62), 63);
+}
+
+/* x_i += row i of the root times a, held */
+static inline unsigned mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
+{
+    return wide_set_held(x, n, i, mean_moved(x, n, i, row, a));
+}
+
+/* The same for an x that is no result yet */
+static inline unsigned mean_gather(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
+{
+    return wide_set_carried(x, n, i, mean_moved(x, n, i, row, a));
 }
 
 /* ------------------------------------------------------------------ rows */
@@ -275,11 +305,11 @@ static inline scaled unit_innovation(const rotor *t, scaled e, scaled s)
 }
 
 /* a_i += unit times b */
-static inline void coordinate_move(int32_t *a, int n, int i, int32_t unit, scaled b)
+static inline unsigned coordinate_move(int32_t *a, int n, int i, int32_t unit, scaled b)
 {
     const int32_t up = one_exponent + b.exponent - coordinate_exponent;
-    const wide d = wide_from(product(unit, b.mantissa), up);
-    coordinate_set(a, n, i, sum_of(wide_get(a, n, i), d, 58));
+    const wide d = wide_from(product(unit, b.mantissa), up, 57);
+    return coordinate_set(a, n, i, sum_of(wide_get(a, n, i), d, 58));
 }
 
 /* shift_k + row k of J a, J by columns; |row| <= 1: at most 16 2^57, and that of a word more */

@@ -2,8 +2,9 @@
  * kalmanq: sizes that the compiler knows.
  *
  * A source file of the user's own fixes n, m and what is known of A, and gets the steps compiled
- * for them: the same text, the same results (bit for bit where products and sums are not fused), in
- * about half of the instructions, for some kB of code.
+ * for them: the same text, the same results, in about half of the instructions, for some kB of code.
+ * Bit for bit where neither fuses products and sums (-ffp-contract=off); fused, last bits differ and
+ * the low parts of means.
  *
  *     #include "kq_fixed_f32.h"    // in src/ of the source tree, <kalmanq/kernels/...> installed
  *
@@ -18,7 +19,8 @@
  * or-ed:
  *     KQ_UPPER   A is upper triangular (kinematic models in the order position, velocity, ...)
  *     KQ_BARE    no likelihood is kept: kq_nis, kq_taken and the log-likelihoods stay as they were,
- *                where the step is not left to the library (below)
+ *                where the step is not left to the library (below), and KQ_EVENT_RESOLUTION is not
+ *                looked for
  * Errors, a history that records, a correlated R, an A that is not what was said: the linked
  * library's function takes the step, at its own cost, and answers. Stack: what does not fit in
  * registers, for the smoother at most its workspace (KQ_HISTORY_WORKSPACE_LEN of n rounded up to 4,

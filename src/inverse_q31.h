@@ -37,8 +37,7 @@ static inline uint32_t inverse_root(uint32_t v)
     uint32_t y = inverse_root_start[(v >> 26) - 16] + UINT32_C(256);        /* Q8, y <= 504 */
     const uint32_t square8 = ((y * y >> 3) * (v >> 17)) >> 9;               /* v y^2: Q19, < 2^20 */
     const int32_t error8 = (int32_t)(UINT32_C(1) << 19) - (int32_t)square8; /* < 2^14 */
-    y = (y << 8) + (uint32_t)(((int32_t)y * error8) >> 12);                 /* Q16, to 11 bits */
-    if (y > 0x1ffff) y = 0x1ffff;
+    y = (y << 8) + (uint32_t)(((int32_t)y * error8) >> 12); /* Q16, to 11 bits; <= 0x1ffd0 */
     y &= ~UINT32_C(3); /* so that a quarter of y^2, below 2^32, is exact */
 
     const uint32_t square16 = product_high(y * (y >> 2), v);           /* v y^2: Q30 */

@@ -2,6 +2,9 @@
  * kalmanq in double: the adaptation of the noise scales, and its public names.  A file of its own:
  * who does not call it has the code that there was without it.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 /* Of these files a part is used. */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -79,3 +82,5 @@ const kq_process_f64 *kq_adaptation_process_f64(kq_adaptation_f64 *a)
 }
 
 const kq_sensor_f64 *kq_adaptation_sensor_f64(kq_adaptation_f64 *a) { return adaptation_sensor(a); }
+
+#endif

@@ -41,6 +41,7 @@ static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, 
 
 #include "em_sums.inc"
 #include "em_expect.inc"
+#include "em_filter.inc"
 #include "em_model.inc"
 #include "em_maximise.inc"
 #include "em.inc"
@@ -67,6 +68,8 @@ float kq_em_log_likelihood_f32(const kq_em_f32 *em) { return em_log_likelihood(e
 kq_status kq_em_maximise_f32(kq_em_f32 *em) { return em_maximise(em); }
 
 float kq_em_change_f32(const kq_em_f32 *em) { return em_change(em); }
+
+float kq_em_distance_f32(const kq_em_f32 *em) { return em_distance(em); }
 
 int kq_em_is_settled_f32(const kq_em_f32 *em, float tolerance)
 {

@@ -2,6 +2,9 @@
  * kalmanq in double: EM, and its public names.  A file of its own: who does not call it has nothing
  * of it.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 /* Of these files a part is used. */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -41,6 +44,7 @@ static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, 
 
 #include "em_sums.inc"
 #include "em_expect.inc"
+#include "em_filter.inc"
 #include "em_model.inc"
 #include "em_maximise.inc"
 #include "em.inc"
@@ -68,6 +72,8 @@ kq_status kq_em_maximise_f64(kq_em_f64 *em) { return em_maximise(em); }
 
 double kq_em_change_f64(const kq_em_f64 *em) { return em_change(em); }
 
+double kq_em_distance_f64(const kq_em_f64 *em) { return em_distance(em); }
+
 int kq_em_is_settled_f64(const kq_em_f64 *em, double tolerance)
 {
     return em_is_settled(em, tolerance);
@@ -77,3 +83,5 @@ kq_status kq_em_gradient_f64(const kq_em_f64 *em, const kq_gradient_f64 *gradien
 {
     return em_gradient(em, gradient);
 }
+
+#endif

@@ -18,6 +18,7 @@
 #include "model.inc"
 
 #include "read.inc"
+#include "measured_float.inc"
 #include "history.inc"
 
 #include "care.inc"
@@ -31,6 +32,7 @@
 #include "robust_float.inc"
 #include "robust.inc"
 #include "gate.inc"
+#include "student_scale.inc"
 #include "student_step.inc"
 #include "smooth_reweighted.inc"
 
@@ -40,6 +42,8 @@
 
 #include "inexact.inc"
 #include "start_unknown.inc"
+#include "start_rounding.inc"
+#include "start_columns.inc"
 #include "start_past.inc"
 #include "start_take.inc"
 #include "start.inc"
@@ -132,6 +136,11 @@ kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, flo
     return filter_measurement(f, s, z, S);
 }
 
+float kq_measurement_low_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, int c)
+{
+    return filter_measurement_low(f, s, c);
+}
+
 kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                             float *e)
 {
@@ -164,6 +173,11 @@ kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const
     return filter_forecast(f, p, u, steps, ahead);
 }
 
+kq_status kq_filter_copy_f32(kq_filter_f32 *to, const kq_filter_f32 *from)
+{
+    return filter_copy(to, from);
+}
+
 kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length)
 {
     return history_assign(h, n, memory, length);
@@ -173,6 +187,8 @@ kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f)
 {
     return history_attach(h, f);
 }
+
+kq_status kq_history_detach_f32(kq_history_f32 *h) { return history_detach(h); }
 
 size_t kq_history_steps_f32(const kq_history_f32 *h) { return h ? (size_t)h->steps : 0; }
 
@@ -206,6 +222,8 @@ float kq_smoothed_sigma_f32(const kq_history_f32 *h, size_t t, int i)
 {
     return smoothed_sigma(h, t, i);
 }
+
+unsigned kq_history_events_f32(const kq_history_f32 *h) { return h ? h->events : 0; }
 
 kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P)
 {

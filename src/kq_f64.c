@@ -1,6 +1,9 @@
 /*
  * kalmanq in double: the algorithm over num_f64.h, and its public names.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 #include "types_f64.h"
 
 #include "triangle.inc"
@@ -18,6 +21,7 @@
 #include "model.inc"
 
 #include "read.inc"
+#include "measured_float.inc"
 #include "history.inc"
 
 #include "care.inc"
@@ -31,6 +35,7 @@
 #include "robust_float.inc"
 #include "robust.inc"
 #include "gate.inc"
+#include "student_scale.inc"
 #include "student_step.inc"
 #include "smooth_reweighted.inc"
 
@@ -40,6 +45,8 @@
 
 #include "inexact.inc"
 #include "start_unknown.inc"
+#include "start_rounding.inc"
+#include "start_columns.inc"
 #include "start_past.inc"
 #include "start_take.inc"
 #include "start.inc"
@@ -132,6 +139,11 @@ kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, dou
     return filter_measurement(f, s, z, S);
 }
 
+double kq_measurement_low_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, int c)
+{
+    return filter_measurement_low(f, s, c);
+}
+
 kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                             double *e)
 {
@@ -164,6 +176,11 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
     return filter_forecast(f, p, u, steps, ahead);
 }
 
+kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from)
+{
+    return filter_copy(to, from);
+}
+
 kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length)
 {
     return history_assign(h, n, memory, length);
@@ -173,6 +190,8 @@ kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f)
 {
     return history_attach(h, f);
 }
+
+kq_status kq_history_detach_f64(kq_history_f64 *h) { return history_detach(h); }
 
 size_t kq_history_steps_f64(const kq_history_f64 *h) { return h ? (size_t)h->steps : 0; }
 
@@ -207,6 +226,8 @@ double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i)
     return smoothed_sigma(h, t, i);
 }
 
+unsigned kq_history_events_f64(const kq_history_f64 *h) { return h ? h->events : 0; }
+
 kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P)
 {
     return smoothed_covariance(h, t, P);
@@ -215,3 +236,5 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
 #include "kq_robust_f64.inc"
 #include "kq_on_line_f64.inc"
 #include "kq_start_f64.inc"
+
+#endif

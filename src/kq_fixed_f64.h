@@ -30,7 +30,8 @@
 /* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e, int mode)
 {
-    const likelihood before = f->last, run = f->run;
+    const likelihood before = f->last;
+    const likelihood_run run = f->run;
     (void)h, (void)e;
     kq_update_subset_f64(f, z.sensor, z.z, UINT32_C(1) << c);
     f->run = run;

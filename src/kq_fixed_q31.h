@@ -27,12 +27,16 @@
 #include "filter.inc"
 #include "history.inc"
 
-/* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
+/* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined.  A
+   mean beyond its word it leaves as it is. */
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e, int mode)
 {
-    const likelihood before = f->last, run = f->run;
+    const likelihood before = f->last;
+    const likelihood_run run = f->run;
     (void)h, (void)e;
+    filter_set_ready(f, f->ready | FILTER_OPEN);
     kq_update_subset_q31(f, z.sensor, z.z, UINT32_C(1) << c);
+    filter_set_ready(f, f->ready & ~FILTER_OPEN);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;
     else likelihood_join(&f->last, &before);

@@ -1,6 +1,9 @@
 /*
  * kalmanq in double: the model builders' public names.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 /* Of the included files a part is used. */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -95,3 +98,5 @@ kq_status kq_model_acceleration_f64(kq_model_f64 *model, int d, double dt, const
 {
     return model_acceleration(model, d, dt, density, noise, mean, variance);
 }
+
+#endif

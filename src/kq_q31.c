@@ -17,6 +17,7 @@
 #include "table.inc"
 
 #include "read.inc"
+#include "measured_q31.inc"
 #include "history.inc"
 
 #include "care.inc"
@@ -30,6 +31,7 @@
 #include "robust_q31.inc"
 #include "robust.inc"
 #include "gate.inc"
+#include "student_scale.inc"
 #include "student_step.inc"
 #include "smooth_reweighted.inc"
 
@@ -39,6 +41,8 @@
 
 #include "inexact.inc"
 #include "start_unknown.inc"
+#include "start_rounding.inc"
+#include "start_columns.inc"
 #include "start_past.inc"
 #include "start_take.inc"
 #include "start.inc"
@@ -123,6 +127,11 @@ kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, cons
     return filter_innovation(f, s, z, e);
 }
 
+int32_t kq_measurement_low_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int c)
+{
+    return filter_measurement_low(f, s, c);
+}
+
 kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_q31 *K)
 {
     return filter_gain(f, s, K);
@@ -135,6 +144,15 @@ int kq_taken_q31(const kq_filter_q31 *f) { return filter_taken(f); }
 int64_t kq_log_likelihood_last_q31(const kq_filter_q31 *f) { return filter_log_likelihood(f, 0); }
 
 int64_t kq_log_likelihood_q31(const kq_filter_q31 *f) { return filter_log_likelihood(f, 1); }
+
+kq_status kq_log_likelihood_scaled_q31(const kq_filter_q31 *f, kq_scaled_q31 *value)
+{
+    const kq_status status = filter_check(f);
+    if (status) return status;
+    if (!value) return KQ_ERR_NULL;
+    *value = likelihood_run_log_scaled(&f->run);
+    return KQ_OK;
+}
 
 unsigned kq_events_q31(const kq_filter_q31 *f) { return f ? f->events : 0; }
 
@@ -149,6 +167,11 @@ kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const
     return filter_forecast(f, p, u, steps, ahead);
 }
 
+kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from)
+{
+    return filter_copy(to, from);
+}
+
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length)
 {
     return history_assign(h, n, memory, length);
@@ -158,6 +181,8 @@ kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f)
 {
     return history_attach(h, f);
 }
+
+kq_status kq_history_detach_q31(kq_history_q31 *h) { return history_detach(h); }
 
 size_t kq_history_steps_q31(const kq_history_q31 *h) { return h ? (size_t)h->steps : 0; }
 
@@ -191,6 +216,8 @@ int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i)
 {
     return smoothed_sigma(h, t, i);
 }
+
+unsigned kq_history_events_q31(const kq_history_q31 *h) { return h ? h->events : 0; }
 
 kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P)
 {

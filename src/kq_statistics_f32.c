@@ -89,7 +89,9 @@ kq_status kq_consistency_nis_f32(const kq_consistency_f32 *c, float q, float *ni
 }
 
 kq_status kq_consistency_innovation_f32(const kq_consistency_f32 *c, int component, float q,
-                                        float *mean, float *correlation, float *bound)
+                                        float *mean, float *mean_bound, float *correlation,
+                                        float *correlation_bound)
 {
-    return consistency_innovation(c, component, q, mean, correlation, bound);
+    return consistency_innovation(c, component, q, mean, mean_bound, correlation,
+                                  correlation_bound);
 }

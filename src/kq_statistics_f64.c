@@ -2,6 +2,9 @@
  * kalmanq in double: least squares and consistency, and their public names.  A file of its own: who
  * does not call them has the code that there was without them.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 /* Of these files a part is used. */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -89,7 +92,11 @@ kq_status kq_consistency_nis_f64(const kq_consistency_f64 *c, double q, double *
 }
 
 kq_status kq_consistency_innovation_f64(const kq_consistency_f64 *c, int component, double q,
-                                        double *mean, double *correlation, double *bound)
+                                        double *mean, double *mean_bound, double *correlation,
+                                        double *correlation_bound)
 {
-    return consistency_innovation(c, component, q, mean, correlation, bound);
+    return consistency_innovation(c, component, q, mean, mean_bound, correlation,
+                                  correlation_bound);
 }
+
+#endif

@@ -92,7 +92,9 @@ kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64_t q, int64_t
 }
 
 kq_status kq_consistency_innovation_q31(const kq_consistency_q31 *c, int component, int64_t q,
-                                        int64_t *mean, int64_t *correlation, int64_t *bound)
+                                        int64_t *mean, int64_t *mean_bound, int64_t *correlation,
+                                        int64_t *correlation_bound)
 {
-    return consistency_innovation(c, component, q, mean, correlation, bound);
+    return consistency_innovation(c, component, q, mean, mean_bound, correlation,
+                                  correlation_bound);
 }

@@ -2,6 +2,9 @@
  * kalmanq in double: steady states.  A file of its own, so that the code of the filter is compiled
  * without regard to it; what it needs of that is compiled here again.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 #include "types_f64.h"
 
 #if defined(__GNUC__)
@@ -39,14 +42,14 @@
 #include "steady_api.inc"
 
 /* The switch moves a filter as a caller does. */
-static void switch_predict(filter *f, const process *p, const num *u)
+static kq_status switch_predict(filter *f, const process *p, const num *u)
 {
-    (void)kq_predict_f64(f, p, u);
+    return kq_predict_f64(f, p, u);
 }
 
-static void switch_update(filter *f, const sensor *s, const num *z)
+static kq_status switch_update(filter *f, const sensor *s, const num *z)
 {
-    (void)kq_update_f64(f, s, z);
+    return kq_update_f64(f, s, z);
 }
 
 #include "switch.inc"
@@ -127,3 +130,5 @@ kq_status kq_switch_step_f64(kq_switch_f64 *w, kq_filter_f64 *f, const kq_proces
 int kq_switch_settled_f64(const kq_switch_f64 *w) { return switch_is_settled(w); }
 
 kq_status kq_switch_release_f64(kq_switch_f64 *w) { return switch_release(w); }
+
+#endif

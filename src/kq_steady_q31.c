@@ -37,14 +37,14 @@
 #include "steady_api.inc"
 
 /* The switch moves a filter as a caller does. */
-static void switch_predict(filter *f, const process *p, const num *u)
+static kq_status switch_predict(filter *f, const process *p, const num *u)
 {
-    (void)kq_predict_q31(f, p, u);
+    return kq_predict_q31(f, p, u);
 }
 
-static void switch_update(filter *f, const sensor *s, const num *z)
+static kq_status switch_update(filter *f, const sensor *s, const num *z)
 {
-    (void)kq_update_q31(f, s, z);
+    return kq_update_q31(f, s, z);
 }
 
 #include "switch.inc"

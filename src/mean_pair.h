@@ -8,6 +8,9 @@
 
 #define MEAN_PLANES 2
 
+/* No mean ever leaves its word (mean_q31.h). */
+enum { MEAN_WIDE = 256, mean_widens = 0 };
+
 /* x_i as one number, and what that leaves */
 static inline num mean_get(const num *x, int n, int i) { return x[i] + x[n + i]; }
 static inline num mean_low(const num *x, int n, int i)
@@ -52,6 +55,12 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return 0;
 }
 
+static inline unsigned mean_hold(num *x, int n, int i)
+{
+    (void)x, (void)n, (void)i;
+    return 0;
+}
+
 /* z - h'x, h being 0 outside of from .. to-1: the high parts cancel first */
 KQ_INLINE num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
 {
@@ -76,8 +85,27 @@ static inline num control_drive(const num *row, const num *u, int count)
     return dot(0, row, u, count);
 }
 
+/* A_ii - 1 is rounded where A_ii < 1/2: a_ii less what it stands for then */
+static inline num mean_rest(num a_ii) { return a_ii - ((a_ii - 1) + 1); }
+
+enum { mean_rounds = 1 };
+
+static inline int transition_is_rounded(const num *A, int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (mean_rest(A[i * (n + 1)]) != 0) return 1;
+    }
+    return 0;
+}
+
+/* What mean_advance leaves out of such rows, which would be the same error of A at every step */
+KQ_NOINLINE static void mean_take_rests(num *x, const num *A, num *t, int n)
+{
+    for (int i = 0; i < n; i++) x[n + i] += mean_rest(A[i * (n + 1)]) * t[i];
+}
+
 /* x_i <- row'x + drive as x_i + ((row - e_i)'x + drive), where t holds x rounded and the row
-   is zero left of `first`.  row_i - 1 is exact for 1/2 <= row_i <= 2. */
+   is zero left of `first` */
 KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                 num drive)
 {
@@ -88,6 +116,11 @@ KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first,
     x[n + i] = d - (high - x[i]);
     x[i] = high;
     return 0;
+}
+
+static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
+{
+    return mean_residual(z, h, x, n, 0, n);
 }
 
 #endif

@@ -4,6 +4,9 @@
 
 #define MEAN_PLANES 1
 
+/* No mean ever leaves its word (mean_q31.h). */
+enum { MEAN_WIDE = 256, mean_widens = 0 };
+
 /* x_i as one number, and what that leaves */
 static inline num mean_get(const num *x, int n, int i)
 {
@@ -38,6 +41,12 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return mean_correct(x, n, i, b, w);
 }
 
+static inline unsigned mean_hold(num *x, int n, int i)
+{
+    (void)x, (void)n, (void)i;
+    return 0;
+}
+
 /* z - h'x, h being 0 outside of from .. to-1 */
 KQ_INLINE num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
 {
@@ -59,6 +68,20 @@ static inline num control_drive(const num *row, const num *u, int count)
     return dot(0, row, u, count);
 }
 
+/* Nothing of A is rounded here. */
+enum { mean_rounds = 0 };
+
+static inline int transition_is_rounded(const num *A, int n)
+{
+    (void)A, (void)n;
+    return 0;
+}
+
+static inline void mean_take_rests(num *x, const num *A, num *t, int n)
+{
+    (void)x, (void)A, (void)t, (void)n;
+}
+
 /* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
 KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                 num drive)
@@ -67,6 +90,11 @@ KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first,
     for (int k = first; k < n; k++) d += row[k] * t[k];
     x[i] = d;
     return 0;
+}
+
+static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
+{
+    return mean_residual(z, h, x, n, 0, n);
 }
 
 #endif

@@ -42,6 +42,7 @@ size_t kq_misfit_text_q31(const kq_misfit_q31 *misfit, char *text, size_t length
             say(&s, misfit->bits == 1 ? " more integer bit" : " more integer bits");
         }
     }
+    if (misfit && misfit->quantity == KQ_ALL_FIT) say(&s, "all formats fit");
     if (s.room) s.at[s.length < s.room ? s.length : s.room - 1] = 0;
     return s.length;
 }

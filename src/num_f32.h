@@ -9,10 +9,7 @@
 #include <math.h>
 #include <stdint.h>
 
-#ifdef __FAST_MATH__
-#error                                                                                             \
-    "kalmanq needs IEEE arithmetic: the pair of floats and the NaN tests do not survive -ffast-math"
-#endif
+#include "ieee.h"
 
 typedef float num;
 
@@ -20,8 +17,10 @@ static const num num_epsilon = FLT_EPSILON;
 static const num num_max = FLT_MAX;
 static const num num_tiny = 0x1p-120f;         /* smallest variance of a noise */
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
+static const num num_most_nis = 0x1p124f;      /* of a scalar measurement: 16 add up */
 static const num num_zero_variance = 0x1p-96f; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p96f;  /* fading raises no variance beyond it */
+static const num num_most_sigma = 0x1p60f;     /* the largest of a state; a mean's is its square */
 static const num num_stage = 0x1p-12f;         /* of f'f: the noise of a stage */
 static const int num_doublings = 22;           /* after more, what has decayed was rounding */
 static const num num_sharp = 0x1p-15f;         /* least share of noise where doubling begins */
@@ -40,6 +39,16 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return NAN; }
 
+/* What tells a number from others, in 32 bits */
+static inline uint32_t num_bits(num a)
+{
+    const union {
+        num value;
+        uint32_t bits;
+    } both = {a};
+    return both.bits;
+}
+
 /* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
 static inline num num_split(num a, int32_t *exponent)
 {
@@ -52,12 +61,35 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
+/* Is s above r > 0, by less than 16 of its last bits? */
+static inline int is_faint(num r, num s)
+{
+    union {
+        num value;
+        uint32_t bits;
+    } lower = {r}, upper = {s};
+    return upper.bits - lower.bits - 1 < 15;
+}
+
+/* a without the lower 12 of its 24 bits */
+static inline num num_upper(num a)
+{
+    union {
+        num value;
+        uint32_t bits;
+    } both = {a};
+    both.bits &= UINT32_C(0xfffff000);
+    return both.value;
+}
+
 /* r below this share of s is taken in stages */
 static inline num sharp_share(num s) { return s * 0x1p-16f; }
 
 #include "rows_float.h"
 
 #include "mean_pair.h"
+
+#include "hold_float.h"
 
 #include "coordinates_float.h"
 

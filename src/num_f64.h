@@ -9,9 +9,7 @@
 #include <math.h>
 #include <stdint.h>
 
-#ifdef __FAST_MATH__
-#error "kalmanq needs IEEE arithmetic: the NaN tests do not survive -ffast-math"
-#endif
+#include "ieee.h"
 
 typedef double num;
 
@@ -19,8 +17,10 @@ static const num num_epsilon = DBL_EPSILON;
 static const num num_max = DBL_MAX;
 static const num num_tiny = 0x1p-400;          /* smallest variance of a noise */
 static const num num_tiny_root = 0x1p-200;     /* and its root */
+static const num num_most_nis = 0x1p1020;      /* of a scalar measurement: 16 add up */
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */
+static const num num_most_sigma = 0x1p500;     /* the largest of a state; a mean's is its square */
 static const num num_stage = 0x1p-44;          /* of f'f: the noise of a stage */
 static const int num_doublings = 50;           /* after more, what has decayed was rounding */
 static const num num_sharp = 0x1p-44;          /* least share of noise where doubling begins */
@@ -39,6 +39,16 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return (num)NAN; }
 
+/* What tells a number from others, in 32 bits */
+static inline uint32_t num_bits(num a)
+{
+    const union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    return (uint32_t)both.bits ^ (uint32_t)(both.bits >> 32) * UINT32_C(0x9e3779b1);
+}
+
 /* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
 static inline num num_split(num a, int32_t *exponent)
 {
@@ -51,12 +61,35 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
+/* Is s above r > 0, by less than 16 of its last bits? */
+static inline int is_faint(num r, num s)
+{
+    union {
+        num value;
+        uint64_t bits;
+    } lower = {r}, upper = {s};
+    return upper.bits - lower.bits - 1 < 15;
+}
+
+/* a without the lower 27 of its 53 bits */
+static inline num num_upper(num a)
+{
+    union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    both.bits &= UINT64_C(0xfffffffff8000000);
+    return both.value;
+}
+
 /* r below this share of s is taken in stages */
 static inline num sharp_share(num s) { return s * 0x1p-48; }
 
 #include "rows_float.h"
 
 #include "mean_single.h"
+
+#include "hold_float.h"
 
 #include "coordinates_float.h"
 

@@ -16,14 +16,30 @@ static const scaled num_zero_variance = {INT32_C(1) << 30,
 static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fading stops there */
 static const scaled num_stage = {INT32_C(1) << 30, -36}; /* 2^-6 of f'f: the noise of a stage */
 
+/* What tells a number from others, in 32 bits */
+static inline uint32_t num_bits(num a) { return (uint32_t)a; }
+
+static inline uint32_t scaled_bits(scaled a)
+{
+    return (uint32_t)a.mantissa ^ (uint32_t)a.exponent * UINT32_C(0x9e3779b1);
+}
+
 /* r below this share of s is taken in stages */
 static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
+
+/* Is s above r > 0, by less than 64 of its last bits? */
+static inline int is_faint(scaled r, scaled s)
+{
+    return s.exponent == r.exponent && (uint32_t)(s.mantissa - r.mantissa) - 1 < 63;
+}
 
 #include "rows_q31.h"
 
 static inline num num_nan(void) { return KQ_NOT_A_WORD_Q31; }
 
 #include "mean_q31.h"
+
+#include "hold_q31.h"
 
 #include "coordinates_q31.h"
 

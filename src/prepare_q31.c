@@ -2,13 +2,14 @@
  * Tables of the q31 arithmetic from doubles.  Every operation is exact or correctly rounded, and in
  * one order, so the bytes are the same on every machine whose double is IEEE's.
  */
+#include "has_double.h"
+
+#if KQ_HAS_DOUBLE
 #include "kalmanq/prepare.h"
 
 #include "kalmanq/process.h"
 #include "scaled_q31.h"
 #include "triangle.h"
-
-_Static_assert(sizeof(double) == 8, "tables are made where double has 64 bits");
 
 static int is_finite(double a) { return a - a == 0; }
 
@@ -20,7 +21,8 @@ static double scaled_double(double a, int exponent)
     return a;
 }
 
-/* The exponent of |a| = m 2^exponent, 1/2 <= m < 1; a is not 0 */
+/* The exponent of |a| = m 2^exponent, 1/2 <= m < 1; a is neither 0 nor infinite: at most 1074
+   halvings or doublings. */
 static int exponent_of(double a)
 {
     int exponent = 0;
@@ -82,6 +84,20 @@ kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, doubl
     return KQ_OK;
 }
 
+/* x as a word, or what it lacks: -1, or the integer bits that its format would need more, 0 where x
+   is beyond the declared range alone.  The exponent is looked at first: a word that is made is
+   below 2^32. */
+static int word_of_double(int32_t *made, double x, const kq_format_q31 *format)
+{
+    const int exponent = x != 0 ? exponent_of(x) + format->fraction : 0;
+    if (exponent > 32) return exponent - 31;
+    const double word = scaled_double(x, format->fraction), size = word < 0 ? -word : word;
+    if (size >= INT32_MAX + 0.5) return exponent > 31 ? exponent - 31 : 1;
+    if (size >= format->range + 0.5) return 0;
+    *made = rounded(word);
+    return -1;
+}
+
 kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
                                 const kq_format_q31 *format, kq_misfit_q31 *misfit)
 {
@@ -92,14 +108,11 @@ kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
         if (!is_finite(x[i])) return KQ_ERR_NOT_FINITE;
     }
     for (int i = 0; i < count; i++) {
-        const double word = scaled_double(x[i], format[i].fraction), size = word < 0 ? -word : word;
-        if (size >= format[i].range + 0.5) {
-            const int most = exponent_of(size) - 31; /* 0 at 2^31 - 1/2, which rounds up */
-            const int bits = size < INT32_MAX + 0.5 ? 0 : most > 0 ? most : 1;
+        const int bits = word_of_double(&made[i], x[i], &format[i]);
+        if (bits >= 0) {
             if (misfit) *misfit = (kq_misfit_q31){.component = i, .bits = bits};
             return KQ_ERR_RANGE;
         }
-        made[i] = rounded(word);
     }
     for (int i = 0; i < count; i++) words[i] = made[i];
     return KQ_OK;
@@ -228,6 +241,23 @@ kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, i
     return KQ_OK;
 }
 
+/* R's variances are rounded, and so is what the other components leave of one: a pivot whose square
+   is up to 8 m eps of its row's is none, and what its column holds goes into the others. */
+static kq_status drop_pivots(double *T, int m)
+{
+    double F[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    kq_status status = KQ_OK;
+    for (int k = m - 1; k >= 0 && !status; k--) {
+        double pivot = T[column(k) + k] * T[column(k) + k], row = pivot;
+        for (int j = k + 1; j < m; j++) row += T[column(j) + k] * T[column(j) + k];
+        if (pivot == 0 || pivot > 8 * m * 0x1p-52 * row) continue;
+        for (int i = 0; i < m * m; i++) F[i] = i / m > i % m ? 0 : T[column(i % m) + i / m];
+        F[k * m + k] = 0;
+        status = root_of_matrix(T, NULL, F, m, m);
+    }
+    return status;
+}
+
 kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
                                const kq_format_q31 *format)
 {
@@ -236,6 +266,7 @@ kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
     if (!table || !R || !format) return KQ_ERR_NULL;
     if (!size_is_valid(m) || formats_check(format, m)) return KQ_ERR_SIZE;
     kq_status status = root_of_matrix(T, R, NULL, m, 0);
+    if (!status) status = drop_pivots(T, m);
     for (int j = 0; j < m && !status; j++) {
         const double pivot = T[column(j) + j];
         for (int i = 0; i < j && !status; i++) {
@@ -249,3 +280,5 @@ kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
     for (int k = 0; k < KQ_TRIANGLE(m) && !status; k++) table[k] = made[k];
     return status;
 }
+
+#endif

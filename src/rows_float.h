@@ -250,6 +250,13 @@ static num rounding_floor(const num *S, const num *h, const num *f, int n)
     return 256 * num_epsilon * num_epsilon * total;
 }
 
+/* f is taken anew from S, rounding and all. */
+static inline void match_root(num *S, num *f, const num *fresh, int n)
+{
+    (void)S;
+    for (int k = 0; k < n; k++) f[k] = fresh[k];
+}
+
 static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 {
     (void)s, (void)h, (void)n;
@@ -259,7 +266,7 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 /* Is there nothing that the careful update is for: rounding, sharpness, overflow? */
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
-    return r >= sharp_share(s) + num_zero_variance && num_is_finite(e * (e / s));
+    return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
 }
 
 typedef struct {

@@ -292,7 +292,7 @@ KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
     const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
     pq[0] = p;
-    pq[1] = (int32_t)(share >> 1 > INT32_MAX ? INT32_MAX : share >> 1);
+    pq[1] = (int32_t)(share >> 1);
     return lower((int32_t)root_by_inverse(v, inverse), h);
 }
 
@@ -343,6 +343,38 @@ static inline scaled rounding_floor(const int32_t *S, const scaled *h, const int
     const scaled of_root = scaled_of(256 * n, 2 * f[n]);
     const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
+}
+
+static inline int largest_entry(const int32_t *f, int n)
+{
+    int largest = 0;
+    for (int j = 1; j < n; j++) {
+        if (magnitude(f[j]) > magnitude(f[largest])) largest = j;
+    }
+    return largest;
+}
+
+/*
+ * S'h should be f and by rounding is `fresh`: so much of the column of f's largest entry, which
+ * stages have made short, is taken off the columns behind it.  A rotation by what is rounding would
+ * shorten those, too, and turn them in a way that the tape of a smoother, which has one rotation
+ * for all stages, knows nothing of.  Shares below 2^-7 add 2^-5 to a row's norm at most.
+ */
+static inline void match_root(int32_t *S, int32_t *f, const int32_t *fresh, int n)
+{
+    const int pivot = largest_entry(f, n);
+    const int32_t *b = S + column(pivot);
+    for (int j = n - 1; j >= pivot; j--) {
+        const scaled rest = scaled_minus(row_entry(fresh, n, j), row_entry(f, n, j));
+        const scaled c = scaled_over(rest, row_entry(f, n, pivot));
+        int32_t *s = S + column(j);
+        if (c.mantissa == 0 || c.exponent >= -38) continue;
+        for (int i = 0; i <= pivot; i++) {
+            const int64_t part = lower_wide(product(b[i], c.mantissa), -c.exponent);
+            s[i] = (int32_t)sum_of(s[i], -part, 31);
+        }
+    }
+    renormalise(S, n);
 }
 
 /* No measurement is sharper than the mean's last bit, unless s is not far above that itself: a

@@ -7,6 +7,8 @@
 
 typedef num scaled;
 
+static inline uint32_t scaled_bits(scaled a) { return num_bits(a); }
+
 static const scaled scaled_one = 1;
 
 static inline scaled scaled_normal(scaled a) { return a; }
@@ -23,6 +25,13 @@ static inline scaled scaled_minus(scaled a, scaled b) { return a - b; }
 static inline scaled scaled_root(scaled a) { return num_root(a); }
 static inline int scaled_is_less(scaled a, scaled b) { return a < b; }
 static inline num word_of(scaled a) { return a; }
+
+/* *word <- a; answers the events, here none */
+static inline unsigned word_take(num *word, scaled a)
+{
+    *word = a;
+    return 0;
+}
 static inline scaled scaled_of_word(num a) { return a; }
 
 /* a 2^shift, shift <= 0 */

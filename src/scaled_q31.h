@@ -148,4 +148,11 @@ static inline int32_t word_of(scaled a)
     return lower(a.mantissa, -a.exponent);
 }
 
+/* *word <- a; answers KQ_EVENT_SATURATED if it had to be held */
+static inline unsigned word_take(int32_t *word, scaled a)
+{
+    *word = word_of(a);
+    return a.exponent > 0 ? KQ_EVENT_SATURATED : 0;
+}
+
 #endif

@@ -39,11 +39,15 @@ KQ_INLINE unsigned steady_hold(steady_word *t, int64_t value)
     return *t == value ? 0 : KQ_EVENT_SATURATED;
 }
 
-/* p 2^-down as a wide number, held at 2^56; |p| <= 2^62 */
-KQ_INLINE wide steady_part(int64_t p, int32_t down)
+/* *part <- p 2^-down as a wide number, cut at 2^58, which it answers; |p| <= 2^62 */
+KQ_INLINE unsigned steady_part(wide *part, int64_t p, int32_t down)
 {
-    if (KQ_MOSTLY((uint32_t)(down - 6) < 26)) return shift_rounded_long(p, (int)down);
-    return wide_from(p, -down);
+    if (KQ_MOSTLY((uint32_t)(down - 6) < 26)) {
+        *part = shift_rounded_long(p, (int)down);
+        return 0;
+    }
+    *part = wide_from(p, -down, 58);
+    return was_cut(*part, 58);
 }
 
 /* c (high + low 2^-24) in units of 2^-24, rounded, for |c| <= 16 */
@@ -121,17 +125,20 @@ static inline int32_t steady_word_of(steady_number e)
     return word_of(scaled_of(e.mantissa, -24 - e.down));
 }
 
-/* x_i <- t + row'e.  16 parts and t stay below 2^61. */
+/* x_i <- t + row'e, which alone is held: 16 parts of 2^58, 8 words each, and t. */
 KQ_INLINE unsigned steady_add(int32_t *x, steady_word t, int n, int i, const scaled *row,
                               const steady_number *e, int m)
 {
     int64_t total = t;
+    unsigned events = 0;
     KQ_UNROLL
     for (int c = 0; c < m; c++) {
+        wide part;
         const int64_t p = product(row[c].mantissa, e[c].mantissa);
-        total = sum_of(total, steady_part(p, e[c].down - row[c].exponent), 61);
+        events |= steady_part(&part, p, e[c].down - row[c].exponent);
+        total = sum_of(total, part, 63);
     }
-    const unsigned events = steady_hold(&t, total);
+    events |= steady_hold(&t, total);
     wide_set(x, n, i, t);
     return events;
 }

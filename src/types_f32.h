@@ -11,6 +11,7 @@ typedef kq_process_f32 process;
 typedef kq_sensor_f32 sensor;
 typedef kq_filter_f32 filter;
 typedef kq_likelihood_f32 likelihood;
+typedef kq_likelihood_run_f32 likelihood_run;
 typedef kq_history_f32 history;
 typedef kq_smooth_extras_f32 smooth_extras;
 typedef kq_tally_f32 tally;

@@ -11,6 +11,7 @@ typedef kq_process_f64 process;
 typedef kq_sensor_f64 sensor;
 typedef kq_filter_f64 filter;
 typedef kq_likelihood_f64 likelihood;
+typedef kq_likelihood_run_f64 likelihood_run;
 typedef kq_history_f64 history;
 typedef kq_smooth_extras_f64 smooth_extras;
 typedef kq_tally_f64 tally;

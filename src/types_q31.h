@@ -11,6 +11,7 @@ typedef kq_process_q31 process;
 typedef kq_sensor_q31 sensor;
 typedef kq_filter_q31 filter;
 typedef kq_likelihood_q31 likelihood;
+typedef kq_likelihood_run_q31 likelihood_run;
 typedef kq_history_q31 history;
 typedef kq_smooth_extras_q31 smooth_extras;
 typedef kq_tally_q31 tally;

@@ -97,14 +97,22 @@ kq_setup_targets() {
         kq_install gcc-avr avr-libc libsimavr-dev
 }
 
+# The runtime of clang's MemorySanitizer, which Debian has in a package of its own
+kq_setup_sanitizer() {
+    kq_have clang || return 1
+    [ -n "$(find "$(clang -print-resource-dir)/lib" -name 'libclang_rt.msan*.a' 2>/dev/null)" ] ||
+        kq_install "libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev"
+}
+
 kq_setup_tests() {
     kq_install libeigen3-dev pkg-config
     kq_have clang || kq_have clang-14 || kq_install clang
+    kq_setup_sanitizer || echo "setup: clang has no MemorySanitizer here; its tests are left out"
     kq_setup_targets
     kq_have valgrind || kq_install valgrind
     kq_setup_peers
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
-        echo "setup: no source package with Unity; CMake will fetch its pinned release"
+        echo "setup: no source package with Unity; CMake fetches its pinned release"
     kq_find_python numpy scipy matplotlib typer rich unicorn elftools && return 0
     kq_install python3 python3-numpy python3-scipy python3-matplotlib python3-typer python3-rich \
         python3-unicorn python3-pyelftools

@@ -16,11 +16,11 @@ kq_setup tests
 
 kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_PYTHON="$KQ_PYTHON" \
-    -DKALMANQ_PEERS_PYTHON="$KQ_PEERS_PYTHON"
+    -DKALMANQ_PEERS_PYTHON="$KQ_PEERS_PYTHON" -DKALMANQ_FETCH_UNITY=ON
 kq_quietly cmake --build "$build"
 
 status=0
-ctest --test-dir "$build" --output-on-failure --timeout 300 -j 2 "$@" \
+ctest --test-dir "$build" --output-on-failure --timeout 1800 -j 2 "$@" \
     --output-junit "$build/tests.xml" || status=$?
 
 # what each test printed, without CTest's own lines

@@ -72,8 +72,9 @@
  * 300 measurements to know log q within 0.5).  A model that is wrong otherwise (a state too few, a
  * bias, noise that is not white) bends both scales to what fits best.
  *
- * Outliers and jumps.  1 % of outliers of 10 sigma raise both scales by a factor of 1.2, 10 % of
- * them raise r by 7 (their variance: 11).  A jump is taken for a larger q.
+ * Outliers and jumps.  1 % of outliers of 10 sigma raise r by a factor of 1.15 to 1.34 (a velocity;
+ * their variance: 1.99) and q by 1.05 to 1.2 (a level with Q / R = 0.01: 1.4), 10 % of them raise r
+ * by 7 (their variance: 11).  A jump is taken for a larger q.
  *
  * Learning begins after n scalar measurements, when those have replaced what the prior said.
  * The filter may be read as ever.  Updates by other sensors, a fade or a plain kq_predict in
@@ -104,7 +105,12 @@ extern "C" {
 #define KQ_ADAPTATION_MEMORY_MAX 100000
 
 /** Which scales are learnt; the other one stays 1. */
-typedef enum { KQ_ADAPT_BOTH, KQ_ADAPT_PROCESS, KQ_ADAPT_SENSOR } kq_adapted;
+typedef enum {
+    KQ_ADAPT_BOTH,
+    KQ_ADAPT_PROCESS,
+    KQ_ADAPT_SENSOR,
+    KQ_ADAPT_IS_INT = INT_MAX
+} kq_adapted;
 
 /** How.  A beginning: {KQ_ADAPT_BOTH, 500, 0.1f, 1e-3f, 1e3f, 1e-3f, 1e3f}. */
 typedef struct {
@@ -182,7 +188,7 @@ typedef struct {
 #define KQ_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
     {                                                                                              \
         n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
-            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0},                                             \
+            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
         {                                                                                          \
             0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0                                                \
         }                                                                                          \
@@ -212,7 +218,7 @@ typedef struct {
                                      {0, 0},                                                       \
                                      {0, 0},                                                       \
                                      {{0, 0}, {0, 0}, {0, 0}},                                     \
-                                     {0, 0, {0}, 0, NULL, NULL, NULL, NULL, NULL},                 \
+                                     {0, 0, {0}, 0, 0, NULL, NULL, NULL, NULL, NULL},              \
                                      {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0}}
 
 /**

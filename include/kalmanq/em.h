@@ -16,21 +16,34 @@
  * These are the results; the arithmetic carries the triangular root of
  * sum E[(noise; x)(noise; x)'], noises in units of their own roots: nothing is subtracted, A and H
  * move by increments, and every covariance is a sum of squares, positive semi-definite whatever
- * the rounding.  A missing component of z counts with what is expected of it: its noise is the
- * current R, given the noises of the components that are there.
+ * the rounding.
+ *
+ * H and R are means over the steps that have a measurement; within such a step, a component that is
+ * missing counts with what is expected of it: its noise is the current R, given the noises of the
+ * components that are there.  (A step without any could count with the current R, too, as Shumway
+ * and Stoffer have it.  Both ways the likelihood never falls, and both stop at the same parameters;
+ * but R and H then move by the share of the measured steps only: where 3 of 10 steps are empty the
+ * iterations to a given distance are 1.4 times as many, where 6 of 10 are, 2.4 times and more:
+ * tests/em/test_em.py.)
  *
  *     static kq_parameters_f32 model = {0, 0, A, NULL, NULL, Q, H, R, x0, P0};
  *     static const kq_recording_f32 night = {STEPS, z, NULL, NULL};
  *     KQ_EM_F32(em, 2, 1, STEPS);
  *     kq_em_init_f32(&em, &model, NULL, &night, 1);
- *     for (int k = 0; k < 100 && !status && !kq_em_is_settled_f32(&em, 1e-4f); k++)
+ *     for (int k = 0; k < 1000 && !status; k++) {
  *         status = kq_em_iterate_f32(&em);
+ *         if (kq_em_is_settled_f32(&em, 1e-2f) && kq_em_distance_f32(&em) <= 0.02f) break;
+ *     }
  *
  * In slices, over idle time: kq_em_advance does one step of the filter or of the smoother a call,
  * until kq_em_remaining is 0; then kq_em_maximise.
  *
  * What to expect of it.  EM converges linearly, and slowly where a noise is hard to see: a small
- * change in an iteration is not yet a small distance from the maximum.  A covariance that is 0
+ * change in an iteration is not yet a small distance from the maximum (kq_em_distance).  Where the
+ * maximum is at a variance of 0 it is never reached: the variance falls as 1 / k in k iterations.
+ * Where there are few measurements for a full R there may be no maximum: R becomes singular, and
+ * the likelihood rises beyond all limits; that ends with KQ_ERR_LIKELIHOOD and with the last
+ * parameters that the arithmetic tells apart from worse ones.  A covariance that is 0
  * stays 0, and so does a direction without noise: Q and the A that it could explain do not leave
  * the space that F and the first Q span.  Not everything is determined by data (KQ_NOT_IDENTIFIED):
  * H and Q only as H^2 Q, A as a whole only where enough of the state is measured.
@@ -110,7 +123,7 @@ enum {
 };
 
 /** The form of Q or R: any, DIAGONAL, or a MULTIPLE of what it was at first, but for rounding. */
-typedef enum { KQ_EM_FULL, KQ_EM_DIAGONAL, KQ_EM_MULTIPLE } kq_em_form;
+typedef enum { KQ_EM_FULL, KQ_EM_DIAGONAL, KQ_EM_MULTIPLE, KQ_EM_IS_INT = INT_MAX } kq_em_form;
 
 /** Which parameters are free, and what is known of them. */
 typedef struct {
@@ -124,10 +137,11 @@ typedef struct {
 /* ------------------------------------------------------------------ the object */
 
 /* The parts of the memory: the work of one step (k = n + max(n, m) rows), the roots of sums, the
-   new parameters */
-#define KQ_EM_ROWS(n, m) ((kq_length)(n) + ((n) > (m) ? (kq_length)(n) : (kq_length)(m)))
+   parameters that the caller's arrays do not hold: the new ones, then the last ones */
+#define KQ_EM_ROWS(n, m) ((size_t)(n) + ((n) > (m) ? (size_t)(n) : (size_t)(m)))
 #define KQ_EM_WORK_LEN(n, m)                                                                       \
-    (KQ_EM_ROWS(n, m) * (KQ_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_EM_ROWS(n, m)))
+    (KQ_EM_ROWS(n, m) * (KQ_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_EM_ROWS(n, m)) +                   \
+     (size_t)(m) * (size_t)(m))
 #define KQ_EM_SUMS_LEN(n, m)                                                                       \
     (2 * (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m))) +                 \
      KQ_TRIANGLE((size_t)(n) + 1))
@@ -138,8 +152,8 @@ typedef struct {
 
 /**
  * Words of memory for n states, m components and recordings of at most `steps` steps: the history
- * of the longest recording, and about 15 n^2 + 7 m n + 4 m^2 words.  f32, n = 2, m = 1, T = 200:
- * 9364 bytes.
+ * of the longest recording, and about 15 n^2 + 7 m n + 5 m^2 words.  f32, n = 2, m = 1, T = 200:
+ * 9368 bytes.
  */
 #define KQ_EM_LEN_F32(n, m, steps)                                                                 \
     (KQ_HISTORY_LEN_F32(n, m, steps, 0) + KQ_FILTER_LEN_F32((size_t)(n)) + KQ_EM_WORK_LEN(n, m) +  \
@@ -154,6 +168,7 @@ typedef struct {
     uint8_t components; /* m */
     uint8_t phase;      /* unused, ready, in the E-step, at its end */
     uint8_t smoothing;  /* of the recording: is the smoother at work, or still the filter? */
+    uint8_t kept;       /* KQ_EM_...: of those the memory has what they were before the M-step */
     size_t length;      /* words at memory */
     float *memory;      /* the caller's */
     const kq_parameters_f32 *model;     /* the caller's */
@@ -164,7 +179,10 @@ typedef struct {
     int32_t step;                       /* of it, the one to be done next */
     uint32_t remaining;                 /* steps to the end of the E-step */
     float log_likelihood;
-    float change; /* of the last M-step, negative: there was none */
+    float before; /* the log-likelihood of the parameters before the M-step */
+    float gain;   /* of the M-step, in log-likelihood */
+    float change; /* of the last M-step, NaN: there was none */
+    float rate;   /* of the change, from M-step to M-step */
     kq_process_f32 process;
     kq_sensor_f32 sensor;
     kq_filter_f32 filter;
@@ -176,6 +194,7 @@ typedef struct {
     uint8_t components;
     uint8_t phase;
     uint8_t smoothing;
+    uint8_t kept;
     size_t length;
     double *memory;
     const kq_parameters_f64 *model;
@@ -186,7 +205,10 @@ typedef struct {
     int32_t step;
     uint32_t remaining;
     double log_likelihood;
+    double before;
+    double gain;
     double change;
+    double rate;
     kq_process_f64 process;
     kq_sensor_f64 sensor;
     kq_filter_f64 filter;
@@ -196,11 +218,12 @@ typedef struct {
 /* What is behind the memory, before init: nothing yet */
 #define KQ_EM_OBJECT(n, m, length, memory)                                                         \
     {                                                                                              \
-        n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0,                            \
-            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0}, {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0},  \
-            {0, 0, 0, 0, 0, NULL, NULL, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}},                         \
+        n, m, 0, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0,                \
+            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
+            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0},                                             \
+            {0, 0, 0, 0, 0, NULL, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}},                       \
         {                                                                                          \
-            0, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL                                                  \
+            0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0                                            \
         }                                                                                          \
     }
 
@@ -225,7 +248,8 @@ kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t l
 
 /**
  * Checks model and recordings.  Nothing is computed yet.
- *   model       kept by reference; its arrays are written by kq_em_maximise alone
+ *   model       kept by reference; its arrays are written by kq_em_maximise, and by kq_em_advance
+ *               where it takes back what that has written
  *   choice      kept by reference; NULL: Q and R are free, both of full form
  *   recordings  `count` of them, kept by reference: they and their arrays have to stay as they are
  *   count       >= 1
@@ -264,9 +288,17 @@ kq_status kq_em_iterate_f64(kq_em_f64 *em);
  * first call after init, kq_em_maximise or the end of an E-step begins a new one, with the model
  * as it then is: it prepares process and sensor (process.h, sensor.h), too.
  *
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_LIKELIHOOD (the likelihood is infinite or zero: the model
- * takes a measurement for free of noise and error, or is beyond the numbers; the E-step is given
- * up), and those of kq_em_init about the model, which the caller may have changed.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, and those of kq_em_init about the model, which the caller may have
+ * changed.
+ *
+ * KQ_ERR_LIKELIHOOD: the E-step is given up, for one of two reasons.  The likelihood is infinite or
+ * zero: the model takes a measurement for free of noise and error, or is beyond the numbers.  Or it
+ * is lower than before kq_em_maximise, by more than rounding: 64 eps (measurements + |L|), where
+ * 1.2 eps (...) is what rounding does; eps is 1.2e-7 in f32, 2.2e-16 in f64.  EM does not do that
+ * but where rounding rules: a covariance is as good as singular.  In both cases the parameters that
+ * kq_em_maximise has replaced are put back, and kq_em_log_likelihood is theirs: they are the best
+ * that were found, and to go on from them leads here again.  A model that the caller has changed
+ * since kq_em_maximise is judged in the same way: kq_em_init begins anew.
  */
 kq_status kq_em_advance_f32(kq_em_f32 *em);
 kq_status kq_em_advance_f64(kq_em_f64 *em);
@@ -277,7 +309,8 @@ uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
 
 /**
  * log p(all recordings) of the parameters that the last complete E-step was run with, those before
- * the last kq_em_maximise.  NaN where there was none, and while one is under way.
+ * the last kq_em_maximise, or those that were put back.  NaN where there was none, and while one is
+ * under way.
  */
 float kq_em_log_likelihood_f32(const kq_em_f32 *em);
 double kq_em_log_likelihood_f64(const kq_em_f64 *em);
@@ -290,8 +323,11 @@ double kq_em_log_likelihood_f64(const kq_em_f64 *em);
  * for the other rows as they are, last row first; the likelihood rises all the same.  A row of A
  * that Q moves only together with other rows stays as it is then.
  *
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete), KQ_ERR_LIKELIHOOD (a new parameter
- * would be beyond the numbers).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete).
+ * KQ_ERR_LIKELIHOOD: a new parameter would be beyond the numbers; a new covariance would not be one
+ * to rounding; or the new R would be singular in a direction in which it is not so far: what was
+ * measured is explained without noise there.  The model is as it was, and so is all that can be
+ * read of the object (scratch in its memory is not).
  */
 kq_status kq_em_maximise_f32(kq_em_f32 *em);
 kq_status kq_em_maximise_f64(kq_em_f64 *em);
@@ -304,8 +340,29 @@ kq_status kq_em_maximise_f64(kq_em_f64 *em);
 float kq_em_change_f32(const kq_em_f32 *em);
 double kq_em_change_f64(const kq_em_f64 *em);
 
-/** The stop rule: was that change at most `tolerance`?  1e-4 is a beginning; less than 1e-6 is
-    rounding in f32.  0 before the first M-step. */
+/**
+ * How far kq_em_log_likelihood is below the maximum that the iterations go to, extrapolated from
+ * the last gain of log-likelihood and the last two changes: gain rate^2 / (1 - rate), rate = change
+ * / change before.  That is what is left where a variance goes to 0, and once to twice what is left
+ * where EM converges linearly.  A gain that rounding hides counts as what it can hide,
+ * eps (measurements + |L|), and 16 eps are added to the last change: where f32 no longer sees how
+ * slow it is, it does not say that it is near.
+ *
+ * A difference of 0.1 is of no interest to statistics: two standard deviations of a parameter are a
+ * difference of 2.  An extrapolation sees no further than the last iterations: on a plateau, and in
+ * the first iterations, it may be small.  Ask for a small change as well (the loop above).
+ *
+ * NaN where it is not known: before the third E-step, while one is under way, after one that was
+ * given up, and where the changes do not become smaller.
+ */
+float kq_em_distance_f32(const kq_em_f32 *em);
+double kq_em_distance_f64(const kq_em_f64 *em);
+
+/**
+ * Was the last change at most `tolerance`?  Less than 1e-6 is rounding in f32.  0 before the first
+ * M-step.  By itself this is a weak stop rule: at a change of 1e-4, 1e-6 to 2e-2 of log-likelihood
+ * are left, and where a variance goes to 0 it takes 10,000 iterations and more to come there.
+ */
 int kq_em_is_settled_f32(const kq_em_f32 *em, float tolerance);
 int kq_em_is_settled_f64(const kq_em_f64 *em, double tolerance);
 

@@ -18,6 +18,11 @@
  * many more integer bits.  At run time a measurement or a control outside its range is refused; a
  * state that leaves its word is held at the word's end, KQ_EVENT_SATURATED is set, and the
  * measurements bring it back.
+ *
+ * Only what a call leaves is held: the range that counts is that of the states that can be read.
+ * Between the components of one measurement a state may be up to 64 words from 0 (a word: 2^31 last
+ * bits); of a smoothed mean no part is held, and its distance from the filtered one may be 32768
+ * sigma in each of S's directions.  Where one of these ends, KQ_EVENT_SATURATED is set, too.
  */
 #ifndef KALMANQ_FIXED_POINT_H
 #define KALMANQ_FIXED_POINT_H
@@ -61,10 +66,17 @@ typedef struct {
     the n exponents.  S_ij = root[j (j + 1) / 2 + i] * 2^root[n (n + 1) / 2 + i], i <= j. */
 #define KQ_ROOT_LEN_Q31(n) (KQ_TRIANGLE(n) + (n))
 
-/** Whose format does not fit. */
-typedef enum { KQ_STATE, KQ_CONTROL, KQ_MEASUREMENT } kq_quantity;
+/** Whose format does not fit; KQ_ALL_FIT: none. */
+typedef enum {
+    KQ_STATE,
+    KQ_CONTROL,
+    KQ_MEASUREMENT,
+    KQ_ALL_FIT,
+    KQ_QUANTITY_IS_INT = INT_MAX
+} kq_quantity;
 
-/** What KQ_ERR_RANGE means: `component` of the states, controls or measurements needs `bits` more
+/** What KQ_ERR_RANGE means (written where a call answers that; where the init of a process, sensor,
+    filter or start answers KQ_OK it writes KQ_ALL_FIT): `component` of the states, controls or measurements needs `bits` more
     integer bits (a fraction that is smaller by `bits`).  bits = 0: its word would hold the value,
     its declared range does not. */
 typedef struct {
@@ -74,7 +86,7 @@ typedef struct {
 } kq_misfit_q31;
 
 /**
- * The misfit in words, such as "state 2 needs 3 more integer bits".
+ * The misfit in words, such as "state 2 needs 3 more integer bits" or "all formats fit".
  *   text     `length` characters, written: the sentence, cut where it is too long, and a 0
  * Returns the length of the whole sentence.  A NULL misfit gives "".
  */

@@ -14,6 +14,7 @@
 #include "prepare.h"
 #include "process.h"
 #include "robust.h"
+#include "self_test.h"
 #include "sensor.h"
 #include "size.h"
 #include "smoother.h"

@@ -55,14 +55,14 @@ extern "C" {
 #define KQ_LAG_COLUMNS_LEN(n) (5 * (n) * (n))
 #define KQ_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
 #define KQ_ON_LINE_LEN_F32(n, m)                                                                   \
-    (KQ_HISTORY_WORKSPACE_LEN(n) + (size_t)(m) * ((size_t)(n) + 3) + KQ_FILTER_LEN_F32((size_t)(n)))
+    (KQ_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F32((size_t)(n)))
 #define KQ_LAG_STEP_LEN_F32(n) (KQ_FILTER_LEN_F32((size_t)(n)) + KQ_MAP_LEN_F32((size_t)(n)))
 #define KQ_LAG_LEN_F32(n, m, L)                                                                    \
     ((kq_length)(L)*KQ_LAG_STEP_LEN_F32(n) + KQ_ON_LINE_LEN_F32(n, m) +                            \
      KQ_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_MAP_LEN_F32((size_t)(n)))
 #define KQ_MAP_LEN_F64(n) (2 * (n) * (n) + (n))
 #define KQ_ON_LINE_LEN_F64(n, m)                                                                   \
-    (KQ_HISTORY_WORKSPACE_LEN(n) + (size_t)(m) * ((size_t)(n) + 3) + KQ_FILTER_LEN_F64((size_t)(n)))
+    (KQ_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F64((size_t)(n)))
 #define KQ_LAG_STEP_LEN_F64(n) (KQ_FILTER_LEN_F64((size_t)(n)) + KQ_MAP_LEN_F64((size_t)(n)))
 #define KQ_LAG_LEN_F64(n, m, L)                                                                    \
     ((kq_length)(L)*KQ_LAG_STEP_LEN_F64(n) + KQ_ON_LINE_LEN_F64(n, m) +                            \
@@ -98,7 +98,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F32(name, n, m, L)                                                                  \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)];                                           \
     static kq_lag_f32 name = {                                                                     \
-        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL},                   \
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0},                   \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -110,7 +110,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F64(name, n, m, L)                                                                  \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)];                                          \
     static kq_lag_f64 name = {                                                                     \
-        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL},                   \
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0},                   \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -132,12 +132,18 @@ kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, int L, double *memory
 
 /**
  * Begins: no step can be asked for but the current one.  A lag takes the place of the filter's
- * history, and a filter has one: kq_filter_init, another lag or history detach it.
+ * history, and a filter has one: after kq_filter_init, or with another lag or history, the lag is
+ * not attached any more.  Who has to outlive whom is as in kq_history_attach: lag and filter each
+ * other, until the lag is detached.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a lag that was never
- * given them), KQ_ERR_MISMATCH (states).
+ * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
  */
 kq_status kq_lag_attach_f32(kq_lag_f32 *lag, kq_filter_f32 *f);
 kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
+
+/** The filter goes on without it; the answer smoothed last can still be read.  KQ_ERR_NULL. */
+kq_status kq_lag_detach_f32(kq_lag_f32 *lag);
+kq_status kq_lag_detach_f64(kq_lag_f64 *lag);
 
 /**
  * kq_predict of the filter, which gives the same bits, and a step more for the lag.
@@ -201,11 +207,13 @@ kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
  *
  * Accuracy: to that of the filter come about 2^-27 of the filtered sigma.  Maps are kept in units
  * of 2^-29 without exponents, which no entry is above.
+ * A smoothed mean that had to be held at its word sets KQ_EVENT_SATURATED in the filter, and so
+ * does what smoother.h says of more than 32768 sigma.
  */
 
 #define KQ_MAP_LEN_Q31(n) (2 * (n) * (n) + 2 * (n))
 #define KQ_ON_LINE_LEN_Q31(n, m)                                                                   \
-    (KQ_HISTORY_WORKSPACE_LEN_Q31(n) + (size_t)(m) * ((size_t)(n) + 7) +                           \
+    (KQ_HISTORY_WORKSPACE_LEN_Q31(n) + (kq_length)(m) * ((kq_length)(n) + 7) +                           \
      KQ_FILTER_LEN_Q31((size_t)(n)))
 #define KQ_LAG_STEP_LEN_Q31(n) (KQ_FILTER_LEN_Q31((size_t)(n)) + KQ_MAP_LEN_Q31((size_t)(n)))
 #define KQ_LAG_LEN_Q31(n, m, L)                                                                    \
@@ -228,7 +236,7 @@ typedef struct kq_lag_q31 {
 #define KQ_LAG_Q31(name, n, m, L)                                                                  \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)];                                         \
     static kq_lag_q31 name = {                                                                     \
-        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL},                   \
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0},                   \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -240,6 +248,7 @@ typedef struct kq_lag_q31 {
 
 kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, int L, int32_t *memory, size_t length);
 kq_status kq_lag_attach_q31(kq_lag_q31 *lag, kq_filter_q31 *f);
+kq_status kq_lag_detach_q31(kq_lag_q31 *lag);
 kq_status kq_lag_predict_q31(kq_lag_q31 *lag, const kq_process_q31 *p, const int32_t *u);
 int kq_lag_steps_q31(const kq_lag_q31 *lag);
 kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, int k);

@@ -53,16 +53,7 @@ kq_status kq_fade_f32(kq_filter_f32 *f, float lambda);
 kq_status kq_fade_f64(kq_filter_f64 *f, double lambda);
 kq_status kq_fade_q31(kq_filter_q31 *f, kq_scaled_q31 lambda);
 
-/* The fields of these six are the library's. */
-
-/* A sum that loses no small terms */
-typedef struct {
-    float sum, low;
-} kq_tally_f32;
-
-typedef struct {
-    double sum, low;
-} kq_tally_f64;
+/* The fields of these four are the library's. */
 
 typedef struct {
     int64_t sum; /* Q39.24 */
@@ -143,7 +134,9 @@ kq_status kq_least_squares_add_all_q31(kq_least_squares_q31 *q, const kq_scaled_
  * faded as the measurements are: nothing is stored and nothing is computed twice.
  * If the r are right, residual / weight is 1 but for chance; if they are right up to one unknown
  * factor, residual / weight estimates it, and P times it is the covariance of the solution.
- * q31: Q39.24, held at 2^61.  NaN (KQ_NOT_A_SCORE_Q31) where q is NULL or not initialised.
+ * f32: each to 2^-23 of its size, whatever the number of measurements.
+ * q31: Q39.24, held at 2^61, which is 1.4e11 measurements; once held they stay so.
+ * NaN (KQ_NOT_A_SCORE_Q31) where q is NULL or not initialised.
  */
 float kq_least_squares_residual_f32(const kq_least_squares_f32 *q);
 double kq_least_squares_residual_f64(const kq_least_squares_f64 *q);

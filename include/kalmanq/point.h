@@ -64,11 +64,11 @@ typedef struct kq_point_f64 {
 #define KQ_POINT_F32(name, n, m)                                                                   \
     static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
     static kq_point_f32 name = {                                                                   \
-        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL}, 0}
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 #define KQ_POINT_F64(name, n, m)                                                                   \
     static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
     static kq_point_f64 name = {                                                                   \
-        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL}, 0}
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -81,12 +81,19 @@ kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory,
 
 /**
  * The state as it is, updates made or not, is the one to refine.  A point takes the place of the
- * filter's history, and a filter has one: kq_filter_init, another point, lag or history detach it.
+ * filter's history, and a filter has one: after kq_filter_init, or with another point, lag or
+ * history, the point is not attached any more.  Who has to outlive whom is as in kq_history_attach:
+ * point and filter each other, until the point is detached.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a point that was never
- * given them), KQ_ERR_MISMATCH (states).
+ * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
  */
 kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f);
 kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f);
+
+/** The filter goes on without it; the instant as it was smoothed last can still be read.
+    KQ_ERR_NULL. */
+kq_status kq_point_detach_f32(kq_point_f32 *point);
+kq_status kq_point_detach_f64(kq_point_f64 *point);
 
 /**
  * kq_predict of the filter, which gives the same bits.
@@ -128,7 +135,10 @@ double kq_point_sigma_f64(const kq_point_f64 *point, int i);
 kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P);
 kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
 
-/* ------------------------------------------------------------------ q31, as in f32 */
+/* ------------------------------------------------------------------ q31, as in f32
+ *
+ * Events as lag.h says.
+ */
 
 #define KQ_POINT_LEN_Q31(n, m)                                                                     \
     (KQ_ON_LINE_LEN_Q31(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
@@ -143,10 +153,11 @@ typedef struct kq_point_q31 {
 #define KQ_POINT_Q31(name, n, m)                                                                   \
     static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
     static kq_point_q31 name = {                                                                   \
-        {n, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL}, 0}
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
 kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);
+kq_status kq_point_detach_q31(kq_point_q31 *point);
 kq_status kq_point_predict_q31(kq_point_q31 *point, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_point_smooth_q31(kq_point_q31 *point);
 

@@ -61,7 +61,7 @@ kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows,
  * Accuracy: that of kq_process_init_f64, then half a unit in each entry, the largest of a row
  * having 28 bits (30 in the last row, 29 in the three above it).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
- * KQ_ERR_COEFFICIENT.
+ * KQ_ERR_RANGE (a variance above 2^1000), KQ_ERR_COEFFICIENT.
  */
 kq_status kq_root_prepare_q31(int32_t *root, const double *P, int n, const kq_format_q31 *format);
 
@@ -74,7 +74,8 @@ kq_status kq_root_prepare_factor_q31(int32_t *root, const double *F, int n, int 
  * The noise of a sensor.
  *   table    KQ_TRIANGLE(m) numbers, written: R = U D U', U unit upper triangular by columns, D in
  *            place of its diagonal
- *   R        m x m, symmetric positive semi-definite, may be singular
+ *   R        m x m, symmetric positive semi-definite, may be singular: what the other components leave
+ *            of a variance is none up to 8 m 2^-52 of it
  * Errors as kq_root_prepare.
  */
 kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
@@ -88,8 +89,8 @@ kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, i
  * Words of x, rounded to nearest.
  *   words    count, written
  *   misfit   written if a value is beyond its declared range: component and bits (the quantity is
- * the caller's to fill in, KQ_STATE is written); or NULL KQ_ERR_NULL, KQ_ERR_SIZE (count: 1..16, or
- * a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE.
+ *            the caller's to fill in, KQ_STATE is written); or NULL
+ * KQ_ERR_NULL, KQ_ERR_SIZE (count: 1..16, or a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE.
  */
 kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
                                 const kq_format_q31 *format, kq_misfit_q31 *misfit);

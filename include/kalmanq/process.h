@@ -5,7 +5,9 @@
  *
  * A process is prepared and checked once and is only read afterwards: many filters may share
  * it.  It refers to the caller's A and B, which must stay as they are for as long as the
- * process is used (constants may stay in flash), and keeps the root G of Q in its memory.
+ * process is used (constants may stay in flash), and keeps the root G of Q in its memory.  An A
+ * that is written anew is told by kq_process_change_transition: without it the process still
+ * looks for the old A's zeros, and no history sees the change.
  *
  * All matrices are dense and row-major: entry (i, j) of an r x c matrix M is M[i * c + j].
  */
@@ -34,7 +36,9 @@ typedef struct {
     const float *transition;    /* A, n x n, the caller's */
     const float *control;       /* B, n x l, the caller's, or NULL */
     uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
-    uint8_t plain; /* n, and 128 more where A is upper triangular; 0: not initialised */
+    uint8_t plain;              /* n, 128 more where A is upper triangular, 64 more where an A_ii < 1/2
+                                   (a const table: maybe); 0: not initialised */
+    uint32_t fingerprint; /* of A and G: what a history knows the process by */
 } kq_process_f32;
 
 typedef struct {
@@ -47,16 +51,35 @@ typedef struct {
     const double *control;
     uint8_t first[KQ_SIZE_MAX];
     uint8_t plain;
+    uint32_t fingerprint;
 } kq_process_f64;
 
 /** A process `name` of n states and l controls (0: none) with its storage, at file or block
     scope, in static memory. */
 #define KQ_PROCESS_F32(name, n, l)                                                                 \
     static float name##_memory[KQ_PROCESS_LEN(n)];                                                 \
-    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0}
+    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0}
 #define KQ_PROCESS_F64(name, n, l)                                                                 \
     static double name##_memory[KQ_PROCESS_LEN(n)];                                                \
-    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0}
+    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0}
+
+/**
+ * A process as a constant, in flash: what stands behind the = of a static const kq_process_<T>.
+ *   A, B     as for kq_process_init
+ *   G        the root of Q = G G', upper triangle by columns (G_11, G_12, G_22, G_13, ...),
+ *            n (n + 1) / 2 numbers, on its diagonal at least 2^-60 (f32), 2^-200 (f64).  By hand, or
+ *            from the memory of a process that a program on the host has initialised with Q.
+ *
+ *     static const float A[] = {1, 0.01f, 0, 1}, G[] = {1e-4f, 5e-4f, 0.1f};
+ *     static const kq_process_f32 motion = KQ_PROCESS_TABLE(2, 0, A, NULL, G);
+ *
+ * Nothing of it is checked, no history sees that one table was assigned over another, and A is
+ * taken for dense: a triangular one costs more than by init.
+ */
+#define KQ_PROCESS_TABLE(n, l, A, B, G)                                                            \
+    {                                                                                              \
+        n, l, 0, NULL, G, A, B, {0}, n + 64, 0                                                        \
+    }
 
 /**
  * Gives a process its sizes and its memory where they are known at run time only (the macros
@@ -77,8 +100,8 @@ kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory,
  *   B        n x l, kept by reference; NULL if l = 0 (and only then)
  *   Q        n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
  *            compared, the upper one is used; not kept
- * May be called again with another model, between steps too, unless a history still refers
- * to p (smoother.h).
+ * May be called again with another model, between steps too.  A history that refers to p is then
+ * no longer smoothed by it (smoother.h).
  * Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
  * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  Where the other
  * states explain a variance up to 8 n eps of itself, the rest counts as 0: give the factor
@@ -86,7 +109,7 @@ kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory,
  * deviation below that is noise to the arithmetic.
  * KQ_ERR_SIZE and KQ_ERR_MEMORY also stand for a p that was never given its sizes and memory.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
- * KQ_ERR_NOT_SEMIDEFINITE.
+ * KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64).
  */
 kq_status kq_process_init_f32(kq_process_f32 *p, const float *A, const float *B, const float *Q);
 kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B, const double *Q);
@@ -105,11 +128,12 @@ kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const d
                                      const double *F, int r);
 
 /**
- * Another A with the noise as it is: for a step length that varies, or a linearised model.
+ * Another A with the noise as it is: for a step length that varies, or a linearised model.  A
+ * history that recorded a predict by the old one is no longer smoothed by p (smoother.h).
  *   p        initialised before
  *   A        n x n, kept by reference.  The same array with new content counts as another A:
  *            call this after every change of it.
- * Cost: n^2 comparisons.
+ * Cost: n^2 comparisons, 1.5 n^2 integer multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
  */
 kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
@@ -135,6 +159,7 @@ typedef struct {
     uint8_t controls;
     uint8_t first[KQ_SIZE_MAX];
     uint8_t plain;
+    uint32_t fingerprint;
     const kq_format_q31 *state_format;
     const kq_format_q31 *control_format;
     const kq_scaled_q31 *transition;
@@ -145,7 +170,7 @@ typedef struct {
 /**
  * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
  *   p        written; needs no memory of its own
- *   misfit   written if formats and coefficients do not fit (KQ_ERR_RANGE), or NULL
+ *   misfit   written: KQ_ALL_FIT, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
  * What is checked, so that nothing can overflow afterwards, whatever the data:
  *     sizes, pointers, fractions and ranges; coefficients as fixed_point.h says;
  *     row norms of G at most 2^30, its pivots >= 0;

@@ -56,6 +56,17 @@ typedef struct {
     static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
     static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
 
+/**
+ * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE):
+ *   H        m x n
+ *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
+ * Nothing of it is checked, and H is taken for dense.
+ */
+#define KQ_SENSOR_TABLE(n, m, H, r)                                                                \
+    {                                                                                              \
+        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8                                             \
+    }
+
 /** The same with the memory of a diagonal R only. */
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
     static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
@@ -144,7 +155,7 @@ typedef struct {
 /**
  * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
  *   s        written; needs no memory of its own
- *   misfit   written if formats and coefficients do not fit (KQ_ERR_RANGE), or NULL
+ *   misfit   written: KQ_ALL_FIT, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
  * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in words: if not, measurement c
  * needs more integer bits.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.

@@ -14,10 +14,11 @@
 /** Largest n, m and l. */
 #define KQ_SIZE_MAX 16
 
-/** Of the lengths that can be large: size_t, but never 16 bits, where such a length would wrap and
-   the array be too short.  So it is too long, and does not compile. */
-#if SIZE_MAX < UINT32_MAX
-typedef uint32_t kq_length;
+/** Of the lengths that can be large: 64 bits, where a size_t of 16 or 32 would wrap and the array be
+    too short.  So it is too long, and does not compile; and a call that is given such sizes and the
+    memory that a wrapped length stands for answers KQ_ERR_MEMORY. */
+#if SIZE_MAX < UINT64_MAX
+typedef uint64_t kq_length;
 #else
 typedef size_t kq_length;
 #endif

@@ -18,9 +18,15 @@
  *     kq_smooth_f32(&tape);
  *     kq_smoothed_mean_f32(&tape, t, i);
  *
- * The tape refers to the processes, which must not change before it is smoothed (or pass the
- * right one to kq_smooth_step).  It does not refer to the sensors.  Several sensors, rates and
- * gaps need nothing special.
+ * The tape refers to the processes by pointer, and knows each by a fingerprint of A and Q.  One
+ * that has changed since (kq_process_init, _change_transition, _scale_noise, or assigned), also
+ * between two predicts of the recording, as the A of an extended filter does at every step, is not
+ * what the tape needs: smoothing is refused with KQ_ERR_CHANGED, but for one that is again what it
+ * was.  Then give each step its process by kq_smooth_step, or have a process for each step, or
+ * smooth on line (lag.h, point.h), which keeps nothing of a process.  (Another model passes for the
+ * old one with a probability of 2^-31.  An array that was written without a call is not seen.)
+ *     The tape does not refer to the sensors.  Several sensors, rates and gaps need nothing
+ * special.
  */
 #ifndef KALMANQ_SMOOTHER_H
 #define KALMANQ_SMOOTHER_H
@@ -35,14 +41,17 @@ extern "C" {
  * Words of memory of a history: of one step with m scalar measurements present, of one change of
  * process (a predict by another process than the predict before it), of the workspace, and of
  * a whole history of `steps` steps (m: the most scalar measurements present in one step, all
- * sensors together).  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
+ * sensors together).  The state that the recording begins with is a step, too: k predicts are k + 1
+ * steps.  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
  */
 #define KQ_HISTORY_STEP_LEN_F32(n, m)                                                              \
-    (KQ_FILTER_LEN_F32((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 1))
+    (KQ_FILTER_LEN_F32((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 1))
 #define KQ_HISTORY_STEP_LEN_F64(n, m)                                                              \
-    (KQ_FILTER_LEN_F64((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 1))
-#define KQ_HISTORY_CHANGE_LEN_F32 ((sizeof(void *) + sizeof(float) - 1) / sizeof(float))
-#define KQ_HISTORY_CHANGE_LEN_F64 ((sizeof(void *) + sizeof(double) - 1) / sizeof(double))
+    (KQ_FILTER_LEN_F64((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 1))
+#define KQ_HISTORY_CHANGE_LEN_F32                                                                  \
+    ((sizeof(void *) + sizeof(uint32_t) + sizeof(float) - 1) / sizeof(float))
+#define KQ_HISTORY_CHANGE_LEN_F64                                                                  \
+    ((sizeof(void *) + sizeof(uint32_t) + sizeof(double) - 1) / sizeof(double))
 #define KQ_HISTORY_WORKSPACE_LEN(n)                                                                \
     (((size_t)(n)*3 + 4) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                   \
@@ -59,11 +68,13 @@ typedef struct kq_history_f32 {
     uint16_t records;              /* measurements recorded since the last predict */
     uint32_t steps;                /* steps recorded; the last one is closed by smoothing */
     uint32_t step;                 /* smoothing: steps at and above this one are done */
+    uint32_t fingerprint;          /* of the process, when it was recorded */
     size_t length;                 /* words at memory */
     size_t used;                   /* words of the tape not yet smoothed */
     float *memory;                 /* the caller's: workspace, then tape */
     const kq_process_f32 *process; /* of the step at the tape's end */
     kq_filter_f32 *filter;         /* attached to */
+    uint8_t events;                /* KQ_EVENT_... */
 } kq_history_f32;
 
 typedef struct kq_history_f64 {
@@ -72,23 +83,26 @@ typedef struct kq_history_f64 {
     uint16_t records;
     uint32_t steps;
     uint32_t step;
+    uint32_t fingerprint;
     size_t length;
     size_t used;
     double *memory;
     const kq_process_f64 *process;
     kq_filter_f64 *filter;
+    uint8_t events;
 } kq_history_f64;
 
 /** A history `name` with its storage, in static memory: for n states, at most m scalar
-    measurements a step, `steps` steps, `changes` changes of process. */
+    measurements a step, `steps` steps (predicts and one: the first state counts), `changes`
+    changes of process. */
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        n, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory, NULL, NULL}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        n, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory, NULL, NULL}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -103,12 +117,26 @@ kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t
 
 /**
  * Empties the history and has the filter record on it from now on; the state as it is becomes
- * step 0.  A filter has one history at a time; kq_filter_init and smoothing detach it.
+ * step 0.  A filter records on one history: the one attached last.
+ *     Who has to outlive whom: history and filter each other, until the history is smoothed (its
+ * last step is the filter's state) or detached.  The recording also ends when the filter is
+ * initialised or assigned anew, is given another history, or the history is assigned anew.  Of these
+ * calls none looks at the other object, which may be gone, and so none tells it: a history whose
+ * filter was initialised anew still has that filter, and is to be detached before it goes to
+ * another one, or assigned anew where the filter is gone.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a history that was
- * never given them), KQ_ERR_MISMATCH (states).
+ * never given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
  */
 kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f);
 kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f);
+
+/**
+ * Ends the recording: the filter goes on without it, and each may go before the other.  What was
+ * recorded and not smoothed is lost; what was smoothed can still be read.  A history that is not
+ * attached stays as it is.  KQ_ERR_NULL.
+ */
+kq_status kq_history_detach_f32(kq_history_f32 *h);
+kq_status kq_history_detach_f64(kq_history_f64 *h);
 
 /** Number of steps: predicts since the history was attached, plus 1.  0 where there is none. */
 size_t kq_history_steps_f32(const kq_history_f32 *h);
@@ -120,8 +148,9 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * Accuracy: each step is that of the filter; to it comes about eps sigma_filtered in the mean
  * and in sigma, which shows where smoothing makes sigma smaller by 1e4 (f32) or 1e12 (f64).
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already),
- * KQ_ERR_HISTORY_FULL (it overflowed while recording).
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already: the results are there,
+ * and a new run begins with kq_history_attach), KQ_ERR_HISTORY_FULL (it overflowed while
+ * recording), KQ_ERR_CHANGED (a process is not what it was).
  */
 kq_status kq_smooth_f32(kq_history_f32 *h);
 kq_status kq_smooth_f64(kq_history_f64 *h);
@@ -152,7 +181,8 @@ typedef struct {
  * The same one step a call, from the last step to step 0, for work in slices and for what is
  * read on the way.  Call it kq_history_steps() times; the first call closes the tape.  After
  * each call the results of all steps from t up can be read.
- *   p        the process that moved step t to t + 1, or NULL: the one recorded
+ *   p        the process that moved step t to t + 1, or NULL: the one recorded, refused with
+ *            KQ_ERR_CHANGED if it has changed.  The first call needs none.
  *   extras   or NULL
  * Errors as kq_smooth, and KQ_ERR_MISMATCH or KQ_ERR_NOT_READY for p.  A history is smoothed
  * by this or by the functions above, not by both.
@@ -185,6 +215,12 @@ double kq_smoothed_mean_low_f64(const kq_history_f64 *h, size_t t, int i);
 float kq_smoothed_sigma_f32(const kq_history_f32 *h, size_t t, int i);
 double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i);
 
+/** The sticky events (KQ_EVENT_..., status.h) of smoothing, cleared when the history is attached: its
+    filter may be gone.  Those of the run are the filter's.  Floating point has none.  A NULL h has
+    none. */
+unsigned kq_history_events_f32(const kq_history_f32 *h);
+unsigned kq_history_events_f64(const kq_history_f64 *h);
+
 /**
  * P of step t given all measurements, exactly symmetric.
  *   P        n x n, written
@@ -197,12 +233,16 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
  *
  * Accuracy: to that of the filter come about 2^-25 of the filtered sigma, which shows where
  * smoothing makes sigma smaller by 1000.  The tape keeps rotations to 26 bits.
+ * Words: only the smoothed mean is held at its word, no part of its sum is.  A mean that had to be
+ * held, and data that contradict the model by more than 32768 sigma, which are held there, set
+ * KQ_EVENT_SATURATED in the history.
  */
 
 /** Bytes of one step: 56, 140, 424 at (n, m) = (2,1), (4,2), (9,3). */
 #define KQ_HISTORY_STEP_LEN_Q31(n, m)                                                              \
-    (KQ_FILTER_LEN_Q31((size_t)(n)) + 1 + (size_t)(m) * ((size_t)(n) + 2))
-#define KQ_HISTORY_CHANGE_LEN_Q31 ((sizeof(void *) + sizeof(int32_t) - 1) / sizeof(int32_t))
+    (KQ_FILTER_LEN_Q31((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 2))
+#define KQ_HISTORY_CHANGE_LEN_Q31                                                                  \
+    ((sizeof(void *) + sizeof(uint32_t) + sizeof(int32_t) - 1) / sizeof(int32_t))
 #define KQ_HISTORY_WORKSPACE_LEN_Q31(n)                                                            \
     (((size_t)(n)*3 + 10) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_Q31(n, m, steps, changes)                                                   \
@@ -216,20 +256,23 @@ typedef struct kq_history_q31 {
     uint16_t records;
     uint32_t steps;
     uint32_t step;
+    uint32_t fingerprint;
     size_t length;
     size_t used;
     int32_t *memory;
     const kq_process_q31 *process;
     kq_filter_q31 *filter;
+    uint8_t events;
 } kq_history_q31;
 
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        n, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory, NULL, NULL}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0}
 
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);
+kq_status kq_history_detach_q31(kq_history_q31 *h);
 size_t kq_history_steps_q31(const kq_history_q31 *h);
 kq_status kq_smooth_q31(kq_history_q31 *h);
 kq_status kq_smooth_states_q31(kq_history_q31 *h);
@@ -252,6 +295,7 @@ kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_s
 int32_t kq_smoothed_mean_q31(const kq_history_q31 *h, size_t t, int i);
 int32_t kq_smoothed_mean_low_q31(const kq_history_q31 *h, size_t t, int i);
 int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i);
+unsigned kq_history_events_q31(const kq_history_q31 *h);
 kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P);
 
 #ifdef __cplusplus

@@ -4,17 +4,22 @@
  * A call that is given something wrong is REFUSED: it returns a negative kq_status, and every
  * object and every output array is byte for byte what it was (but for a kq_misfit_q31, which says
  * why).  A positive kq_status is not an error: the call is done, and there is something to know of
- * it.  A numeric EVENT is not an
- * error: the call does what is best, and a sticky bit in the filter says that it happened.
+ * it.  A numeric EVENT is not an error: the call does what is best, and a sticky bit in the filter
+ * says that it happened.
  */
 #ifndef KALMANQ_STATUS_H
 #define KALMANQ_STATUS_H
+
+#include <limits.h> /* INT_MAX: every enumeration that lies in an object is an int with it, whatever a
+                       compiler's flags say of short ones (KQ_..._IS_INT) */
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 typedef enum {
+    /** q31: a result that no object keeps events for was held at the end of its word. */
+    KQ_SATURATED = 2,
     /** EM: the free parameters are not all determined by data. */
     KQ_NOT_IDENTIFIED = 1,
     KQ_OK = 0,
@@ -45,7 +50,8 @@ typedef enum {
     KQ_ERR_COEFFICIENT = -12,
     /** q31: a table contradicts itself, as a corrupted one does. */
     KQ_ERR_TABLE = -13,
-    /** A history is attached to the filter, and what is asked for cannot be recorded on it. */
+    /** A history is attached to the filter, and what is asked for cannot be recorded on it; or the
+        history is another filter's (kq_history_detach). */
     KQ_ERR_RECORDING = -14,
     /** No steady state: a state that does not decay by itself is not seen by the sensor. */
     KQ_ERR_NOT_DETECTABLE = -15,
@@ -57,34 +63,51 @@ typedef enum {
     KQ_ERR_NO_DATA = -18,
     /** EM: there are fewer measurements than free parameters. */
     KQ_ERR_FEW_DATA = -19,
-    /** EM: the likelihood of the parameters is infinite or zero, or they are beyond the numbers. */
+    /** EM: the likelihood of the parameters is infinite or zero, or they are beyond the numbers, or
+        it is lower than that of the last ones. */
     KQ_ERR_LIKELIHOOD = -20,
     /** EM: a parameter is not of the form that it is to keep. */
-    KQ_ERR_FORM = -21
+    KQ_ERR_FORM = -21,
+    /** A process that a history refers to is not what it was when the history recorded it. */
+    KQ_ERR_CHANGED = -22,
+    /** The self test: this build does not compute as it should (self_test.h). */
+    KQ_ERR_ARITHMETIC = -23,
+    KQ_STATUS_IS_INT = INT_MAX
 } kq_status;
 
 /** The status in words, for a log: never NULL, static storage. */
 const char *kq_status_text(kq_status status);
 
-/** Sticky event bits of a filter: read by kq_events_<T>, cleared by kq_events_clear_<T>. */
+/** Sticky event bits of a filter: read by kq_events_<T>, cleared by kq_events_clear_<T>.  A history
+    has its own (kq_history_events_<T>). */
 enum {
     /** A measurement was expected to carry no information beyond rounding (its innovation
         variance was at the rounding floor): it was not taken.  This is what the
         pseudo-inverse does with a redundant noise-free sensor. */
     KQ_EVENT_FLOOR = 1,
-    /** An innovation or its variance left the number range: the measurement was not taken.  Or a
-        variance that was to fade would have left it: nothing faded (least_squares.h). */
+    /** An innovation or its variance left the number range: the measurement was not taken.  Or predict
+        held a state that grew without end (filter.h); or a variance that was to fade would have left
+        the range: nothing faded (least_squares.h); or P was to be raised beyond its limit: it was
+        raised so far (kq_update_jump). */
     KQ_EVENT_OVERFLOW = 2,
-    /** The attached history had no room for a record; it can no longer be smoothed. */
+    /** The attached history had no room for a record, or was assigned anew meanwhile, or this filter
+        is an assigned copy of the one it belongs to, or predict had to hold a state: the recording has
+        ended. */
     KQ_EVENT_HISTORY_FULL = 4,
-    /** q31: a state reached the end of its word and was held there. */
+    /** q31: a state that a call has left, or has smoothed, was held at the end of its word; or what
+        led to it was beyond all bounds (fixed_point.h). */
     KQ_EVENT_SATURATED = 8,
     /** A gate rejected a measurement: the state was left as it was predicted. */
     KQ_EVENT_GATED = 16,
-    /** A gate rejected as many measurements in a row as it was told to call a run. */
+    /** A gate rejected as many measurements in a row as it bears: the next one was taken. */
     KQ_EVENT_REJECTIONS = 32,
     /** A measurement was taken for a jump of the state: P was raised before it was taken. */
-    KQ_EVENT_JUMP = 64
+    KQ_EVENT_JUMP = 64,
+    /** A measurement said so little of the state, in the last bits of its innovation variance, that
+        rounding is a visible part of what P has got of it: P is no longer narrowed as it should be
+        (filter.h, kq_update).  Of no consequence where other measurements say more of the same
+        states. */
+    KQ_EVENT_RESOLUTION = 128
 };
 
 #ifdef __cplusplus

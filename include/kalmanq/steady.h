@@ -435,7 +435,7 @@ kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const k
 
 /**
  * As in f32; KQ_ERR_RANGE for u and z.  A mean that would leave its word is held there, with
- * KQ_EVENT_SATURATED.
+ * KQ_EVENT_SATURATED; so is a part K_ic e_c of more than 8 words, but not the sum of the parts.
  * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 word, the innovation
  * truncated to 30 bits.
  */
@@ -467,7 +467,8 @@ kq_status kq_steady_smoother_make_q31(const kq_filter_q31 *f, const kq_process_q
                                       int32_t *root, kq_scaled_q31 *back, kq_scaled_q31 *drive);
 
 /**
- * As in f32, x and e in words; smoothed means are held at +-(2^31 - 1).  KQ_ERR_TABLE (a root that
+ * As in f32, x and e in words; smoothed means are held at +-(2^31 - 1).  KQ_SATURATED if one was,
+ * or if the smoother's coordinates left +-32768 sigma: all is done.  KQ_ERR_TABLE (a root that
  * kq_filter_init would refuse), KQ_ERR_COEFFICIENT (an entry of J of 2 or more, or not normalised).
  * Accuracy: half a word of x and of e, whose share j of it adds up like an innovation.
  */

@@ -371,12 +371,12 @@ static void fit(num lambda)
 
 static void put_window(const K(consistency) * window)
 {
-    num a = 0, b = 0, c = 0;
+    num a = 0, b = 0, c = 0, d = 0;
     put_status(K(consistency_nis)(window, 2, &a, &b, &c));
     put_all((num[]){a, b, c}, 3);
     for (int k = 0; k < M.m; k++) {
-        put_status(K(consistency_innovation)(window, k, 2, &a, &b, &c));
-        put_all((num[]){a, b, c}, 3);
+        put_status(K(consistency_innovation)(window, k, 2, &a, &b, &c, &d));
+        put_all((num[]){a, b, c, d}, 4);
     }
 }
 

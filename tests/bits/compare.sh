@@ -38,13 +38,8 @@ compare() { # ARITHMETIC
 
 for options in "$@"; do
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
-    for source in $sources; do
-        case $source in
-        kq_f[36][24].c)
-            arithmetic=$(basename "${source#kq_}" .c)
-            echo "== $arithmetic, $name, $compiler_name $options"
-            compare "$arithmetic"
-            ;;
-        esac
+    for arithmetic in $floating; do
+        echo "== $arithmetic, $name, $compiler_name $options"
+        compare "$arithmetic"
     done
 done

@@ -19,7 +19,7 @@ typedef float num;
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define SMALL 0x1p-42f /* variances at the lower end of those that count */
 #define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
-#define LARGE 0x1p+62f /* variances at the upper end of all numbers */
+#define LARGE 0x1p+57f /* variances at the upper end of all numbers */
 #define EXPECTED "expected_f32.inc"
 #elif defined(KQ_BITS_F64)
 typedef double num;
@@ -36,7 +36,7 @@ typedef double num;
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define SMALL 0x1p-170
 #define TINY 0x1p-1018
-#define LARGE 0x1p+510
+#define LARGE 0x1p+497
 #define EXPECTED "expected_f64.inc"
 #else
 #error "compile with one of -DKQ_BITS_F32 and -DKQ_BITS_F64"

@@ -53,7 +53,8 @@ BAD_FILES = [
     ("ragged_comment", b"# a\n1,2\n# b\n2\n", LEVEL, ["row 4:", "1 field, not 2"]),
     ("word", b"1,10\n2,ten\n3,12\n", LEVEL, ["row 2, column 2:", "'ten' is not a number"]),
     ("underscore", b"1\n2_0\n3\n", LEVEL, ["row 2, column 1:", "'2_0' is not a number"]),
-    ("semicolons", b"1;2\n3;4\n", LEVEL, ["row 2, column 1:", "commas"]),
+    ("two separators", b"1,2\n3;4,5\n", LEVEL, ["row 2, column 1:", "one separator"]),
+    ("decimal commas", b"time;level\n1;2,5\n", LEVEL, ["row 2, column 2:", "decimal points"]),
     ("infinite", b"1\n2\ninf\n", LEVEL, ["row 3, column 1:", "beyond"]),
     ("huge", b"1\n2\n1e999\n", LEVEL, ["row 3, column 1:", "beyond"]),
     ("blank_line", b"1\n2\n\n4\n", LEVEL, ["row 3:", "blank line"]),
@@ -587,6 +588,13 @@ class Input(InDirectory):
         np.testing.assert_array_equal(data.values, [[1.5, np.nan], [np.nan, -2]])
         np.testing.assert_array_equal(data.time, [0, 0.5])
         self.assertEqual(data.names, ("east", "north"))
+
+    def test_semicolons_and_tabs(self) -> None:
+        for mark in ";\t":
+            text = f"# a, comment\ntime{mark}level\n0{mark}3\n1{mark}\n2{mark}5\n"
+            data = csv_input.read(self.file("a.csv", text), csv_input.LOCAL_LEVEL)
+            np.testing.assert_array_equal(data.values, [[3], [np.nan], [5]])
+            np.testing.assert_array_equal(data.time, [0, 1, 2])
 
     def test_one_column_without_header(self) -> None:
         data = csv_input.read(self.file("a.csv", "3\r\nnan\r\n5\r\n"), csv_input.LOCAL_LEVEL)

@@ -2,8 +2,8 @@
 with lag-one covariances, sums of products, all six parameters.
 
 Nothing here is a root, and nothing is shared with the library: this is what it is compared with.
-Missing components belong to the complete data: their noise is what the current R makes of the noise
-of the components that are there.
+Steps without a measurement have no part in H and R.  In the others missing components belong to
+the complete data: their noise is what the current R makes of the noise of those that are there.
 """
 
 from __future__ import annotations
@@ -62,6 +62,7 @@ class Problem:
     choice: Choice = field(default_factory=Choice)
     B: np.ndarray | None = None
     F: np.ndarray | None = None
+    empty_steps: bool = False  # they are complete data, too: their noise is the current R
 
     @property
     def n(self) -> int:
@@ -159,12 +160,13 @@ def process_noise(problem: Problem, p: Parameters, recording, x, P, lag_one) -> 
                  x[:-1].T @ x[:-1] + P[:-1].sum(0), len(w))
 
 
-def sensor_noise(p: Parameters, recording, x, P) -> Noise:
+def sensor_noise(problem: Problem, p: Parameters, recording, x, P) -> Noise:
     m, n = p.H.shape
     sums = Noise.none(m, n)
-    sums.xx, sums.count = x.T @ x + P.sum(0), len(x)
     missing = np.isnan(recording.z)
-    for pattern in np.unique(missing, axis=0):
+    taken = ~missing.all(1) | problem.empty_steps
+    sums.xx, sums.count = x[taken].T @ x[taken] + P[taken].sum(0), taken.sum()
+    for pattern in np.unique(missing[taken], axis=0):
         steps = (missing == pattern).all(1)
         there, H = ~pattern, p.H[~pattern]
         # all components from those that are there: v = M v_there + what they do not tell
@@ -185,7 +187,7 @@ def e_step(problem: Problem, p: Parameters) -> Sums:
         x, P, lag_one = smoothed(p, means, covariances)
         sums.log_likelihood += log_likelihood
         for total, part in ((sums.process, process_noise(problem, p, recording, x, P, lag_one)),
-                            (sums.sensor, sensor_noise(p, recording, x, P))):
+                            (sums.sensor, sensor_noise(problem, p, recording, x, P))):
             total.ee += part.ee
             total.ex += part.ex
             total.xx += part.xx

@@ -8,9 +8,9 @@
  *         the iterations they are of (-1 of them: all), recordings;
  *         A B F Q H R x0 P0, A_held, H_held;
  *         for each recording steps, controlled, z (nan: missing) and, if controlled, u
- *   out   "init" status, for each iteration "iteration" k likelihood change, "parameters" k A H Q R
- *         x0 P0, at last "final" likelihood, "gradient" of the free ones and of Q, R and P0 in the
- *         same order
+ *   out   "init" status, for each iteration "iteration" k likelihood change distance,
+ *         "parameters" k A H Q R x0 P0, at last "final" likelihood, "gradient" of the free ones and
+ *         of Q, R and P0 in the same order
  */
 #include <math.h>
 #include <stdint.h>
@@ -200,14 +200,18 @@ static void expect(void)
     } while (K(em_remaining)(&em) > 0);
 }
 
-static void iterate(void)
+/* Answers 0 where the likelihood has no maximum that the arithmetic can go to. */
+static int iterate(void)
 {
     if (!slices) {
-        require(K(em_iterate)(&em), "iterate");
-        return;
+        const kq_status status = K(em_iterate)(&em);
+        if (status == KQ_ERR_LIKELIHOOD) return 0;
+        require(status, "iterate");
+        return 1;
     }
     expect();
     require(K(em_maximise)(&em), "maximise");
+    return 1;
 }
 
 static void print_gradient(void)
@@ -243,9 +247,9 @@ int main(void)
     require(status, "init");
     printf("init %d\n", status);
     for (int k = 1; k <= iterations && !K(em_is_settled)(&em, tolerance); k++) {
-        iterate();
-        printf("iteration %d %.17g %.17g\n", k, (double)K(em_log_likelihood)(&em),
-               (double)K(em_change)(&em));
+        if (!iterate()) break;
+        printf("iteration %d %.17g %.17g %.17g\n", k, (double)K(em_log_likelihood)(&em),
+               (double)K(em_change)(&em), (double)K(em_distance)(&em));
         if (is_asked_for(k)) print_parameters(k);
     }
     if (final) {

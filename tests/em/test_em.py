@@ -37,6 +37,7 @@ class Run:
     text: str
     likelihoods: np.ndarray
     changes: np.ndarray
+    distances: np.ndarray
     path: dict[int, Parameters] = field(default_factory=dict)
     final: float = np.nan
     gradient: dict[str, np.ndarray] = field(default_factory=dict)
@@ -81,8 +82,8 @@ def library(problem: Problem, iterations: int, arithmetic: str = "f64", *, toler
     for line in done.stdout.splitlines():
         name, *values = line.split()
         rows.setdefault(name, []).append([float(value) for value in values])
-    steps = np.array(rows.get("iteration", [])).reshape(-1, 3)
-    run = Run(int(rows["init"][0][0]), done.stdout, steps[:, 1], steps[:, 2])
+    steps = np.array(rows.get("iteration", [])).reshape(-1, 4)
+    run = Run(int(rows["init"][0][0]), done.stdout, *steps[:, 1:].T)
     for k, *numbers in rows.get("parameters", []):
         run.path[int(k)] = Parameters(**split(numbers, shapes))
     if final:
@@ -469,16 +470,35 @@ class EmTest(unittest.TestCase):
         self.assert_as_pykalman("2 sensors, Q and R", make(SENSORS, 80))
 
     def test_pykalman_gaps(self) -> None:
-        """It knows whole gaps only, and leaves them out of H and R"""
-        problem = make(SENSORS, 80, free=("A", "Q", "x0", "P0"))
-        problem.recordings[0].z[[0, 10, 11, 12, 13, 40, 79]] = GAP
-        self.assert_as_pykalman("2 sensors, gaps", problem)
-        problem = problem.with_choice(free=("R",))
-        there = float((~np.isnan(problem.recordings[0].z[:, 0])).mean())
-        alone = self.pykalman(problem, 1)[0].R
-        expected = there * alone + (1 - there) * problem.start.R
-        R = library(problem, 1, snapshots=[1]).path[1].R
-        self.assert_at_most(1e-8, error("R", R, expected), "R, gaps at the current R")
+        """It knows whole gaps only, and leaves them out of H and R, too"""
+        for free in (NAMES, ("R",), ("H", "R")):
+            problem = make(SENSORS, 80, free=free)
+            problem.recordings[0].z[[0, 10, 11, 12, 13, 40, 79]] = GAP
+            self.assert_as_pykalman(f"2 sensors, gaps, {len(free)} free", problem)
+
+    def test_empty_steps(self) -> None:
+        """Whether steps without a measurement are complete data or not: both ways the likelihood
+        never falls, and what is settled for one is for the other; but the library's is faster"""
+        for title, truth, free, share in (("AR(1)", AR1, ("R",), 0.3), ("AR(1)", AR1, ("R",), 0.6),
+                                          ("AR(1)", AR1, ("H", "R"), 0.6),
+                                          ("2 sensors", SENSORS, ("R",), 0.3)):
+            problem = make(truth, 60, free=free)
+            rng = np.random.default_rng(SEED)
+            problem.recordings[0].z[rng.random(60) < share] = GAP
+            settled = library(problem, 20000, tolerance=1e-11, snapshots=None)
+            p, top = settled.path[len(settled.changes)], settled.likelihoods.max()
+            needed = []
+            for given in (problem, replace(problem, empty_steps=True)):
+                likelihoods, _ = reference.iterate(given, 120)
+                self.assertGreaterEqual(np.diff(likelihoods).min(), -1e-12 * abs(top))
+                needed.append(np.count_nonzero(likelihoods < top - 0.01))
+                new = reference.m_step(given, p, reference.e_step(given, p))
+                for name in free:
+                    self.assert_at_most(1e-9, error(name, getattr(new, name), getattr(p, name)),
+                                        f"{title}, {share:.0%} empty: {name} stays")
+            print(f"empty steps: {title}, {' and '.join(free)}, {share:.0%}: {needed[0]} "
+                  f"iterations to 0.01, with them {needed[1]}")
+            self.assertLess(needed[0], (1 - share / 2) * needed[1])
 
     def test_likelihood_never_falls(self) -> None:
         rng = np.random.default_rng(SEED)
@@ -505,6 +525,58 @@ class EmTest(unittest.TestCase):
                                 f"-smallest eigenvalue, {arithmetic}, seed {SEED}")
         self.assert_at_most(1e-10, worst["f64"], f"largest fall, f64, seed {SEED}")
         self.assert_at_most(1e-4, worst["f32"], f"largest fall, f32, seed {SEED}")
+
+    def levels(self) -> dict[str, Problem]:
+        """Local levels whose maximum is inside, and those where it is at Q = 0"""
+        rng = np.random.default_rng(5)
+        start = Parameters(1, 1, 1, 1, 0, 10)
+        made = {"Nile": nile_level(), "2 sensors": make(SENSORS, 80, gaps=True)}
+        for k in range(3):
+            made[f"white {k}"] = Problem(start, [Recording(rng.normal(size=100))])
+            made[f"level {k}"] = Problem(start, [Recording(rng.normal(size=100) +
+                                                           rng.normal(size=100).cumsum() / 3)])
+        return made
+
+    def test_distance(self) -> None:
+        """What is left of the likelihood once a small distance is told: at most that, and no less
+        than half of it; f32 does not promise more than it sees"""
+        for title, problem in self.levels().items():
+            top = library(problem, 40000).likelihoods.max()
+            for arithmetic in EPS:
+                run = library(problem, 8000, arithmetic)
+                near = np.flatnonzero((run.distances <= 0.02) & (run.changes <= 1e-2))
+                if near.size:
+                    left, told = top - run.likelihoods[near[0]], run.distances[near[0]]
+                    print(f"distance: {title}, {arithmetic}: {told:.4f} after {near[0]} "
+                          f"iterations, {left:.4f} is left")
+                    self.assertLess(left, 1.1 * told)
+                    self.assertGreater(left, 0.4 * told)
+                else:
+                    self.assertEqual("f32", arithmetic, title)
+                settled = np.flatnonzero(run.changes <= 1e-4)
+                if settled.size:
+                    print(f"distance: {title}, {arithmetic}: settled to 1e-4 after {settled[0]}, "
+                          f"{top - run.likelihoods[settled[0]]:.1e} is left")
+
+    def test_too_few_measurements(self) -> None:
+        """A full R of many components from few steps: refused before the likelihood falls"""
+        rng = np.random.default_rng(SEED)
+        ended = {arithmetic: 0 for arithmetic in EPS}
+        for index in range(40):
+            n, m = int(rng.integers(1, 5)), int(rng.integers(3, 17))
+            steps = m // 2 + 2 + int(rng.integers(0, m))
+            steps += max(0, -((steps * m - m * (m + 1) // 2 - n * (n + 1) // 2) // m))
+            truth = Parameters(0.9 * np.eye(n), rng.normal(size=(m, n)), np.eye(n), np.eye(m),
+                               np.zeros(n), np.eye(n))
+            problem = single(Problem(truth, [simulate(rng, truth, steps)]))
+            for arithmetic in EPS:
+                run = library(problem, 200, arithmetic, final=True, snapshots=[])
+                likelihoods = np.append(run.likelihoods, run.final)
+                rounding = 128 * EPS[arithmetic] * (steps * m + np.abs(likelihoods[1:]))
+                self.assertTrue((np.diff(likelihoods) >= -rounding).all(), f"{index}, {arithmetic}")
+                ended[arithmetic] += len(run.likelihoods) < 200
+        print(f"too few measurements: refused {ended} of 40")
+        self.assertGreater(min(ended.values()), 4)
 
     def gradients(self) -> dict[str, Problem]:
         return {"AR(1)": make(AR1, 120, free=NAMES),

@@ -23,6 +23,15 @@ pkg_config)
         -o "$work/known_sizes"
     "$work/known_sizes"
     ;;
+top_level) # the first thing one tries, on a machine that has a C compiler and no network
+    cmake -S "$source" -B "$work/library" -DKALMANQ_UNITY_DIR="$work/none" \
+        -DFETCHCONTENT_FULLY_DISCONNECTED=ON -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON |
+        tee "$work/configure.txt"
+    grep -q 'tests are left out, for want of Eigen, Unity; tools/test.sh' "$work/configure.txt"
+    cmake --build "$work/library"
+    cc -std=c11 -I"$source/include" "$consumer/main.c" "$work/library/libkalmanq.a" -lm \
+        -o "$work/consumer"
+    ;;
 plain)
     cc -std=c11 -O2 -I"$source/include" "$consumer/main.c" "$source"/src/*.c -lm \
         -o "$work/consumer"

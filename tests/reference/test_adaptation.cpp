@@ -434,9 +434,8 @@ void cannotTell(Verdict &verdict, std::uint64_t seed)
 }
 
 /// Outliers are taken for a larger r, and count as 4 sigma: seldom ones do little.
-void outliers(Verdict &verdict, double share, double limit, std::uint64_t seed)
+void outliers(Verdict &verdict, Plant plant, double share, double limit, std::uint64_t seed)
 {
-    Plant plant = level(0.1);
     plant.wild = share;
     const Spread s = spread<double>(plant, {KQ_ADAPT_BOTH, 200}, 100000, 1, seed);
     std::printf("f64  %-26s M  200  %2g %% outliers of sd 10: bias %+.3f %+.3f\n",
@@ -458,8 +457,12 @@ void checks(Verdict &verdict, std::uint64_t seed)
         finds<double>(verdict, plant, {KQ_ADAPT_SENSOR, 200}, 16, 600, 100, seed);
     }
     cannotTell(verdict, seed);
-    outliers(verdict, 0.01, 0.25, seed);
-    outliers(verdict, 0.1, std::log(10.9), seed); // what their variance is
+    outliers(verdict, level(0.01), 0.01, 0.45, seed);
+    outliers(verdict, level(0.1), 0.01, 0.25, seed);
+    outliers(verdict, level(1), 0.01, 0.25, seed);
+    outliers(verdict, velocity(0), 0.01, 0.34, seed);
+    outliers(verdict, two(0), 0.01, 0.25, seed);
+    outliers(verdict, level(0.1), 0.1, std::log(10.9), seed); // what their variance is
     finds<float>(verdict, velocity(0), both, 4, 900, 100, seed);
     stays<float>(verdict, velocity(0), {0.24, 0.1}, seed);
     finds<Q31>(verdict, velocity(0), both, 4, 900, 10, seed);

@@ -65,7 +65,8 @@ template <> struct Statistics<Q31> {
 struct Plant {
     const char *name;
     Matrix<double> A, F, H;
-    Vector<double> r; // variances of the measurements
+    Vector<double> r;   // variances of the measurements
+    double missing = 0; // the probability of a component to be
 };
 
 /// What the filter's model has wrong: its Q and R are the plant's times these; a bias of the first
@@ -103,6 +104,15 @@ class Simulation
         return z;
     }
 
+    std::uint32_t present()
+    {
+        std::uint32_t mask = UINT32_MAX;
+        for (Eigen::Index c = 0; plant_.missing > 0 && c < plant_.H.rows(); ++c) {
+            if (random_.chance(plant_.missing)) mask &= ~(UINT32_C(1) << c);
+        }
+        return mask;
+    }
+
   private:
     const Plant &plant_;
     Random random_;
@@ -127,30 +137,33 @@ template <class T> class Watch
                     "consistency assign");
     }
 
-    void update(FilterOwner<T> &filter, SensorOwner<T> &sensor, const Vector<double> &z)
+    void update(FilterOwner<T> &filter, SensorOwner<T> &sensor, const Vector<double> &z,
+                std::uint32_t present)
     {
         const auto words = sensor.components().words(z);
         kq::require(
-            Statistics<T>::watch(&handle_, filter.get(), sensor.get(), words.data(), UINT32_MAX),
+            Statistics<T>::watch(&handle_, filter.get(), sensor.get(), words.data(), present),
             "watch");
-        kq::require(kq::Api<T>::update(filter.get(), sensor.get(), words.data()), "update");
+        kq::require(kq::Api<T>::updateSubset(filter.get(), sensor.get(), words.data(), present),
+                    "update");
         kq::require(Statistics<T>::record(&handle_, filter.get()), "record");
     }
 
     /// Of the window as it is; then it begins anew.
     void count(Outside &outside)
     {
-        Score nis, low, high, mean, correlation, bound;
+        Score nis, low, high, mean, reach, correlation, spread;
         const Score q = Statistics<T>::quantile(1.96);
         kq::require(Statistics<T>::nis(&handle_, q, &nis, &low, &high), "nis");
         bool any = nis < low || nis > high;
         outside.low += nis < low;
         outside.high += nis > high;
         for (int c = 0; c < m_; ++c) {
-            kq::require(Statistics<T>::innovation(&handle_, c, q, &mean, &correlation, &bound),
-                        "innovation");
-            const bool biased = mean < -bound || mean > bound;
-            const bool coloured = correlation < -bound || correlation > bound;
+            kq::require(
+                Statistics<T>::innovation(&handle_, c, q, &mean, &reach, &correlation, &spread),
+                "innovation");
+            const bool biased = mean < -reach || mean > reach;
+            const bool coloured = correlation < -spread || correlation > spread;
             outside.mean += biased / static_cast<double>(m_);
             outside.correlation += coloured / static_cast<double>(m_);
             any = any || biased || coloured;
@@ -183,7 +196,8 @@ Outside run(const Plant &plant, const Fault &fault, int window, int windows, std
     Simulation simulation(plant, seed);
     Outside outside;
     for (int k = -window; k < windows * window; ++k) { // the first window is to settle
-        watch.update(filter, sensor, simulation.measure(fault.bias));
+        watch.update(filter, sensor, simulation.measure(fault.bias),
+                     simulation.present());
         simulation.advance();
         kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
         if ((k + 1) % window != 0) continue;
@@ -243,6 +257,14 @@ Plant twins()
     return plant;
 }
 
+/// Half of each component is missing, so that a quarter of its pairs is left.
+Plant gaps(Plant plant)
+{
+    plant.name = plant.H.rows() > 1 ? "2-D, half missing" : "half missing";
+    plant.missing = 0.5;
+    return plant;
+}
+
 /// A share of `windows` independent ones whose expectation is `expected`: within 4 sigma
 void expectShare(Verdict &verdict, double share, double expected, double windows,
                  const std::string &what)
@@ -291,6 +313,20 @@ template <class T> void wrongModels(Verdict &verdict, const Plant &plant, std::u
     fault<T>(verdict, plant, {"R / 4", 1, 0.25, 0}, seed);
 }
 
+/// What a mean of nu outside of its bound does not tell: a bias that the state takes up does not
+/// show, and a Q that is far too small does.
+template <class T> void meansThatMislead(Verdict &verdict, std::uint64_t seed)
+{
+    for (const Fault &wrong : {Fault{"biased", 1, 1, 1}, Fault{"Q / 10", 0.1, 1, 0}}) {
+        for (int window : {50, 200}) {
+            const Outside outside = run<T>(level(), wrong, window, 400, seed);
+            print(kq::Api<T>::name, level(), window, wrong, outside);
+            if (wrong.bias > 0) verdict.expectAtMost(outside.mean, 0.1, "a bias that is taken up");
+            else verdict.expectAtLeast(outside.mean, 0.15, "a small Q shows in the mean, too");
+        }
+    }
+}
+
 template <class T> void all(Verdict &verdict, std::uint64_t seed)
 {
     for (const Plant &plant : {level(), motion()}) {
@@ -298,7 +334,10 @@ template <class T> void all(Verdict &verdict, std::uint64_t seed)
         wrongModels<T>(verdict, plant, seed + 1);
     }
     rightModel<T>(verdict, twins(), seed);
+    rightModel<T>(verdict, gaps(level()), seed);
+    rightModel<T>(verdict, gaps(motion()), seed);
     fault<T>(verdict, twins(), {"biased", 1, 1, 1}, seed + 1);
+    meansThatMislead<T>(verdict, seed + 2);
 }
 
 } // namespace

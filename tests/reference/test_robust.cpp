@@ -200,7 +200,7 @@ template <class T> class Walk
     {
         Series x;
         arithmetic_.start(filter_, model_.P0);
-        gate_ = {Its::limit(1, KQ_LEVEL_99), 0, 0};
+        gate_ = {Its::limit(1, KQ_LEVEL_9999), 0, 0};
         for (std::size_t t = 0; t < z.size(); ++t) {
             const auto word = Its::word(z[t]);
             kq::require(take(word, method, t > 0 || model_.movesFirst), method.name);
@@ -530,7 +530,7 @@ class Exact
 
 constexpr Model quiet = {0.1, 1, 1, false};
 constexpr Method plain = {"plain filter", Step::plain, 1};
-constexpr Method gated = {"gate, 99 %", Step::gated, 1};
+constexpr Method gated = {"gate, 99.99 %", Step::gated, 1};
 constexpr Method huber = {"Huber, k = 1.5", Step::huber, 1.5};
 constexpr Method student = {"Student-t update, nu = 4", Step::student, 4};
 constexpr Method jumpGate = {"jump gate, g = 9", Step::jump, 9};

@@ -32,6 +32,9 @@ class UdFilter
         orthogonalise(W, weights);
     }
 
+    /// x <- x + B u, of a predict.
+    void drive(const Vector<float> &push) { x_ += push; }
+
     /// One scalar measurement z = h x + v of variance r.
     void update(const Vector<float> &h, float r, float z)
     {

@@ -23,14 +23,16 @@ rv32 | avr)
     ;;
 esac
 case $core in
-m0 | m3)
-    floats='^(__aeabi_(f(add|sub|mul|div|cmp(eq|lt|le|ge|gt|un)|2u?iz)|u?i2f|u?idiv(mod)?)|sqrtf)$'
+m0 | m3) # lmul: lengths are counted in 64 bits
+    floats='^(__aeabi_(f(add|sub|mul|div|cmp(eq|lt|le|ge|gt|un)|2u?iz)|u?i2f|u?idiv(mod)?|lmul)|sqrtf)$'
     ;;
 avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy constants into RAM
-    more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|u?divmodsi4'
+    more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|u?divmod[hs]i4'
     more="$more|do_(copy_data|clear_bss))$"
     integers="$integers|^$more"
-    floats="$floats|^__(mulsi3|(us?)?mulhisi3|u?divmodhi4|do_copy_data)$"
+    # lengths are counted in 64 bits
+    floats="$floats|^__((mul|add|sub|neg|cmp)di[23](_s8)?|(ashl|ashr|lshr)di3|u?mulsidi3"
+    floats="$floats|mulsi3|(us?)?mulhisi3|u?divmodhi4|do_(copy_data|clear_bss))$"
     ;;
 esac
 
@@ -56,8 +58,12 @@ check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
 check_object misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
 check_object kq_adaptation_q31 "$integers|^kq_(predict|update_subset)_q31$"
+check_object kq_self_test_q31 "$integers|^kq_((process|sensor|filter)_init|filter_assign|step|log_likelihood)_q31$"
 case $sources in
 *kq_f32*)
+    self_test='^kq_((process|sensor|filter)_(init|assign)|sensor_init_diagonal)_f32$'
+    self_test="$self_test|^kq_(predict|update|mean|mean_low|log_likelihood)_f32$"
+    check_object kq_self_test_f32 "$floats|$self_test"
     check_object kq_f32 "$floats"
     check_object kq_statistics_f32 "$floats|^kq_update_f32$"
     check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$"

@@ -6,7 +6,8 @@
 #   $compiler $include -c FILE     compiles;  $nm lists symbols
 #   $linker OBJECT... $libraries -o PROGRAM    links, with the board's start-up and memory
 #   $emulator PROGRAM              runs it (better: run.sh)
-#   $sources                       the library's files that the compiler can build, without src/
+#   $sources                       the library's files, without src/: all of them, on every core
+#   $floating                      the arithmetics in floating point that the core has
 #
 # CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and
 # leaves out the float sources, which do not include them.  clang
@@ -20,11 +21,7 @@ core_unknown() {
 
 core_select() {
     core=${1%+port} boards="$root/port/boards" port= libraries=-lm
-    sources="kq_f32.c kq_steady_f32.c kq_statistics_f32.c kq_adaptation_f32.c kq_em_f32.c"
-    sources="$sources kq_models_f32.c"
-    sources="$sources kq_f64.c kq_steady_f64.c kq_statistics_f64.c kq_adaptation_f64.c kq_em_f64.c"
-    sources="$sources kq_models_f64.c kq_q31.c kq_steady_q31.c kq_statistics_q31.c"
-    sources="$sources kq_adaptation_q31.c prepare_q31.c misfit_q31.c status.c"
+    sources=$(cd "$root/src" && echo *.c) floating="f32 f64"
     case $core in
     host) ;;
     m0) machine="-mcpu=cortex-m0" triple=thumbv6m-none-eabi board=mps2-an385 port=armv6m ;;
@@ -61,6 +58,7 @@ core_select() {
     *+port)
         [ -n "$port" ] && [ -d "$root/port/$port" ] || core_unknown "port/$port"
         include="-I$root/port/$port $include"
+        floating=
         sources=$(echo "$sources" | sed 's/[a-z_]*_f[36][24][.]c *//g')
         ;;
     esac
@@ -93,11 +91,7 @@ core_is_avr() {
     gcc="avr-gcc $machine"
     memory="-Wl,--defsym=__DATA_REGION_LENGTH__=0xFFA0,--section-start,.data=0x802200"
     linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
-    # a double has 32 bits in avr-gcc 5
-    sources="kq_f32.c kq_steady_f32.c kq_statistics_f32.c kq_adaptation_f32.c kq_em_f32.c"
-    sources="$sources kq_models_f32.c"
-    sources="$sources kq_q31.c kq_steady_q31.c kq_statistics_q31.c kq_adaptation_q31.c"
-    sources="$sources misfit_q31.c status.c"
+    floating=f32 # a double has 32 bits in avr-gcc 5
     nm=avr-nm
     emulator=${KQ_AVR_EMULATOR:-avr_emulator}
 }

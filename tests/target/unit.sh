@@ -14,7 +14,7 @@ core_select "$name"
 rm -rf "$work"
 mkdir -p "$work"
 
-texts="status process sensor filter update forecast smoother laws lag point start least_squares
+texts="status process sensor filter update forecast smoother changed laws lag point start least_squares
     consistency adaptation models robust steady em fixed numbers"
 own="inverse prepare model filter smoother on_line start least_squares consistency adaptation
     models robust steady fixed numbers"

@@ -33,6 +33,9 @@ typedef float num;
 /* where fading stops (least_squares.h) */
 #define LARGE_SIGMA 0x1p48
 
+/* the largest standard deviation of a state (filter.h) */
+#define MOST_SIGMA 0x1p60
+
 #define PROCESS KQ_PROCESS_F32
 #define SENSOR KQ_SENSOR_F32
 #define SENSOR_DIAGONAL KQ_SENSOR_DIAGONAL_F32
@@ -62,6 +65,7 @@ typedef double num;
 
 #define TINY_SIGMA 0x1p-200
 #define LARGE_SIGMA 0x1p180
+#define MOST_SIGMA 0x1p500
 
 #define PROCESS KQ_PROCESS_F64
 #define SENSOR KQ_SENSOR_F64

@@ -29,7 +29,7 @@ static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
 static const num direction[] = {-1, 0.25}, variance[] = {0.125};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 
-static num z[2], out[3];
+static num z[2], out[4];
 
 void setUp(void)
 {
@@ -91,7 +91,7 @@ static uint32_t now_and_then(int k) { return (uint32_t)(k % 4 == 0 ? 1 : k % 3 =
 /* Over steps first .. last-1 */
 static void assert_window(int first, int last)
 {
-    num a, low, high, correlation, bound;
+    num a, low, high, correlation, bound, spread;
     double sum = 0;
     int degrees = 0;
     for (int k = first; k < last; k++) sum += nis[k], degrees += taken[k];
@@ -104,18 +104,22 @@ static void assert_window(int first, int last)
     ASSERT_CLOSE(pow(1 - share + 2 * sqrt(share), 3), high, high);
     for (int c = 0; c < 2; c++) {
         double mean = 0, square = 0, along = 0;
-        int count = 0;
+        int count = 0, pairs = 0;
         for (int k = first; k < last; k++) {
             if (!is_there[c][k]) continue;
             count++;
             mean += unit[c][k];
             square += unit[c][k] * unit[c][k];
-            if (k > first && is_there[c][k - 1]) along += unit[c][k] * unit[c][k - 1];
+            if (k == first || !is_there[c][k - 1]) continue;
+            pairs++;
+            along += unit[c][k] * unit[c][k - 1];
         }
-        ASSERT_OK_UNCHANGED(K(consistency_innovation)(&recent, c, 2, &a, &correlation, &bound));
+        ASSERT_OK_UNCHANGED(
+            K(consistency_innovation)(&recent, c, 2, &a, &bound, &correlation, &spread));
         ASSERT_CLOSE(mean / count, a, 8);
         ASSERT_CLOSE(along / square, correlation, 8);
         ASSERT_CLOSE(2 / sqrt(count), bound, 2);
+        ASSERT_CLOSE(2 * sqrt(pairs) / count, spread, 2);
     }
 }
 
@@ -189,26 +193,26 @@ static void watching_leaves_the_filter(void)
 static void a_variance_of_0_counts_as_missing(void)
 {
     static const num nothing[] = {0, 0, 0, 0}, none[] = {0, 1};
-    num a, b, c;
+    num a, b, c, d;
     ASSERT_OK(K(filter_init)(&track, x0, nothing));
     ASSERT_OK(K(sensor_init_diagonal)(&radar, H, none));
     ASSERT_OK(K(consistency_watch)(&recent, &track, &radar, z, ALL));
     ASSERT_OK(K(update)(&track, &radar, z));
     ASSERT_OK(K(consistency_record)(&recent, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_innovation)(&recent, 0, 2, &a, &b, &c));
-    ASSERT_OK(K(consistency_innovation)(&recent, 1, 2, &a, &b, &c));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_innovation)(&recent, 0, 2, &a, &b, &c, &d));
+    ASSERT_OK(K(consistency_innovation)(&recent, 1, 2, &a, &b, &c, &d));
 }
 
 static void innovations_of_0_have_no_correlation(void)
 {
-    num mean, correlation, bound;
+    num mean, bound, correlation, spread;
     ASSERT_OK(K(measurement)(&track, &radar, z, NULL));
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(K(consistency_watch)(&recent, &track, &radar, z, ALL));
         ASSERT_OK(K(update)(&track, &radar, z));
         ASSERT_OK(K(consistency_record)(&recent, &track));
     }
-    ASSERT_OK(K(consistency_innovation)(&recent, 0, 2, &mean, &correlation, &bound));
+    ASSERT_OK(K(consistency_innovation)(&recent, 0, 2, &mean, &bound, &correlation, &spread));
     ASSERT_WITHIN(TOLERANCE, 0, mean);
     TEST_ASSERT_TRUE(correlation >= -1 && correlation <= 1);
 }
@@ -266,7 +270,7 @@ static void sizes_may_be_the_smallest_and_the_largest(void)
     K(consistency) c;
     K(filter) f;
     K(sensor) s;
-    num a, b, d;
+    num a, b, d, e;
     for (int m = 1; m <= 16; m += 15) {
         const int window = m == 1 ? 1 : 3;
         num *memory = guard(room, COUNT(room));
@@ -284,7 +288,7 @@ static void sizes_may_be_the_smallest_and_the_largest(void)
         }
         TEST_ASSERT_EQUAL_INT(window, K(consistency_count)(&c));
         ASSERT_OK(K(consistency_nis)(&c, 2, &a, &b, &d));
-        ASSERT_OK(K(consistency_innovation)(&c, m - 1, 2, &a, &b, &d));
+        ASSERT_OK(K(consistency_innovation)(&c, m - 1, 2, &a, &b, &d, &e));
         assert_guards(room, (size_t)CONSISTENCY_LEN(m, window), COUNT(room));
     }
 }
@@ -338,11 +342,11 @@ static void record_refuses(void)
 
 static void readings_refuse(void)
 {
-    num *a = &out[0], *b = &out[1], *c = &out[2];
+    num *a = &out[0], *b = &out[1], *c = &out[2], *d = &out[4];
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_nis)(&blank, 2, a, b, c));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_nis)(&recent, 2, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_innovation)(&blank, 0, 2, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_innovation)(&recent, 0, 2, a, b, c));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_innovation)(&blank, 0, 2, a, b, c, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_innovation)(&recent, 0, 2, a, b, c, d));
     run(3, 3, always);
     ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_nis)(NULL, 2, a, b, c));
     ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_nis)(&recent, 2, NULL, b, c));
@@ -351,14 +355,15 @@ static void readings_refuse(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(consistency_nis)(&recent, (num)NAN, a, b, c));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(consistency_nis)(&recent, (num)INFINITY, a, b, c));
     ASSERT_REFUSED(KQ_ERR_RANGE, K(consistency_nis)(&recent, -1, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(NULL, 0, 2, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, NULL, b, c));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, a, NULL, c));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, a, b, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_innovation)(&recent, -1, 2, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_innovation)(&recent, 2, 2, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(consistency_innovation)(&recent, 0, (num)NAN, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(consistency_innovation)(&recent, 0, -1, a, b, c));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(NULL, 0, 2, a, b, c, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, NULL, b, c, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, a, NULL, c, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, a, b, NULL, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_innovation)(&recent, 0, 2, a, b, c, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_innovation)(&recent, -1, 2, a, b, c, d));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_innovation)(&recent, 2, 2, a, b, c, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(consistency_innovation)(&recent, 0, (num)NAN, a, b, c, d));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(consistency_innovation)(&recent, 0, -1, a, b, c, d));
     TEST_ASSERT_EQUAL_INT(0, K(consistency_count)(NULL));
     TEST_ASSERT_EQUAL_INT(0, K(consistency_count)(&blank));
 }

@@ -28,7 +28,7 @@ static const double direction[] = {-1, 0.25}, variance[] = {0.125};
 static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 
 static int32_t z[2];
-static int64_t out[3];
+static int64_t out[4];
 
 void setUp(void)
 {
@@ -70,8 +70,8 @@ static void step(const double *values, uint32_t present)
 
 static void assert_like_double(void)
 {
-    double expected[3];
-    int64_t a[3];
+    double expected[4];
+    int64_t a[4];
     TEST_ASSERT_EQUAL_INT(K(consistency_count)(&recent_f64), kq_consistency_count_q31(&recent));
     ASSERT_OK(K(consistency_nis)(&recent_f64, 2, &expected[0], &expected[1], &expected[2]));
     ASSERT_OK_UNCHANGED(kq_consistency_nis_q31(&recent, TWO, &a[0], &a[1], &a[2]));
@@ -79,10 +79,11 @@ static void assert_like_double(void)
         ASSERT_WITHIN(LIKE * (1 + expected[k]), expected[k], score_value(a[k]));
     }
     for (int c = 0; c < 2; c++) {
-        ASSERT_OK(
-            K(consistency_innovation)(&recent_f64, c, 2, &expected[0], &expected[1], &expected[2]));
-        ASSERT_OK_UNCHANGED(kq_consistency_innovation_q31(&recent, c, TWO, &a[0], &a[1], &a[2]));
-        for (int k = 0; k < 3; k++) ASSERT_WITHIN(LIKE * 8, expected[k], score_value(a[k]));
+        ASSERT_OK(K(consistency_innovation)(&recent_f64, c, 2, &expected[0], &expected[1],
+                                            &expected[2], &expected[3]));
+        ASSERT_OK_UNCHANGED(
+            kq_consistency_innovation_q31(&recent, c, TWO, &a[0], &a[1], &a[2], &a[3]));
+        for (int k = 0; k < 4; k++) ASSERT_WITHIN(LIKE * 8, expected[k], score_value(a[k]));
     }
 }
 
@@ -109,12 +110,13 @@ static void an_outlier_leaves_with_its_update(void)
 static void an_innovation_is_held(void)
 {
     static const double far[] = {900, -900};
-    int64_t mean, correlation, bound;
+    int64_t mean, correlation, bound, spread;
     step(far, ALL);
-    ASSERT_OK(kq_consistency_innovation_q31(&recent, 0, TWO, &mean, &correlation, &bound));
+    ASSERT_OK(kq_consistency_innovation_q31(&recent, 0, TWO, &mean, &bound, &correlation, &spread));
     ASSERT_WITHIN(1e-6, 128, score_value(mean));
     ASSERT_WITHIN(0, 0, score_value(correlation));
     ASSERT_WITHIN(1e-6, 2, score_value(bound));
+    ASSERT_WITHIN(0, 0, score_value(spread)); /* not one pair */
     ASSERT_OK(kq_consistency_nis_q31(&recent, TWO, &mean, &correlation, &bound));
     TEST_ASSERT_TRUE(score_value(mean) > 128 * 128);
 }
@@ -139,7 +141,7 @@ static void what_is_wrong_is_refused(void)
 {
     static int32_t memory[KQ_CONSISTENCY_LEN_Q31(2, WINDOW)];
     const size_t length = COUNT(memory);
-    int64_t *a = &out[0], *b = &out[1], *c = &out[2];
+    int64_t *a = &out[0], *b = &out[1], *c = &out[2], *d = &out[4];
     ASSERT_REFUSED(KQ_ERR_NULL, kq_consistency_assign_q31(NULL, 2, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 0, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, 0, memory, length));
@@ -156,9 +158,9 @@ static void what_is_wrong_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_record_q31(&recent, &track));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_nis_q31(&recent, TWO, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_innovation_q31(&recent, 0, TWO, a, b, c));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_innovation_q31(&recent, 0, TWO, a, b, c, d));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_consistency_nis_q31(&recent, -1, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_innovation_q31(&recent, 2, TWO, a, b, c));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_innovation_q31(&recent, 2, TWO, a, b, c, d));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_consistency_nis_q31(&recent, TWO, NULL, b, c));
     TEST_ASSERT_EQUAL_INT(0, kq_consistency_count_q31(NULL));
 }

@@ -222,10 +222,10 @@ static void test_recordings_add_up(void)
     for (size_t k = 0; k < sizeof model / sizeof(num); k++) ASSERT_CLOSE(one[k], two[k], 4);
 }
 
-/* What is not measured counts with the R that is expected of it: R stays between. */
-static void test_what_is_missing_contributes_the_current_R(void)
+/* Steps at the end that nothing was measured in: H and R are those of the steps before. */
+static void test_a_step_without_measurement_has_no_part_in_H_and_R(void)
 {
-    choice.free = KQ_EM_R;
+    choice.free = KQ_EM_H | KQ_EM_R;
     for (int t = 0; t < STEPS; t++) present[t] = t < STEPS / 2 ? 3 : 0;
     recordings[0].present = present;
     recordings[1].steps = STEPS / 2;
@@ -234,8 +234,23 @@ static void test_what_is_missing_contributes_the_current_R(void)
     ASSERT_OK(K(em_iterate)(&em));
     ASSERT_OK(K(em_iterate)(&twin));
     for (int k = 0; k < 4; k++) {
-        ASSERT_CLOSE(0.5 * (double)(other_model.R[k] + R_first[k]), model.R[k], 2);
+        ASSERT_CLOSE(other_model.R[k], model.R[k], 2);
+        ASSERT_CLOSE(other_model.H[k], model.H[k], 4);
     }
+}
+
+/* Beside one that is measured, a component counts with the R that is expected of it. */
+static void test_a_missing_component_contributes_the_current_R(void)
+{
+    choice.free = KQ_EM_R;
+    model.R[1] = model.R[2] = 0;
+    for (int t = 0; t < STEPS; t++) present[t] = 1;
+    recordings[0].present = present;
+    ASSERT_OK(K(em_init)(&em, &parameters, &choice, recordings, 1));
+    ASSERT_OK(K(em_iterate)(&em));
+    TEST_ASSERT_TRUE(model.R[0] != R_first[0]);
+    ASSERT_CLOSE(R_first[3], model.R[3], 1);
+    ASSERT_CLOSE(0, model.R[1], 1);
 }
 
 static void test_missing_measurements_are_not_read(void)
@@ -414,6 +429,28 @@ static void test_stop_rule(void)
     ASSERT_CLOSE(largest, K(em_change)(&em), 1);
     TEST_ASSERT_TRUE(K(em_is_settled)(&em, K(em_change)(&em)));
     TEST_ASSERT_FALSE(K(em_is_settled)(&em, K(em_change)(&em) / 2));
+}
+
+static void test_distance_to_the_maximum(void)
+{
+    ASSERT_NAN(K(em_distance)(&em));
+    ASSERT_OK(K(em_init)(&em, &parameters, NULL, recordings, 1));
+    for (int k = 0; k < 2; k++) {
+        ASSERT_NAN(K(em_distance)(&em));
+        ASSERT_OK(K(em_iterate)(&em));
+    }
+    for (int k = 0; k < 20; k++) { /* the change of an iteration is the rate of the next */
+        const num before = K(em_change)(&em), likelihood = K(em_log_likelihood)(&em);
+        ASSERT_OK(K(em_iterate)(&em));
+        const double gain = (double)K(em_log_likelihood)(&em) - (double)likelihood;
+        const double rate = (double)K(em_change)(&em) / (double)before;
+        const double expected = gain * rate * rate / (1 - rate);
+        if (rate >= 1) continue;
+        ASSERT_WITHIN(1e-2 * expected + 1e4 * EPS, expected, K(em_distance)(&em));
+    }
+    ASSERT_OK(K(em_advance)(&em));
+    ASSERT_NAN(K(em_distance)(&em));
+    ASSERT_NAN(K(em_distance)(NULL));
 }
 
 /* ------------------------------------------------------------------ gradient */
@@ -722,6 +759,56 @@ static void test_a_model_spoilt_between_iterations_is_refused(void)
     ASSERT_OK(K(em_iterate)(&em));
 }
 
+/* Whoever makes the model worse after an M-step gets back what it was before. */
+static void test_parameters_that_are_worse_are_taken_back(void)
+{
+    choice.free = KQ_EM_ALL;
+    TEST_ASSERT_EQUAL_INT(KQ_NOT_IDENTIFIED, init());
+    ASSERT_OK(K(em_iterate)(&em));
+    const num likelihood = K(em_log_likelihood)(&em);
+    for (int k = 0; k < 4; k++) model.R[k] *= 1000;
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_LIKELIHOOD, K(em_iterate)(&em));
+    ASSERT_SAME_BITS(A_first, model.A);
+    ASSERT_SAME_BITS(H_first, model.H);
+    ASSERT_SAME_BITS(Q_first, model.Q);
+    ASSERT_SAME_BITS(R_first, model.R);
+    ASSERT_SAME_BITS(x0_first, model.x0);
+    ASSERT_SAME_BITS(P0_first, model.P0);
+    TEST_ASSERT_TRUE(likelihood == K(em_log_likelihood)(&em));
+    TEST_ASSERT_EQUAL_UINT32(0, K(em_remaining)(&em));
+    ASSERT_NAN(K(em_distance)(&em));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(em_maximise)(&em));
+    ASSERT_OK(K(em_iterate)(&em));
+    TEST_ASSERT_TRUE(likelihood == K(em_log_likelihood)(&em));
+    for (int k = 0; k < 4; k++) model.R[k] *= 1000; /* a model of the caller's own, said by init */
+    TEST_ASSERT_EQUAL_INT(KQ_NOT_IDENTIFIED, init());
+    ASSERT_OK(K(em_iterate)(&em));
+}
+
+/* One component is twice the other, in z and in H: no noise that has that direction is as likely as
+   none.  A refused M-step leaves all that can be read. */
+static void test_a_noise_that_becomes_singular_is_refused(void)
+{
+    struct {
+        num Q[4], R[4], P0[4];
+    } before, after;
+    const K(gradient) first = {NULL, NULL, before.Q, before.R, NULL, before.P0};
+    const K(gradient) second = {NULL, NULL, after.Q, after.R, NULL, after.P0};
+    for (int k = 0; k < 2; k++) model.H[2 + k] = 2 * model.H[k];
+    for (int t = 0; t < STEPS; t++) z[2 * t + 1] = 2 * z[2 * t];
+    ASSERT_OK(init());
+    expect();
+    const num likelihood = K(em_log_likelihood)(&em);
+    ASSERT_OK(K(em_gradient)(&em, &first));
+    watch_nothing();
+    WATCH(em), WATCH(model), WATCH(recordings), WATCH(choice), WATCH(parameters);
+    for (int k = 0; k < 2; k++) ASSERT_REFUSED(KQ_ERR_LIKELIHOOD, K(em_maximise)(&em));
+    ASSERT_OK(K(em_gradient)(&em, &second));
+    ASSERT_SAME_BITS(before, after);
+    expect();
+    TEST_ASSERT_TRUE(likelihood == K(em_log_likelihood)(&em));
+}
+
 /* One step says nothing of the process. */
 static void test_one_step_leaves_the_process_alone(void)
 {
@@ -743,10 +830,11 @@ static void test_one_step_leaves_the_process_alone(void)
 #define LARGEST (INT_MAX > 32767 ? 16 : 6)
 #define ROOM GUARDED((size_t)EM_LEN(LARGEST, LARGEST, 3))
 #define MANY 40
+#define FEW (LARGEST / 2 + 2)
 
 static num room[ROOM];
 static num all_A[256], all_H[256], all_Q[256], all_R[256], all_P0[256], all_x0[16];
-static num all_z[48 + MANY];
+static num all_z[LARGEST * FEW > 48 + MANY ? LARGEST * FEW : 48 + MANY];
 static K(recording) many[MANY]; /* of three steps, each a number later than the one before */
 
 static void put_large_model(int n, int m)
@@ -794,6 +882,69 @@ static void test_every_size_stays_within_its_memory(void)
             assert_size(n, m, &little, 12);
         }
     }
+}
+
+/* ------------------------------------------------------------------ too few measurements */
+
+/* n states that m components see, and m / 2 + 2 steps: a full R fits them better and better while
+   it becomes singular. */
+static K(recording) put_few(int n, int m, uint32_t seed)
+{
+    const K(recording) few = {m / 2 + 2, all_z, NULL, NULL};
+    double x[2] = {0, 0};
+    for (int k = 0; k < m * n; k++) all_H[k] = noise(&seed);
+    for (int t = 0; t < few.steps; t++) {
+        for (int i = 0; i < n; i++) x[i] = 0.875 * x[i] + (double)noise(&seed);
+        for (int c = 0; c < m; c++) {
+            double sum = (double)noise(&seed);
+            for (int i = 0; i < n; i++) sum += (double)all_H[c * n + i] * x[i];
+            all_z[t * m + c] = N(sum);
+        }
+    }
+    put_identity(all_A, n, N(0.875));
+    put_identity(all_Q, n, 1);
+    put_identity(all_P0, n, 1);
+    put_identity(all_R, m, 1);
+    memset(all_x0, 0, sizeof all_x0);
+    return few;
+}
+
+/* Is EM stopped within 60 iterations?  It never loses likelihood, and what it leaves is the best
+   that it has seen. */
+static int is_stopped_at_the_best(int n, int m, uint32_t seed)
+{
+    const K(recording) few = put_few(n, m, seed);
+    const K(parameters) all = {0, 0, all_A, NULL, NULL, all_Q, all_H, all_R, all_x0, all_P0};
+    K(em) object;
+    kq_status status = KQ_OK;
+    double best = -(double)NUM_MAX, rounding = 0;
+    ASSERT_OK(K(em_assign)(&object, n, m, room, ROOM));
+    ASSERT_OK(K(em_init)(&object, &all, NULL, &few, 1));
+    for (int k = 0; k < 60 && !status; k++) {
+        status = K(em_iterate)(&object);
+        const double now = (double)K(em_log_likelihood)(&object);
+        rounding = 64 * EPS * ((double)few.steps * m + fabs(now));
+        TEST_ASSERT_TRUE(now >= best - rounding);
+        best = fmax(best, now);
+    }
+    if (!status) return 0;
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_LIKELIHOOD, status);
+    const num told = K(em_log_likelihood)(&object);
+    do ASSERT_OK(K(em_advance)(&object));
+    while (K(em_remaining)(&object));
+    TEST_ASSERT_TRUE(told == K(em_log_likelihood)(&object));
+    return 1;
+}
+
+static void test_the_likelihood_never_falls_silently(void)
+{
+    int stopped = 0;
+    for (int m = 3; m <= LARGEST; m++) {
+        for (uint32_t seed = 1; seed <= 4; seed++) {
+            stopped += is_stopped_at_the_best(1 + m % 2, m, seed);
+        }
+    }
+    TEST_ASSERT_TRUE(stopped >= 4);
 }
 
 /* ------------------------------------------------------------------ a fit */
@@ -863,7 +1014,8 @@ int main(void)
     RUN_TEST(test_new_parameters_are_means_of_the_smoothed_noises);
     RUN_TEST(test_measurement_noise_is_correlated_as_R);
     RUN_TEST(test_recordings_add_up);
-    RUN_TEST(test_what_is_missing_contributes_the_current_R);
+    RUN_TEST(test_a_step_without_measurement_has_no_part_in_H_and_R);
+    RUN_TEST(test_a_missing_component_contributes_the_current_R);
     RUN_TEST(test_missing_measurements_are_not_read);
     RUN_TEST(test_a_control_is_what_it_does);
     RUN_TEST(test_likelihood_rises_with_everything_free);
@@ -874,6 +1026,7 @@ int main(void)
     RUN_TEST(test_a_singular_noise_holds_rows_of_A);
     RUN_TEST(test_what_is_not_identified_is_told);
     RUN_TEST(test_stop_rule);
+    RUN_TEST(test_distance_to_the_maximum);
     RUN_TEST(test_gradient_against_differences);
     RUN_TEST(test_gradient_says_where_it_is_not_known);
     RUN_TEST(test_gradient_of_what_is_not_free_is_refused);
@@ -887,8 +1040,11 @@ int main(void)
     RUN_TEST(test_init_refuses_what_is_not_of_its_form);
     RUN_TEST(test_a_likelihood_that_is_not_finite_is_refused);
     RUN_TEST(test_a_model_spoilt_between_iterations_is_refused);
+    RUN_TEST(test_parameters_that_are_worse_are_taken_back);
+    RUN_TEST(test_a_noise_that_becomes_singular_is_refused);
     RUN_TEST(test_one_step_leaves_the_process_alone);
     RUN_TEST(test_every_size_stays_within_its_memory);
+    RUN_TEST(test_the_likelihood_never_falls_silently);
     RUN_TEST(test_a_fit_is_the_same_everywhere);
     return UNITY_END();
 }

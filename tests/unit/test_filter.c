@@ -157,6 +157,18 @@ static void init_takes_a_singular_P0(void)
     }
 }
 
+/* Beyond the limit of predict there is no use for a variance: the root's squares leave the numbers. */
+static void init_refuses_a_variance_beyond_the_limit(void)
+{
+    const double most = MOST_SIGMA * MOST_SIGMA;
+    put_covariance(P0, most, 0, 0, 1);
+    ASSERT_OK(init());
+    put_covariance(P0, most, 0, 0, most * (1 + EPS));
+    ASSERT_REFUSED(KQ_ERR_RANGE, init());
+    put_covariance(P0, NUM_MAX, 0, 0, 1);
+    ASSERT_REFUSED(KQ_ERR_RANGE, init());
+}
+
 /* The lower triangle is compared, within rounding, and not used. */
 static void init_uses_the_upper_triangle(void)
 {
@@ -570,7 +582,119 @@ static void sixteen_states_work(void)
     for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_A[k], big_P[k], 4);
 }
 
+/* --------------------------------------------------------------- the end of the numbers */
+
+/* Whatever it was, what is read is a number, and there is an event. */
+static void assert_held(void)
+{
+    ASSERT_OK(K(covariance)(&track, out));
+    for (int k = 0; k < 4; k++) TEST_ASSERT_TRUE(isfinite(out[k]));
+    for (int i = 0; i < 2; i++) {
+        TEST_ASSERT_TRUE(isfinite(K(mean)(&track, i)));
+        TEST_ASSERT_TRUE(isfinite(K(mean_low)(&track, i)));
+        TEST_ASSERT_TRUE((double)K(sigma)(&track, i) <= MOST_SIGMA * (1 + 8 * EPS));
+    }
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track));
+}
+
+/* A state that doubles 3000 times beside one that does not, with and without a correlation */
+static void predict_holds_a_state_that_grows_without_end(void)
+{
+    static const num doubling[] = {2, 0, 0, 1}, coupled[] = {2, 1, 0, 1}, exact[2] = {1, 4};
+    static const num *const transition[] = {doubling, coupled};
+    for (int k = 0; k < 2; k++) {
+        ASSERT_OK(K(process_init)(&motion, transition[k], B, Q));
+        put_covariance(P0, 1, 0.5, 0.5, 1);
+        ASSERT_OK(K(filter_init)(&track, exact, P0));
+        for (int step = 0; step < 3000; step++) ASSERT_OK(K(predict)(&track, &motion, NULL));
+        assert_held();
+        ASSERT_CLOSE(4, K(mean)(&track, 1), 4); /* the other is what it was */
+        ASSERT_CLOSE(1501, out[3], 1501 * 30.0);
+        for (int step = 0; step < 20; step++) ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(covariance)(&track, out));
+        TEST_ASSERT_TRUE(out[0] < 1 && out[3] < 1);
+        ASSERT_OK(K(filter_init)(&track, exact, P0));
+    }
+}
+
+/* A transition may leave the numbers at once, in the mean and in the root. */
+static void predict_holds_a_state_that_leaves_the_numbers_at_once(void)
+{
+    static const num entries[] = {NUM_MAX, -NUM_MAX, NUM_MAX / 4};
+    for (int k = 0; k < 81; k++) {
+        static num wild[4];
+        for (int e = 0, code = k; e < 4; e++, code /= 3) wild[e] = entries[code % 3];
+        ASSERT_OK(K(process_init)(&motion, wild, B, Q));
+        ASSERT_OK(init());
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        assert_held();
+        ASSERT_OK(K(process_init)(&motion, A, B, Q));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        assert_held();
+    }
+}
+
+/* A control drives the mean out of the numbers: the next scalar measurement says so, and the one after
+   it is taken. */
+static void a_mean_that_leaves_the_numbers_is_brought_back(void)
+{
+    static const num strong[] = {0, NUM_MAX};
+    ASSERT_OK(K(process_init)(&motion, A, strong, Q));
+    ASSERT_OK(K(predict)(&track, &motion, u));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    assert_held();
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    for (int step = 0; step < 3; step++) ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+    for (int i = 0; i < 2; i++) TEST_ASSERT_TRUE(K(sigma)(&track, i) < 2);
+    ASSERT_WITHIN(4, 3, K(mean)(&track, 0));
+}
+
+/* The transition of a state that decays is not rounded: 200 steps of it leave no more than their own
+   rounding. */
+static void a_decay_is_not_biased(void)
+{
+    static const double decay[] = {0.273, -1.53, 0.1, -0.7, 1e-9};
+    PROCESS(one_motion, 1, 1);
+    FILTER(one, 1);
+    const num zero = 0, start = N(1e6), push[] = {1}, drive = N(1e6);
+    for (int k = 0; k < COUNT(decay); k++) {
+        const num a = N(decay[k]);
+        double exact = (double)start, size = 0;
+        ASSERT_OK(K(process_init)(&one_motion, &a, &drive, &zero));
+        ASSERT_OK(K(filter_init)(&one, &start, &zero));
+        for (int step = 0; step < 40; step++) {
+            ASSERT_OK(K(predict)(&one, &one_motion, push));
+            exact = (double)a * exact + (double)drive;
+            size = size * fabs((double)a) + fabs(exact);
+        }
+        ASSERT_WITHIN(0.6 * EPS * size, exact, whole_mean(&one, 0));
+    }
+}
+
+/* What was held is not what was recorded. */
+static void a_history_ends_where_predict_holds(void)
+{
+    static const num wild[] = {NUM_MAX, 0, 0, 1};
+    HISTORY(tape, 2, 2, 4, 0);
+    ASSERT_OK(K(process_init)(&motion, wild, B, Q));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
+}
+
 /* ------------------------------------------------------------------------------------- */
+
+static void run_numbers_end(void)
+{
+    RUN_TEST(predict_holds_a_state_that_grows_without_end);
+    RUN_TEST(predict_holds_a_state_that_leaves_the_numbers_at_once);
+    RUN_TEST(a_history_ends_where_predict_holds);
+    RUN_TEST(a_mean_that_leaves_the_numbers_is_brought_back);
+    RUN_TEST(a_decay_is_not_biased);
+}
 
 static void run_assign_and_init(void)
 {
@@ -586,6 +710,7 @@ static void run_assign_and_init(void)
     RUN_TEST(init_refuses_numbers_that_are_not_finite);
     RUN_TEST(init_checks_that_P0_is_a_covariance);
     RUN_TEST(init_takes_a_singular_P0);
+    RUN_TEST(init_refuses_a_variance_beyond_the_limit);
     RUN_TEST(init_uses_the_upper_triangle);
     RUN_TEST(init_begins_a_new_run);
     RUN_TEST(a_refused_init_leaves_the_old_run_going);
@@ -629,6 +754,7 @@ int main(void)
     run_assign_and_init();
     run_predict();
     run_reading();
+    run_numbers_end();
     RUN_TEST(no_size_writes_outside_its_memory);
     RUN_TEST(no_output_is_written_beyond_its_end);
     RUN_TEST(sixteen_states_work);

@@ -1,5 +1,6 @@
 /* The filter in q31: against the one in double, what it refuses, how it saturates. */
 #include "q31.h"
+#include "reading.h"
 #include "unchanged.h"
 
 static process_model motion;
@@ -226,6 +227,33 @@ static void a_redundant_noise_free_component_is_not_taken(void)
     ASSERT_WITHIN(1e-6, 3, mean_value(&track, 0));
     kq_events_clear_q31(&track);
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+/* Two components take most of what is unknown: what rounding has left of them is that of rows that
+   were long, and no information in their sum. */
+static void a_sum_is_not_taken_when_its_terms_were(void)
+{
+    static const double large[] = {100000, 100000, 100000}, none[9], zero[3];
+    KQ_FILTER_Q31(sharp, 3);
+    prior_model prior;
+    uint32_t seed = 3;
+    for (int k = 0; k < 300; k++) {
+        double rows[9], wide[9], F[6];
+        for (int i = 0; i < 6; i++) rows[i] = floor(64 * noise(&seed)) / 64, F[i] = noise(&seed);
+        for (int i = 0; i < 3; i++) rows[6 + i] = rows[i] + rows[3 + i];
+        for (int i = 0; i < 9; i++) {
+            const double *a = F + 2 * (i / 3), *b = F + 2 * (i % 3);
+            wide[i] = 1e4 * (a[0] * b[0] + a[1] * b[1]) + (i % 4 == 0 ? 1e-4 : 0);
+        }
+        put_sensor(&radar, 3, 3, large, large, rows, none);
+        put_prior(&prior, 3, large, zero, wide);
+        ASSERT_OK(kq_filter_init_q31(&sharp, &prior.table, NULL));
+        const double z[] = {3.25, -1.5, 1.75};
+        const int32_t *words = words_of(z, 3, radar.measurement_format);
+        ASSERT_OK(kq_update_q31(&sharp, &radar.sensor, words));
+        TEST_ASSERT_EQUAL_INT(2, kq_taken_q31(&sharp));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, kq_events_q31(&sharp));
+    }
 }
 
 /* ---------------------------------------------------------------------------- refusals */
@@ -463,6 +491,16 @@ static void an_update_is_held_too(void)
     }
 }
 
+/* A variance that grows without end is held near 2^16384 words squared, and that is told. */
+static void a_variance_that_grows_without_end_is_told(void)
+{
+    begin_growth(0);
+    for (int k = 0; k < 8000; k++) ASSERT_OK(kq_predict_q31(&level, &growth.process, NULL));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
+    for (int k = 0; k < 8000; k++) ASSERT_OK(kq_predict_q31(&level, &growth.process, NULL));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, kq_events_q31(&level));
+}
+
 static void a_sigma_beyond_the_word_is_held(void)
 {
     static const double whole[] = {INT32_MAX}, wide[] = {1e30}, zero[] = {0};
@@ -488,6 +526,99 @@ static void an_innovation_is_rounded_to_a_word(void)
     TEST_ASSERT_EQUAL_INT32(1 << 30, e[0]);
     ASSERT_OK(kq_innovation_q31(&level, &gauge.sensor, back, e));
     TEST_ASSERT_INT32_WITHIN(1, -(1 << 30), e[0]);
+}
+
+/* Words of 2^-60 and a noise of one word: det S is 2^-120 a measurement. */
+static void begin_long_run(void)
+{
+    static kq_format_q31 fine = {1000000, 60};
+    static kq_scaled_q31 unit[] = {{INT32_C(1) << 30, -30}};
+    static const int32_t known[KQ_ROOT_LEN_Q31(1)] = {0}, home[] = {0};
+    const kq_sensor_table_q31 sensor = {1, 1, 0, &fine, &fine, unit, unit};
+    const kq_prior_table_q31 prior = {1, &fine, home, known};
+    ASSERT_OK(kq_sensor_init_q31(&gauge.sensor, &sensor, NULL));
+    ASSERT_OK(kq_filter_init_q31(&level, &prior, NULL));
+}
+
+static double scaled_run(void)
+{
+    kq_scaled_q31 value;
+    ASSERT_OK(kq_log_likelihood_scaled_q31(&level, &value));
+    return ldexp(value.mantissa, value.exponent);
+}
+
+/* The determinant's exponent where it is large, and over some parts of the count */
+static void the_determinant_of_a_run_is_counted_all_the_time(void)
+{
+    const int32_t home[] = {0};
+    begin_long_run();
+    ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+    const double once = score_value(kq_log_likelihood_q31(&level));
+    for (int large = -1; large <= 1; large += 2) {
+        level.run.determinant.exponent = large * ((INT32_C(1) << 30) - 100);
+        level.run.count = 32760;
+        const double before = score_value(kq_log_likelihood_q31(&level));
+        for (int t = 0; t < 100; t++) ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+        const double after = score_value(kq_log_likelihood_q31(&level));
+        ASSERT_WITHIN(1e-6 * 100 * once, 100 * once, after - before);
+        ASSERT_WITHIN(1e-9 * fabs(after), after, scaled_run());
+    }
+}
+
+/* 2^37 of NIS is where a score ends: the run goes on, and is read as a number of any size. */
+static void a_run_beyond_a_score_is_counted(void)
+{
+    const int32_t far[] = {20};
+    begin_long_run();
+    ASSERT_OK(kq_update_q31(&level, &gauge.sensor, far));
+    const double once = score_value(kq_log_likelihood_q31(&level));
+    level.run.sum = (INT64_C(1) << 61) - 1000;
+    const double before = scaled_run();
+    for (int t = 0; t < 1000; t++) ASSERT_OK(kq_update_q31(&level, &gauge.sensor, far));
+    ASSERT_WITHIN(0x1p-29 * fabs(before), before + 1000 * once, scaled_run());
+    TEST_ASSERT_EQUAL_INT(1, level.run.carried);
+    level.run.carried = INT32_C(1) << 12; /* 5.6e14: 100 years of 16 measurements at 10 kHz */
+    ASSERT_WITHIN(0x1p19, -0x1p48, scaled_run());
+    TEST_ASSERT_TRUE(kq_log_likelihood_q31(&level) == -(INT64_C(1) << 61));
+}
+
+/* The noise is one word squared, the variance 2^-24 of it, then 2^-20. */
+static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
+{
+    const int32_t home[] = {0};
+    for (int k = 0; k < 2; k++) {
+        begin_long_run();
+        level.memory[2] = INT32_C(1) << 29;
+        level.memory[3] = -29 - (k ? 10 : 13);
+        ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+        TEST_ASSERT_EQUAL_HEX(k ? 0 : KQ_EVENT_RESOLUTION, kq_events_q31(&level));
+    }
+}
+
+static void the_low_part_completes_a_predicted_measurement(void)
+{
+    int32_t predicted;
+    begin_long_run();
+    level.memory[0] = -5;
+    level.memory[1] = 5 << 20;
+    ASSERT_OK(kq_measurement_q31(&level, &gauge.sensor, &predicted, NULL));
+    TEST_ASSERT_EQUAL_INT32(-5, predicted);
+    TEST_ASSERT_EQUAL_INT32(5 << 20, kq_measurement_low_q31(&level, &gauge.sensor, 0));
+    level.memory[0] = INT32_MAX;
+    level.memory[1] = 0xffffff;
+    TEST_ASSERT_EQUAL_INT32(0xffffff, kq_measurement_low_q31(&level, &gauge.sensor, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&level, &gauge.sensor, 1));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&level, NULL, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(NULL, &gauge.sensor, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&blank, &gauge.sensor, 0));
+}
+
+static void a_scaled_log_likelihood_refuses(void)
+{
+    kq_scaled_q31 value;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_log_likelihood_scaled_q31(NULL, &value));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_log_likelihood_scaled_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_log_likelihood_scaled_q31(&blank, &value));
 }
 
 /* An innovation of 2^31 sigma: NIS is held, and stays a score however often. */
@@ -541,8 +672,14 @@ static void run_saturation(void)
     RUN_TEST(measurements_bring_a_saturated_state_back);
     RUN_TEST(an_update_is_held_too);
     RUN_TEST(a_sigma_beyond_the_word_is_held);
+    RUN_TEST(a_variance_that_grows_without_end_is_told);
     RUN_TEST(an_innovation_is_rounded_to_a_word);
     RUN_TEST(a_score_is_held);
+    RUN_TEST(the_determinant_of_a_run_is_counted_all_the_time);
+    RUN_TEST(a_run_beyond_a_score_is_counted);
+    RUN_TEST(a_scaled_log_likelihood_refuses);
+    RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);
+    RUN_TEST(the_low_part_completes_a_predicted_measurement);
     RUN_TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance);
 }
 
@@ -559,6 +696,7 @@ int main(void)
     RUN_TEST(filters_in_turn_are_independent);
     RUN_TEST(gain_and_measurement_are_those_in_double);
     RUN_TEST(a_redundant_noise_free_component_is_not_taken);
+    RUN_TEST(a_sum_is_not_taken_when_its_terms_were);
     run_refusals();
     run_saturation();
     return UNITY_END();

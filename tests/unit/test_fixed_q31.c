@@ -218,6 +218,38 @@ static void a_sharp_measurement_is_taken_with_care(void)
     }
 }
 
+/* States within +-128, (5, 20, 0, 0) measured: the first component alone leaves state 0 at 550.
+   Sharp, and not. */
+static void beyond_between_components(const fixed_size *size, double r, int with_likelihood)
+{
+    static const double H[] = {0.0625, 1.875, 0, 0, 0.0625, 0, 0, 0};
+    const double variance[] = {r, r};
+    static const double z[] = {37.8125, 0.3125};
+    static const double P0[] = {1e4, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    int32_t words[COMPONENTS];
+    begin(4, 2, 0);
+    ASSERT_OK(kq_matrix_prepare_q31(rows, H, 2, 4, measurement_format, state_format));
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(noise, variance, 2, measurement_format));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&sensor_of, rows));
+    ASSERT_OK(kq_vector_prepare_q31(words, z, 2, measurement_format, NULL));
+    ASSERT_OK(kq_root_prepare_q31(prior_root, P0, 4, state_format));
+    begin_filter(&ours, 4);
+    begin_filter(&theirs, 4);
+    ASSERT_OK(size->update(&ours.filter, &sensor_of, words));
+    ASSERT_OK(kq_update_q31(&theirs.filter, &sensor_of, words));
+    ASSERT_SAME();
+    if (with_likelihood) assert_same_likelihood();
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&ours.filter));
+}
+
+static void a_mean_may_leave_its_word_between_components(void)
+{
+    beyond_between_components(&dense[3], 1e-4, 1);
+    beyond_between_components(&bare[3], 1e-4, 0);
+    beyond_between_components(&dense[3], 0.5, 1);
+    beyond_between_components(&bare[3], 0.5, 0);
+}
+
 static void errors_are_those_of_the_library(void)
 {
     const int32_t z[2] = {1, 2}, beyond[2] = {1, INT32_MAX};
@@ -245,6 +277,7 @@ int main(void)
     RUN_TEST(the_bits_are_those_of_run_time_sizes);
     RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
     RUN_TEST(a_sharp_measurement_is_taken_with_care);
+    RUN_TEST(a_mean_may_leave_its_word_between_components);
     RUN_TEST(errors_are_those_of_the_library);
     return UNITY_END();
 }

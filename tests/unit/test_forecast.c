@@ -32,6 +32,7 @@ void setUp(void)
     ASSERT_OK(K(filter_assign)(&ahead, 2, ahead_memory, COUNT(ahead_memory)));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(update)(&track, &radar, z));
+    ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(K(filter_init)(&walker, x0, P0));
     ASSERT_OK(K(update)(&walker, &radar, z));
     watch_nothing();
@@ -138,6 +139,49 @@ static void a_history_of_the_filter_ahead_is_detached(void)
     TEST_ASSERT_EQUAL_UINT(steps, K(history_steps)(&tape));
 }
 
+/* ------------------------------------------------------------------------------ copies */
+
+static void a_copy_is_the_filter(void)
+{
+    track.events = KQ_EVENT_FLOOR;
+    watch_the_source();
+    ASSERT_OK_UNCHANGED(K(filter_copy)(&ahead, &track));
+    ASSERT_SAME_BITS(track_memory, ahead_memory);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&ahead));
+    TEST_ASSERT_TRUE(K(log_likelihood)(&track) == K(log_likelihood)(&ahead));
+    TEST_ASSERT_TRUE(K(nis)(&track) == K(nis)(&ahead));
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&ahead));
+    ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
+    ASSERT_OK(K(step)(&ahead, &motion, u, &radar, z));
+    ASSERT_SAME_BITS(track_memory, ahead_memory);
+    TEST_ASSERT_TRUE(K(log_likelihood)(&track) == K(log_likelihood)(&ahead));
+}
+
+/* What moves the copy leaves the original alone, and its history. */
+static void a_copy_has_its_own_memory(void)
+{
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    watch_the_source();
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(K(filter_copy)(&ahead, &track));
+    ASSERT_OK_UNCHANGED(K(step)(&ahead, &motion, u, &radar, z));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&ahead));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+}
+
+static void copy_refuses(void)
+{
+    K(filter) bare = {.states = 2}, shared = track;
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_copy)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_copy)(&ahead, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_copy)(&ahead, &blank));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_copy)(&bare, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(filter_copy)(&track3, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(filter_copy)(&track, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(filter_copy)(&shared, &track));
+}
+
 static void forecast_refuses_null(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(NULL, &motion, u, 1, &ahead));
@@ -212,6 +256,9 @@ int main(void)
     RUN_TEST(a_forecast_may_be_made_again_and_again);
     RUN_TEST(a_forecast_is_not_recorded);
     RUN_TEST(a_history_of_the_filter_ahead_is_detached);
+    RUN_TEST(a_copy_is_the_filter);
+    RUN_TEST(a_copy_has_its_own_memory);
+    RUN_TEST(copy_refuses);
     RUN_TEST(forecast_refuses_null);
     RUN_TEST(forecast_refuses_what_is_not_initialised);
     RUN_TEST(forecast_refuses_a_negative_number_of_steps);

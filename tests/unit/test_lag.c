@@ -350,6 +350,32 @@ static void assign_refuses(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
 }
 
+/* Sizes whose length is a little more than a multiple of 2^16 or 2^32: as a size_t of so many bits,
+   and so many are the words that there are, it is short. */
+static void a_length_that_would_wrap_is_refused(void)
+{
+    const int64_t step = LAG_LEN(2, MOST, 1) - LAG_LEN(2, MOST, 0), rest = LAG_LEN(2, MOST, 0);
+    const int64_t each = LAG_LEN(2, 2, 5) - LAG_LEN(2, 1, 5), others = LAG_LEN(2, 0, 5);
+    for (int bits = 16; bits <= 32; bits += 16) {
+        for (int64_t k = 1; k <= 8; k++) {
+            const int64_t L = ((k << bits) - rest + step - 1) / step;
+            const int64_t m = ((k << bits) - others + each - 1) / each;
+            if (L <= INT_MAX) {
+                ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, MOST, (int)L, past_memory,
+                                                            COUNT(past_memory)));
+            }
+            if (m <= INT_MAX) {
+                ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, (int)m, 5, past_memory,
+                                                            COUNT(past_memory)));
+            }
+        }
+    }
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, MOST, INT_MAX, past_memory,
+                                                COUNT(past_memory)));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, INT_MAX, INT_MAX, past_memory,
+                                                COUNT(past_memory)));
+}
+
 static void attach_refuses(void)
 {
     K(lag) bare;
@@ -426,6 +452,30 @@ static void another_predict_is_refused(void)
     assert_broken();
 }
 
+static void it_may_be_detached(void)
+{
+    drive(0), drive(1);
+    ASSERT_OK(K(lag_smooth)(&past, 1));
+    const double mean = (double)K(lag_mean)(&past, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(lag_attach)(&past, &twin));
+    ASSERT_OK(K(lag_detach)(&past));
+    ASSERT_OK(K(lag_detach)(&past));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(lag_detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+    ASSERT_WITHIN(0, mean, K(lag_mean)(&past, 0));
+    watch_nothing();
+    WATCH(past), WATCH(past_memory);
+    ASSERT_OK_UNCHANGED(K(predict)(&track, &motion, NULL));
+    measure(&track, 0);
+    watched_assert_unchanged(__LINE__);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(lag_attach)(&past, &twin));
+    watch_nothing();
+    WATCH(past), WATCH(past_memory);
+    ASSERT_OK_UNCHANGED(K(filter_init)(&twin, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+}
+
 static void another_history_takes_its_place(void)
 {
     drive(0), drive(1);
@@ -480,11 +530,13 @@ int main(void)
     RUN_TEST(a_measurement_that_was_not_taken_is_nothing);
     RUN_TEST(sixteen_states_are_sixteen_scalars);
     RUN_TEST(assign_refuses);
+    RUN_TEST(a_length_that_would_wrap_is_refused);
     RUN_TEST(attach_refuses);
     RUN_TEST(predict_refuses);
     RUN_TEST(smooth_refuses);
     RUN_TEST(too_many_measurements_are_an_event_and_refused);
     RUN_TEST(another_predict_is_refused);
+    RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
     return UNITY_END();

@@ -298,6 +298,40 @@ static void readings_of_nothing_are_none(void)
     ASSERT_WITHIN(0, 0, K(least_squares_residual)(&fit));
 }
 
+/* Where a sum of 24 bits and another one of 24 below it are both full */
+static void a_long_sum_goes_on_growing(void)
+{
+    const num h[] = {1, 0};
+    double expected = 0;
+    fit.weight.sum = N(0x1p25);
+    fit.weight.low = N(0x1p24);
+    fit.residual.sum = N(0x1p40);
+    for (int t = 0; t < 1000; t++) {
+        ASSERT_OK(K(least_squares_add)(&fit, h, N(t % 2), 1));
+        expected += (double)K(nis)(&line);
+    }
+    ASSERT_WITHIN(4, 0x1p25 + 0x1p24 + 1000, K(least_squares_weight)(&fit));
+    const double high = (double)fit.residual.high - 0x1p40;
+    const double grown = high + (double)fit.residual.sum + (double)fit.residual.low;
+    ASSERT_WITHIN(1e-6 * expected, expected, grown);
+}
+
+/* The weight of a long memory is a product of many lambdas with a sum in between. */
+static void a_long_memory_does_not_drift(void)
+{
+    const long rows = sizeof(void *) < 8 ? 1000 : 200000;
+    const num h[] = {1, 0}, lambda = N(1 - 1e-4);
+    double weight = 0, residual = 0;
+    ASSERT_OK(K(least_squares_init)(&fit, &line, lambda));
+    for (long t = 0; t < rows; t++) {
+        ASSERT_OK(K(least_squares_add)(&fit, h, N(t % 7 - 3), 1));
+        weight = weight * (double)lambda + 1;
+        residual = residual * (double)lambda + (double)K(nis)(&line);
+    }
+    ASSERT_WITHIN(1e-6 * weight, weight, K(least_squares_weight)(&fit));
+    ASSERT_WITHIN(1e-6 * residual, residual, K(least_squares_residual)(&fit));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -312,6 +346,10 @@ int main(void)
     RUN_TEST(all_at_once_are_one_after_the_other);
     RUN_TEST(what_is_not_taken_does_not_weigh);
     RUN_TEST(without_forgetting_it_is_recorded);
+    if (DBL_MANT_DIG > FLT_MANT_DIG) { /* the expectations must be finer than a float */
+        RUN_TEST(a_long_sum_goes_on_growing);
+        RUN_TEST(a_long_memory_does_not_drift);
+    }
     RUN_TEST(there_may_be_1_to_16_unknowns);
     RUN_TEST(init_refuses);
     RUN_TEST(add_refuses);

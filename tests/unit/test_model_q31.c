@@ -226,6 +226,21 @@ static void a_state_cannot_grow_beyond_16_times_itself(void)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, init_process());
 }
 
+/* Also where the misfit was never written, or told of another table */
+static void what_fits_is_said_to_fit(void)
+{
+    static kq_status (*const init[])(void) = {init_process, init_sensor, init_filter};
+    char text[40];
+    for (int k = 0; k < 3; k++) {
+        misfit = (kq_misfit_q31){KQ_STATE, 0, 0};
+        ASSERT_OK(init[k]());
+        TEST_ASSERT_EQUAL_INT(KQ_ALL_FIT, misfit.quantity);
+        TEST_ASSERT_EQUAL_INT(15, kq_misfit_text_q31(&misfit, text, sizeof text));
+        TEST_ASSERT_EQUAL_STRING("all formats fit", text);
+    }
+    ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
+}
+
 static void change_transition_refuses(void)
 {
     kq_scaled_q31 other[4];
@@ -424,6 +439,7 @@ static void run_process(void)
     RUN_TEST(a_format_with_the_bits_named_fits);
     RUN_TEST(a_control_counts_as_a_part_of_its_state);
     RUN_TEST(a_state_cannot_grow_beyond_16_times_itself);
+    RUN_TEST(what_fits_is_said_to_fit);
     RUN_TEST(change_transition_refuses);
     RUN_TEST(change_transition_moves_otherwise);
 }

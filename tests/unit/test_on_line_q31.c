@@ -416,7 +416,7 @@ static void sixteen_states_are_sixteen_scalars(void)
         ASSERT_OK(kq_filter_assign_q31(&f, n, memory, COUNT(memory)));
         ASSERT_OK(kq_filter_init_q31(&f, &prior, NULL));
         ASSERT_OK(kq_lag_assign_q31(&lag, n, n, WIDE_LAG, lag_memory,
-                                    KQ_LAG_LEN_Q31((size_t)n, n, WIDE_LAG)));
+                                    (size_t)KQ_LAG_LEN_Q31((size_t)n, n, WIDE_LAG)));
         ASSERT_OK(kq_lag_attach_q31(&lag, &f));
         for (int step = 0; step < 12; step++) {
             if (step) ASSERT_OK(kq_lag_predict_q31(&lag, &p, NULL));

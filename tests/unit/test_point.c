@@ -237,6 +237,23 @@ static void assign_refuses(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_predict)(&start, &motion, NULL));
 }
 
+/* The length is a little more than a multiple of 2^16 or 2^32: as a size_t of so many bits it is
+   short. */
+static void a_length_that_would_wrap_is_refused(void)
+{
+    const int64_t each = POINT_LEN(2, 2) - POINT_LEN(2, 1), others = POINT_LEN(2, 0);
+    for (int bits = 16; bits <= 32; bits += 16) {
+        for (int64_t k = 1; k <= 2; k++) {
+            const int64_t m = ((k << bits) - others + each - 1) / each;
+            if (m > INT_MAX) continue;
+            ASSERT_REFUSED(KQ_ERR_MEMORY, K(point_assign)(&start, 2, (int)m, start_memory,
+                                                          COUNT(start_memory)));
+        }
+    }
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(point_assign)(&start, 2, INT_MAX, start_memory,
+                                                  COUNT(start_memory)));
+}
+
 static void attach_refuses(void)
 {
     K(point) bare;
@@ -290,6 +307,30 @@ static void another_predict_is_refused(void)
     assert_broken();
 }
 
+static void it_may_be_detached(void)
+{
+    drive(0), drive(1);
+    ASSERT_OK(K(point_smooth)(&start));
+    const double mean = (double)K(point_mean)(&start, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(point_attach)(&start, &twin));
+    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(point_detach)(&start));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(point_detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_predict)(&start, &motion, NULL));
+    ASSERT_WITHIN(0, mean, K(point_mean)(&start, 0));
+    watch_nothing();
+    WATCH(start), WATCH(start_memory);
+    ASSERT_OK_UNCHANGED(K(predict)(&track, &motion, NULL));
+    measure(&track, 0);
+    watched_assert_unchanged(__LINE__);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(point_attach)(&start, &twin));
+    watch_nothing();
+    WATCH(start), WATCH(start_memory);
+    ASSERT_OK_UNCHANGED(K(filter_init)(&twin, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_predict)(&start, &motion, NULL));
+}
+
 static void another_history_takes_its_place(void)
 {
     drive(0), drive(1);
@@ -337,10 +378,12 @@ int main(void)
     RUN_TEST(a_constant_is_known_as_now);
     RUN_TEST(sixteen_states_are_sixteen_scalars);
     RUN_TEST(assign_refuses);
+    RUN_TEST(a_length_that_would_wrap_is_refused);
     RUN_TEST(attach_refuses);
     RUN_TEST(predict_and_smooth_refuse);
     RUN_TEST(too_many_measurements_are_an_event_and_refused);
     RUN_TEST(another_predict_is_refused);
+    RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
     return UNITY_END();

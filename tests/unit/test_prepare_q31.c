@@ -1,5 +1,6 @@
 /* Tables of the q31 arithmetic made from doubles. */
 #include "q31.h"
+#include "reading.h"
 #include "unchanged.h"
 
 static kq_format_q31 format[2];
@@ -217,6 +218,41 @@ static void words_out_of_range_name_their_component(void)
     ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
 }
 
+/* Every function of prepare.h comes back for every size of number, in formats of any fraction. */
+static void every_finite_number_is_taken_or_refused(void)
+{
+    static const int32_t fraction[] = {KQ_FRACTION_MIN_Q31, 0, 24, KQ_FRACTION_MAX_Q31};
+    for (int k = 0; k < COUNT(fraction); k++) {
+        for (int exponent = -1074; exponent < 1024; exponent++) {
+            const double a = ldexp(-1, exponent), P[] = {-a, 0, 0, -a}, R[] = {-a, a / 2, a / 2, -a};
+            const double F[] = {a, a, -a, a};
+            format[0] = format[1] = (kq_format_q31){.range = 1000, .fraction = fraction[k]};
+            const kq_status status = kq_vector_prepare_q31(words, &a, 1, format, &misfit);
+            TEST_ASSERT_EQUAL_INT(exponent + fraction[k] > 9 ? KQ_ERR_RANGE : KQ_OK, status);
+            TEST_ASSERT_TRUE(kq_matrix_prepare_q31(table, F, 2, 2, format, format) <= 0);
+            TEST_ASSERT_TRUE(kq_noise_prepare_q31(table, R, 2, format) <= 0);
+            TEST_ASSERT_TRUE(kq_noise_prepare_diagonal_q31(table, P, 1, format) <= 0);
+            TEST_ASSERT_TRUE(kq_root_prepare_q31(root, P, 2, format) <= 0);
+            TEST_ASSERT_TRUE(kq_root_prepare_q31(root, R, 2, format) <= 0);
+            TEST_ASSERT_TRUE(kq_root_prepare_factor_q31(root, F, 2, 2, format) <= 0);
+            if (exponent > 500) {
+                TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE,
+                                      kq_root_prepare_factor_q31(root, F, 2, 2, format));
+            }
+        }
+    }
+}
+
+/* The bits that are missing are told, however many they are. */
+static void words_far_out_of_range_say_how_many_bits(void)
+{
+    const double x[] = {1e308};
+    format[0].fraction = 24;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, &misfit));
+    TEST_ASSERT_EQUAL_INT(1024 + 24 - 31, misfit.bits);
+}
+
 /* ------------------------------------------------------------------------------ matrix */
 
 static void coefficients_are_exact_where_the_numbers_are(void)
@@ -342,7 +378,7 @@ static void roots_refuse(void)
 {
     static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
     static const double good[] = {1, 0, 0, 1}, indefinite[] = {1, 2, 2, 1}, skew[] = {1, 0.5, 0, 1};
-    static const double large[] = {1e300, 0, 0, 1e300};
+    static const double large[] = {1e300, 0, 0, 1e300}, beyond[] = {1, 0, 0, 1e302};
     double P[] = {1, 0, 0, 1};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_root_prepare_q31(NULL, good, 2, format));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_root_prepare_q31(root, NULL, 2, format));
@@ -361,6 +397,7 @@ static void roots_refuse(void)
     ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_root_prepare_q31(root, indefinite, 2, format));
     ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, kq_root_prepare_q31(root, skew, 2, format));
     ASSERT_OK(kq_root_prepare_q31(root, large, 2, format));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_root_prepare_q31(root, beyond, 2, format));
     format[1].fraction = KQ_FRACTION_MIN_Q31 - 1;
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_root_prepare_q31(root, good, 2, format));
 }
@@ -388,6 +425,24 @@ static void a_noise_is_U_and_D(void)
     assert_scaled(1 << 30, -30 + 2, table[2]);
     ASSERT_OK(kq_noise_prepare_q31(table, zero, 2, format));
     for (int k = 0; k < 3; k++) assert_scaled(0, 0, table[k]);
+}
+
+/* Two noises behind three components: one of them has no noise of its own. */
+static void what_rounding_leaves_of_a_singular_noise_is_none(void)
+{
+    const kq_format_q31 formats[3] = {{1 << 20, 10}, {1 << 20, 10}, {1 << 20, 10}};
+    kq_scaled_q31 noises[6];
+    uint32_t seed = 11;
+    for (int k = 0; k < 500; k++) {
+        double N[6], R[9];
+        for (int i = 0; i < 6; i++) N[i] = floor(16 * noise(&seed));
+        for (int i = 0; i < 9; i++) {
+            const double *a = N + 2 * (i / 3), *b = N + 2 * (i % 3);
+            R[i] = a[0] * b[0] + a[1] * b[1];
+        }
+        ASSERT_OK(kq_noise_prepare_q31(noises, R, 3, formats));
+        TEST_ASSERT_TRUE(!noises[0].mantissa || !noises[2].mantissa || !noises[5].mantissa);
+    }
 }
 
 static void noises_refuse(void)
@@ -450,6 +505,7 @@ static void run_coefficients(void)
     RUN_TEST(roots_refuse);
     RUN_TEST(variances_are_exact_where_the_numbers_are);
     RUN_TEST(a_noise_is_U_and_D);
+    RUN_TEST(what_rounding_leaves_of_a_singular_noise_is_none);
     RUN_TEST(noises_refuse);
     RUN_TEST(a_table_by_hand_is_the_prepared_one);
 }
@@ -469,6 +525,8 @@ int main(void)
     RUN_TEST(words_may_use_the_whole_range);
     RUN_TEST(words_refuse);
     RUN_TEST(words_out_of_range_name_their_component);
+    RUN_TEST(every_finite_number_is_taken_or_refused);
+    RUN_TEST(words_far_out_of_range_say_how_many_bits);
     run_coefficients();
     return UNITY_END();
 }

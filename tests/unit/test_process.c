@@ -162,6 +162,19 @@ static void init_checks_that_the_noise_is_a_covariance(void)
     assert_covariance_is_checked(Q, init);
 }
 
+static void init_refuses_a_noise_beyond_the_limit(void)
+{
+    static const num large[] = {N(MOST_SIGMA), 0, 0, N(2 * MOST_SIGMA)};
+    num Q_large[] = {N(MOST_SIGMA * MOST_SIGMA), 0, 0, 1};
+    ASSERT_OK(K(process_init)(&motion, A, B, Q_large));
+    Q_large[3] = 2 * Q_large[0];
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init)(&motion, A, B, Q_large));
+    ASSERT_OK(K(process_init_factor)(&motion, A, B, large, 1));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_factor)(&motion, A, B, large, 2));
+    const num beyond[] = {0, NUM_MAX};
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_factor)(&motion, A, B, beyond, 1));
+}
+
 static void init_takes_a_singular_noise(void)
 {
     static const double singular[][3] = {
@@ -445,6 +458,7 @@ static void run_assign_and_init(void)
     RUN_TEST(init_refuses_a_process_without_memory);
     RUN_TEST(init_refuses_numbers_that_are_not_finite);
     RUN_TEST(init_checks_that_the_noise_is_a_covariance);
+    RUN_TEST(init_refuses_a_noise_beyond_the_limit);
     RUN_TEST(init_takes_a_singular_noise);
     RUN_TEST(init_uses_the_upper_triangle);
     RUN_TEST(without_noise_the_state_stays_certain);

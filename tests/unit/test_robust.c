@@ -136,28 +136,76 @@ static void a_full_history_is_full_because_of_what_is_taken_only(void)
     ASSERT_OK(K(smooth)(&short_tape));
 }
 
-static void a_run_of_rejections_is_an_event(void)
+static void a_run_of_rejections_ends_with_a_jump(void)
 {
+    static const uint16_t runs[] = {0, 1, 3, 20};
     num good[] = {1, -1.5};
     z[0] = 50;
-    for (int k = 1; k <= 4; k++) {
+    for (int j = 0; j < COUNT(runs); j++) {
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        gate.run = runs[j];
+        const int most = (int)(runs[j] ? runs[j] : KQ_GATE_RUN);
+        for (int k = 1; k <= most; k++) {
+            ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+            TEST_ASSERT_EQUAL_INT(k, gate.rejected);
+            ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, 0)); /* nothing measured */
+            TEST_ASSERT_EQUAL_INT(k, gate.rejected);
+            TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, K(events)(&track));
+        }
         K(events_clear)(&track);
+        ASSERT_OK(K(filter_init)(&twin, x0, P0));
+        ASSERT_OK(K(update_jump)(&twin, &radar, z, ALL, 1));
         ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
-        TEST_ASSERT_EQUAL_INT(k, gate.rejected);
-        const unsigned run = k >= 3 ? KQ_EVENT_REJECTIONS : 0;
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED | run, K(events)(&track));
-        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, 0)); /* nothing measured */
-        TEST_ASSERT_EQUAL_INT(k, gate.rejected);
+        ASSERT_SAME_STATE(&twin, &track, 2);
+        ASSERT_WITHIN(0, K(nis)(&twin), K(nis)(&track));
+        TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+        TEST_ASSERT_EQUAL_INT(0, gate.rejected);
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP | KQ_EVENT_REJECTIONS, K(events)(&track));
+        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL)); /* as it is where it should be */
+        TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
     }
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+    TEST_ASSERT_EQUAL_INT(1, gate.rejected);
     ASSERT_OK(K(update_gated)(&track, &gate, &radar, good, ALL));
     TEST_ASSERT_EQUAL_INT(0, gate.rejected);
-    gate.run = 0;
+}
+
+static void a_gate_may_stay_closed(void)
+{
+    z[0] = 50;
+    gate.run = KQ_GATE_CLOSED;
     gate.rejected = UINT16_MAX - 1;
-    K(events_clear)(&track);
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
         TEST_ASSERT_EQUAL_UINT(UINT16_MAX, gate.rejected);
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, K(events)(&track));
+    }
+}
+
+/* A raised P is nothing that a history could undo: there the measurement is taken as it is. */
+static void a_run_of_rejections_ends_on_a_history(void)
+{
+    reading a, b;
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(history_attach)(&twin_tape, &twin));
+    z[0] = 50;
+    gate.run = 2;
+    for (int t = 0; t < 6; t++) {
+        const int taken = t == 2 || t == 5;
+        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+        TEST_ASSERT_EQUAL_INT(taken ? 2 : 0, K(taken)(&track));
+        if (taken) ASSERT_OK(K(update)(&twin, &radar, z));
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(predict)(&twin, &motion, u));
+    }
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED | KQ_EVENT_REJECTIONS, K(events)(&track));
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(smooth)(&twin_tape));
+    for (size_t t = 0; t < 7; t++) {
+        read_smoothed(&a, &twin_tape, t, 2);
+        read_smoothed(&b, &tape, t, 2);
+        ASSERT_SAME_BITS(a, b);
     }
 }
 
@@ -344,7 +392,7 @@ static void the_smoother_has_the_noise_that_was_used(void)
 /* An outlier that the numbers cannot weigh is not taken. */
 static void an_outlier_beyond_the_numbers_is_an_event(void)
 {
-    const num huge[] = {NUM_MAX / 4}, wide[] = {NUM_MAX / 64}, measured[] = {NUM_MAX / 2};
+    const num huge[] = {NUM_MAX / 4}, wide[] = {N(MOST_SIGMA * MOST_SIGMA)}, measured[] = {NUM_MAX / 2};
     ASSERT_OK(K(update_huber)(&river, &level, huge, ALL, 1, weights));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&river));
     ASSERT_WITHIN(0, 0, weights[0]);
@@ -399,7 +447,7 @@ static void refusals_of_an_update(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, jump(&track, &radar, z, ALL, N(0.5)));
     ASSERT_OK(K(history_attach)(&tape, &track));
     ASSERT_REFUSED(KQ_ERR_RECORDING, jump(&track, &radar, z, ALL, 4));
-    ASSERT_OK(K(history_attach)(&tape, &twin)); /* taken away from it */
+    ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(jump(&track, &radar, z, ALL, 4));
 }
 
@@ -442,6 +490,48 @@ static void what_has_no_variance_does_not_jump(void)
     ASSERT_WITHIN(0, 0, K(mean)(&river, 0));
 }
 
+/* However far a measurement is: it is followed, and P stays within the limit of filter_fade, or
+   there is an event that says why not. */
+static void a_jump_is_followed_as_far_as_the_numbers_reach(void)
+{
+    const double most = LARGE_SIGMA * 1.001;
+    for (double far = 8; far < (double)NUM_MAX / 16; far *= 16) {
+        const num measured[] = {N(far)};
+        ASSERT_OK(K(filter_init)(&river, none, one));
+        ASSERT_OK(K(update_jump)(&river, &level, measured, ALL, 9));
+        const unsigned events = K(events)(&river);
+        const int taken = K(taken)(&river);
+        TEST_ASSERT_TRUE(K(sigma)(&river, 0) <= 1 + 4 * (num)EPS);
+        TEST_ASSERT_EQUAL_INT((events & KQ_EVENT_JUMP) != 0, taken);
+        TEST_ASSERT_EQUAL_INT(taken == 0 || far > most, (events & KQ_EVENT_OVERFLOW) != 0);
+        TEST_ASSERT_EQUAL_INT(far * far / 2 < (double)NUM_MAX / 16, taken);
+        if (taken) ASSERT_WITHIN(1 + far * 4 * EPS, far, whole_mean(&river, 0));
+        else ASSERT_WITHIN(0, 0, K(mean)(&river, 0));
+    }
+}
+
+/* The state that is not measured may be far larger than the one that is. */
+static void no_variance_is_raised_beyond_its_limit(void)
+{
+    static const num alone[] = {1};
+    const double wide = LARGE_SIGMA / 64;
+    const num prior[] = {1, 0, 0, N(wide * wide)}, measured[] = {N(1e6)};
+    num P[4];
+    SENSOR(first, 2, 1);
+    ASSERT_OK(K(sensor_init)(&first, (const num[]){1, 0}, alone));
+    ASSERT_OK(K(filter_init)(&track, x0, prior));
+    ASSERT_OK(K(update_jump)(&track, &first, measured, ALL, 9));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP | KQ_EVENT_OVERFLOW, K(events)(&track));
+    ASSERT_OK(K(covariance)(&track, P));
+    ASSERT_WITHIN(1e-3, 1, sqrt((double)P[3]) / LARGE_SIGMA);
+    ASSERT_WITHIN(1e6 / 4096, 1e6, whole_mean(&track, 0));
+    K(events_clear)(&track);
+    ASSERT_OK(K(update_jump)(&track, &first, (const num[]){N(-1e6)}, ALL, 9));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track)); /* nothing left to raise */
+    ASSERT_OK(K(covariance)(&track, P));
+    TEST_ASSERT_TRUE(sqrt((double)P[3]) <= LARGE_SIGMA * 1.001);
+}
+
 /* ------------------------------------------------------------------------------ scaled noise */
 
 static void scaled_noise_is_that_of_the_scaled_covariance(void)
@@ -479,7 +569,7 @@ static void no_noise_stays_none(void)
 
 static void refusals_of_scaling(void)
 {
-    static const num immense[] = {NUM_MAX / 4, 0, 0, NUM_MAX / 4};
+    static const num immense[] = {N(MOST_SIGMA * MOST_SIGMA), 0, 0, N(MOST_SIGMA * MOST_SIGMA)};
     K(process) nothing;
     memset(&nothing, 0, sizeof nothing);
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_scale_noise)(NULL, &motion, 1));
@@ -608,9 +698,83 @@ static void a_student_step_works_at_every_size(void)
     }
 }
 
+/* The sum of sixteen NIS is beyond the numbers where each of them is not. */
+static void a_student_step_answers_a_number(void)
+{
+    static num words[FILTER_LEN(16)], sensor_words[KQ_SENSOR_DIAGONAL_LEN(16)];
+    static num noise_words[2][KQ_PROCESS_LEN(16)], I[256], noise[256];
+    static num x[16], far[16], unit[16], found;
+    const double sizes[] = {1e3, sqrt((double)NUM_MAX) / 8, 1.2 * sqrt((double)NUM_MAX)};
+    K(filter) f;
+    K(sensor) s;
+    K(process) p, target;
+    ASSERT_OK(K(filter_assign)(&f, 16, words, FILTER_LEN(16)));
+    ASSERT_OK(K(sensor_assign)(&s, 16, 16, sensor_words, COUNT(sensor_words)));
+    ASSERT_OK(K(process_assign)(&p, 16, 0, noise_words[0], COUNT(noise_words[0])));
+    ASSERT_OK(K(process_assign)(&target, 16, 0, noise_words[1], COUNT(noise_words[1])));
+    for (int i = 0; i < 16; i++) unit[i] = 1;
+    put_identity(I, 16, 1);
+    ASSERT_OK(K(sensor_init_diagonal)(&s, I, unit));
+    for (int k = 0; k < 2 * COUNT(sizes); k++) {
+        put_identity(noise, 16, k % 2 ? N(0x1p-40) : 1); /* which explains nothing, or all */
+        ASSERT_OK(K(process_init)(&p, I, NULL, noise));
+        for (int i = 0; i < 16; i++) far[i] = i % 2 ? N(sizes[k / 2]) : -N(sizes[k / 2]);
+        ASSERT_OK(K(filter_init)(&f, x, I));
+        ASSERT_OK(K(step_student)(&f, &p, NULL, &s, far, ALL, 2, &target, &found));
+        TEST_ASSERT_TRUE(found >= 1 && found <= N(0x1p28));
+        TEST_ASSERT_TRUE(K(sigma)(&f, 15) <= (K(taken)(&f) ? 1 : N(1.5)));
+        TEST_ASSERT_TRUE(isfinite(K(mean)(&f, 15)));
+        const int whole = K(taken)(&f) == 16 && isfinite(K(nis)(&f));
+        const unsigned beyond = whole ? 0 : KQ_EVENT_OVERFLOW;
+        TEST_ASSERT_EQUAL_HEX(beyond, K(events)(&f) & ~(unsigned)KQ_EVENT_JUMP);
+        TEST_ASSERT_TRUE(isfinite(K(log_likelihood)(&f)));
+        TEST_ASSERT_EQUAL_INT(k / 2 == 2, beyond != 0);
+        TEST_ASSERT_TRUE(k % 2 || beyond || (K(events)(&f) & KQ_EVENT_JUMP));
+    }
+}
+
+/* Two sensors of the level, r = 1: S_q = [known + q noise + 1, ...], in double */
+static double pair_scale(double a, double b, double known, double noise, double nu)
+{
+    double total = 0, sum = 0, likeliest = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < 5; k++) {
+            const double q = pow(16, k), P = known + q * noise, d = 1 + 2 * P;
+            /* NIS less (a - b)^2 / 2, which is the same for every q */
+            const double log_p =
+                -0.5 * (log(d) + (a + b) * (a + b) / (2 * d)) - nu * (k * log(4) + 0.5 / q);
+            if (pass == 0 && (k == 0 || log_p > likeliest)) likeliest = log_p;
+            const double share = pass ? exp(log_p - likeliest) : 0;
+            total += share;
+            sum += share * pow(4, k);
+        }
+    }
+    return sum / total * (sum / total);
+}
+
+/* Sensors that contradict each other say nothing of the scale, however large NIS is. */
+static void what_no_scale_explains_does_not_count(void)
+{
+    num found;
+    SENSOR(pair, 1, 2);
+    ASSERT_OK(K(sensor_init_diagonal)(&pair, (const num[]){1, 1}, (const num[]){1, 1}));
+    for (double burst = 30; burst < 4000; burst *= 3) {
+        for (double both = 0; both < 12; both += 1.5) {
+            const num measured[] = {N(burst + both), N(both - burst)};
+            const double expected =
+                pair_scale((double)measured[0], (double)measured[1], 1, 0.25, 2);
+            ASSERT_OK(K(filter_init)(&river, none, one));
+            ASSERT_OK(K(step_student)(&river, &walk, NULL, &pair, measured, ALL, 2, &scaled_walk,
+                                      &found));
+            /* an ulp of the innovations shows */
+            ASSERT_WITHIN(expected * (1e-8 + (300 + burst) * EPS), expected, found);
+        }
+    }
+}
+
 static void refusals_of_a_student_step(void)
 {
-    static const num immense[] = {NUM_MAX / 4, 0, 0, NUM_MAX / 4};
+    static const num immense[] = {N(MOST_SIGMA * MOST_SIGMA), 0, 0, N(MOST_SIGMA * MOST_SIGMA)};
     PROCESS(strong, 2, 1);
     ASSERT_REFUSED(KQ_ERR_NULL, step_student(NULL, &motion, &radar, ALL, 2, &scaled));
     ASSERT_REFUSED(KQ_ERR_NULL, step_student(&track, NULL, &radar, ALL, 2, &scaled));
@@ -633,7 +797,8 @@ static void refusals_of_a_student_step(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step_student(&track, &motion, &radar, ALL, 2, &scaled));
     z[0] = 3;
     ASSERT_OK(K(process_init)(&motion, A, B, immense));
-    ASSERT_OK(K(process_scale_noise)(&strong, &motion, NUM_MAX / 16));
+    ASSERT_OK(K(process_scale_noise)(&scaled, &motion, NUM_MAX / 16));
+    ASSERT_OK(K(process_scale_noise)(&strong, &scaled, NUM_MAX / 4 / immense[0]));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step_student(&track, &strong, &radar, ALL, 2, &scaled));
 }
 
@@ -766,7 +931,9 @@ int main(void)
     RUN_TEST(a_rejected_measurement_leaves_its_nis_and_an_event);
     RUN_TEST(a_history_knows_nothing_of_a_rejected_measurement);
     RUN_TEST(a_full_history_is_full_because_of_what_is_taken_only);
-    RUN_TEST(a_run_of_rejections_is_an_event);
+    RUN_TEST(a_run_of_rejections_ends_with_a_jump);
+    RUN_TEST(a_gate_may_stay_closed);
+    RUN_TEST(a_run_of_rejections_ends_on_a_history);
     RUN_TEST(a_gate_works_at_every_size);
     RUN_TEST(refusals_of_the_gate);
     RUN_TEST(limits_are_those_of_chi_square);
@@ -780,6 +947,8 @@ int main(void)
     RUN_TEST(without_a_jump_the_update_is_plain);
     RUN_TEST(a_jump_raises_the_covariance);
     RUN_TEST(what_has_no_variance_does_not_jump);
+    RUN_TEST(a_jump_is_followed_as_far_as_the_numbers_reach);
+    RUN_TEST(no_variance_is_raised_beyond_its_limit);
     RUN_TEST(scaled_noise_is_that_of_the_scaled_covariance);
     RUN_TEST(no_noise_stays_none);
     RUN_TEST(refusals_of_scaling);
@@ -788,6 +957,8 @@ int main(void)
     RUN_TEST(a_jump_of_any_size_is_followed);
     RUN_TEST(without_a_measurement_the_noise_is_as_given);
     RUN_TEST(a_student_step_works_at_every_size);
+    RUN_TEST(a_student_step_answers_a_number);
+    RUN_TEST(what_no_scale_explains_does_not_count);
     RUN_TEST(refusals_of_a_student_step);
     RUN_TEST(reweighting_follows_the_smoothed_noise);
     RUN_TEST(noise_of_less_rank_counts_by_its_rank);

@@ -113,7 +113,7 @@ static void a_gate_takes_or_leaves(void)
         ASSERT_OK(kq_update_subset_q31(&twin, s, near, t % 3 ? ALL : 1));
         ASSERT_SAME_Q31(&twin, &track);
         TEST_ASSERT_EQUAL_INT(t % 3 ? 2 : 1, kq_taken_q31(&track));
-        const kq_likelihood_q31 run = track.run;
+        const kq_likelihood_run_q31 run = track.run;
         ASSERT_OK(kq_update_gated_q31(&track, &gate, s, seen(900, 20), ALL));
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, kq_events_q31(&track));
         TEST_ASSERT_EQUAL_MEMORY(&run, &track.run, sizeof run);
@@ -142,6 +142,22 @@ static void limits_are_scores(void)
     TEST_ASSERT_TRUE(kq_chi_square_limit_q31(0, KQ_LEVEL_90) == KQ_NOT_A_SCORE_Q31);
     TEST_ASSERT_TRUE(kq_chi_square_limit_q31(17, KQ_LEVEL_90) == KQ_NOT_A_SCORE_Q31);
     TEST_ASSERT_TRUE(kq_chi_square_limit_q31(1, (kq_level)5) == KQ_NOT_A_SCORE_Q31);
+}
+
+static void a_run_of_rejections_ends_with_a_jump(void)
+{
+    const int32_t *far = seen(900, 20);
+    gate.run = 0;
+    for (int k = 0; k <= KQ_GATE_RUN; k++) {
+        TEST_ASSERT_EQUAL_INT(k, gate.rejected);
+        kq_events_clear_q31(&track);
+        ASSERT_OK(kq_update_gated_q31(&track, &gate, &coupled.sensor, far, ALL));
+    }
+    ASSERT_OK(kq_update_jump_q31(&twin, &coupled.sensor, far, ALL, number(1)));
+    TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP | KQ_EVENT_REJECTIONS, kq_events_q31(&track));
+    TEST_ASSERT_EQUAL_INT(0, gate.rejected);
+    TEST_ASSERT_TRUE(kq_nis_q31(&twin) == kq_nis_q31(&track));
 }
 
 /* ------------------------------------------------------------------------------ the two weights */
@@ -364,6 +380,23 @@ static void noise_of_less_rank_counts_by_its_rank(void)
 
 /* ------------------------------------------------------------------------------ refusals */
 
+/* A noise that can be held 16^7 times larger, and not as it is */
+static void a_noise_too_small_to_be_held_is_refused(void)
+{
+    const int32_t *z = seen(1, 1), kept = motion.noise_root[3];
+    for (int32_t exponent = -1000; exponent < -960; exponent++) {
+        motion.noise_root[3] = exponent;
+        ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
+        const kq_status status =
+            kq_process_scale_noise_q31(&scaled, &motion.process, number(1), root);
+        TEST_ASSERT_EQUAL_INT(exponent < 32 - 1000 ? KQ_ERR_COEFFICIENT : KQ_OK, status);
+        TEST_ASSERT_EQUAL_INT(status,
+                              kq_step_student_q31(&track, &motion.process, drive(), &radar.sensor,
+                                                  z, ALL, number(2), &scaled, root, q));
+    }
+    motion.noise_root[3] = kept;
+}
+
 static void refusals(void)
 {
     const int32_t *z = seen(1, 1);
@@ -447,6 +480,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_gate_takes_or_leaves);
+    RUN_TEST(a_run_of_rejections_ends_with_a_jump);
     RUN_TEST(limits_are_scores);
     RUN_TEST(outliers_are_weighed_as_in_double);
     RUN_TEST(what_is_not_clipped_is_taken_as_it_is);
@@ -457,6 +491,7 @@ int main(void)
     RUN_TEST(scaled_noise_is_that_of_double);
     RUN_TEST(the_reweighted_smoother_is_that_of_double);
     RUN_TEST(noise_of_less_rank_counts_by_its_rank);
+    RUN_TEST(a_noise_too_small_to_be_held_is_refused);
     RUN_TEST(refusals);
     RUN_TEST(exponents_stay_within_their_limits);
     return UNITY_END();

@@ -57,6 +57,7 @@ void tearDown(void) {}
    4: compass twice.  5: radar. */
 static const num radar_z[STEPS][2] = {{3, 1}, {0, 0}, {0, -1}, {0.5, 0.25}, {0, 0}, {-1, 2}};
 static const num compass_z[] = {-0.5, 1.25};
+static const num z_zero[2];
 static const num control[STEPS] = {1, -2, 0.5, 4, 0, 0};
 
 static void measure(K(filter) * f, textbook *t, int step)
@@ -444,6 +445,7 @@ static void assign_does_what_the_macro_does(void)
     ASSERT_OK(K(history_attach)(&declared, &track));
     run(&track);
     ASSERT_OK(K(smooth)(&declared));
+    ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     run(&twin);
     ASSERT_OK(K(smooth)(&tape));
@@ -516,6 +518,7 @@ static void attach_empties_the_history(void)
 {
     run(&track);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     run(&twin);
@@ -526,14 +529,16 @@ static void attach_empties_the_history(void)
     ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
 }
 
-/* The first filter still points to the history, and must not write on it any more. */
+/* The first filter still points to the history, must not write on it any more, and says so. */
 static void a_history_assigned_anew_forgets_its_filter(void)
 {
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
     ASSERT_OK(K(update)(&track, &radar, radar_z[3]));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&twin));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
     ASSERT_WITHIN(0, x0[0], K(smoothed_mean)(&tape, 0, 0));
@@ -560,15 +565,137 @@ static void attach_begins_in_the_middle_of_a_run(void)
 static void a_history_records_one_filter_at_a_time(void)
 {
     ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(predict)(&track, &motion, control));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+    ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
     ASSERT_OK(K(predict)(&track, &motion, control));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
     run(&twin);
     ASSERT_OK(K(predict)(&track, &motion, control));
     TEST_ASSERT_EQUAL_UINT(STEPS, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
     assert_covariances(0);
+}
+
+static void a_filter_goes_on_without_its_history(void)
+{
+    run(&track);
+    ASSERT_OK(K(history_detach)(&tape));
+    TEST_ASSERT_EQUAL_UINT(0, K(history_steps)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+    watch_nothing();
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(K(step)(&track, &motion, control, &radar, radar_z[0]));
+    ASSERT_OK_UNCHANGED(K(history_detach)(&tape));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(history_detach)(NULL));
+    ASSERT_OK(K(history_detach)(&unused));
+}
+
+static void what_was_smoothed_stays_when_it_is_detached(void)
+{
+    run(&track);
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(history_detach)(&tape));
+    assert_means(0);
+    assert_covariances(0);
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+}
+
+static void a_full_history_is_detached_too(void)
+{
+    for (int k = 0; k < 2 * STEPS; k++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z_zero));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
+    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    run(&twin);
+    ASSERT_OK(K(smooth)(&tape));
+    assert_means(0);
+}
+
+/* A history that has gone out of scope is memory of someone else's.  So these leave it alone. */
+static void a_history_that_may_be_gone_is_not_looked_at(void)
+{
+    HISTORY(other, 2, 1, 2, 0);
+    watch_nothing();
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK_UNCHANGED(K(history_attach)(&other, &track));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK_UNCHANGED(K(forecast)(&twin, &motion, NULL, 1, &track));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK_UNCHANGED(K(filter_copy)(&track, &twin));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK_UNCHANGED(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK_UNCHANGED(K(predict)(&track, &motion, NULL));
+}
+
+/* The same of a filter: of it a history that has it knows no more than where it was. */
+static void a_filter_that_may_be_gone_is_not_looked_at(void)
+{
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(tape);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    memset(&track, 0xa5, sizeof track);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory);
+    watched_store();
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    run(&twin);
+    ASSERT_OK(K(smooth)(&tape));
+    watched_assert_unchanged(__LINE__);
+    ASSERT_OK(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
+}
+
+/* A tape and a filter that are both gone when their call returns */
+static void on_the_stack(K(history) * h, K(filter) * f)
+{
+    num memory[HISTORY_LEN(2, MOST, STEPS, 0)], state[FILTER_LEN(2)];
+    K(history) own_tape;
+    K(filter) own;
+    ASSERT_OK(K(history_assign)(&own_tape, 2, memory, COUNT(memory)));
+    ASSERT_OK(K(filter_assign)(&own, 2, state, COUNT(state)));
+    ASSERT_OK(K(filter_init)(&own, x0, P0));
+    if (!h) h = &own_tape;
+    if (!f) f = &own;
+    ASSERT_OK(K(history_attach)(h, f));
+    ASSERT_OK(K(predict)(f, &motion, NULL));
+    memset(memory, 0, sizeof memory);
+}
+
+static void tapes_and_filters_may_be_gone(void)
+{
+    on_the_stack(NULL, &track);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    on_the_stack(NULL, &track);
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(history_detach)(&tape));
+    on_the_stack(&tape, NULL);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+}
+
+/* The struct alone is no filter: its copy does not record, and says so. */
+static void an_assigned_copy_does_not_record(void)
+{
+    K(filter) copied = track;
+    watch_nothing();
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&copied));
 }
 
 static void a_filter_has_one_history_at_a_time(void)
@@ -1081,6 +1208,13 @@ static void run_history(void)
     RUN_TEST(a_history_assigned_anew_forgets_its_filter);
     RUN_TEST(attach_begins_in_the_middle_of_a_run);
     RUN_TEST(a_history_records_one_filter_at_a_time);
+    RUN_TEST(a_filter_goes_on_without_its_history);
+    RUN_TEST(what_was_smoothed_stays_when_it_is_detached);
+    RUN_TEST(a_full_history_is_detached_too);
+    RUN_TEST(a_history_that_may_be_gone_is_not_looked_at);
+    RUN_TEST(a_filter_that_may_be_gone_is_not_looked_at);
+    RUN_TEST(tapes_and_filters_may_be_gone);
+    RUN_TEST(an_assigned_copy_does_not_record);
     RUN_TEST(a_filter_has_one_history_at_a_time);
     RUN_TEST(init_of_the_filter_detaches_its_history);
     RUN_TEST(the_memory_is_enough_for_its_steps);

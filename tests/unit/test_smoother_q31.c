@@ -1,5 +1,6 @@
 /* The history and the smoother in q31: against those in double, and what they refuse. */
 #include "q31.h"
+#include "reading.h"
 #include "unchanged.h"
 
 #define STEPS 12
@@ -132,6 +133,76 @@ static void smoothing_is_that_in_double(void)
         ASSERT_OK(K(smooth)(&tape_f64));
         for (size_t t = 0; t < STEPS; t++) assert_means(t), assert_covariance(t);
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    }
+}
+
+/* ------------------------------------------------------- components without noise */
+
+KQ_FILTER_Q31(sharp, 3);
+KQ_HISTORY_Q31(sharp_tape, 3, 2, STEPS, STEPS);
+PROCESS(sharp_process_f64, 3, 0);
+SENSOR(sharp_sensor_f64, 3, 2);
+FILTER(sharp_f64, 3);
+HISTORY(sharp_tape_f64, 3, 2, STEPS, STEPS);
+
+static void begin_sharp(uint32_t *seed)
+{
+    static const double large[] = {100, 100, 100}, none[4], zero[3];
+    static const double wide[] = {9, 3, 0, 3, 16, 1, 0, 1, 25};
+    static process_model process;
+    static prior_model prior;
+    static double transition[9], noise_of[9], measurement[6];
+    for (int k = 0; k < 9; k++) transition[k] = noise(seed) / 2;
+    for (int k = 0; k < 9; k++) noise_of[k] = k % 4 == 0 ? 0x1p-8 : 0;
+    for (int k = 0; k < 6; k++) measurement[k] = floor(64 * noise(seed)) / 64;
+    put_process(&process, 3, 0, large, drive_range, transition, NULL, noise_of);
+    three = process;
+    put_sensor(&radar, 3, 2, large, large, measurement, none);
+    put_prior(&prior, 3, large, zero, wide);
+    ASSERT_OK(kq_filter_init_q31(&sharp, &prior.table, NULL));
+    ASSERT_OK(kq_history_attach_q31(&sharp_tape, &sharp));
+    ASSERT_OK(K(process_init)(&sharp_process_f64, transition, NULL, noise_of));
+    ASSERT_OK(K(sensor_init)(&sharp_sensor_f64, measurement, none));
+    ASSERT_OK(K(filter_init)(&sharp_f64, zero, wide));
+    ASSERT_OK(K(history_attach)(&sharp_tape_f64, &sharp_f64));
+}
+
+static void run_sharp(uint32_t *seed)
+{
+    for (int t = 0; t < STEPS; t++) {
+        const double z[] = {floor(256 * noise(seed)) / 64, floor(256 * noise(seed)) / 64};
+        if (t) {
+            ASSERT_OK(kq_predict_q31(&sharp, &three.process, NULL));
+            ASSERT_OK(K(predict)(&sharp_f64, &sharp_process_f64, NULL));
+        }
+        const int32_t *words = words_of(z, 2, radar.measurement_format);
+        ASSERT_OK(kq_update_q31(&sharp, &radar.sensor, words));
+        ASSERT_OK(K(update)(&sharp_f64, &sharp_sensor_f64, z));
+    }
+    ASSERT_OK(kq_smooth_q31(&sharp_tape));
+    ASSERT_OK(K(smooth)(&sharp_tape_f64));
+}
+
+/* Rounding leaves something of the first where the second is taken: it turns nothing. */
+static void two_components_without_noise_are_smoothed_as_in_double(void)
+{
+    uint32_t seed = 7;
+    for (int k = 0; k < 100; k++) {
+        double P[9];
+        kq_scaled_q31 words[9];
+        begin_sharp(&seed);
+        run_sharp(&seed);
+        for (size_t t = 0; t < STEPS; t++) {
+            ASSERT_OK(K(smoothed_covariance)(&sharp_tape_f64, t, P));
+            ASSERT_OK(kq_smoothed_covariance_q31(&sharp_tape, t, words));
+            for (int i = 0; i < 3; i++) {
+                const double x = kq_smoothed_mean_q31(&sharp_tape, t, i);
+                const double word = ldexp(1, -three.state_format[i].fraction);
+                ASSERT_WITHIN(1e-5, K(smoothed_mean)(&sharp_tape_f64, t, i), x * word);
+                ASSERT_WITHIN(1e-6, P[4 * i],
+                              value_of(words[4 * i], 2 * three.state_format[i].fraction));
+            }
+        }
     }
 }
 
@@ -287,6 +358,101 @@ static void a_full_history_is_an_event_and_refused(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_smooth_step_q31(&tape, NULL, NULL));
 }
 
+/* ------------------------------------------------------------------- filter and history */
+
+static void a_history_belongs_to_one_filter(void)
+{
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &twin));
+    ASSERT_OK(kq_history_detach_q31(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    ASSERT_OK(kq_history_attach_q31(&tape, &twin));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_history_detach_q31(NULL));
+}
+
+/* It may be gone. */
+static void init_does_not_look_at_the_history(void)
+{
+    watch_nothing();
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(kq_filter_init_q31(&track, &start.table, NULL));
+    ASSERT_OK_UNCHANGED(kq_predict_q31(&track, &motion.process, NULL));
+}
+
+/* ------------------------------------------------------------------- changed processes */
+
+static void assert_changed(void)
+{
+    ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_q31(&tape));
+    ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_states_q31(&tape));
+}
+
+/* Refused until it is what it was. */
+static void a_process_changed_after_the_recording_is_refused(void)
+{
+    kq_scaled_q31 otherwise[4];
+    int32_t root[KQ_ROOT_LEN_Q31(2)];
+    static const kq_scaled_q31 four = {INT32_C(1) << 30, -28};
+    run(&track, 1, 0);
+    for (int k = 0; k < 4; k++) {
+        memcpy(otherwise, motion.transition, sizeof otherwise);
+        otherwise[k].mantissa = -otherwise[k].mantissa;
+        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise));
+        assert_changed();
+        memcpy(otherwise, motion.transition, sizeof otherwise);
+        otherwise[k].exponent--;
+        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise));
+        assert_changed();
+    }
+    ASSERT_OK(kq_process_init_q31(&motion.process, &other.table, NULL));
+    assert_changed();
+    ASSERT_OK(kq_process_scale_noise_q31(&motion.process, &other.process, four, root));
+    assert_changed();
+    ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
+    ASSERT_OK(kq_smooth_q31(&tape));
+}
+
+/* In place, by a copy of A that is turned a little at every step */
+static void a_process_changed_at_every_step_is_smoothed_by_step(void)
+{
+    static kq_scaled_q31 turned[STEPS][4];
+    for (int step = 0; step < STEPS; step++) {
+        memcpy(turned[step], motion.transition, sizeof turned[step]);
+        turned[step][1].mantissa += 1000000 * step;
+        if (step) {
+            ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step]));
+            ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        }
+        measure(&track, step, 0);
+    }
+    assert_changed();
+    ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_step_q31(&tape, NULL, NULL));
+    for (int step = STEPS - 1; step > 0; step--) {
+        ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step]));
+        ASSERT_OK(kq_smooth_step_q31(&tape, &motion.process, NULL));
+    }
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
+}
+
+static void a_copy_is_a_filter_of_its_own(void)
+{
+    run(&track, 0, 0);
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK_UNCHANGED(kq_filter_copy_q31(&twin, &track));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
+    TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
+    ASSERT_OK_UNCHANGED(kq_predict_q31(&twin, &motion.process, NULL));
+    ASSERT_OK(kq_history_detach_q31(&tape));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_MISMATCH, kq_filter_copy_q31(&track3, &track));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, kq_filter_copy_q31(&track, &blank));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_filter_copy_q31(NULL, &track));
+}
+
 static void smoothed_results_refuse(void)
 {
     kq_scaled_q31 mean, variance;
@@ -326,6 +492,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(smoothing_is_that_in_double);
+    RUN_TEST(two_components_without_noise_are_smoothed_as_in_double);
     RUN_TEST(states_only_gives_the_means);
     RUN_TEST(a_step_gives_extras);
     RUN_TEST(the_last_step_is_the_filter_s);
@@ -335,6 +502,11 @@ int main(void)
     RUN_TEST(attach_refuses);
     RUN_TEST(smooth_refuses);
     RUN_TEST(a_full_history_is_an_event_and_refused);
+    RUN_TEST(a_history_belongs_to_one_filter);
+    RUN_TEST(init_does_not_look_at_the_history);
+    RUN_TEST(a_process_changed_after_the_recording_is_refused);
+    RUN_TEST(a_process_changed_at_every_step_is_smoothed_by_step);
+    RUN_TEST(a_copy_is_a_filter_of_its_own);
     RUN_TEST(smoothed_results_refuse);
     RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_word);
     return UNITY_END();

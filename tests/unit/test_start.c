@@ -507,11 +507,45 @@ static void a_history_that_has_gone_elsewhere(void)
     update(1);
     predict(&trend);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     update(2);
     ASSERT_OPEN(0, 3);
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(start_attach)(&start, &tape));
     ASSERT_OK(K(smooth)(&tape));
+}
+
+/* Then it may be gone, too: nothing of it is looked at. */
+static void a_history_that_was_detached(void)
+{
+    for (int measurements = 0; measurements <= 3; measurements++) {
+        ASSERT_OK(K(start_init)(&start, &track, x0, NULL, UINT32_MAX));
+        ASSERT_OK(K(start_attach)(&start, &tape));
+        for (int k = 0; k < measurements; k++) {
+            predict(&trend);
+            update(1);
+        }
+        ASSERT_OK(K(start_detach)(&start));
+        ASSERT_OK(K(start_detach)(&start));
+        watch_nothing();
+        memset(&tape, 0xa5, sizeof tape);
+        WATCH(tape), WATCH(tape_memory);
+        watched_store();
+        predict(&trend);
+        for (int k = 0; k < 3; k++) {
+            update(1);
+            predict(&trend);
+        }
+        ASSERT_OPEN(0, 3);
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+        ASSERT_OK(K(start_init)(&start, &track, x0, NULL, UINT32_MAX));
+        watched_assert_unchanged(__LINE__);
+        ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    }
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(start_detach)(NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, K(start_detach)(&blank_start));
 }
 
 /* ---------------------------------------------------------------------------------- errors */
@@ -686,6 +720,7 @@ int main(void)
     RUN_TEST(what_was_forgotten_stays_unknown);
     RUN_TEST(a_determined_start_is_recorded_by_the_history);
     RUN_TEST(a_history_that_has_gone_elsewhere);
+    RUN_TEST(a_history_that_was_detached);
     RUN_TEST(the_filter_is_not_ready);
     RUN_TEST(assign_refuses);
     RUN_TEST(init_refuses);

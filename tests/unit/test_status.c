@@ -16,8 +16,8 @@ _Static_assert(STEP_BYTES(2, 1) == 44, "bytes of one step of history, n = 2, m =
 _Static_assert(STEP_BYTES(4, 2) == 116, "bytes of one step of history, n = 4, m = 2");
 _Static_assert(STEP_BYTES(9, 3) == 376, "bytes of one step of history, n = 9, m = 3");
 
-_Static_assert(KQ_HISTORY_CHANGE_LEN_F32 * sizeof(float) >= sizeof(void *), "change, f32");
-_Static_assert(KQ_HISTORY_CHANGE_LEN_F64 * sizeof(double) >= sizeof(void *), "change, f64");
+_Static_assert(KQ_HISTORY_CHANGE_LEN_F32 * sizeof(float) >= sizeof(void *) + 4, "change, f32");
+_Static_assert(KQ_HISTORY_CHANGE_LEN_F64 * sizeof(double) >= sizeof(void *) + 4, "change, f64");
 
 _Static_assert(KQ_VERSION == KQ_VERSION_MAJOR * 10000 + KQ_VERSION_MINOR * 100 + KQ_VERSION_PATCH,
                "version");
@@ -33,6 +33,27 @@ _Static_assert(KQ_TRIANGLE(1 + 1) == 3 && FILTER_LEN(1 + 1) == FILTER_LEN(2), "p
 _Static_assert(HISTORY_STEP_LEN(1 + 1, 0 + 1) == HISTORY_STEP_LEN(2, 1), "parentheses");
 _Static_assert(KQ_HISTORY_WORKSPACE_LEN(1 + 1) == KQ_HISTORY_WORKSPACE_LEN(2), "parentheses");
 _Static_assert(HISTORY_LEN(1 + 1, 0 + 1, 1 + 2, 0 + 1) == HISTORY_LEN(2, 1, 3, 1), "parentheses");
+
+/* No length wraps, whatever the bits of a size_t: an array of it does not compile. */
+#define MOST 0x7fffffff
+_Static_assert(HISTORY_LEN(16, 16, MOST, 0) > 400 * (kq_length)MOST, "history");
+_Static_assert(HISTORY_LEN(1, MOST, 1, 0) > MOST, "measurements of a step");
+_Static_assert(HISTORY_LEN(1, 1, 1, MOST) > MOST, "changes");
+_Static_assert(KQ_HISTORY_LEN_Q31(16, 16, MOST, 0) > 400 * (kq_length)MOST, "q31");
+_Static_assert(LAG_LEN(1, 1, MOST) > 4 * (kq_length)MOST, "lag");
+_Static_assert(LAG_LEN(1, MOST, 1) > MOST && POINT_LEN(1, MOST) > MOST, "on line");
+_Static_assert(KQ_LAG_LEN_Q31(1, 1, MOST) > MOST && KQ_POINT_LEN_Q31(1, MOST) > MOST, "on line");
+_Static_assert(START_LEN(16, MOST) > MOST && KQ_START_LEN_Q31(16, MOST) > MOST, "start");
+_Static_assert(KQ_EM_LEN_F32(1, 1, MOST) > MOST && KQ_EM_LEN_F64(1, 1, MOST) > MOST, "EM");
+_Static_assert(KQ_CONSISTENCY_LEN_F32(16, MOST) > MOST, "consistency");
+_Static_assert(KQ_CONSISTENCY_LEN_Q31(16, MOST) > MOST, "consistency");
+
+/* The others at their largest sizes fit into 16 bits, in an int of 16 bits, too, where they are
+   counted in one. */
+_Static_assert(KQ_ADAPTATION_LEN_F32(16, 16) <= 0x7fff && KQ_MODEL_LEN(16, 16, 16) <= 0x7fff, "16");
+_Static_assert(KQ_STEADY_SOLVE_LEN_F32(16, 16) <= 0xffff, "16 bits");
+_Static_assert(KQ_STEADY_WORK_LEN_F32(16, 16) <= 0xffff, "16 bits");
+_Static_assert(KQ_EM_LEN_F32(16, 16, 1) <= 0xffff, "16 bits");
 
 /* ------------------------------------------------------------------------------- tests */
 
@@ -58,6 +79,11 @@ static const kq_status all[] = {
     KQ_ERR_NOT_DETECTABLE,
     KQ_ERR_NOT_STABILISABLE,
     KQ_ERR_NO_CONVERGENCE,
+    KQ_ERR_NO_DATA,
+    KQ_ERR_FEW_DATA,
+    KQ_ERR_LIKELIHOOD,
+    KQ_ERR_FORM,
+    KQ_ERR_CHANGED,
 };
 
 static void errors_are_negative_and_different(void)

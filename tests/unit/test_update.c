@@ -292,6 +292,24 @@ static void all_components_present_is_the_update(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
+/* Also after a move larger than the state, whose low part is not yet taken into the mean */
+static void nothing_present_changes_no_bit(void)
+{
+    num z[2], before[COUNT(track_memory)];
+    for (int step = 0; step < 200; step++) {
+        const num u = N(1e5 * sin(7 * step));
+        for (int c = 0; c < 2; c++) z[c] = N(sin(3 * step + c));
+        ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
+        ASSERT_OK(K(predict)(&track, &motion, &u));
+        memcpy(before, track_memory, sizeof before);
+        const num run = K(log_likelihood)(&track);
+        ASSERT_OK(K(update_subset)(&track, &radar, z, step % 2 ? 0 : ~UINT32_C(3)));
+        ASSERT_SAME_BITS(before, track_memory);
+        TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
+        TEST_ASSERT_TRUE(run == K(log_likelihood)(&track) && K(nis)(&track) == 0);
+    }
+}
+
 static void no_component_present_leaves_the_state(void)
 {
     ASSERT_OK(K(update)(&track, &radar, z));
@@ -413,6 +431,81 @@ static void small_terms_of_the_likelihood_are_not_lost(void)
     ASSERT_WITHIN(4 * EPS * fabs(expected), expected, K(log_likelihood)(&level));
 }
 
+/* Long runs: a state that is known, so that s = r and e = z. */
+SENSOR(gauge, 1, 1);
+FILTER(level, 1);
+
+static void begin_long_run(num r)
+{
+    static const num one[] = {1}, zero[] = {0};
+    ASSERT_OK(K(sensor_init)(&gauge, one, &r));
+    ASSERT_OK(K(filter_init)(&level, zero, zero));
+}
+
+/* log 2 pi + log s + NIS */
+static double expected_term(double r, double nis)
+{
+    return 1.8378770664093454836 + log(r) + nis;
+}
+
+static void a_long_run_is_the_sum_of_its_updates(void)
+{
+    const long updates = sizeof(void *) < 8 ? 1000 : 6000000;
+    const num values[] = {N(1.2), N(-0.3), N(0.9)};
+    begin_long_run(N(0.75));
+    double expected = 0;
+    for (long t = 0; t < updates; t++) {
+        const double value = (double)values[t % 3];
+        ASSERT_OK(K(update)(&level, &gauge, &values[t % 3]));
+        expected -= expected_term(0.75, value * value / 0.75) / 2;
+    }
+    ASSERT_WITHIN(1e-6 * fabs(expected), expected, K(log_likelihood)(&level));
+}
+
+/* The exponent of det S, as far as an int32_t reaches, and on */
+static void the_exponent_of_a_run_does_not_wrap(void)
+{
+    const int updates = 200;
+    const num value = 0;
+    for (int e = -80; e <= 80; e += 160) {
+        begin_long_run(N(ldexp(1, e)));
+        level.run.count = 32767;
+        level.run.exponent = e < 0 ? INT32_MIN + 1000 : INT32_MAX - 1000;
+        const double before = 32767 * 1.8378770664093454836 + (double)level.run.exponent * log(2);
+        const double expected = -(before + updates * expected_term(ldexp(1, e), 0)) / 2;
+        for (int t = 0; t < updates; t++) ASSERT_OK(K(update)(&level, &gauge, &value));
+        ASSERT_WITHIN(2e-7 * fabs(expected), expected, K(log_likelihood)(&level));
+    }
+}
+
+static double run_sum(void)
+{
+    return (double)level.run.sum.sum + (double)level.run.sum.low +
+           (double)level.run.count * 1.8378770664093454836 + (double)level.run.exponent * log(2) +
+           log((double)level.run.determinant);
+}
+
+/* A NIS of 0.3 after 100 years of 16 measurements at 10 kHz, and before and after the count begins
+   anew: added to a sum of 2^49, it is not rounded to a multiple of anything that shows. */
+static void small_terms_are_not_lost_after_a_hundred_years(void)
+{
+    const double years = ldexp(1, 49);
+    const num value = N(0.5477);
+    const double nis = (double)value * (double)value;
+    begin_long_run(1);
+    level.run.sum.high = N(years);
+    for (int part = 0; part < 3; part++) {
+        level.run.count = 32768 - 500;
+        const double before = run_sum() + ((double)level.run.sum.high - years);
+        for (int t = 0; t < 1000; t++) ASSERT_OK(K(update)(&level, &gauge, &value));
+        const double grown = run_sum() + ((double)level.run.sum.high - years) - before;
+        const double expected = 1000 * expected_term(1, nis);
+        ASSERT_WITHIN(1e-6 * expected, expected, grown);
+    }
+    const double whole = (double)level.run.sum.high + run_sum();
+    ASSERT_WITHIN(2 * EPS * whole, -whole / 2, K(log_likelihood)(&level));
+}
+
 /* ------------------------------------------------------------------------------ events */
 
 static const num twice[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0, 0, 0};
@@ -478,6 +571,35 @@ static void redundancy_is_seen_through_the_rounding(void)
     assert_redundancy(EPS * EPS * EPS);
 }
 
+/* Components that see multiples of one thing, their noises being the same multiples of one noise: the
+   last of them says it all, and decorrelated the others are sums whose terms cancel to rounding. */
+static void multiples_of_one_noisy_component_are_left_out(void)
+{
+    SENSOR(three, 2, 3);
+    uint32_t seed = 5;
+    for (int k = 0; k < 200; k++) {
+        num rows[6], covariance[9], values[3], variance;
+        const double h[] = {1.25, -0.5}, y = floor(64 * (double)noise(&seed)) / 64;
+        double factor[3];
+        for (int c = 0; c < 3; c++) factor[c] = 3 + floor(30 * fabs((double)noise(&seed)));
+        for (int c = 0; c < 3; c++) {
+            for (int i = 0; i < 2; i++) rows[2 * c + i] = N(factor[c] * h[i]);
+            for (int j = 0; j < 3; j++) covariance[3 * c + j] = N(factor[c] * factor[j]);
+            values[c] = N(factor[c] * y);
+        }
+        variance = covariance[8];
+        ASSERT_OK(K(sensor_init)(&three, rows, covariance));
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        ASSERT_OK(K(filter_init)(&twin, x0, P0));
+        ASSERT_OK(K(update)(&track, &three, values));
+        ASSERT_OK(K(update)(&twin, sensor_of(rows + 4, &variance, 1), values + 2));
+        TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+        ASSERT_SAME_STATE(&twin, &track, 2);
+        ASSERT_CLOSE(K(log_likelihood)(&twin), K(log_likelihood)(&track), 1);
+    }
+}
+
 /* Two rows that differ by sqrt(eps): what the second adds is small, but not rounding. */
 static void nearly_parallel_rows_are_both_taken(void)
 {
@@ -520,6 +642,68 @@ static void events_stay_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
+static unsigned events_of_share(double share)
+{
+    static const num one[] = {1}, zero[] = {0};
+    const num P[] = {N(share)};
+    ASSERT_OK(K(sensor_init)(&gauge, one, one));
+    ASSERT_OK(K(filter_init)(&level, zero, P));
+    ASSERT_OK(K(update)(&level, &gauge, zero));
+    return K(events)(&level);
+}
+
+static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
+{
+    TEST_ASSERT_EQUAL_HEX(0, events_of_share(1));
+    TEST_ASSERT_EQUAL_HEX(0, events_of_share(20 * EPS));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_of_share(12 * EPS));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_of_share(2 * EPS));
+    TEST_ASSERT_EQUAL_HEX(0, events_of_share(0));
+}
+
+/* (1 + e)^2 = 1 + 2 e + e^2, the last of them below the last bit of a number; and less 1 */
+static void the_low_part_completes_a_predicted_measurement(void)
+{
+    const double e = sizeof(num) == sizeof(float) ? 0x1p-13 : 0x1p-30;
+    const num above = N(1 + e), h[] = {above, 0, above, -1}, x[] = {above, 1};
+    const num none[] = {0, 0, 0, 0};
+    const K(sensor) *s = sensor_of(h, independent3, 2);
+    num predicted[2];
+    ASSERT_OK(K(filter_init)(&track, x, none));
+    ASSERT_OK(K(measurement)(&track, s, predicted, NULL));
+    ASSERT_WITHIN(0, 1 + 2 * e, predicted[0]);
+    ASSERT_WITHIN(0, e * e, K(measurement_low)(&track, s, 0));
+    ASSERT_WITHIN(0, 2 * e + e * e, predicted[1] + K(measurement_low)(&track, s, 1));
+    ASSERT_NAN(K(measurement_low)(&track, s, 2));
+    ASSERT_NAN(K(measurement_low)(&track, s, -1));
+    ASSERT_NAN(K(measurement_low)(&track, NULL, 0));
+    ASSERT_NAN(K(measurement_low)(NULL, s, 0));
+    ASSERT_NAN(K(measurement_low)(&blank, s, 0));
+    ASSERT_NAN(K(measurement_low)(&track, &radar3, 0));
+}
+
+/* Against the whole words of the mean: in f32 a double is exact beside it. */
+static void the_low_part_has_the_mean_s_low_part_in_it(void)
+{
+    for (int t = 0; t < 40; t++) {
+        const num seen[] = {N(1e4 + 0.1 * t), N(3e3 - 0.7 * t)};
+        num predicted[2];
+        ASSERT_OK(K(step)(&track, &motion, u, &radar, seen));
+        ASSERT_OK(K(measurement)(&track, &radar, predicted, NULL));
+        for (int c = 0; c < 2; c++) {
+            double exact = 0, size = 0;
+            for (int i = 0; i < 2; i++) {
+                const double x = (double)K(mean)(&track, i) + (double)K(mean_low)(&track, i);
+                exact += (double)H[2 * c + i] * x;
+                size += fabs((double)H[2 * c + i] * x);
+            }
+            const double low = (double)K(measurement_low)(&track, &radar, c);
+            const double bound = 16 * EPS * EPS + 4 * DBL_EPSILON;
+            ASSERT_WITHIN(bound * size, exact, (double)predicted[c] + low);
+        }
+    }
+}
+
 static void an_innovation_beyond_the_number_range_is_not_taken(void)
 {
     static const num h[] = {1, 0, 0, 1}, C[] = {1, 0, 0, 1};
@@ -546,6 +730,28 @@ static void an_innovation_variance_beyond_the_number_range_is_not_taken(void)
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
+/* Sixteen components whose NIS is a number each have one together; one beyond that is not taken. */
+static void the_nis_of_many_components_is_a_number(void)
+{
+    static num many_h[16], many_r[16], far[16];
+    static const num zero = 0;
+    const double large = sqrt((double)NUM_MAX) / 8;
+    SENSOR(many, 1, 16);
+    FILTER(known, 1);
+    for (int c = 0; c < 16; c++) many_h[c] = many_r[c] = 1, far[c] = N(large);
+    ASSERT_OK(K(sensor_init_diagonal)(&many, many_h, many_r));
+    ASSERT_OK(K(filter_init)(&known, &zero, &zero));
+    ASSERT_OK(K(update)(&known, &many, far));
+    TEST_ASSERT_EQUAL_INT(16, K(taken)(&known));
+    ASSERT_CLOSE(1, (double)K(nis)(&known) / large / large / 16, 1);
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&known));
+    for (int c = 0; c < 16; c++) far[c] *= 4;
+    ASSERT_OK(K(update)(&known, &many, far));
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&known));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&known));
+    TEST_ASSERT_TRUE(isfinite(K(log_likelihood)(&known)));
+}
+
 /* ------------------------------------------------------------------------------------- */
 
 static void run_update(void)
@@ -569,6 +775,7 @@ int main(void)
 {
     UNITY_BEGIN();
     run_update();
+    RUN_TEST(the_nis_of_many_components_is_a_number);
     RUN_TEST(any_components_may_be_missing);
     RUN_TEST(a_subset_leaves_the_sensor_as_it_is);
     RUN_TEST(all_components_present_is_the_update);
@@ -580,11 +787,21 @@ int main(void)
     RUN_TEST(step_refuses_numbers_that_are_not_finite);
     RUN_TEST(the_determinant_may_be_of_any_size);
     RUN_TEST(small_terms_of_the_likelihood_are_not_lost);
+    if (DBL_MANT_DIG > FLT_MANT_DIG) { /* the expectations, again */
+        RUN_TEST(a_long_run_is_the_sum_of_its_updates);
+        RUN_TEST(the_exponent_of_a_run_does_not_wrap);
+        RUN_TEST(small_terms_are_not_lost_after_a_hundred_years);
+    }
     RUN_TEST(a_redundant_noise_free_component_is_not_taken);
     RUN_TEST(redundancy_is_seen_through_the_rounding);
+    RUN_TEST(multiples_of_one_noisy_component_are_left_out);
     RUN_TEST(nearly_parallel_rows_are_both_taken);
     RUN_TEST(a_noise_free_measurement_of_a_known_state_is_not_taken);
+    RUN_TEST(nothing_present_changes_no_bit);
     RUN_TEST(events_stay_until_they_are_cleared);
+    RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);
+    RUN_TEST(the_low_part_completes_a_predicted_measurement);
+    RUN_TEST(the_low_part_has_the_mean_s_low_part_in_it);
     RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);
     RUN_TEST(an_innovation_variance_beyond_the_number_range_is_not_taken);
     return UNITY_END();

@@ -42,11 +42,22 @@ static inline void watched_store(void)
     }
 }
 
+/* What nobody wrote may be compared, too. */
+#if defined(__clang__)
+__attribute__((no_sanitize("memory")))
+#endif
+static int same_bytes(const unsigned char *a, const unsigned char *b, size_t count)
+{
+    size_t k = 0;
+    while (k < count && a[k] == b[k]) k++;
+    return k == count;
+}
+
 static inline void watched_assert_unchanged(UNITY_LINE_TYPE line)
 {
     size_t used = 0;
     for (size_t k = 0; k < watched_count; k++) {
-        const int same = memcmp(watched_bytes + used, watched[k].at, watched[k].size) == 0;
+        const int same = same_bytes(watched_bytes + used, watched[k].at, watched[k].size);
         UNITY_TEST_ASSERT(same, line, "the call changed an object that it had to leave alone");
         used += watched[k].size;
     }

@@ -2,7 +2,8 @@
 
 Rows are counted as an editor counts lines, from 1.  Lines that begin with `#` are comments.  The
 first row may be a header: a row without any number in it.  An empty field or `nan` is a
-measurement that is missing.
+measurement that is missing.  Fields are separated by commas, or by semicolons or tabs where the first
+row has one of these and no comma; numbers have a decimal point.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterator
+from typing import Iterator, TextIO
 
 import numpy as np
 
@@ -85,7 +86,7 @@ def raw_rows(path: Path) -> Iterator[Row]:
     number = 0
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
+            reader = csv.reader(file, delimiter=separator_of(file))
             for fields in reader:
                 number = reader.line_num
                 if not (fields and fields[0].lstrip().startswith("#")):
@@ -100,6 +101,14 @@ def raw_rows(path: Path) -> Iterator[Row]:
         raise InputError(path, "not text in UTF-8", number + 1) from problem
     except csv.Error as problem:
         raise InputError(path, f"not a CSV: {one_line(str(problem))}", number + 1) from problem
+
+
+def separator_of(file: TextIO) -> str:
+    """What the first row that is no comment has between its fields; the file is at its begin again."""
+    first = next((line for line in file if line.strip() and not line.lstrip().startswith("#")), "")
+    file.seek(0)
+    others = [mark for mark in ";\t" if mark in first]
+    return others[0] if others and "," not in first else ","
 
 
 def split_header(path: Path, rows: list[Row]) -> tuple[Row | None, list[Row]]:
@@ -159,13 +168,18 @@ def number(path: Path, row: Row, column: int) -> float:
     field = row.fields[column].strip()
     value = value_of(field)
     if value is None:
-        hint = " (fields are separated by commas)" if ";" in field or "\t" in field else ""
-        reason = f"'{one_line(field, 40)}' is not a number{hint}"
+        reason = f"'{one_line(field, 40)}' is not a number{hint(field)}"
         raise InputError(path, reason, row.number, column + 1)
     if abs(value) > LARGEST:
         reason = f"'{one_line(field, 40)}' is beyond {LARGEST:g} (scale the data)"
         raise InputError(path, reason, row.number, column + 1)
     return value
+
+
+def hint(field: str) -> str:
+    if ";" in field or "\t" in field:
+        return " (one separator everywhere: commas, or semicolons or tabs)"
+    return " (decimal points, no commas)" if value_of(field.replace(",", ".")) is not None else ""
 
 
 def even_times(path: Path, rows: list[Row], time: np.ndarray) -> np.ndarray:

@@ -9,6 +9,8 @@
  *
  *     iteration K log_likelihood Q[n x n] R[m x m]      K = 0 (the guess) .. the last
  *     settled 0 or 1                                    by the stop rule; 0: at the most iterations
+ *     distance D                                        of the last log-likelihood to its maximum,
+ *                                                       extrapolated; nan: not known
  *     end
  *
  * Bad input, or too few measurements: one line on stderr, nothing on stdout, exit status 1.
@@ -33,6 +35,7 @@ typedef struct {
     size_t q_size, r_size;
     size_t last;
     int settled;
+    word distance;
     word *log_likelihood, *Q, *R; /* of iterations 0 .. last */
 } course;
 
@@ -87,6 +90,7 @@ static void note(course *found, size_t k, const estimator *em, const parameters 
 {
     found->last = k;
     found->log_likelihood[k] = KQ(em_log_likelihood)(em);
+    found->distance = KQ(em_distance)(em);
     memcpy(found->Q + k * found->q_size, model->Q, found->q_size * sizeof(word));
     memcpy(found->R + k * found->r_size, model->R, found->r_size * sizeof(word));
 }
@@ -137,6 +141,7 @@ static void write_course(const course *found)
         putchar('\n');
     }
     printf("settled %d\n", found->settled);
+    printf("distance %.17g\n", (double)found->distance);
     finish_output();
 }
 

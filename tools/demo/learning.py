@@ -21,6 +21,7 @@ class Course:
     log_likelihood: np.ndarray  # K + 1
     models: list[Model]  # K + 1
     settled: bool
+    distance: float  # of the last log-likelihood to its maximum, extrapolated; NaN: not known
 
     @property
     def last(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -24,7 +25,8 @@ def show(console: Console, learning: Learning) -> None:
             table.add_row(Text(label), *cells, end_section=k == len(rows) - 1)
     console.print()
     console.print(table)
-    for line in [rise_text(learning.courses[TAKEN]), *remarks(learning)]:
+    taken = learning.courses[TAKEN]
+    for line in [rise_text(taken), *distance_text(taken), *remarks(learning)]:
         console.print(line, style="dim", markup=False, soft_wrap=True)
 
 
@@ -55,6 +57,13 @@ def names(learning: Learning) -> list[str]:
 def rise_text(course: Course) -> str:
     first, last = course.log_likelihood[[0, -1]]
     return f"{TAKEN}: the log-likelihood rose by {course.rise:.4f}, from {first:.4f} to {last:.4f}"
+
+
+def distance_text(course: Course) -> list[str]:
+    """What more iterations would add, where the last ones tell it."""
+    if np.isnan(course.distance):
+        return []
+    return [f"{TAKEN}: up to {course.distance:.1g} below the maximum, extrapolated"]
 
 
 def remarks(learning: Learning) -> list[str]:

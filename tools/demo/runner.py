@@ -86,6 +86,7 @@ def parse_course(program: Path, text: str, job: Job) -> Course:
         log_likelihood=rows[:, 1],
         models=[job.model.with_noise(*noise) for noise in zip(Q, R)],
         settled=records["settled"] == [["1"]],
+        distance=float(records["distance"][0][0]),
     )
 
 

@@ -1,0 +1,91 @@
+/*
+ * A state that nothing measures and nothing damps grows until predict leaves the number range.  Here
+ * no sigma grows beyond num_most_sigma: squares and products of two of them are numbers, and an
+ * update can still bring the state back.  A mean that grows beyond num_most_sigma squared is lost.
+ * hold_q31.h is the twin.
+ */
+#ifndef KALMANQ_HOLD_H
+#define KALMANQ_HOLD_H
+
+#include "kalmanq/status.h"
+#include "rows_float.h"
+
+/* The largest entry of row i, or infinity where one of them is not a number */
+static inline num row_largest(const num *S, int n, int i)
+{
+    num largest = 0;
+    for (int j = i; j < n; j++) {
+        const num size = num_magnitude(S[column(j) + i]);
+        if (!(size <= num_max)) return (num)INFINITY;
+        if (size > largest) largest = size;
+    }
+    return largest;
+}
+
+/* sigma_i, of a row whose largest entry is finite and not 0: no square leaves the numbers */
+static inline num row_norm(const num *S, int n, int i, num largest)
+{
+    num total = 0;
+    for (int j = i; j < n; j++) {
+        const num share = S[column(j) + i] / largest;
+        total += share * share;
+    }
+    return largest * num_root(total);
+}
+
+/* Row i at the limit: shorter, with the correlations that it has, or of its own where they are lost */
+static inline void row_hold(num *S, int n, int i, num norm)
+{
+    const int is_known = num_is_finite(norm);
+    for (int j = i; j < n; j++) {
+        num *entry = S + column(j) + i;
+        *entry = is_known ? *entry * (num_most_sigma / norm) : j == i ? num_most_sigma : 0;
+    }
+}
+
+/* Is x_i within its limit?  If not, nothing is known of it any more, and it is 0: from a number as
+   large a measurement would not lead back to its own digits. */
+static inline int mean_is_kept(num *x, int n, int i)
+{
+    if (num_magnitude(x[i]) <= num_most_sigma * num_most_sigma) return 1;
+    mean_set(x, n, i, 0);
+    return 0;
+}
+
+KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
+{
+    unsigned events = 0;
+    for (int i = 0; i < n; i++) {
+        const num largest = row_largest(S, n, i);
+        num norm = largest > 0 && num_is_finite(largest) ? row_norm(S, n, i, largest) : largest;
+        if (!mean_is_kept(x, n, i)) norm = (num)INFINITY;
+        if (norm <= num_most_sigma) continue;
+        row_hold(S, n, i, norm);
+        events = KQ_EVENT_OVERFLOW;
+    }
+    return events;
+}
+
+static inline int state_is_finite(const num *x, const num *S, int n)
+{
+    num total = 0;
+    for (int i = 0; i < n; i++) total += 0 * x[i] + 0 * S[column(i) + i];
+    return total == 0;
+}
+
+/* What predict made of the state, held within the numbers.  One sum tells whether there is anything
+   to hold: an infinity or a NaN of a row is one of its diagonal too, as the row's norm.  A mean that
+   leaves the numbers alone, driven out of them by a control, is met at the next update. */
+KQ_INLINE unsigned state_held(num *x, num *S, int n)
+{
+    const num *pivot = S;
+    num total = 0;
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) {
+        total += *pivot;
+        pivot += i + 2;
+    }
+    return KQ_MOSTLY(total <= num_most_sigma) ? 0 : state_hold(x, S, n);
+}
+
+#endif

@@ -1,0 +1,32 @@
+/* The limit of a state that grows without end, in fixed point: renormalise holds the exponents of the
+   root before it moves the mantissas up by less than 32 bits, and here that is seen.  hold_float.h is
+   the twin. */
+#ifndef KALMANQ_HOLD_H
+#define KALMANQ_HOLD_H
+
+#include "kalmanq/status.h"
+#include "rows_q31.h"
+
+/* A state in fixed point is always held. */
+static inline int state_is_finite(const int32_t *x, const int32_t *S, int n)
+{
+    (void)x, (void)S, (void)n;
+    return 1;
+}
+
+static inline unsigned state_hold(int32_t *x, int32_t *S, int n)
+{
+    (void)x, (void)S, (void)n;
+    return 0;
+}
+
+KQ_INLINE unsigned state_held(int32_t *x, int32_t *S, int n)
+{
+    int32_t top = lowest_exponent;
+    (void)x; /* held at its word by mean_advance */
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) top = S[KQ_TRIANGLE(n) + i] > top ? S[KQ_TRIANGLE(n) + i] : top;
+    return top <= high_exponent - 32 ? 0 : KQ_EVENT_OVERFLOW;
+}
+
+#endif

@@ -1,0 +1,213 @@
+// The errors of an outcome in units of the exact result, what the documented accuracy allows, and
+// what of it nobody was told.
+#ifndef KALMANQ_TESTS_CAMPAIGN_JUDGE_HPP
+#define KALMANQ_TESTS_CAMPAIGN_JUDGE_HPP
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "allowance.hpp"
+#include "outcome.hpp"
+
+namespace campaign
+{
+
+enum Quantity {
+    filterMean,
+    filterCovariance,
+    score,
+    smootherMean,
+    smootherCovariance,
+    lagOneCovariance,
+    quantities
+};
+
+inline const char *nameOf(Quantity quantity)
+{
+    static const char *const names[] = {"filter x",   "filter P",   "likelihood",
+                                        "smoother x", "smoother P", "lag one"};
+    return names[quantity];
+}
+
+using Series = std::vector<std::array<double, quantities>>;
+
+/// The documented roundings are drawn at random, and "a few" of them is what the library promises.
+constexpr double few = 8;
+/// Roundings that make that much of a sigma: the model is beyond the arithmetic at that step.
+constexpr double beyond = 0.25;
+/// Steps around one over which the response is taken: a random one may be small by chance.
+constexpr std::size_t around = 10;
+
+/// The units of one step: sigma, or what the arithmetic can tell where measurements without noise
+/// leave nothing of it: there a few roundings of what the sigma would be without any measurement
+/// are the tolerance.  Nor is a sigma less than what the least noise of the arithmetic makes of it.
+class Units
+{
+  public:
+    Units(const Accuracy &accuracy, const Inputs &inputs, const Vec &words)
+        : accuracy_(accuracy), n_(inputs.n), words_(words)
+    {
+        Mat P = inputs.P0, least = floor();
+        for (std::size_t t = 0; t < inputs.moments.size(); ++t) {
+            open_.push_back(P);
+            least_.push_back(least);
+            P = plus(sandwich(inputs.process.A, P, n_), inputs.process.Q, n_);
+            least = plus(sandwich(inputs.process.A, least, n_), floor(), n_);
+        }
+    }
+
+    /// Of a covariance of step t.
+    Vec of(const Mat &P, std::size_t t) const
+    {
+        Vec units{};
+        for (int i = 0; i < n_; ++i) {
+            const Real unmeasured = sigma(open_[t], i), left = sigma(P, i);
+            units[i] = std::max(left, sigma(least_[t], i));
+            if (left > 0x1p-40 * unmeasured) continue;
+            const Real mean = accuracy_.fixedPoint ? accuracy_.mean * words_[i] : Real(0);
+            const Real rounding = accuracy_.rows * unmeasured + mean;
+            units[i] = std::max(units[i], rounding * few / accuracy_.tolerance);
+        }
+        return units;
+    }
+
+  private:
+    Mat floor() const
+    {
+        Mat P{};
+        for (int i = 0; i < n_; ++i) {
+            const Real least = accuracy_.least * (accuracy_.fixedPoint ? words_[i] : Real(1));
+            P[i][i] = least * least;
+        }
+        return P;
+    }
+
+    const Accuracy &accuracy_;
+    int n_;
+    Vec words_;
+    std::vector<Mat> open_;  // covariances if nothing were measured
+    std::vector<Mat> least_; // and if nothing but the least noise moved the states
+};
+
+/// A number for every error, also for one that is none.
+inline double errorOf(Real difference, Real unit)
+{
+    const double error = static_cast<double>(fabsq(difference) / unit);
+    return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
+}
+
+inline double meanError(const Vec &x, const Vec &exact, const Vec &units, int n)
+{
+    double worst = 0;
+    for (int i = 0; i < n; ++i) worst = std::max(worst, errorOf(x[i] - exact[i], units[i]));
+    return worst;
+}
+
+inline double covarianceError(const Mat &P, const Mat &exact, const Vec &left, const Vec &right,
+                              int n)
+{
+    double worst = 0;
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+            worst = std::max(worst, errorOf(P[i][j] - exact[i][j], left[i] * right[j]));
+        }
+    }
+    return worst;
+}
+
+/// NIS and log-likelihood of one update, relative where they are large.
+inline double scoreError(const Update &update, const Update &exact)
+{
+    if (update.taken != exact.taken) return std::numeric_limits<double>::infinity();
+    const Real unit = 1 + exact.nis;
+    return std::max(errorOf(update.nis - exact.nis, unit),
+                    errorOf(update.logLikelihood - exact.logLikelihood, unit));
+}
+
+inline Series compare(const Exact &found, const Exact &exact, const Units &units, int n,
+                      bool smoothed)
+{
+    Series series(exact.size());
+    for (std::size_t t = 0; t < found.size(); ++t) {
+        const Instant &now = found[t], &right = exact[t];
+        auto &errors = series[t];
+        const Vec unit = units.of(right.filtered.covariance, t);
+        errors[filterMean] = meanError(now.filtered.mean, right.filtered.mean, unit, n);
+        errors[filterCovariance] =
+            covarianceError(now.filtered.covariance, right.filtered.covariance, unit, unit, n);
+        for (std::size_t k = 0; k < now.updates.size(); ++k) {
+            errors[score] = std::max(errors[score], scoreError(now.updates[k], right.updates[k]));
+        }
+        if (!smoothed) continue;
+        const Vec past = units.of(right.smoothed.covariance, t);
+        errors[smootherMean] = meanError(now.smoothed.mean, right.smoothed.mean, past, n);
+        errors[smootherCovariance] =
+            covarianceError(now.smoothed.covariance, right.smoothed.covariance, past, past, n);
+        if (t + 1 == exact.size()) continue;
+        const Vec later = units.of(exact[t + 1].smoothed.covariance, t + 1);
+        errors[lagOneCovariance] = covarianceError(now.lagOne, right.lagOne, later, past, n);
+    }
+    return series;
+}
+
+/// The largest filtered sigma over the smoothed one, and the rounding of the mean over it.
+inline void addSmoother(Series &allowed, const Exact &exact, const Units &units,
+                        const Accuracy &accuracy, const Vec &words, int n)
+{
+    for (std::size_t t = 0; t < exact.size(); ++t) {
+        const Vec unit = units.of(exact[t].smoothed.covariance, t);
+        double share = 0, mean = 0;
+        for (int i = 0; i < n; ++i) {
+            const Real grain = accuracy.fixedPoint ? words[i] : fabsq(exact[t].smoothed.mean[i]);
+            share = std::max(share, errorOf(sigma(exact[t].filtered.covariance, i), unit[i]));
+            if (!accuracy.pair) mean = std::max(mean, errorOf(accuracy.mean * grain, unit[i]));
+        }
+        allowed[t][smootherMean] += accuracy.smoother * share + mean;
+        allowed[t][smootherCovariance] += 2 * accuracy.smoother * share;
+        allowed[t][lagOneCovariance] += 2 * accuracy.smoother * share;
+    }
+}
+
+/// The worst over the steps around each one.
+inline Series widened(const Series &series)
+{
+    Series result = series;
+    for (std::size_t t = 0; t < series.size(); ++t) {
+        const std::size_t from = t > around ? t - around : 0;
+        for (std::size_t s = from; s < std::min(series.size(), t + around + 1); ++s) {
+            for (int q = 0; q < quantities; ++q) {
+                result[t][q] = std::max(result[t][q], series[s][q]);
+            }
+        }
+    }
+    return result;
+}
+
+/// How far the documented roundings may move each result.
+inline Series allowance(const Inputs &inputs, const Exact &exact, const Units &units,
+                        const Accuracy &accuracy, const Vec &words)
+{
+    Series worst(exact.size());
+    for (std::uint64_t draw = 1; draw <= 2; ++draw) {
+        Documented rounding(accuracy, inputs, words, draw);
+        const Series series = compare(run(inputs, rounding), exact, units, inputs.n, true);
+        for (std::size_t t = 0; t < series.size(); ++t) {
+            for (int q = 0; q < quantities; ++q) {
+                worst[t][q] = std::max(worst[t][q], series[t][q] / accuracy.scale);
+            }
+        }
+    }
+    addSmoother(worst, exact, units, accuracy, words, inputs.n);
+    for (auto &step : worst) {
+        for (double &value : step) value *= few;
+    }
+    return widened(worst);
+}
+
+} // namespace campaign
+
+#endif

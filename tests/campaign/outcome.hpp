@@ -1,0 +1,195 @@
+// What an arithmetic made of a model, step by step, in the terms of exact.hpp.
+#ifndef KALMANQ_TESTS_CAMPAIGN_OUTCOME_HPP
+#define KALMANQ_TESTS_CAMPAIGN_OUTCOME_HPP
+
+#include <cstddef>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "../reference/readings.hpp"
+#include "../reference/ud.hpp"
+#include "held.hpp"
+
+namespace campaign
+{
+
+struct Outcome {
+    Exact instants;
+    std::vector<unsigned> events; // of each step: its updates, and the predict that led to it
+    unsigned smootherEvents = 0;
+    std::string refused; // the call that answered an error, with its status
+};
+
+template <class Wide> Belief toBelief(const reference::Belief<Wide> &from)
+{
+    Belief belief{};
+    for (Index i = 0; i < from.mean.size(); ++i) {
+        const auto row = static_cast<std::size_t>(i);
+        belief.mean[row] = from.mean(i);
+        for (Index j = 0; j < from.mean.size(); ++j) {
+            belief.covariance[row][static_cast<std::size_t>(j)] = from.covariance(i, j);
+        }
+    }
+    return belief;
+}
+
+/// The events of smoothing, where a history has any: found by the type of the history.
+template <class History, class T>
+auto smoothingEvents(const History *history, T *)
+    -> decltype(kq_history_events_f32(history))
+{
+    return kq_history_events_f32(history);
+}
+template <class History>
+auto smoothingEvents(const History *history, double *)
+    -> decltype(kq_history_events_f64(history))
+{
+    return kq_history_events_f64(history);
+}
+template <class History>
+auto smoothingEvents(const History *history, Q31 *)
+    -> decltype(kq_history_events_q31(history))
+{
+    return kq_history_events_q31(history);
+}
+inline unsigned smoothingEvents(const void * /*history*/, const void * /*arithmetic*/) { return 0; }
+
+/// A filter with a tape, and the objects that it takes.
+template <class T> class Campaigner
+{
+    using Api = kq::Api<T>;
+
+  public:
+    Campaigner(const Sequence &sequence, reference::Library<T> &library)
+        : sequence_(sequence), library_(library), filter_(library.states()),
+          history_(library.states(), 2 * maxComponents, sequence.steps.size(), 1)
+    {
+    }
+
+    Outcome run()
+    {
+        Outcome outcome;
+        try {
+            library_.init(filter_);
+            kq::require(Api::historyAttach(history_.get(), filter_.get()), "history attach");
+            for (const reference::Step &step : sequence_.steps) filter(outcome, step);
+            smooth(outcome);
+        } catch (const std::exception &error) {
+            outcome.refused = error.what();
+        }
+        return outcome;
+    }
+
+  private:
+    void filter(Outcome &outcome, const reference::Step &step)
+    {
+        Instant now{};
+        for (const reference::Reading &reading : step.readings) {
+            library_.update(filter_.get(), reading);
+            Update update;
+            update.taken = Api::taken(filter_.get());
+            update.nis = reference::Formats<T>::score(Api::nis(filter_.get()));
+            update.logLikelihood =
+                reference::Formats<T>::score(Api::logLikelihoodLast(filter_.get()));
+            now.updates.push_back(update);
+        }
+        now.filtered = toBelief(reference::read(filter_));
+        outcome.events.push_back(takeEvents());
+        outcome.instants.push_back(now);
+        if (outcome.instants.size() == sequence_.steps.size()) return;
+        library_.predict(filter_.get(), step);
+        pending_ = takeEvents();
+    }
+
+    unsigned takeEvents()
+    {
+        const unsigned events = Api::events(filter_.get()) | pending_;
+        pending_ = 0;
+        Api::eventsClear(filter_.get());
+        return events;
+    }
+
+    void smooth(Outcome &outcome)
+    {
+        for (std::size_t t = outcome.instants.size(); t-- > 0;) {
+            const auto now = reference::smoothStep<T>(history_, nullptr, t);
+            Instant &instant = outcome.instants[t];
+            instant.smoothed = toBelief(now.belief);
+            if (t + 1 == outcome.instants.size()) continue;
+            instant.lagOne = toBelief<reference::Wide<T>>({now.belief.mean, now.lagOne}).covariance;
+        }
+        outcome.smootherEvents = Api::events(filter_.get()) |
+                                 smoothingEvents(history_.get(), static_cast<T *>(nullptr));
+    }
+
+    const Sequence &sequence_;
+    reference::Library<T> &library_;
+    reference::FilterOwner<T> filter_;
+    reference::HistoryOwner<T> history_;
+    unsigned pending_ = 0;
+};
+
+// ------------------------------------------------------------------ the float UD filter
+
+/// R = U D U' in floats: rows of U^-1, and D, of the components present.
+struct FloatDecorrelation {
+    Matrix<float> inverse;
+    Vector<float> variances;
+
+    explicit FloatDecorrelation(Matrix<float> R)
+        : inverse(Matrix<float>::Identity(R.rows(), R.rows())), variances(R.diagonal())
+    {
+        for (Index j = R.rows() - 1; j >= 0; --j) {
+            variances(j) = R(j, j);
+            for (Index i = 0; i < j && R(j, j) > 0; ++i) {
+                const float u = R(i, j) / R(j, j);
+                inverse.row(i) -= u * inverse.row(j);
+                R.row(i).head(j) -= u * R.row(j).head(j);
+            }
+        }
+    }
+};
+
+inline void updateUd(reference::UdFilter &filter, const reference::SensorModel &sensor,
+                     const reference::Reading &reading)
+{
+    const std::vector<Index> chosen = reference::presentComponents(reading);
+    if (chosen.empty()) return;
+    const Matrix<double> H = sensor.H(chosen, Eigen::all), R = sensor.R(chosen, chosen);
+    const Vector<double> z = reading.z(chosen, 0);
+    const FloatDecorrelation noise(R.cast<float>());
+    const Matrix<float> rows = noise.inverse * H.cast<float>();
+    const Vector<float> parts = noise.inverse * z.cast<float>();
+    for (Index c = 0; c < parts.size(); ++c) {
+        filter.update(rows.row(c).transpose(), noise.variances(c), parts(c));
+    }
+}
+
+/// Filtered states only.
+inline Outcome runUd(const Model &model)
+{
+    const Sequence &sequence = model.sequence;
+    const reference::ProcessModel &process = sequence.processes[0];
+    const Index n = sequence.states();
+    const Matrix<float> identity = Matrix<float>::Identity(n, n);
+    reference::UdFilter filter(sequence.x0.cast<float>(), Vector<float>::Zero(n));
+    filter.predict(identity, model.F.cast<float>()); // P0 = F F'
+    Outcome outcome;
+    for (const reference::Step &step : sequence.steps) {
+        for (const reference::Reading &reading : step.readings) {
+            updateUd(filter, sequence.sensors[reading.sensor], reading);
+        }
+        Instant now{};
+        now.filtered = toBelief<double>({filter.mean(), filter.covariance()});
+        outcome.instants.push_back(now);
+        outcome.events.push_back(0);
+        filter.predict(process.A.cast<float>(), process.F.cast<float>());
+        if (step.u.size() > 0) filter.drive(process.B.cast<float>() * step.u.cast<float>());
+    }
+    return outcome;
+}
+
+} // namespace campaign
+
+#endif

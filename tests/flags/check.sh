@@ -1,0 +1,89 @@
+#!/bin/sh
+# check.sh COMPILER WORK: builds the library with flags that break arithmetic.  Each is refused when it
+# is compiled, or kq_self_test answers KQ_ERR_ARITHMETIC (-23).
+# shellcheck disable=SC2086
+set -eu
+compiler=$1 work=$2
+here=$(cd "$(dirname "$0")" && pwd)
+root=$here/../..
+[ "$compiler" = clang ] && compiler=$(command -v clang || command -v clang-14)
+rm -rf "$work"
+mkdir -p "$work"
+
+sources_of() { for part in "$@"; do echo "$root/src/$part.c"; done; }
+
+# What these flags do not concern is compiled once.
+compile_integers() { # OPTION...
+    integers=
+    for part in kq_q31 kq_self_test_q31 status; do
+        "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" -c "$root/src/$part.c" \
+            -o "$work/$part.o"
+        integers="$integers $work/$part.o"
+    done
+}
+
+build() { # OPTION...: the program, or why not
+    rm -f "$work/program"
+    "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" "$here/self_test.c" \
+        $(sources_of kq_f32 kq_f64 kq_self_test_f32 kq_self_test_f64) $integers -lm \
+        -o "$work/program" 2>"$work/refused"
+}
+
+wrong() {
+    echo "$compiler, $1: $2"
+    exit 1
+}
+
+must_be() { # EXPECTED WHAT [ARGUMENT]
+    answers=$("$work/program" ${3:-})
+    [ "$answers" = "$1" ] || wrong "$2" "answers $answers, not $1"
+    echo "$compiler, $2: $1"
+}
+
+must_be_refused_or_found() { # OPTION...
+    if build "$@"; then
+        must_be "-23 -23 0" "$*"
+    else
+        grep -q 'kalmanq.*: compile without\|kalmanq.*: no -f' "$work/refused" || wrong "$*" "no reason"
+        echo "$compiler, $*: refused"
+    fi
+}
+
+compile_integers
+build || wrong "no flags" "does not build"
+must_be "0 0 0" "no flags"
+must_be "-23 -23 0" "rounding upward" upward
+
+# as older versions of compilers have it: nothing tells the headers
+blind="-U__FAST_MATH__ -U__FINITE_MATH_ONLY__ -D__FINITE_MATH_ONLY__=0 -U__ASSOCIATIVE_MATH__"
+for flags in -ffast-math -ffinite-math-only -funsafe-math-optimizations \
+    "-fassociative-math -fno-signed-zeros -fno-trapping-math"; do
+    must_be_refused_or_found $flags
+    build $flags $blind || wrong "$flags, untold" "does not build"
+    must_be "-23 -23 0" "$flags, untold"
+done
+
+# a port with a shift that cuts instead of rounding
+mkdir -p "$work/port/kalmanq/port"
+sed 's/(a + (INT64_C(1) << (shift - 1))) >> shift/a >> shift/' "$root/include/kalmanq/port/integer.h" \
+    >"$work/port/kalmanq/port/integer.h"
+cmp -s "$root/include/kalmanq/port/integer.h" "$work/port/kalmanq/port/integer.h" &&
+    wrong "a broken port" "is not broken"
+compile_integers -I"$work/port"
+build || wrong "a broken port" "does not build"
+must_be "0 0 -23" "a broken port"
+
+# library and application do not agree on the length of an enumeration
+for library in -fshort-enums -fno-short-enums; do
+    other=-fshort-enums
+    [ $library = $other ] && other=-fno-short-enums
+    objects=
+    for part in kq_f64 prepare_q31 misfit_q31 status; do
+        "$compiler" -std=c11 -O1 -w $library -I"$root/include" -c "$root/src/$part.c" \
+            -o "$work/$part.o"
+        objects="$objects $work/$part.o"
+    done
+    "$compiler" -std=c11 -O1 -w $other -I"$root/include" "$here/enumerations.c" $objects -lm \
+        -o "$work/enumerations"
+    "$work/enumerations" || wrong "library $library, application $other" "do not understand each other"
+done

@@ -1,0 +1,391 @@
+/* Words in q31: a result is held at its word, and flagged; what leads to it is not. */
+#include "q31.h"
+
+static process_model still, shrink, trend;
+static sensor_model pair, independent, first, second, line;
+static prior_model prior, linked, level_prior;
+KQ_FILTER_Q31(track, 2);
+KQ_HISTORY_Q31(tape, 2, 2, 16, 16);
+KQ_LAG_Q31(lag, 2, 2, 3);
+KQ_POINT_Q31(point, 2, 2);
+KQ_START_Q31(start, 2, 16);
+KQ_SWITCH_Q31(settling, 2, 2);
+
+/* the same in double */
+PROCESS(trend_f64, 2, 0);
+SENSOR(line_f64, 2, 1);
+FILTER(track_f64, 2);
+HISTORY(tape_f64, 2, 1, 16, 0);
+START(start_f64, 2, 16);
+
+/* The states' words end at 128. */
+static const double range[] = {100, 100}, measured_range[] = {20000, 20000};
+static const double identity[] = {1, 0, 0, 1}, tenth[] = {0.1, 0, 0, 0.1}, none[4];
+static const double trend_A[] = {1, 1, 0, 1}, x0[2];
+static const double H[] = {1, 30, 1, 0}, R[] = {0.01, 0, 0, 0.01}, sharp[] = {1e-4};
+static const double wide[] = {1e4, 0, 0, 1}, correlated[] = {1.01e6, 1e4, 1e4, 1e2};
+
+static void put_independent(sensor_model *s)
+{
+    put_sensor(s, 2, 2, range, measured_range, H, R);
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(s->noise, (double[]){0.01, 0.01}, 2,
+                                            s->measurement_format));
+    s->table.correlated = 0;
+    ASSERT_OK(kq_sensor_init_q31(&s->sensor, &s->table, NULL));
+}
+
+void setUp(void)
+{
+    put_process(&still, 2, 0, range, NULL, identity, NULL, none);
+    put_process(&shrink, 2, 0, range, NULL, tenth, NULL, none);
+    put_process(&trend, 2, 0, range, NULL, trend_A, NULL, none);
+    put_sensor(&pair, 2, 2, range, measured_range, H, R);
+    put_independent(&independent);
+    put_sensor(&first, 2, 1, range, measured_range, identity, sharp);
+    put_sensor(&second, 2, 1, range, measured_range, identity + 2, sharp);
+    put_sensor(&line, 2, 1, range, range, identity, R);
+    put_prior(&prior, 2, range, x0, wide);
+    put_prior(&linked, 2, range, x0, correlated);
+    put_prior(&level_prior, 2, range, x0, identity);
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory)));
+}
+
+void tearDown(void) {}
+
+static void assert_mean(double x, double y)
+{
+    ASSERT_WITHIN(1e-2, x, mean_value(&track, 0));
+    ASSERT_WITHIN(1e-2, y, mean_value(&track, 1));
+}
+
+/* ------------------------------------------------------------------ the filter */
+
+/* (5, 20) is measured: by the first component alone state 0 would be at 550. */
+static const int32_t *inside(void)
+{
+    static int32_t words[2];
+    const double z[] = {605, 5};
+    ASSERT_OK(kq_vector_prepare_q31(words, z, 2, pair.measurement_format, NULL));
+    return words;
+}
+
+static void a_mean_may_leave_its_word_between_components(void)
+{
+    const sensor_model *sensors[] = {&pair, &independent};
+    for (int k = 0; k < 2; k++) {
+        ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+        ASSERT_OK(kq_update_q31(&track, &sensors[k]->sensor, inside()));
+        assert_mean(5, 20);
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+        ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
+        ASSERT_OK(kq_update_subset_q31(&track, &sensors[k]->sensor, inside(), 2));
+        assert_mean(5, 20);
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    }
+}
+
+/* The same where the first component is not sharp, so that it takes the ordinary path: what all is
+   then, beside double */
+static void so_it_may_where_nothing_is_sharp(void)
+{
+    static const double dull[] = {100, 50, 50, 100}, z[] = {605, 5};
+    SENSOR(pair_f64, 2, 2);
+    put_sensor(&pair, 2, 2, range, measured_range, H, dull);
+    ASSERT_OK(K(sensor_init)(&pair_f64, H, dull));
+    ASSERT_OK(K(filter_init)(&track_f64, x0, wide));
+    ASSERT_OK(K(update)(&track_f64, &pair_f64, z));
+    ASSERT_OK(kq_update_q31(&track, &pair.sensor, inside()));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    ASSERT_LIKE(&track_f64, &track, 0x1p-22);
+}
+
+static void so_it_may_in_robust_updates(void)
+{
+    static const kq_scaled_q31 large = {INT32_C(1) << 30, 20};
+    kq_gate_q31 gate = {.limit = INT64_MAX};
+    const sensor_model *sensors[] = {&pair, &independent};
+    for (int k = 0; k < 8; k++) {
+        const kq_sensor_q31 *s = &sensors[k % 2]->sensor;
+        ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+        if (k / 2 == 0) ASSERT_OK(kq_update_huber_q31(&track, s, inside(), 3, large, NULL));
+        if (k / 2 == 1) ASSERT_OK(kq_update_student_q31(&track, s, inside(), 3, large, NULL));
+        if (k / 2 == 2) ASSERT_OK(kq_update_jump_q31(&track, s, inside(), 3, large));
+        if (k / 2 == 3) ASSERT_OK(kq_update_gated_q31(&track, &gate, s, inside(), 3));
+        assert_mean(5, 20);
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    }
+}
+
+static void what_stays_beyond_is_held_and_flagged(void)
+{
+    const double z[] = {605, 605};
+    int32_t words[2];
+    ASSERT_OK(kq_vector_prepare_q31(words, z, 2, pair.measurement_format, NULL));
+    ASSERT_OK(kq_update_q31(&track, &pair.sensor, words));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_mean_q31(&track, 0));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+}
+
+/* Beyond 64 words: state 0 would be at about 1.8e4. */
+static void the_end_of_the_headroom_is_flagged(void)
+{
+    static const double steep[] = {1, 900, 1, 0}, wider[] = {1e8, 0, 0, 1}, z[] = {18005, 5};
+    int32_t words[2];
+    put_sensor(&pair, 2, 2, range, measured_range, steep, R);
+    put_prior(&prior, 2, range, x0, wider);
+    ASSERT_OK(kq_vector_prepare_q31(words, z, 2, pair.measurement_format, NULL));
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_OK(kq_update_q31(&track, &pair.sensor, words));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+}
+
+/* ------------------------------------------------------------------ the smoother */
+
+/* Nothing at step 0, both states at step 1; all filtered means are within their words.  Of the
+   smoothed state 0 the two terms are 2000 and -1995. */
+static void run_linked(kq_status (*predict)(void))
+{
+    const double five[] = {5}, twenty[] = {20};
+    ASSERT_OK(predict());
+    ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(five, 1, first.measurement_format)));
+    ASSERT_OK(kq_update_q31(&track, &second.sensor, words_of(twenty, 1, second.measurement_format)));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+static kq_status predict_still(void) { return kq_predict_q31(&track, &still.process, NULL); }
+
+static kq_status predict_lag(void) { return kq_lag_predict_q31(&lag, &still.process, NULL); }
+
+static kq_status predict_point(void) { return kq_point_predict_q31(&point, &still.process, NULL); }
+
+static double value_of_word(int32_t word) { return ldexp(word, -prior.state_format[0].fraction); }
+
+static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
+{
+    for (int k = 0; k < 3; k++) {
+        ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
+        ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        run_linked(predict_still);
+        if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
+        if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
+        for (int t = 0; k == 2 && t < 2; t++) ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
+        ASSERT_WITHIN(0.02, 5, value_of_word(kq_smoothed_mean_q31(&tape, 0, 0)));
+        ASSERT_WITHIN(0.02, 20, value_of_word(kq_smoothed_mean_q31(&tape, 0, 1)));
+        TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(&tape));
+    }
+}
+
+static void so_it_may_on_line(void)
+{
+    ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
+    ASSERT_OK(kq_lag_attach_q31(&lag, &track));
+    run_linked(predict_lag);
+    ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
+    ASSERT_WITHIN(0.02, 5, value_of_word(kq_lag_mean_q31(&lag, 0)));
+    ASSERT_WITHIN(0.02, 20, value_of_word(kq_lag_mean_q31(&lag, 1)));
+    ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
+    ASSERT_OK(kq_point_attach_q31(&point, &track));
+    run_linked(predict_point);
+    ASSERT_OK(kq_point_smooth_q31(&point));
+    ASSERT_WITHIN(0.02, 5, value_of_word(kq_point_mean_q31(&point, 0)));
+    ASSERT_WITHIN(0.02, 20, value_of_word(kq_point_mean_q31(&point, 1)));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+/* x_0 = 10 x_1 = 1000 */
+static void run_shrinking(kq_status (*predict)(void))
+{
+    const double hundred[] = {100};
+    ASSERT_OK(predict());
+    ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(hundred, 1, first.measurement_format)));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+static kq_status shrink_still(void) { return kq_predict_q31(&track, &shrink.process, NULL); }
+
+static kq_status shrink_lag(void) { return kq_lag_predict_q31(&lag, &shrink.process, NULL); }
+
+static kq_status shrink_point(void) { return kq_point_predict_q31(&point, &shrink.process, NULL); }
+
+static void a_smoothed_mean_that_is_held_is_flagged(void)
+{
+    for (int k = 0; k < 3; k++) {
+        ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
+        ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(&tape));
+        run_shrinking(shrink_still);
+        if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
+        if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
+        for (int t = 0; k == 2 && t < 2; t++) ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
+        TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_smoothed_mean_q31(&tape, 0, 0));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_history_events_q31(&tape));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    }
+    TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(NULL));
+}
+
+static void so_is_one_on_line(void)
+{
+    ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
+    ASSERT_OK(kq_lag_attach_q31(&lag, &track));
+    run_shrinking(shrink_lag);
+    ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+    ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
+    ASSERT_OK(kq_point_attach_q31(&point, &track));
+    run_shrinking(shrink_point);
+    ASSERT_OK(kq_point_smooth_q31(&point));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+}
+
+/* An innovation of 1e6 sigma is held at 32768. */
+static void coordinates_that_are_held_are_flagged(void)
+{
+    static const double tiny[] = {1e-8, 0, 0, 1e-8}, sharper[] = {1e-8}, z[] = {100};
+    put_prior(&prior, 2, range, x0, tiny);
+    put_sensor(&first, 2, 1, range, measured_range, identity, sharper);
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
+    ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(z, 1, first.measurement_format)));
+    ASSERT_OK(kq_smooth_q31(&tape));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_history_events_q31(&tape));
+}
+
+/* ------------------------------------------------------------------ the steady state */
+
+/* One state, x0 + S a beyond its word: no object keeps events, the status tells. */
+static void the_steady_smoother_tells_what_it_has_held(void)
+{
+    static const kq_scaled_q31 half = {INT32_C(1) << 30, -31};
+    static const int32_t root[] = {INT32_C(1) << 29, 0};
+    const kq_steady_smoother_q31 s = {1, 1, root, &half, &half};
+    int32_t x[] = {INT32_MAX - 10, 0}, e[] = {0, 4}, y[] = {0, 0};
+    ASSERT_OK(kq_steady_smooth_q31(&s, y, e, 2));
+    TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 30, y[0]);
+    TEST_ASSERT_EQUAL_INT(KQ_SATURATED, kq_steady_smooth_q31(&s, x, e, 2));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, x[0]);
+}
+
+/* Once its gain is kept a filter is moved by all components at once. */
+static void a_settled_filter_is_held_at_the_end_of_a_step(void)
+{
+    static const double Q[] = {1e4, 0, 0, 1};
+    put_process(&still, 2, 0, range, NULL, identity, NULL, Q);
+    ASSERT_OK(kq_switch_init_q31(&settling, 8));
+    for (int t = 0; t < 40; t++) {
+        ASSERT_OK(kq_switch_step_q31(&settling, &track, &still.process, NULL, &independent.sensor,
+                                     inside()));
+    }
+    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&settling));
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double z[] = {605 * sign, 5 * sign};
+        int32_t words[2];
+        ASSERT_OK(kq_vector_prepare_q31(words, z, 2, independent.measurement_format, NULL));
+        for (int t = 0; t < 40; t++) {
+            ASSERT_OK(kq_switch_step_q31(&settling, &track, &still.process, NULL,
+                                         &independent.sensor, words));
+        }
+        assert_mean(5 * sign, 20 * sign);
+    }
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+}
+
+/* ------------------------------------------------------------------ the unknown start */
+
+static uint32_t seed;
+
+/* -1 .. 1 */
+static double draw(void)
+{
+    seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+    return (double)(seed >> 8) * 0x1p-23 - 1;
+}
+
+static void begin_trend(void)
+{
+    ASSERT_OK(kq_start_assign_q31(&start, 2, 16, start_memory, COUNT(start_memory)));
+    ASSERT_OK(kq_start_init_q31(&start, &track, &level_prior.table, 3, NULL));
+    ASSERT_OK(kq_start_attach_q31(&start, &tape));
+    ASSERT_OK(K(start_assign)(&start_f64, 2, 16, start_f64_memory, COUNT(start_f64_memory)));
+    ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, identity, 3));
+    ASSERT_OK(K(start_attach)(&start_f64, &tape_f64));
+}
+
+/* Is what is known of the present, in double, within 2/3 of the word? */
+static int is_within(void)
+{
+    const double level = K(start_mean)(&start_f64, 0), slope = K(start_mean)(&start_f64, 1);
+    return !(fabs(level) > 85) && !(fabs(slope) > 85);
+}
+
+/* The last measurements of 16 steps of a line, with noise that may be large.  Answers whether the
+   exact states, filtered and smoothed, are all within 2/3 of the word. */
+static int run_trend(double noise, int from)
+{
+    const double level = 60 * draw(), slope = 8 * draw();
+    int within = 1;
+    begin_trend();
+    for (int t = 0; t < 16; t++) {
+        double z[] = {level + slope * t + noise * draw()};
+        z[0] = fmin(fmax(z[0], -99), 99);
+        if (t) ASSERT_OK(kq_start_predict_q31(&start, &trend.process, NULL));
+        if (t) ASSERT_OK(K(start_predict)(&start_f64, &trend_f64, NULL));
+        within &= is_within();
+        if (t < from) continue;
+        const int32_t *words = words_of(z, 1, line.measurement_format);
+        ASSERT_OK(kq_start_update_q31(&start, &line.sensor, words));
+        ASSERT_OK(K(start_update)(&start_f64, &line_f64, z));
+        within &= is_within();
+    }
+    ASSERT_OK(kq_start_smooth_q31(&start));
+    ASSERT_OK(K(start_smooth)(&start_f64));
+    for (size_t t = 0; t < 16; t++) {
+        within &= fabs(K(start_smoothed_mean)(&start_f64, t, 0)) < 85;
+        within &= fabs(K(start_smoothed_mean)(&start_f64, t, 1)) < 85;
+    }
+    return within;
+}
+
+/* The first two measurements of a line are close together, and the line through them leaves the
+   words of the past; that through all does not. */
+static void the_past_may_be_beyond_its_word_before_it_is_smoothed(void)
+{
+    int runs = 0;
+    seed = 1;
+    ASSERT_OK(K(process_init)(&trend_f64, trend_A, NULL, none));
+    ASSERT_OK(K(sensor_init)(&line_f64, identity, R));
+    for (int k = 0; k < 200; k++) {
+        if (!run_trend(30, 4 + k % 4)) continue;
+        runs++;
+        for (size_t t = 0; t < 16; t++) {
+            for (int i = 0; i < 2; i++) {
+                const double mean = value_of_word(kq_start_smoothed_mean_q31(&start, t, i));
+                const double sigma = K(start_smoothed_sigma)(&start_f64, t, i);
+                ASSERT_WITHIN(1e-3 * sigma, K(start_smoothed_mean)(&start_f64, t, i), mean);
+            }
+        }
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+    }
+    TEST_ASSERT_TRUE(runs > 40);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_mean_may_leave_its_word_between_components);
+    RUN_TEST(so_it_may_where_nothing_is_sharp);
+    RUN_TEST(so_it_may_in_robust_updates);
+    RUN_TEST(what_stays_beyond_is_held_and_flagged);
+    RUN_TEST(the_end_of_the_headroom_is_flagged);
+    RUN_TEST(a_part_of_a_smoothed_mean_may_be_beyond_its_word);
+    RUN_TEST(so_it_may_on_line);
+    RUN_TEST(a_smoothed_mean_that_is_held_is_flagged);
+    RUN_TEST(so_is_one_on_line);
+    RUN_TEST(coordinates_that_are_held_are_flagged);
+    RUN_TEST(the_steady_smoother_tells_what_it_has_held);
+    RUN_TEST(a_settled_filter_is_held_at_the_end_of_a_step);
+    RUN_TEST(the_past_may_be_beyond_its_word_before_it_is_smoothed);
+    return UNITY_END();
+}
