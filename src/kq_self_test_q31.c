@@ -17,12 +17,12 @@ static const int32_t G[] = {0, 343597384, 858993459, -16, -13};
 static const int32_t sigma0[] = {671088640, 0, 805306368, -6, -8};
 static const int32_t x0[] = {0, 0};
 
-static const kq_process_table_q31 motion_table = {2, 0, state, 0, A, 0, G};
-static const kq_sensor_table_q31 ranger_table = {2, 1, 0, state, millimetres, H, R};
-static const kq_prior_table_q31 prior = {2, state, x0, sigma0};
-
+/* The tables are automatic: a constant that holds addresses is writable data in code that can be moved. */
 static kq_status run(kq_filter_q31 *cart)
 {
+    const kq_process_table_q31 motion_table = {2, 0, state, 0, A, 0, G};
+    const kq_sensor_table_q31 ranger_table = {2, 1, 0, state, millimetres, H, R};
+    const kq_prior_table_q31 prior = {2, state, x0, sigma0};
     static const int32_t range[] = {1140, 1020, -1370, 158000};
     kq_process_q31 motion;
     kq_sensor_q31 ranger;

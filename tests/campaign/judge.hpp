@@ -187,6 +187,56 @@ inline Series widened(const Series &series)
     return result;
 }
 
+/// How far a variance moves by full roundings, in units, from its change by those drawn at `scale`.
+/// Where its root moves by d it moves by 2 sigma d + d^2: the second term is all where sigma is 0.
+inline double varianceResponse(Real change, Real variance, Real unit, double scale)
+{
+    if (variance + change <= 0) return errorOf(change, unit * unit) / scale;
+    const Real d = change / (sqrtq(variance + change) + sqrtq(variance)) / scale;
+    return errorOf(2 * sqrtq(variance) * fabsq(d) + d * d, unit * unit);
+}
+
+inline double varianceResponse(const Mat &found, const Mat &exact, const Vec &units, int n,
+                               double scale)
+{
+    double worst = 0;
+    for (int i = 0; i < n; ++i) {
+        const Real variance = std::max(exact[i][i], Real(0));
+        worst = std::max(worst,
+                         varianceResponse(found[i][i] - variance, variance, units[i], scale));
+    }
+    return worst;
+}
+
+inline void raise(double &value, double other) { value = std::max(value, other); }
+
+/// A run with roundings drawn at the accuracy's scale, as what roundings of full size would make.
+inline void addRun(Series &allowed, const Exact &found, const Exact &exact, const Units &units,
+                   const Accuracy &accuracy, int n)
+{
+    const Series series = compare(found, exact, units, n, true);
+    for (std::size_t t = 0; t < series.size(); ++t) {
+        for (int q = 0; q < quantities; ++q) raise(allowed[t][q], series[t][q] / accuracy.scale);
+        const Mat &filtered = exact[t].filtered.covariance, &past = exact[t].smoothed.covariance;
+        raise(allowed[t][filterCovariance],
+              varianceResponse(found[t].filtered.covariance, filtered, units.of(filtered, t), n,
+                               accuracy.scale));
+        raise(allowed[t][smootherCovariance],
+              varianceResponse(found[t].smoothed.covariance, past, units.of(past, t), n,
+                               accuracy.scale));
+    }
+}
+
+/// The covariance of two steps is off by no less than those of either.
+inline void addLagOne(Series &allowed)
+{
+    for (std::size_t t = 0; t < allowed.size(); ++t) {
+        const std::size_t next = std::min(t + 1, allowed.size() - 1);
+        raise(allowed[t][lagOneCovariance], allowed[t][smootherCovariance]);
+        raise(allowed[t][lagOneCovariance], allowed[next][smootherCovariance]);
+    }
+}
+
 /// How far the documented roundings may move each result.
 inline Series allowance(const Inputs &inputs, const Exact &exact, const Units &units,
                         const Accuracy &accuracy, const Vec &words)
@@ -194,14 +244,10 @@ inline Series allowance(const Inputs &inputs, const Exact &exact, const Units &u
     Series worst(exact.size());
     for (std::uint64_t draw = 1; draw <= 2; ++draw) {
         Documented rounding(accuracy, inputs, words, draw);
-        const Series series = compare(run(inputs, rounding), exact, units, inputs.n, true);
-        for (std::size_t t = 0; t < series.size(); ++t) {
-            for (int q = 0; q < quantities; ++q) {
-                worst[t][q] = std::max(worst[t][q], series[t][q] / accuracy.scale);
-            }
-        }
+        addRun(worst, run(inputs, rounding), exact, units, accuracy, inputs.n);
     }
     addSmoother(worst, exact, units, accuracy, words, inputs.n);
+    addLagOne(worst);
     for (auto &step : worst) {
         for (double &value : step) value *= few;
     }

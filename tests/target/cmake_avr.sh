@@ -1,5 +1,5 @@
 #!/bin/sh
-# cmake_avr.sh CMAKE WORK: CMake builds the library for AVR, all that its compiler can do.
+# cmake_avr.sh CMAKE WORK: CMake builds the library for AVR, every source file of it.
 set -eu
 cmake=$1 work=$2/cmake-avr
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -8,8 +8,5 @@ rm -rf "$work"
     -DCMAKE_C_FLAGS=-mmcu=atmega2560 -DCMAKE_BUILD_TYPE=Release \
     -DKALMANQ_BUILD_TESTS=OFF -DKALMANQ_BUILD_TOOLS=OFF
 "$cmake" --build "$work"
-avr-ar t "$work/libkalmanq.a" | sort | tr '\n' ' ' | tee "$work/objects"
-expected="kq_adaptation_f32.c.obj kq_adaptation_q31.c.obj kq_em_f32.c.obj kq_f32.c.obj"
-expected="$expected kq_models_f32.c.obj kq_q31.c.obj kq_statistics_f32.c.obj"
-expected="$expected kq_statistics_q31.c.obj kq_steady_f32.c.obj kq_steady_q31.c.obj"
-[ "$(cat "$work/objects")" = "$expected misfit_q31.c.obj status.c.obj " ]
+avr-ar t "$work/libkalmanq.a" | sed 's/\.obj$//' | LC_ALL=C sort >"$work/objects"
+(cd "$root/src" && ls -- *.c) | LC_ALL=C sort | diff - "$work/objects"

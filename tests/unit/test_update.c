@@ -624,6 +624,27 @@ static void a_noise_free_measurement_of_a_known_state_is_not_taken(void)
     ASSERT_CLOSE(0, K(log_likelihood)(&track), 0);
 }
 
+static unsigned events_at(double P0, const num *measured)
+{
+    static const num one[] = {1}, zero[] = {0};
+    const num P[] = {N(P0)};
+    ASSERT_OK(K(sensor_init)(&gauge, one, zero));
+    ASSERT_OK(K(filter_init)(&level, zero, P));
+    ASSERT_OK(K(update)(&level, &gauge, measured));
+    ASSERT_CLOSE(*measured, whole_mean(&level, 0), 1);
+    return K(events)(&level);
+}
+
+/* What earlier noise-free measurements have left of a variance may be rounding. */
+static void a_noise_free_measurement_that_contradicts_is_an_event(void)
+{
+    static const num one[] = {1};
+    TEST_ASSERT_EQUAL_HEX(0, events_at(1, one));
+    TEST_ASSERT_EQUAL_HEX(0, events_at(4 * EPS, one));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_at(EPS / 16, one));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_at(EPS * EPS, one));
+}
+
 static void events_stay_until_they_are_cleared(void)
 {
     ASSERT_OK(K(update)(&track, sensor_of(twice, free_of_noise, 2), z));
@@ -798,6 +819,7 @@ int main(void)
     RUN_TEST(nearly_parallel_rows_are_both_taken);
     RUN_TEST(a_noise_free_measurement_of_a_known_state_is_not_taken);
     RUN_TEST(nothing_present_changes_no_bit);
+    RUN_TEST(a_noise_free_measurement_that_contradicts_is_an_event);
     RUN_TEST(events_stay_until_they_are_cleared);
     RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);
     RUN_TEST(the_low_part_completes_a_predicted_measurement);
