@@ -13,6 +13,13 @@
 #define KQ_NOINLINE
 #endif
 
+/* Off the ordinary path (init, errors, what is unusual): compiled for size at every level. */
+#if defined(__GNUC__)
+#define KQ_COLD __attribute__((cold))
+#else
+#define KQ_COLD
+#endif
+
 /* Memory counts more than time: the user said so, or it is a chip of 8 or 16 bits. */
 #if defined(__OPTIMIZE_SIZE__) || UINT_MAX < UINT32_MAX
 #define KQ_SMALL_CODE
@@ -33,10 +40,12 @@
 #endif
 
 /* Up to how many states a step has code of its own. */
+#ifndef KQ_STATES_APART
 #if defined(KQ_SMALL_CODE)
 #define KQ_STATES_APART 0
 #else
 #define KQ_STATES_APART 3
+#endif
 #endif
 
 /* A condition that is mostly true */

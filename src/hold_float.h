@@ -52,7 +52,7 @@ static inline int mean_is_kept(num *x, int n, int i)
     return 0;
 }
 
-KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
+KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
 {
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
