@@ -14,7 +14,9 @@
 #endif
 
 /* Off the ordinary path (init, errors, what is unusual): compiled for size at every level. */
-#if defined(__GNUC__)
+#if defined(__clang__)
+#define KQ_COLD __attribute__((cold, minsize))
+#elif defined(__GNUC__)
 #define KQ_COLD __attribute__((cold))
 #else
 #define KQ_COLD
@@ -37,15 +39,6 @@
 #define KQ_INLINE KQ_ALWAYS_INLINE
 #else
 #define KQ_INLINE static inline
-#endif
-
-/* Up to how many states a step has code of its own. */
-#ifndef KQ_STATES_APART
-#if defined(KQ_SMALL_CODE)
-#define KQ_STATES_APART 0
-#else
-#define KQ_STATES_APART 3
-#endif
 #endif
 
 /* A condition that is mostly true */
