@@ -26,6 +26,7 @@
 
 #include "care.inc"
 #include "take.inc"
+#include "correlated.inc"
 #include "step.inc"
 #include "gain.inc"
 #include "forecast.inc"

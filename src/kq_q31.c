@@ -22,6 +22,7 @@
 
 #include "care.inc"
 #include "take.inc"
+#include "correlated.inc"
 #include "step.inc"
 #include "gain.inc"
 #include "forecast.inc"
@@ -64,6 +65,12 @@ kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                              kq_misfit_q31 *misfit)
 {
     return sensor_init(s, table, misfit);
+}
+
+kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                                      kq_misfit_q31 *misfit)
+{
+    return sensor_init_diagonal(s, table, misfit);
 }
 
 kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H)

@@ -13,6 +13,8 @@ typedef kq_filter_f64 filter;
 typedef kq_likelihood_f64 likelihood;
 typedef kq_likelihood_run_f64 likelihood_run;
 typedef kq_history_f64 history;
+typedef struct kq_recorder_f64 recorder;
+typedef struct kq_correlation_f64 correlation;
 typedef kq_smooth_extras_f64 smooth_extras;
 typedef kq_tally_f64 tally;
 typedef kq_least_squares_f64 least_squares;
@@ -33,6 +35,9 @@ typedef kq_adaptation_f64 adaptation;
 typedef kq_adaptation_rule_f64 adaptation_rule;
 
 typedef num score;
+
+#define RECORDER kq_recorder_f64
+#define CORRELATION kq_correlation_f64
 
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64

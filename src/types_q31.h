@@ -13,6 +13,8 @@ typedef kq_filter_q31 filter;
 typedef kq_likelihood_q31 likelihood;
 typedef kq_likelihood_run_q31 likelihood_run;
 typedef kq_history_q31 history;
+typedef struct kq_recorder_q31 recorder;
+typedef struct kq_correlation_q31 correlation;
 typedef kq_smooth_extras_q31 smooth_extras;
 typedef kq_tally_q31 tally;
 typedef kq_least_squares_q31 least_squares;
@@ -27,6 +29,9 @@ typedef kq_start_q31 unknown_start;
 typedef kq_adaptation_q31 adaptation;
 typedef kq_adaptation_rule_q31 adaptation_rule;
 typedef int64_t score;
+
+#define RECORDER kq_recorder_q31
+#define CORRELATION kq_correlation_q31
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_Q31

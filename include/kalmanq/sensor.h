@@ -34,6 +34,7 @@ typedef struct {
     const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
     uint16_t plain;               /* n + 256 m where R is diagonal, otherwise 0 */
+    const struct kq_correlation_f32 *correlation; /* what takes a correlated R apart, or NULL */
 } kq_sensor_f32;
 
 typedef struct {
@@ -46,15 +47,16 @@ typedef struct {
     const double *covariance;
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
+    const struct kq_correlation_f64 *correlation;
 } kq_sensor_f64;
 
 /** A sensor `name` of m components for n states with its storage, in static memory. */
 #define KQ_SENSOR_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
-    static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
+    static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 #define KQ_SENSOR_F64(name, n, m)                                                                  \
     static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
-    static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
+    static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 
 /**
  * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE):
@@ -64,18 +66,18 @@ typedef struct {
  */
 #define KQ_SENSOR_TABLE(n, m, H, r)                                                                \
     {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8                                             \
+        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, NULL                                       \
     }
 
 /** The same with the memory of a diagonal R only. */
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
     static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
     static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 #define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
     static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
     static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0}
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -150,6 +152,7 @@ typedef struct {
     const kq_scaled_q31 *noise; /* NULL until initialised */
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
+    const struct kq_correlation_q31 *correlation;
 } kq_sensor_q31;
 
 /**
@@ -162,6 +165,13 @@ typedef struct {
  */
 kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                              kq_misfit_q31 *misfit);
+
+/**
+ * The same for a table whose R is diagonal, and for no other (KQ_ERR_TABLE): what takes a correlated R
+ * apart is not linked, 1 to 4 kB.
+ */
+kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                                      kq_misfit_q31 *misfit);
 
 /**
  * As kq_sensor_change_measurement_f32; H in words, checked as by init.

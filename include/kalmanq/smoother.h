@@ -75,6 +75,7 @@ typedef struct kq_history_f32 {
     const kq_process_f32 *process; /* of the step at the tape's end */
     kq_filter_f32 *filter;         /* attached to */
     uint8_t events;                /* KQ_EVENT_... */
+    const struct kq_recorder_f32 *recorder; /* what records; linked where a history is attached */
 } kq_history_f32;
 
 typedef struct kq_history_f64 {
@@ -90,6 +91,7 @@ typedef struct kq_history_f64 {
     const kq_process_f64 *process;
     kq_filter_f64 *filter;
     uint8_t events;
+    const struct kq_recorder_f64 *recorder;
 } kq_history_f64;
 
 /** A history `name` with its storage, in static memory: for n states, at most m scalar
@@ -98,11 +100,11 @@ typedef struct kq_history_f64 {
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -263,12 +265,13 @@ typedef struct kq_history_q31 {
     const kq_process_q31 *process;
     kq_filter_q31 *filter;
     uint8_t events;
+    const struct kq_recorder_q31 *recorder;
 } kq_history_q31;
 
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
 
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);
