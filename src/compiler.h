@@ -41,6 +41,16 @@
 #define KQ_INLINE static inline
 #endif
 
+/* A function of some size that many call: one copy of it; where sizes are constants (fixed_sizes.h),
+   time counts more. */
+#ifndef KQ_SHARED
+#if defined(__GNUC__)
+#define KQ_SHARED static __attribute__((noinline, unused))
+#else
+#define KQ_SHARED static
+#endif
+#endif
+
 /* A condition that is mostly true */
 #if defined(__GNUC__)
 #define KQ_MOSTLY(condition) __builtin_expect(!!(condition), 1)

@@ -20,6 +20,9 @@ static const num num_one = 1;
 
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
+/* Two rows at a time save loads, which count; in fixed point multiplications do. */
+enum { rows_in_pairs = 1 };
+
 /* Where sizes are known, S is in registers: a row of it cannot be selected. */
 enum { select_always = 0 };
 

@@ -23,6 +23,9 @@ typedef int64_t sum;
 static const int32_t num_one = INT32_C(1) << 29;
 static const int32_t one_exponent = -29;
 
+/* rows_float.h */
+enum { rows_in_pairs = 0 };
+
 static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
 enum { select_always = 1 };
 

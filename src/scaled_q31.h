@@ -21,7 +21,7 @@ static const int32_t high_exponent = 8192;
 static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
 
 /* a 2^exponent, rounded, a > 0 */
-static inline scaled scaled_of_positive(uint64_t a, int32_t exponent)
+KQ_SHARED scaled scaled_of_positive(uint64_t a, int32_t exponent)
 {
     const int zeros = leading_zeros_wide(a);
     /* the highest bit to bit 62, then half of the last bit kept is added: < 2^63 */
@@ -36,7 +36,7 @@ static inline scaled scaled_of_positive(uint64_t a, int32_t exponent)
 }
 
 /* a 2^exponent, rounded */
-static inline scaled scaled_of(int64_t a, int32_t exponent)
+KQ_SHARED scaled scaled_of(int64_t a, int32_t exponent)
 {
     if (a == 0) return (scaled){0, 0};
     if (a > 0) return scaled_of_positive((uint64_t)a, exponent);
@@ -62,7 +62,7 @@ static inline scaled scaled_shift(scaled a, int32_t shift)
 }
 
 /* a b 2^exponent for normalised mantissas, or 0: the product is in [2^60, 2^62) */
-static inline scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
+KQ_SHARED scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
 {
     const int64_t p = product(a, b);
     const int32_t long_one = narrow(p, 31, 31);
@@ -77,14 +77,14 @@ static inline scaled scaled_times(scaled a, scaled b)
 }
 
 /* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62 */
-static inline scaled scaled_over(scaled a, scaled b)
+KQ_SHARED scaled scaled_over(scaled a, scaled b)
 {
     const int32_t inverse = (int32_t)(reciprocal(magnitude(b.mantissa) << 1) >> 1);
     return scaled_of_product(b.mantissa < 0 ? -a.mantissa : a.mantissa, inverse,
                              a.exponent - b.exponent - 61);
 }
 
-static inline scaled scaled_plus(scaled a, scaled b)
+KQ_SHARED scaled scaled_plus(scaled a, scaled b)
 {
     if (scaled_is_zero(a)) return b;
     if (scaled_is_zero(b)) return a;
@@ -101,7 +101,7 @@ static inline scaled scaled_plus(scaled a, scaled b)
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
 /* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
-static inline scaled scaled_root(scaled a)
+KQ_SHARED scaled scaled_root(scaled a)
 {
     if (a.mantissa <= 0) return (scaled){0, 0};
     const int odd = a.exponent & 1;
