@@ -67,6 +67,12 @@ kq_status kq_process_init_factor_f32(kq_process_f32 *p, const float *A, const fl
     return process_init_factor(p, A, B, F, r);
 }
 
+kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B,
+                                   const float *G)
+{
+    return process_init_root(p, A, B, G);
+}
+
 kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A)
 {
     return process_change_transition(p, A);
@@ -100,6 +106,11 @@ kq_status kq_filter_assign_f32(kq_filter_f32 *f, int n, float *memory, size_t le
 kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0)
 {
     return filter_init(f, x0, P0);
+}
+
+kq_status kq_filter_init_root_f32(kq_filter_f32 *f, const float *x0, const float *S)
+{
+    return filter_init_root(f, x0, S);
 }
 
 kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u)

@@ -70,6 +70,12 @@ kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const d
     return process_init_factor(p, A, B, F, r);
 }
 
+kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
+                                   const double *G)
+{
+    return process_init_root(p, A, B, G);
+}
+
 kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A)
 {
     return process_change_transition(p, A);
@@ -103,6 +109,11 @@ kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t l
 kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0)
 {
     return filter_init(f, x0, P0);
+}
+
+kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const double *S)
+{
+    return filter_init_root(f, x0, S);
 }
 
 kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u)

@@ -154,6 +154,14 @@ kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0)
 kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
 
 /**
+ * The same with P0 = S S' given by its root, as kq_process_init_root takes Q's.
+ *   S        upper triangular, diagonal >= 0, packed by columns (KQ_TRIANGLE(n)); not kept
+ * Errors as kq_process_init_root.
+ */
+kq_status kq_filter_init_root_f32(kq_filter_f32 *f, const float *x0, const float *S);
+kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const double *S);
+
+/**
  * The state of another filter: mean, covariance, events and likelihoods, bit for bit.
  *   to       of n states, with its own memory; written.  It records on no history; what was
  *            attached to it is not looked at.

@@ -128,6 +128,21 @@ kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const d
                                      const double *F, int r);
 
 /**
+ * The same model with Q = G G' given by its root, which has been made beforehand, say on the host:
+ * what makes roots is not linked, 1 to 2 kB.
+ *   G        upper triangular, diagonal >= 0, packed by columns: g_00, g_01, g_11, g_02, ...
+ *            (KQ_TRIANGLE(n)); not kept.  In NumPy: U = cholesky(Q[::-1, ::-1])[::-1, ::-1], then
+ *            G = U.T[tril_indices(n)]
+ * Cost: n^3 / 6 multiplications.  Accuracy: G's, but for G_ii below 2^-60 (f32) or 2^-200 (f64).
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a diagonal entry
+ * below 0), KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64).
+ */
+kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B,
+                                   const float *G);
+kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
+                                   const double *G);
+
+/**
  * Another A with the noise as it is: for a step length that varies, or a linearised model.  A
  * history that recorded a predict by the old one is no longer smoothed by p (smoother.h).
  *   p        initialised before

@@ -169,6 +169,30 @@ static void init_refuses_a_variance_beyond_the_limit(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, init());
 }
 
+static void a_root_is_the_prior_that_it_is_the_root_of(void)
+{
+    static const num root[] = {0.5, 0.25, 0.75};
+    textbook t;
+    put_covariance(P0, 0.3125, 0.1875, 0.1875, 0.5625);
+    textbook_init(&t, 2, x0, P0);
+    ASSERT_OK(K(filter_init_root)(&track, x0, root));
+    ASSERT_TEXTBOOK(&t, &track);
+}
+
+static void init_root_refuses_what_is_no_root(void)
+{
+    static const num root[] = {0.5, 0.25, 0.75};
+    const num negative[] = {N(-0.5), 0.25, 0.75}, infinite[] = {0.5, (num)INFINITY, 0.75};
+    const num large[] = {0.5, 0, N(1.01 * MOST_SIGMA)};
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init_root)(&track, x0, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init_root)(&track, NULL, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init_root)(NULL, x0, root));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(filter_init_root)(&track, x0, negative));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(filter_init_root)(&track, x0, infinite));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(filter_init_root)(&track, infinite, root));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(filter_init_root)(&track, x0, large));
+}
+
 /* The lower triangle is compared, within rounding, and not used. */
 static void init_uses_the_upper_triangle(void)
 {
@@ -711,6 +735,8 @@ static void run_assign_and_init(void)
     RUN_TEST(init_checks_that_P0_is_a_covariance);
     RUN_TEST(init_takes_a_singular_P0);
     RUN_TEST(init_refuses_a_variance_beyond_the_limit);
+    RUN_TEST(a_root_is_the_prior_that_it_is_the_root_of);
+    RUN_TEST(init_root_refuses_what_is_no_root);
     RUN_TEST(init_uses_the_upper_triangle);
     RUN_TEST(init_begins_a_new_run);
     RUN_TEST(a_refused_init_leaves_the_old_run_going);

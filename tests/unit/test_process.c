@@ -283,6 +283,39 @@ static void a_factor_keeps_what_its_product_would_round_away(void)
     ASSERT_WITHIN(0.25 * 0x1p-42, 0x1p-42, S);
 }
 
+/* ------------------------------------------------------------------------- init_root */
+
+static const num root[] = {0.5, 0.25, 0.75}; /* g_00, g_01, g_11 */
+
+static void a_root_is_the_noise_that_it_is_the_root_of(void)
+{
+    static const num product[] = {0.3125, 0.1875, 0.1875, 0.5625};
+    ASSERT_OK(K(process_init_root)(&motion, A, B, root));
+    assert_noise(&motion, product);
+}
+
+static void a_singular_root_is_taken(void)
+{
+    static const num product[] = {0.0625, 0.1875, 0.1875, 0.5625};
+    static const num singular[] = {0, 0.25, 0.75};
+    ASSERT_OK(K(process_init_root)(&motion, A, B, singular));
+    assert_noise(&motion, product);
+}
+
+static void init_root_refuses_what_is_no_root(void)
+{
+    const num negative[] = {0.5, 0.25, N(-0.75)}, infinite[] = {0.5, (num)INFINITY, 0.75};
+    const num large[] = {0.5, 0, N(1.01 * MOST_SIGMA)}, along[] = {N(MOST_SIGMA), N(MOST_SIGMA), 1};
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(&motion, A, B, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(&motion, NULL, B, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(&motion, A, NULL, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(NULL, A, B, root));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(process_init_root)(&motion, A, B, negative));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(process_init_root)(&motion, A, B, infinite));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_root)(&motion, A, B, large));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_root)(&motion, A, B, along));
+}
+
 static void init_factor_refuses_null(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(NULL, A, B, F, 2));
@@ -474,6 +507,9 @@ int main(void)
     RUN_TEST(a_factor_of_any_width_gives_its_product);
     RUN_TEST(a_factor_and_its_product_are_the_same_noise);
     RUN_TEST(a_factor_keeps_what_its_product_would_round_away);
+    RUN_TEST(a_root_is_the_noise_that_it_is_the_root_of);
+    RUN_TEST(a_singular_root_is_taken);
+    RUN_TEST(init_root_refuses_what_is_no_root);
     RUN_TEST(init_factor_refuses_null);
     RUN_TEST(init_factor_refuses_widths_out_of_range);
     RUN_TEST(init_factor_refuses_numbers_that_are_not_finite);
