@@ -27,12 +27,12 @@ m0 | m3) # lmul: lengths are counted in 64 bits
     floats='^(__aeabi_(f(add|sub|mul|div|cmp(eq|lt|le|ge|gt|un)|2u?iz)|u?i2f|u?idiv(mod)?|lmul)|sqrtf)$'
     ;;
 avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy constants into RAM
-    more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|u?divmod[hs]i4'
+    more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|mulohisi3|u?divmod[hs]i4'
     more="$more|do_(copy_data|clear_bss))$"
     integers="$integers|^$more"
     # lengths are counted in 64 bits
     floats="$floats|^__((mul|add|sub|neg|cmp)di[23](_s8)?|(ashl|ashr|lshr)di3|u?mulsidi3"
-    floats="$floats|mulsi3|(us?)?mulhisi3|u?divmodhi4|do_(copy_data|clear_bss))$"
+    floats="$floats|mulsi3|(us?)?mulhisi3|mulohisi3|u?divmodhi4|do_(copy_data|clear_bss))$"
     ;;
 esac
 
@@ -68,7 +68,7 @@ case $sources in
     check_object kq_statistics_f32 "$floats|^kq_update_f32$"
     check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$"
     check_object kq_models_f32 "$floats"
-    check_object kq_em_f32 "$floats|^kq_(predict|update_subset)_f32$"
+    check_object kq_em_f32 "$floats|^kq_(predict_f32|update_subset_f32|correlation_f32)$"
     ;;
 esac
 echo "$name: clean"

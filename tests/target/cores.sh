@@ -65,7 +65,8 @@ core_select() {
 }
 
 core_is_host() {
-    gcc=gcc linker="gcc" nm=nm emulator= machine=
+    # constants that hold addresses are no writable data where code does not move
+    gcc="gcc -fno-pie" linker="gcc -no-pie" nm=nm emulator= machine=-fno-pie
 }
 
 core_is_cortex_m() {
@@ -98,9 +99,8 @@ core_is_avr() {
 
 core_takes_clang() {
     clang=$(command -v clang || command -v clang-14) || core_unknown clang
-    compiler=$clang
     if [ $core = host ]; then
-        linker=$clang
+        compiler="$clang $machine" linker="$clang -no-pie"
         return
     fi
     header=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep -m 1 '/stdio\.h$')
