@@ -21,7 +21,7 @@ static const num num_one = 1;
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
 /* Where sizes are known, S is in registers: a row of it cannot be selected. */
-enum { select_always = 0 };
+enum { select_always = 0, states_in_registers = 3 };
 
 static inline int32_t entry_exponent(scaled h, const num *E)
 {
