@@ -64,9 +64,10 @@ static inline unsigned mean_hold(num *x, int n, int i)
 /* z - h'x, h being 0 outside of from .. to-1: the high parts cancel first */
 KQ_INLINE num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
 {
-    num low = 0;
+    num low = h[from] * x[n + from];
+    z -= h[from] * x[from];
     KQ_UNROLL
-    for (int k = from; k < to; k++) {
+    for (int k = from + 1; k < to; k++) {
         z -= h[k] * x[k];
         low += h[k] * x[n + k];
     }

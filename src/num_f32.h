@@ -85,6 +85,7 @@ static inline num num_upper(num a)
 
 /* r below this share of s is taken in stages */
 static inline num sharp_share(num s) { return s * 0x1p-16f; }
+static const num num_sure_share = 0x1p-15f; /* twice that */
 
 #include "rows_float.h"
 

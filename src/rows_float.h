@@ -92,7 +92,10 @@ static inline scaled row_product(const num *a, const num *b, int width)
 }
 
 /* r + f'f */
-static inline scaled add_square(scaled r, const num *f, int n) { return r + dot(0, f, f, n); }
+static inline scaled add_square(scaled r, const num *f, int n)
+{
+    return r + dot(f[0] * f[0], f + 1, f + 1, n - 1);
+}
 
 static inline const num *align(num *c, const scaled *row, const num *E, int stride, int count,
                                int32_t *exponent)
@@ -267,6 +270,13 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
     return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
+}
+
+/* The same in one comparison, which many an ordinary one fails, too: r is not below twice its share
+   of s, and e^2 / s is below 2^16 or, in double, 2^48. */
+static inline int is_surely_ordinary(scaled r, scaled s, scaled e)
+{
+    return r >= num_sure_share * (s + e * e) + 2 * num_zero_variance;
 }
 
 typedef struct {

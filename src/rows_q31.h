@@ -396,6 +396,8 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
 }
 
+static inline int is_surely_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+
 /*
  * The state of Carlson's sums a_j = r + f_0^2 + ... + f_j^2.  All in units of 2^(2 exponent),
  * where the last of them, the innovation variance, is in [2^59, 2^61); f moves by `down`.
