@@ -37,7 +37,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
     const likelihood before = f->last;
     const likelihood_run run = f->run;
     (void)h, (void)e;
-    kq_update_subset_f32(f, z.sensor, z.z, UINT32_C(1) << c);
+    kq_update_subset_f32(f, z.sensor, z.z, ~UINT32_C(0) << c);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;
     else likelihood_join(&f->last, &before);

@@ -39,7 +39,7 @@ static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled 
     const likelihood_run run = f->run;
     (void)h, (void)e;
     filter_set_ready(f, f->ready | FILTER_OPEN);
-    kq_update_subset_q31(f, z.sensor, z.z, UINT32_C(1) << c);
+    kq_update_subset_q31(f, z.sensor, z.z, ~UINT32_C(0) << c);
     filter_set_ready(f, f->ready & ~FILTER_OPEN);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;

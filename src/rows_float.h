@@ -21,7 +21,7 @@ static const num num_one = 1;
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
 /* Where sizes are known, S is in registers: a row of it cannot be selected. */
-enum { select_always = 0, states_in_registers = 3 };
+enum { select_always = 0, states_in_registers = 3, states_unrolled = 4 };
 
 static inline int32_t entry_exponent(scaled h, const num *E)
 {
@@ -272,8 +272,8 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
     return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
 }
 
-/* The same in one comparison, which many an ordinary one fails, too: r is not below twice its share
-   of s, and e^2 / s is below 2^16 or, in double, 2^48. */
+/* The same in one comparison, which some ordinary ones fail, too: r is not below twice its share of s,
+   and e^2 / s is below 2^16 or, in double, 2^48. */
 static inline int is_surely_ordinary(scaled r, scaled s, scaled e)
 {
     return r >= num_sure_share * (s + e * e) + 2 * num_zero_variance;
