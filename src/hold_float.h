@@ -83,7 +83,7 @@ KQ_INLINE int root_is_within(const num *S, int n)
         S += i + 1;
         total += *S;
     }
-    return total <= num_most_sigma;
+    return !num_exceeds(total, num_most_sigma);
 }
 
 /* What predict made of the state, held within the numbers.  A mean that leaves the numbers alone,

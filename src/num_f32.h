@@ -50,6 +50,9 @@ static inline uint32_t num_bits(num a)
     return both.bits;
 }
 
+/* Is a >= 0 beyond `most`, or not a number?  As integers, where the FPU would have to load it. */
+static inline int num_exceeds(num a, num most) { return num_bits(a) > num_bits(most); }
+
 /* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
 static inline num num_split(num a, int32_t *exponent)
 {
