@@ -34,5 +34,8 @@ enum { KQ_UPPER = 1, KQ_BARE = 2 };
 /* Loops over states are unrolled, scratch is in registers as far as they reach. */
 #define KQ_UNROLL _Pragma("GCC unroll 16")
 #define KQ_APART KQ_ALWAYS_INLINE
+#if defined(__GNUC__)
+#define KQ_IN_ORDER __asm__ volatile("")
+#endif
 
 #endif
