@@ -396,6 +396,8 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
 }
 
+static inline int noise_is_ordinary(scaled r) { return r.mantissa > 0; }
+
 static inline int is_surely_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
 
 /*
