@@ -285,7 +285,7 @@ KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
         return 0;
     }
     const int zeros = leading_zeros_wide(square) & ~1, h = zeros / 2 - 1;
-    const uint32_t v = (uint32_t)((square << zeros) >> 32), inverse = inverse_root(v);
+    const uint32_t v = upper_word_raised(square, zeros), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
     scale(w, h, half, count);
     const int32_t p = narrow(product(raise(g, h, 31), half), 31, 31);
@@ -420,7 +420,7 @@ typedef struct {
 static inline void rotor_take_root(rotor *t)
 {
     t->zeros = leading_zeros_wide(t->a) & ~1;
-    const uint32_t v = (uint32_t)((t->a << t->zeros) >> 32);
+    const uint32_t v = upper_word_raised(t->a, t->zeros);
     t->inverse = inverse_root(v);
     t->root = root_by_inverse(v, t->inverse);
 }
@@ -440,6 +440,25 @@ static inline rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
 
 static inline int is_no_turn(int32_t f) { return f == 0; }
 
+/* (p + 2^30) 2^-31 2^-down, rounded down, at most 1 in Q31 */
+static inline int32_t cosine_of(uint64_t p, int down)
+{
+    p += UINT32_C(1) << 30;
+    const uint32_t high = upper_word(p);
+    const uint32_t c = down ? high >> (down - 1) : high << 1 | (uint32_t)p >> 31;
+    if (down ? c > INT32_MAX : high >> 30) return INT32_MAX;
+    return (int32_t)c;
+}
+
+/* p 2^-30, rounded, held within -1 and 1 in Q31, which the upper word alone tells of most */
+static inline int32_t sine_of(int64_t p)
+{
+    const uint32_t most = (UINT32_C(1) << 29) - 2;
+    if (upper_word((uint64_t)p) + most < 2 * most) return narrow(p, 30, 31);
+    const int64_t sine = (p + (INT32_C(1) << 29)) >> 30;
+    return sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
+}
+
 /* c = sqrt(a_before / a),  t = f / sqrt(a); |f| < sqrt(a), which is below 2^(32 - zeros/2) */
 static inline rotation rotor_turn(rotor *t, int32_t f)
 {
@@ -449,12 +468,9 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
     f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
     t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
-    const uint64_t c = ((product_unsigned(root, t->inverse) + (UINT32_C(1) << 30)) >> 31) >>
-                       ((zeros - t->zeros) / 2);
-    turn.c = c > INT32_MAX ? INT32_MAX : (int32_t)c;
+    turn.c = cosine_of(product_unsigned(root, t->inverse), (zeros - t->zeros) >> 1);
     const int32_t tall = raise(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
-    const int64_t sine = (product(tall, half) + (INT32_C(1) << 29)) >> 30;
-    turn.t = sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
+    turn.t = sine_of(product(tall, half));
     return turn;
 }
 
