@@ -13,7 +13,7 @@ static inline int leading_zeros_wide(uint64_t a)
     return high ? leading_zeros(high) : 32 + leading_zeros((uint32_t)a);
 }
 
-/* The upper word of a 2^zeros, zeros being its leading ones, but for one; a != 0 */
+/* The upper word of a 2^zeros, a != 0 having so many leading zeros, or one more */
 static inline uint32_t upper_word_raised(uint64_t a, int zeros)
 {
     const uint32_t high = upper_word(a), low = (uint32_t)a;

@@ -27,7 +27,7 @@ enum { MEAN_WIDE = 256, mean_widens = 1 };
 
 static inline wide wide_get(const int32_t *x, int n, int i)
 {
-    return raise_wide(x[i], 24, 55) + x[n + i];
+    return raise_wide(x[i], 24, 55) | (uint32_t)x[n + i];
 }
 
 static inline void wide_set(int32_t *x, int n, int i, wide value)

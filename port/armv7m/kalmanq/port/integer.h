@@ -47,7 +47,7 @@ KQ_INLINE int32_t shift_rounded(int32_t a, int shift)
     __asm("asrs %0, %0, %1\n\t"
           "adc %0, %0, #0"
           : "+r"(a)
-          : "r"(shift)
+          : "rI"(shift)
           : "cc");
     return a;
 }
