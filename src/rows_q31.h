@@ -54,7 +54,7 @@ static inline scaled add_square(scaled r, const int32_t *f, int n)
     const sum square = squares(0, f, n); /* < 2^60.4 */
     const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
     if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62),
+    return scaled_of_positive((uint64_t)sum_of(square, raise_word(r.mantissa, (int)up, 60), 62),
                               exponent);
 }
 
@@ -230,7 +230,7 @@ KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict
 {
     (void)g_pivot;
     const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
-    const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), pq[1]), 31, 31);
+    const int32_t d = narrow_product((int32_t)sum_of(entry, g, 31), pq[1], 31, 31);
     subtract_multiple(w, V, d, count);
     return entry;
 }
@@ -288,7 +288,7 @@ KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
     const uint32_t v = upper_word_raised(square, zeros), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
     scale(w, h, half, count);
-    const int32_t p = narrow(product(raise(g, h, 31), half), 31, 31);
+    const int32_t p = narrow_product(raise(g, h, 31), half, 31, 31);
     const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
     pq[0] = p;
@@ -426,13 +426,13 @@ static inline void rotor_take_root(rotor *t)
 }
 
 /* s = r + f'f, normalised */
-static inline rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
+KQ_INLINE rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
 {
     rotor t;
     t.exponent = (s.exponent - 29) >> 1;
     t.down = t.exponent - f[n];
     const int32_t up = r.exponent - 2 * t.exponent; /* <= 31, since r <= s */
-    t.a = (uint64_t)(up >= 0 ? raise_wide(r.mantissa, (int)up, 62) : lower(r.mantissa, -up));
+    t.a = (uint64_t)(up >= 0 ? raise_word(r.mantissa, (int)up, 62) : lower(r.mantissa, -up));
     if (t.a == 0) t.a = 1;
     rotor_take_root(&t);
     return t;

@@ -114,6 +114,17 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
     return (int32_t)low;
 }
 
+/* Those of products, and of the sum of two */
+KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+{
+    return shift_rounded_wide(product(a, b), shift);
+}
+
+KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+{
+    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
+}
+
 static inline int64_t shift_rounded_long(int64_t a, int shift)
 {
     uint32_t low = (uint32_t)a, zero = 0;
