@@ -94,7 +94,8 @@ static inline scaled row_product(const num *a, const num *b, int width)
 /* r + f'f */
 static inline scaled add_square(scaled r, const num *f, int n)
 {
-    return r + dot(f[0] * f[0], f + 1, f + 1, n - 1);
+    const num first = n > 0 ? f[0] * f[0] : 0; /* not added to 0 */
+    return r + dot(first, f + 1, f + 1, n - 1);
 }
 
 static inline const num *align(num *c, const scaled *row, const num *E, int stride, int count,
