@@ -3,7 +3,7 @@
  * knows: fixed_sizes.h says how they are used.  Arguments, results and errors are those of
  * kalmanq/filter.h and kalmanq/smoother.h, and
  *
- *   n, m      the filter's states and the sensor's components, constants
+ *   n, m, l   the filter's states, the sensor's components and the process's controls, constants
  *   options   KQ_UPPER, KQ_BARE or 0, a constant (KQ_BARE: for update and step)
  */
 #ifndef KALMANQ_FIXED_F32_H
@@ -27,7 +27,8 @@
 #include "filter.inc"
 #include "history.inc"
 
-/* The unusual measurement: the library takes it, and what it keeps of the likelihood is joined. */
+/* The unusual measurement and those that follow it: the library takes them, and what it keeps of the
+   likelihood is joined.  A copy of a filter is left as one that is not ready. */
 static void take_with_care(filter *f, reading z, int c, const scaled *h, scaled e, int mode)
 {
     if (f->states <= states_in_registers) {

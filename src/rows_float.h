@@ -20,7 +20,8 @@ static const num num_one = 1;
 
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
-/* Where sizes are known, S is in registers: a row of it cannot be selected. */
+/* Where sizes are known, S is in registers: a row of it cannot be selected.  Up to so many states a
+   step works on a copy that is in registers, and up to so many its components are unrolled. */
 enum { select_always = 0, states_in_registers = 3, states_unrolled = 4 };
 
 static inline int32_t entry_exponent(scaled h, const num *E)

@@ -24,6 +24,7 @@ static const int32_t num_one = INT32_C(1) << 29;
 static const int32_t one_exponent = -29;
 
 static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
+/* Up to how many states a step of known size works on a copy, and up to how many it unrolls components */
 enum { select_always = 1, states_in_registers = 0, states_unrolled = 1 };
 
 /* Of words of a row of exponent *E times h, where h is 2^k */
