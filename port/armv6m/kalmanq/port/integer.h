@@ -114,17 +114,6 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
     return (int32_t)low;
 }
 
-/* Those of products, and of the sum of two */
-KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
-{
-    return shift_rounded_wide(product(a, b), shift);
-}
-
-KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
-{
-    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
-}
-
 static inline int64_t shift_rounded_long(int64_t a, int shift)
 {
     uint32_t low = (uint32_t)a, zero = 0;
@@ -164,6 +153,17 @@ static inline uint32_t quotient(uint32_t d)
 static inline int64_t multiply_add(int64_t total, int32_t a, int32_t b)
 {
     return total + product(a, b);
+}
+
+/* shift_rounded_wide of products, and of the sum of two */
+KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+{
+    return shift_rounded_wide(product(a, b), shift);
+}
+
+KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+{
+    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
 }
 
 #endif

@@ -116,17 +116,6 @@ static inline __attribute__((always_inline)) int32_t shift_rounded_wide(int64_t 
     return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
 }
 
-/* Those of products, and of the sum of two */
-KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
-{
-    return shift_rounded_wide(product(a, b), shift);
-}
-
-KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
-{
-    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
-}
-
 /* |a| is below 2^63 - 1, and the shift that the C library has moves bytes first. */
 KQ_OUT_OF_LINE int64_t shift_rounded_long(int64_t a, int shift)
 {
@@ -139,6 +128,17 @@ static inline uint32_t quotient(uint32_t d) { return UINT32_MAX / d; }
 static inline int64_t multiply_add(int64_t total, int32_t a, int32_t b)
 {
     return total + product(a, b);
+}
+
+/* shift_rounded_wide of products, and of the sum of two */
+KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+{
+    return shift_rounded_wide(product(a, b), shift);
+}
+
+KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+{
+    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
 }
 
 #endif
