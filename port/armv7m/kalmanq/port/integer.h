@@ -69,12 +69,10 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
 }
 
 /*
- * Those of products.  Where the loops are unrolled the whole is one piece, of which one register is
- * left: gcc moves pairs of registers about.
+ * Those of products, in one piece, of which one register is left: gcc moves pairs of registers about.
  */
 KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
 {
-#ifdef KALMANQ_FIXED_SIZES_H
     if (__builtin_constant_p(shift) && shift <= 31) {
         uint32_t low, high;
         __asm("smull %0, %1, %2, %3\n\t"
@@ -85,13 +83,11 @@ KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
               : "cc");
         return (int32_t)low;
     }
-#endif
     return shift_rounded_wide(product(a, b), shift);
 }
 
 KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
 {
-#ifdef KALMANQ_FIXED_SIZES_H
     if (__builtin_constant_p(shift) && shift <= 31) {
         uint32_t low, high;
         __asm("smull %0, %1, %2, %3\n\t"
@@ -103,7 +99,6 @@ KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, i
               : "cc");
         return (int32_t)low;
     }
-#endif
     return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
 }
 
