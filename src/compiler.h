@@ -63,6 +63,12 @@
 #define KQ_UNROLL
 #endif
 
+/* Between two parts of a kernel: where the sizes are constants, instructions of the one are not moved
+   into the other, which would keep more numbers in registers than there are. */
+#ifndef KQ_IN_ORDER
+#define KQ_IN_ORDER ((void)0)
+#endif
+
 /* A function with scratch of its own, inline where the sizes are constants. */
 #ifndef KQ_APART
 #define KQ_APART KQ_NOINLINE static

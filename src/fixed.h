@@ -25,6 +25,19 @@ KQ_INLINE int32_t narrow(int64_t a, int shift, int bits)
     return shift_rounded_wide(a, shift);
 }
 
+/* a b 2^-shift and (a b + c d) 2^-shift, rounded to nearest; the sum is below 2^62 */
+KQ_INLINE int32_t narrow_product(int32_t a, int32_t b, int shift, int bits)
+{
+    (void)bits;
+    return product_rounded(a, b, shift);
+}
+
+KQ_INLINE int32_t narrow_products(int32_t a, int32_t b, int32_t c, int32_t d, int shift, int bits)
+{
+    (void)bits;
+    return products_rounded(a, b, c, d, shift);
+}
+
 /* a 2^-shift rounded to nearest, for any shift >= 0: never larger than a */
 static inline int32_t lower(int32_t a, int32_t shift)
 {
@@ -51,6 +64,14 @@ KQ_INLINE int64_t raise_wide(int64_t a, int shift, int bits)
 {
     (void)bits;
     return (int64_t)((uint64_t)a << shift);
+}
+
+/* The same of one word, 0 <= shift <= 31, |a 2^shift| <= 2^bits */
+KQ_INLINE int64_t raise_word(int32_t a, int shift, int bits)
+{
+    (void)bits;
+    const uint32_t high = (uint32_t)(a >> 1 >> (31 - shift));
+    return (int64_t)((uint64_t)high << 32 | (uint32_t)a << shift);
 }
 
 /* a + b; |a + b| <= 2^bits */

@@ -73,19 +73,24 @@ static inline int state_is_finite(const num *x, const num *S, int n)
     return total == 0;
 }
 
-/* What predict made of the state, held within the numbers.  One sum tells whether there is anything
-   to hold: an infinity or a NaN of a row is one of its diagonal too, as the row's norm.  A mean that
-   leaves the numbers alone, driven out of them by a control, is met at the next update. */
+/* Is there nothing to hold in what predict made of the root?  One sum tells it: an infinity or a NaN
+   of a row is one of its diagonal too, as the row's norm. */
+KQ_INLINE int root_is_within(const num *S, int n)
+{
+    num total = *S;
+    KQ_UNROLL
+    for (int i = 1; i < n; i++) {
+        S += i + 1;
+        total += *S;
+    }
+    return !num_exceeds(total, num_most_sigma);
+}
+
+/* What predict made of the state, held within the numbers.  A mean that leaves the numbers alone,
+   driven out of them by a control, is met at the next update. */
 KQ_INLINE unsigned state_held(num *x, num *S, int n)
 {
-    const num *pivot = S;
-    num total = 0;
-    KQ_UNROLL
-    for (int i = 0; i < n; i++) {
-        total += *pivot;
-        pivot += i + 2;
-    }
-    return KQ_MOSTLY(total <= num_most_sigma) ? 0 : state_hold(x, S, n);
+    return KQ_MOSTLY(root_is_within(S, n)) ? 0 : state_hold(x, S, n);
 }
 
 #endif

@@ -20,13 +20,18 @@ static inline unsigned state_hold(int32_t *x, int32_t *S, int n)
     return 0;
 }
 
-KQ_INLINE unsigned state_held(int32_t *x, int32_t *S, int n)
+KQ_INLINE int root_is_within(const int32_t *S, int n)
 {
     int32_t top = lowest_exponent;
-    (void)x; /* held at its word by mean_advance */
     KQ_UNROLL
     for (int i = 0; i < n; i++) top = S[KQ_TRIANGLE(n) + i] > top ? S[KQ_TRIANGLE(n) + i] : top;
-    return top <= high_exponent - 32 ? 0 : KQ_EVENT_OVERFLOW;
+    return top <= high_exponent - 32;
+}
+
+KQ_INLINE unsigned state_held(int32_t *x, int32_t *S, int n)
+{
+    (void)x; /* held at its word by mean_advance */
+    return root_is_within(S, n) ? 0 : KQ_EVENT_OVERFLOW;
 }
 
 #endif

@@ -13,6 +13,14 @@ static inline int leading_zeros_wide(uint64_t a)
     return high ? leading_zeros(high) : 32 + leading_zeros((uint32_t)a);
 }
 
+/* The upper word of a 2^zeros, a != 0 having so many leading zeros, or one more */
+static inline uint32_t upper_word_raised(uint64_t a, int zeros)
+{
+    const uint32_t high = upper_word(a), low = (uint32_t)a;
+    if (high == 0) return low << (zeros - 32);
+    return high << zeros | low >> 1 >> (31 - zeros);
+}
+
 /* round(256 / sqrt((k + 16.5) / 64)) - 256 */
 static const uint8_t inverse_root_start[48] = {
     248, 234, 220, 208, 196, 186, 176, 166, 158, 150, 142, 135, 128, 121, 115, 109,

@@ -64,9 +64,10 @@ static inline unsigned mean_hold(num *x, int n, int i)
 /* z - h'x, h being 0 outside of from .. to-1: the high parts cancel first */
 KQ_INLINE num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
 {
-    num low = 0;
+    num low = h[from] * x[n + from];
+    z -= h[from] * x[from];
     KQ_UNROLL
-    for (int k = from; k < to; k++) {
+    for (int k = from + 1; k < to; k++) {
         z -= h[k] * x[k];
         low += h[k] * x[n + k];
     }
@@ -99,17 +100,20 @@ static inline int transition_is_rounded(const num *A, int n)
 }
 
 /* What mean_advance leaves out of such rows, which would be the same error of A at every step */
-KQ_NOINLINE static void mean_take_rests(num *x, const num *A, num *t, int n)
+KQ_APART void mean_take_rests(num *x, const num *A, num *t, int n)
 {
+    KQ_UNROLL
     for (int i = 0; i < n; i++) x[n + i] += mean_rest(A[i * (n + 1)]) * t[i];
 }
 
-/* x_i <- row'x + drive as x_i + ((row - e_i)'x + drive), where t holds x rounded and the row
-   is zero left of `first` */
+/* x_i <- row'x + *drive as x_i + ((row - e_i)'x + *drive), where t holds x rounded and the row
+   is zero left of `first`; drive is NULL where there is none */
 KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                num drive)
+                                const num *drive)
 {
-    num d = x[n + i] + drive + (row[i] - 1) * t[i];
+    num d = x[n + i];
+    if (drive) d += *drive;
+    d += (row[i] - 1) * t[i];
     d = dot(d, row + first, t + first, i - first);
     d = dot(d, row + i + 1, t + i + 1, n - 1 - i);
     const num high = x[i] + d;

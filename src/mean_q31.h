@@ -27,7 +27,7 @@ enum { MEAN_WIDE = 256, mean_widens = 1 };
 
 static inline wide wide_get(const int32_t *x, int n, int i)
 {
-    return raise_wide(x[i], 24, 55) + x[n + i];
+    return raise_wide(x[i], 24, 55) | (uint32_t)x[n + i];
 }
 
 static inline void wide_set(int32_t *x, int n, int i, wide value)
@@ -181,11 +181,12 @@ static inline void mean_take_rests(int32_t *x, const scaled *A, int32_t *t, int 
     (void)x, (void)A, (void)t, (void)n;
 }
 
-/* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
+/* x_i <- row't + *drive, where t is a copy of x and the row is zero left of `first`; drive is NULL
+   where there is none */
 KQ_INLINE unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int first,
-                                const int32_t *t, int64_t drive)
+                                const int32_t *t, const int64_t *drive)
 {
-    int64_t sum = drive;
+    int64_t sum = drive ? *drive : 0;
     KQ_UNROLL
     for (int k = first; k < n; k++) {
         if (row[k].mantissa == 0) continue;

@@ -82,11 +82,11 @@ static inline void mean_take_rests(num *x, const num *A, num *t, int n)
     (void)x, (void)A, (void)t, (void)n;
 }
 
-/* x_i <- row't + drive, where t is a copy of x and the row is zero left of `first` */
+/* x_i <- row't + *drive, where t is a copy of x and the row is zero left of `first` */
 KQ_INLINE unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
-                                num drive)
+                                const num *drive)
 {
-    num d = drive;
+    num d = drive ? *drive : 0;
     for (int k = first; k < n; k++) d += row[k] * t[k];
     x[i] = d;
     return 0;

@@ -50,6 +50,9 @@ static inline uint32_t num_bits(num a)
     return both.bits;
 }
 
+/* Is a >= 0 beyond `most`, or not a number?  As integers, where the FPU would have to load it. */
+static inline int num_exceeds(num a, num most) { return num_bits(a) > num_bits(most); }
+
 /* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
 static inline num num_split(num a, int32_t *exponent)
 {
@@ -85,6 +88,7 @@ static inline num num_upper(num a)
 
 /* r below this share of s is taken in stages */
 static inline num sharp_share(num s) { return s * 0x1p-16f; }
+static const num num_sure_share = 0x1p-15f; /* twice that */
 
 #include "rows_float.h"
 

@@ -23,8 +23,9 @@ static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIAN
 /* Two rows at a time save loads, which count; in fixed point multiplications do. */
 enum { rows_in_pairs = 1 };
 
-/* Where sizes are known, S is in registers: a row of it cannot be selected. */
-enum { select_always = 0 };
+/* Where sizes are known, S is in registers: a row of it cannot be selected.  Up to so many states a
+   step works on a copy that is in registers, and up to so many its components are unrolled. */
+enum { select_always = 0, states_in_registers = 3, states_unrolled = 4 };
 
 static inline int32_t entry_exponent(scaled h, const num *E)
 {
@@ -95,7 +96,11 @@ static inline scaled row_product(const num *a, const num *b, int width)
 }
 
 /* r + f'f */
-static inline scaled add_square(scaled r, const num *f, int n) { return r + dot(0, f, f, n); }
+static inline scaled add_square(scaled r, const num *f, int n)
+{
+    const num first = n > 0 ? f[0] * f[0] : 0; /* not added to 0 */
+    return r + dot(first, f + 1, f + 1, n - 1);
+}
 
 static inline const num *align(num *c, const scaled *row, const num *E, int stride, int count,
                                int32_t *exponent)
@@ -270,6 +275,16 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
     return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
+}
+
+/* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
+static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
+
+/* The same for such a noise in one comparison, which some ordinary ones fail, too: r is not below twice
+   its share of s, and e^2 / s is below 2^16 or, in double, 2^48. */
+static inline int is_surely_ordinary(scaled r, scaled s, scaled e)
+{
+    return r > num_sure_share * (s + e * e);
 }
 
 typedef struct {

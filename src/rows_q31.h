@@ -27,7 +27,8 @@ static const int32_t one_exponent = -29;
 enum { rows_in_pairs = 0 };
 
 static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
-enum { select_always = 1 };
+/* Up to how many states a step of known size works on a copy, and up to how many it unrolls components */
+enum { select_always = 1, states_in_registers = 0, states_unrolled = 1 };
 
 /* Of words of a row of exponent *E times h, where h is 2^k */
 static inline int32_t entry_exponent(scaled h, const int32_t *E) { return h.exponent + 30 + *E; }
@@ -57,7 +58,7 @@ static inline scaled add_square(scaled r, const int32_t *f, int n)
     const sum square = squares(0, f, n); /* < 2^60.4 */
     const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
     if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, raise_wide(r.mantissa, (int)up, 60), 62),
+    return scaled_of_positive((uint64_t)sum_of(square, raise_word(r.mantissa, (int)up, 60), 62),
                               exponent);
 }
 
@@ -233,7 +234,7 @@ KQ_APART int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restrict
 {
     (void)g_pivot;
     const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
-    const int32_t d = narrow(product((int32_t)sum_of(entry, g, 31), pq[1]), 31, 31);
+    const int32_t d = narrow_product((int32_t)sum_of(entry, g, 31), pq[1], 31, 31);
     subtract_multiple(w, V, d, count);
     return entry;
 }
@@ -288,10 +289,10 @@ KQ_APART int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count)
         return 0;
     }
     const int zeros = leading_zeros_wide(square) & ~1, h = zeros / 2 - 1;
-    const uint32_t v = (uint32_t)((square << zeros) >> 32), inverse = inverse_root(v);
+    const uint32_t v = upper_word_raised(square, zeros), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
     scale(w, h, half, count);
-    const int32_t p = narrow(product(raise(g, h, 31), half), 31, 31);
+    const int32_t p = narrow_product(raise(g, h, 31), half, 31, 31);
     const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
     pq[0] = p;
@@ -399,6 +400,10 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
 }
 
+static inline int noise_is_ordinary(scaled r) { return r.mantissa > 0; }
+
+static inline int is_surely_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+
 /*
  * The state of Carlson's sums a_j = r + f_0^2 + ... + f_j^2.  All in units of 2^(2 exponent),
  * where the last of them, the innovation variance, is in [2^59, 2^61); f moves by `down`.
@@ -419,25 +424,44 @@ typedef struct {
 static inline void rotor_take_root(rotor *t)
 {
     t->zeros = leading_zeros_wide(t->a) & ~1;
-    const uint32_t v = (uint32_t)((t->a << t->zeros) >> 32);
+    const uint32_t v = upper_word_raised(t->a, t->zeros);
     t->inverse = inverse_root(v);
     t->root = root_by_inverse(v, t->inverse);
 }
 
 /* s = r + f'f, normalised */
-static inline rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
+KQ_INLINE rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
 {
     rotor t;
     t.exponent = (s.exponent - 29) >> 1;
     t.down = t.exponent - f[n];
     const int32_t up = r.exponent - 2 * t.exponent; /* <= 31, since r <= s */
-    t.a = (uint64_t)(up >= 0 ? raise_wide(r.mantissa, (int)up, 62) : lower(r.mantissa, -up));
+    t.a = (uint64_t)(up >= 0 ? raise_word(r.mantissa, (int)up, 62) : lower(r.mantissa, -up));
     if (t.a == 0) t.a = 1;
     rotor_take_root(&t);
     return t;
 }
 
 static inline int is_no_turn(int32_t f) { return f == 0; }
+
+/* (p + 2^30) 2^-31 2^-down, rounded down, at most 1 in Q31 */
+static inline int32_t cosine_of(uint64_t p, int down)
+{
+    p += UINT32_C(1) << 30;
+    const uint32_t high = upper_word(p);
+    const uint32_t c = down ? high >> (down - 1) : high << 1 | (uint32_t)p >> 31;
+    if (down ? c > INT32_MAX : high >> 30) return INT32_MAX;
+    return (int32_t)c;
+}
+
+/* p 2^-30, rounded, held within -1 and 1 in Q31, which the upper word alone tells of most */
+static inline int32_t sine_of(int64_t p)
+{
+    const uint32_t most = (UINT32_C(1) << 29) - 2;
+    if (upper_word((uint64_t)p) + most < 2 * most) return narrow(p, 30, 31);
+    const int64_t sine = (p + (INT32_C(1) << 29)) >> 30;
+    return sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
+}
 
 /* c = sqrt(a_before / a),  t = f / sqrt(a); |f| < sqrt(a), which is below 2^(32 - zeros/2) */
 static inline rotation rotor_turn(rotor *t, int32_t f)
@@ -448,12 +472,9 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
     f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
     t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
-    const uint64_t c = ((product_unsigned(root, t->inverse) + (UINT32_C(1) << 30)) >> 31) >>
-                       ((zeros - t->zeros) / 2);
-    turn.c = c > INT32_MAX ? INT32_MAX : (int32_t)c;
+    turn.c = cosine_of(product_unsigned(root, t->inverse), (zeros - t->zeros) >> 1);
     const int32_t tall = raise(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
-    const int64_t sine = (product(tall, half) + (INT32_C(1) << 29)) >> 30;
-    turn.t = sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
+    turn.t = sine_of(product(tall, half));
     return turn;
 }
 

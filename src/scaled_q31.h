@@ -24,9 +24,8 @@ static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.
 KQ_SHARED scaled scaled_of_positive(uint64_t a, int32_t exponent)
 {
     const int zeros = leading_zeros_wide(a);
-    /* the highest bit to bit 62, then half of the last bit kept is added: < 2^63 */
-    const uint64_t top = zeros ? a << (zeros - 1) : a >> 1;
-    uint32_t mantissa = (uint32_t)((top + UINT32_C(0x80000000)) >> 32); /* 2^30 .. 2^31 */
+    const uint32_t top = upper_word_raised(a, zeros);
+    uint32_t mantissa = (top >> 1) + (top & 1); /* 2^30 .. 2^31 */
     exponent += 33 - zeros;
     if (mantissa >> 31) {
         mantissa >>= 1;

@@ -33,7 +33,7 @@ typedef struct {
     const float *measurement;     /* H, m x n, the caller's */
     const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
-    uint16_t plain;               /* n + 256 m where R is diagonal, otherwise 0 */
+    uint16_t plain;               /* n + 256 m where R is diagonal and has noise, otherwise 0 */
     const struct kq_correlation_f32 *correlation; /* what takes a correlated R apart, or NULL */
 } kq_sensor_f32;
 

@@ -49,7 +49,11 @@ _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");
         CHECKED_SITE("raise_wide");                                                                \
         checked_raise_wide(&site, a, shift, bits);                                                 \
     })
+#define raise_word(a, shift, bits) raise_wide(a, shift, bits)
 #define accumulate(total, a, b, bits) sum_of(total, product(a, b), bits)
+#define narrow_product(a, b, shift, bits) narrow(product(a, b), shift, bits)
+#define narrow_products(a, b, c, d, shift, bits)                                                   \
+    narrow(accumulate(product(a, b), c, d, 62), shift, bits)
 #define sum_of(a, b, bits)                                                                         \
     __extension__({                                                                                \
         CHECKED_SITE("sum_of");                                                                    \

@@ -88,6 +88,10 @@ static void check_words(void)
     check("quotient", quotient(0x8000 | u >> 17), UINT32_MAX / (0x8000 | u >> 17));
     check("shift_rounded_wide 30", shift_rounded_wide(p >> 2, 30), plainly(p >> 2, 30));
     check("shift_rounded_wide 31", shift_rounded_wide(p, 31), (int32_t)plainly(p, 31));
+    const int32_t c = draw_word(30), d = draw_word(30);
+    check("narrow_product", narrow_product(a, b, 31, 31), (int32_t)plainly(p, 31));
+    check("narrow_products", narrow_products(c, d, d, a, 31, 31),
+          (int32_t)plainly((int64_t)c * d + (int64_t)d * a, 31));
     for (int shift = 1; shift < 32; shift++) {
         check("shift_rounded", shift_rounded(a, shift), plainly(a, shift));
         check("shift_rounded_long", shift_rounded_long(p, shift), plainly(p, shift));

@@ -2,12 +2,12 @@
 #ifndef KALMANQ_TESTS_FIXED_H
 #define KALMANQ_TESTS_FIXED_H
 
-/* FIXED_SIZES(T, num, options, suffix): three functions for each of the sizes */
+/* FIXED_SIZES(T, num, options, suffix): three functions for each of the sizes, one control */
 #define FIXED_SIZE(T, num, n, m, options, suffix)                                                  \
     static kq_status predict_##n##_##m##_##suffix(kq_filter_##T *f, const kq_process_##T *p,       \
                                                   const num *u)                                    \
     {                                                                                              \
-        return kq_fixed_predict_##T(f, p, u, n, options);                                          \
+        return kq_fixed_predict_##T(f, p, u, n, 1, options);                                          \
     }                                                                                              \
     static kq_status update_##n##_##m##_##suffix(kq_filter_##T *f, const kq_sensor_##T *s,         \
                                                  const num *z)                                     \
@@ -17,7 +17,7 @@
     static kq_status step_##n##_##m##_##suffix(kq_filter_##T *f, const kq_process_##T *p,          \
                                                const num *u, const kq_sensor_##T *s, const num *z) \
     {                                                                                              \
-        return kq_fixed_step_##T(f, p, u, s, z, n, m, options);                                    \
+        return kq_fixed_step_##T(f, p, u, s, z, n, m, 1, options);                                    \
     }
 
 #define FIXED_SIZES(T, num, options, suffix)                                                       \
@@ -30,11 +30,11 @@
 #define FIXED_STEADY(T, num, n, m)                                                                 \
     static kq_status steady_##n##_##m##_dense(kq_steady_##T *st, const num *u, const num *z)       \
     {                                                                                              \
-        return kq_fixed_steady_step_##T(st, u, z, n, m, 0);                                        \
+        return kq_fixed_steady_step_##T(st, u, z, n, m, 1, 0);                                        \
     }                                                                                              \
     static kq_status steady_##n##_##m##_upper(kq_steady_##T *st, const num *u, const num *z)       \
     {                                                                                              \
-        return kq_fixed_steady_step_##T(st, u, z, n, m, KQ_UPPER);                                 \
+        return kq_fixed_steady_step_##T(st, u, z, n, m, 1, KQ_UPPER);                                 \
     }
 
 #define FIXED_ROW(n, m, suffix)                                                                    \

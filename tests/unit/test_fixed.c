@@ -26,6 +26,15 @@ FIXED_STEADY(f64, double, 1, 1)
 FIXED_STEADY(f64, double, 4, 2)
 #endif
 
+static kq_status predict_of_no_control(K(filter) * f, const K(process) * p, const num *u)
+{
+#ifdef KQ_TEST_F32
+    return kq_fixed_predict_f32(f, p, u, 2, 0, 0);
+#else
+    return kq_fixed_predict_f64(f, p, u, 2, 0, 0);
+#endif
+}
+
 enum { STATES = 4, COMPONENTS = 2, STEPS = 30 };
 
 typedef struct {
@@ -330,6 +339,82 @@ static void other_sizes_are_taken_as_they_are(void)
     ASSERT_SAME();
 }
 
+/* Steps of both, z's first component by `scale` */
+static void compare_steps(const fixed_size *size, const num *drive, int steps, num scale)
+{
+    num z[COMPONENTS];
+    for (int t = 0; t < steps; t++) {
+        draw_measurement(z, size->m);
+        z[0] *= scale;
+        ASSERT_OK(size->step(&ours.filter, &process_of, drive, &sensor_of, z));
+        ASSERT_OK(K(step)(&theirs.filter, &process_of, drive, &sensor_of, z));
+        ASSERT_SAME();
+    }
+}
+
+/* A diagonal below 1/2, whose distance from 1 is rounded */
+static void a_rounded_A_is_taken_as_it_is(void)
+{
+    for (size_t k = 0; k < COUNT(dense); k++) {
+        for (int upper_only = 0; upper_only < 2; upper_only++) {
+            const fixed_size *size = upper_only ? &upper[k] : &dense[k];
+            begin(size->n, size->m, upper_only);
+            for (int i = 0; i < size->n; i++) A[i * (size->n + 1)] = (num)0.3;
+            ASSERT_OK(K(process_init)(&process_of, A, B, Q));
+            compare_steps(size, NULL, STEPS, 1);
+        }
+    }
+}
+
+/* Up to n = 3 the library takes the step from its beginning: its very bits. */
+static void what_is_unusual_at_small_sizes_has_the_librarys_bits(void)
+{
+    static const num huge[] = {1, (num)1e6, (num)1e30};
+    for (size_t k = 0; k < 3; k++) {
+        for (size_t j = 0; j < COUNT(huge); j++) {
+            begin(dense[k].n, dense[k].m, 0);
+            compare_steps(&dense[k], NULL, 4, huge[j]); /* outliers, and what overflows */
+            for (int c = 0; c < dense[k].m; c++) R[c * (dense[k].m + 1)] = j == 0 ? 0 : (num)1e-9;
+            ASSERT_OK(K(sensor_init)(&sensor_of, H, R));
+            compare_steps(&dense[k], NULL, 4, 1); /* noise-free, and sharp */
+            assert_same_likelihood();
+        }
+    }
+}
+
+static void a_state_that_grows_is_held_as_by_the_library(void)
+{
+    for (size_t k = 0; k < COUNT(dense); k++) {
+        begin(dense[k].n, dense[k].m, 0);
+        for (int i = 0; i < dense[k].n; i++) A[i * (dense[k].n + 1)] = (num)1e6;
+        ASSERT_OK(K(process_init)(&process_of, A, B, Q));
+        for (int t = 0; t < 60; t++) {
+            ASSERT_OK(dense[k].predict(&ours.filter, &process_of, NULL));
+            ASSERT_OK(K(predict)(&theirs.filter, &process_of, NULL));
+            ASSERT_SAME();
+        }
+        TEST_ASSERT_TRUE(K(events)(&ours.filter) & KQ_EVENT_OVERFLOW);
+    }
+}
+
+/* Controls that are not as many as was said are taken as many as they are; of none that were said, too. */
+static void other_numbers_of_controls_are_taken_as_they_are(void)
+{
+    static num memory[KQ_PROCESS_LEN(STATES)], two[2 * STATES];
+    const num u[2] = {1, 2};
+    K(process) process_of_two;
+    begin(2, 1, 0);
+    for (int i = 0; i < COUNT(two); i++) two[i] = draw();
+    ASSERT_OK(K(process_assign)(&process_of_two, 2, 2, memory, KQ_PROCESS_LEN(STATES)));
+    ASSERT_OK(K(process_init)(&process_of_two, A, two, Q));
+    ASSERT_OK(dense[1].predict(&ours.filter, &process_of_two, u));
+    ASSERT_OK(K(predict)(&theirs.filter, &process_of_two, u));
+    ASSERT_SAME();
+    ASSERT_OK(predict_of_no_control(&ours.filter, &process_of, u));
+    ASSERT_OK(K(predict)(&theirs.filter, &process_of, u));
+    ASSERT_SAME();
+}
+
 void setUp(void) { seed = 1; }
 
 void tearDown(void) {}
@@ -348,5 +433,9 @@ int main(void)
     RUN_TEST(other_sizes_are_taken_as_they_are);
     RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
     RUN_TEST(the_steady_states_errors_are_those_of_the_library);
+    RUN_TEST(a_rounded_A_is_taken_as_it_is);
+    RUN_TEST(what_is_unusual_at_small_sizes_has_the_librarys_bits);
+    RUN_TEST(a_state_that_grows_is_held_as_by_the_library);
+    RUN_TEST(other_numbers_of_controls_are_taken_as_they_are);
     return UNITY_END();
 }

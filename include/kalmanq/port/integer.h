@@ -38,6 +38,17 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
     return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
 }
 
+/* Those of products, and of the sum of two */
+KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+{
+    return shift_rounded_wide(product(a, b), shift);
+}
+
+KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+{
+    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
+}
+
 /* The same of any number below 2^63 - 1, 1 <= shift <= 31 */
 static inline int64_t shift_rounded_long(int64_t a, int shift)
 {

@@ -41,7 +41,7 @@ KQ_INLINE void subtract_multiple(int32_t *restrict w, const int32_t *restrict V,
 {
     KQ_UNROLL
     for (int k = 0; k < count; k++) {
-        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
+        w[k] = (int32_t)sum_of(w[k], -narrow_product(V[k], d, 30, 31), 31);
     }
 }
 
@@ -49,7 +49,7 @@ KQ_INLINE void subtract_multiple(int32_t *restrict w, const int32_t *restrict V,
 KQ_INLINE void scale(int32_t *w, int up, int32_t factor, int count)
 {
     KQ_UNROLL
-    for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], up, 31), factor), 31, 31);
+    for (int k = 0; k < count; k++) w[k] = narrow_product(raise(w[k], up, 31), factor, 31, 31);
 }
 
 /* s <- c s - t b,  b <- c b + t s, with b_last = 0 before.  c and t are a cosine >= 0 and a sine in
@@ -60,12 +60,12 @@ KQ_INLINE void rotate_words(int32_t *restrict s, int32_t *restrict b, int32_t c,
     KQ_UNROLL
     for (int i = 0; i < last; i++) {
         const int32_t old = s[i], own = b[i];
-        s[i] = narrow(accumulate(product(c, old), back, own, 62), 31, 30);
-        b[i] = narrow(accumulate(product(c, own), t, old, 62), 31, 30);
+        s[i] = narrow_products(c, old, back, own, 31, 30);
+        b[i] = narrow_products(c, own, t, old, 31, 30);
     }
     const int32_t old = s[last];
-    s[last] = narrow(product(c, old), 31, 30);
-    b[last] = narrow(product(t, old), 31, 30);
+    s[last] = narrow_product(c, old, 31, 30);
+    b[last] = narrow_product(t, old, 31, 30);
 }
 
 #endif

@@ -21,14 +21,14 @@
 
 kq_status SIZED(user_steady_step)(TYPED(kq_steady) * st, const word *u, const word *z)
 {
-    return TYPED(kq_fixed_steady_step)(st, u, z, N, M, OPTIONS);
+    return TYPED(kq_fixed_steady_step)(st, u, z, N, M, 0, OPTIONS);
 }
 
 #else
 
 kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u)
 {
-    return TYPED(kq_fixed_predict)(f, p, u, N, OPTIONS);
+    return TYPED(kq_fixed_predict)(f, p, u, N, 0, OPTIONS);
 }
 
 kq_status SIZED(user_update)(TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z)
@@ -39,7 +39,7 @@ kq_status SIZED(user_update)(TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, c
 kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u,
                            const TYPED(kq_sensor) * s, const word *z)
 {
-    return TYPED(kq_fixed_step)(f, p, u, s, z, N, M, OPTIONS);
+    return TYPED(kq_fixed_step)(f, p, u, s, z, N, M, 0, OPTIONS);
 }
 
 kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process) * p,

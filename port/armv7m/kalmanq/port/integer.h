@@ -47,7 +47,7 @@ KQ_INLINE int32_t shift_rounded(int32_t a, int shift)
     __asm("asrs %0, %0, %1\n\t"
           "adc %0, %0, #0"
           : "+r"(a)
-          : "r"(shift)
+          : "rI"(shift)
           : "cc");
     return a;
 }
@@ -68,6 +68,40 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
     return (int32_t)low;
 }
 
+/*
+ * Those of products, in one piece, of which one register is left: gcc moves pairs of registers about.
+ */
+KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+{
+    if (__builtin_constant_p(shift) && shift <= 31) {
+        uint32_t low, high;
+        __asm("smull %0, %1, %2, %3\n\t"
+              "lsrs %0, %0, %4\n\t"
+              "adc %0, %0, %1, lsl %5"
+              : "=&r"(low), "=&r"(high)
+              : "r"(a), "r"(b), "I"(shift), "I"(32 - shift)
+              : "cc");
+        return (int32_t)low;
+    }
+    return shift_rounded_wide(product(a, b), shift);
+}
+
+KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+{
+    if (__builtin_constant_p(shift) && shift <= 31) {
+        uint32_t low, high;
+        __asm("smull %0, %1, %2, %3\n\t"
+              "smlal %0, %1, %4, %5\n\t"
+              "lsrs %0, %0, %6\n\t"
+              "adc %0, %0, %1, lsl %7"
+              : "=&r"(low), "=&r"(high)
+              : "r"(a), "r"(b), "r"(c), "r"(d), "I"(shift), "I"(32 - shift)
+              : "cc");
+        return (int32_t)low;
+    }
+    return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
+}
+
 static inline int64_t shift_rounded_long(int64_t a, int shift)
 {
     uint32_t low = (uint32_t)a;
@@ -79,7 +113,7 @@ static inline int64_t shift_rounded_long(int64_t a, int shift)
           "adcs %0, %0, #0\n\t"
           "adc %1, %1, #0"
           : "+&r"(low), "+&r"(high)
-          : "r"(down), "r"(shift)
+          : "r"(down), "rI"(shift)
           : "cc");
     return (int64_t)((uint64_t)(uint32_t)high << 32 | low);
 }
