@@ -7,7 +7,7 @@ from typing import List
 import typer
 
 import actions
-from cases import WHAT, Choice
+from cases import PROFILES, WHAT, Choice
 from errors import CostError, one_line
 
 HELP = """What the library costs on seven cores: instructions, estimated cycles, stack, RAM and
@@ -22,7 +22,7 @@ def main(
     core: List[str] = typer.Option([], help="m0, m3, m4f, m7, m33, rv32, avr."),
     arithmetic: List[str] = typer.Option([], help="f32, f64, q31, textbook-f32, textbook-q16."),
     sizes: List[str] = typer.Option([], help="runtime, fixed, fixed-dense."),
-    optimisation: List[str] = typer.Option([], help="O2, O3, Os."),
+    profile: List[str] = typer.Option([], help=", ".join(PROFILES) + "."),
     n: List[int] = typer.Option([], help="Number of states."),
     what: List[str] = typer.Option([], help=", ".join(WHAT) + "."),
     hot: int = typer.Option(0, help="Print the functions with most instructions, too."),
@@ -35,7 +35,7 @@ def main(
 ) -> None:
     try:
         choice = Choice(
-            tuple(core), tuple(arithmetic), tuple(sizes), tuple(optimisation), tuple(n), tuple(what)
+            tuple(core), tuple(arithmetic), tuple(sizes), tuple(profile), tuple(n), tuple(what)
         )
         choice.check()
         if check:

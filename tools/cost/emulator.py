@@ -1,8 +1,8 @@
 """Counts what Arm and RISC-V cores execute within a call, with Unicorn.
 
 The program runs at full speed until it announces a region (target/marks.h) and then enters the
-function that the region is about; from there to its return every basic block is counted.  A
-block's instructions all count: an instruction of an IT block whose condition fails takes its turn,
+function that the region is about; from there to its return every basic block is counted.  A region
+without a function lasts until the next mark.  A block's instructions all count: an instruction of an IT block whose condition fails takes its turn,
 too, on the hardware.
 """
 
@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Callable
 
 import unicorn
 from unicorn import arm_const, riscv_const
 
-from cores import Core
+from cores import Core, toolchain
 from counted import Counted, most
 from elf import Elf
 from errors import CostError
@@ -35,20 +36,20 @@ class Registers:
     pc: int
     sp: int
     link: int
-    arguments: tuple[int, int]
+    argument: int
 
 
 ARM = Registers(
     arm_const.UC_ARM_REG_PC,
     arm_const.UC_ARM_REG_SP,
     arm_const.UC_ARM_REG_LR,
-    (arm_const.UC_ARM_REG_R0, arm_const.UC_ARM_REG_R1),
+    arm_const.UC_ARM_REG_R0,
 )
 RISCV = Registers(
     riscv_const.UC_RISCV_REG_PC,
     riscv_const.UC_RISCV_REG_SP,
     riscv_const.UC_RISCV_REG_RA,
-    (riscv_const.UC_RISCV_REG_A0, riscv_const.UC_RISCV_REG_A1),
+    riscv_const.UC_RISCV_REG_A0,
 )
 
 
@@ -56,7 +57,7 @@ class Emulator:
     def __init__(self, core: Core, program: Path):
         self.core = core
         self.elf = Elf(program)
-        self.code = Listing(f"{core.prefix}objdump", program)
+        self.code = Listing(f"{toolchain(core, 'gcc').prefix}objdump", program)
         self.unknown_pushes = unknown_pushes(core, self.code)
         self.thumb = int(core.family == "arm")
         self.registers = ARM if core.family == "arm" else RISCV
@@ -79,22 +80,26 @@ class Emulator:
         self.uc.reg_write(arm_const.UC_ARM_REG_C1_C0_2, FPU_ACCESS)
         self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
 
-    def count(self, functions: dict[int, str]) -> dict[int, Counted]:
-        """A call of the function of each region, of several the most."""
+    def count_regions(self, functions: dict[int, str]) -> dict[int, Counted]:
+        """A call of the function of each region, of several the most; all of a region without one."""
         found: dict[int, list[Counted]] = {}
         marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
-        pc = self.elf.address("main")
-        while True:
-            pc = self.run_to(pc, list(marks.values()))
-            first, second = (self.uc.reg_read(name) for name in self.registers.arguments)
-            if pc == marks["failed"]:
-                raise CostError(f"{self.elf.path.name}: a call answered {signed(first)}")
-            if pc == marks["end"]:
-                return {region: most(calls) for region, calls in found.items()}
-            pc = self.run_to(pc, [self.elf.address(functions[first])])
-            call = Counted(ram=second)
-            found.setdefault(first, []).append(call)
-            pc = self.count_call(pc, call)
+        places = list(marks.values())
+        pc = self.run_to(self.elf.address("main"), places)
+        while pc == marks["region"]:
+            region = self.uc.reg_read(self.registers.argument)
+            call = Counted()
+            found.setdefault(region, []).append(call)
+            if region in functions:
+                pc = self.run_to(pc, [self.elf.address(functions[region])])
+                pc = self.run_to(self.count(pc, self.run_back, call), places)
+            else:
+                pc = self.run_to(pc, [self.back()])
+                pc = self.count(pc, lambda pc: self.run_to(pc, places), call)
+        if pc == marks["failed"]:
+            answer = signed(self.uc.reg_read(self.registers.argument))
+            raise CostError(f"{self.elf.path.name}: a call answered {answer}")
+        return {region: most(calls) for region, calls in found.items()}
 
     # ---- running -----------------------------------------------------------------------------
 
@@ -124,20 +129,28 @@ class Emulator:
 
     # ---- counting ----------------------------------------------------------------------------
 
-    def count_call(self, pc: int, counted: Counted) -> int:
+    def back(self) -> int:
+        """Where the function that has just been entered returns to."""
+        return self.uc.reg_read(self.registers.link) & ~1
+
+    def run_back(self, pc: int) -> int:
         """From a function's first instruction to its return."""
-        back = self.uc.reg_read(self.registers.link) & ~1
+        back = self.back()
+        if self.run(pc, back) != back:
+            raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
+        return back
+
+    def count(self, pc: int, run: Callable[[int], int], counted: Counted) -> int:
+        """What `run` executes, which answers where it has ended."""
         blocks = Blocks(self)
         hook = self.uc.hook_add(unicorn.UC_HOOK_BLOCK, blocks.enter)
         others = [
             self.uc.hook_add(unicorn.UC_HOOK_CODE, blocks.look, None, place, place)
             for place in self.unknown_pushes
         ]
-        reached = self.run(pc, back)
+        reached = run(pc)
         for each in (hook, *others):
             self.uc.hook_del(each)
-        if reached != back:
-            raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
         blocks.add_up(counted)
         return reached
 

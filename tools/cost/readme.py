@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Mapping
 
-from cases import FIXED, RUNTIME, SIZES
+from cases import FIXED, GCC, RUNTIME, SIZES
 from cores import BY_NAME
 from errors import CostError
 from row import Row
 
 BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of costs -->"
-LEVEL = "O2"
+PROFILE = GCC
 MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
 MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
 # what the README calls them; the filter's step first, to compare with
@@ -65,7 +65,7 @@ def modules(by_key: Rows) -> str:
 def cells_of(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
     """Of one core, instructions at each size; none where it has no such function, or None where some
     figures are missing."""
-    keys = [(*where, *size, kind, LEVEL, what) for size in MODULE_SIZES]
+    keys = [(*where, *size, kind, PROFILE, what) for size in MODULE_SIZES]
     found = [str(by_key[key].instructions) for key in keys if key in by_key]
     return found if len(found) in (0, len(keys)) else None
 
@@ -79,7 +79,7 @@ def steps(by_key: Rows) -> str:
     ]
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
-            keys = {size: (core, arithmetic, *size, kind, LEVEL, "step") for size in SIZES}
+            keys = {size: (core, arithmetic, *size, kind, PROFILE, "step") for size in SIZES}
             if all(key in by_key for key in keys.values()):
                 by_size = {size: by_key[key] for size, key in keys.items()}
                 lines.append(line(core, arithmetic, kind, by_size))
