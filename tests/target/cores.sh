@@ -3,7 +3,7 @@
 #
 #   core_select CORE [COMPILER]    CORE: host, m0, m3, m4f, m7, m33, rv32, avr; two small parts, with
 #                                  their memory and nothing beside it: m0-4k (32 kB of flash, 4 kB
-#                                  of RAM), atmega328p
+#                                  of RAM), atmega328p; atmega1284p, its large sister (tools/cost)
 #                                  COMPILER: gcc (if none is given), clang
 #   $compiler $include -c FILE     compiles;  $nm lists symbols
 #   $linker OBJECT... $libraries -o PROGRAM    links, with the board's start-up and memory
@@ -44,14 +44,14 @@ core_select() {
         ;;
     rv32) machine="-march=rv32imac -mabi=ilp32" triple=riscv32-unknown-elf ;;
     avr) machine="-mmcu=atmega2560" triple=avr port=avr ;;
-    atmega328p) machine="-mmcu=atmega328p" triple=avr port=avr ;;
+    atmega328p | atmega1284p) machine="-mmcu=$core" triple=avr port=avr ;;
     *) core_unknown "core $1" ;;
     esac
     case $core in
     host) core_is_host ;;
     m*) core_is_cortex_m ;;
     rv32) core_is_riscv ;;
-    avr | atmega328p) core_is_avr ;;
+    avr | atmega*) core_is_avr ;;
     esac
     case ${2:-gcc} in
     gcc) compiler=$gcc ;;

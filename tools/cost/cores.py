@@ -39,13 +39,15 @@ class Toolchain:
         return self.linker[0].removesuffix("gcc")
 
 
+NANO = ("--specs=nano.specs",)  # of newlib: what firmware for small parts is linked with
+
 CORES = (
-    Core("m0", "Cortex-M0", "arm", model="CORTEX_M0"),
-    Core("m3", "Cortex-M3", "arm", model="CORTEX_M3"),
-    Core("m4f", "Cortex-M4F", "arm", model="CORTEX_M4"),
+    Core("m0", "Cortex-M0", "arm", model="CORTEX_M0", link_flags=NANO),
+    Core("m3", "Cortex-M3", "arm", model="CORTEX_M3", link_flags=NANO),
+    Core("m4f", "Cortex-M4F", "arm", model="CORTEX_M4", link_flags=NANO),
     # Unicorn's M7 has no double: the largest A core executes the same instructions
-    Core("m7", "Cortex-M7, double FPU", "arm", model="MAX"),
-    Core("m33", "Cortex-M33, FPU", "arm", model="CORTEX_M33"),
+    Core("m7", "Cortex-M7, double FPU", "arm", model="MAX", link_flags=NANO),
+    Core("m33", "Cortex-M33, FPU", "arm", model="CORTEX_M33", link_flags=NANO),
     Core(
         "rv32",
         "RISC-V RV32IMAC",
@@ -58,10 +60,9 @@ CORES = (
         "ATmega328P",
         "avr",
         arithmetics=("f32", "q31"),  # its double is a float
-        # more than it has, as avr_count.c gives it: what does not fit is measured, too
-        link_flags=("-Wl,--defsym=__TEXT_REGION_LENGTH__=128K,--defsym=__DATA_REGION_LENGTH__=0xFF00",
-                    "-Wl,--defsym=__stack=0xFFFF"),
-        known_as="atmega328p",
+        # what does not fit is measured, too, on one that executes the same (avr_count.c)
+        link_flags=("-Wl,--defsym=__DATA_REGION_LENGTH__=0xFF00,--defsym=__stack=0xFFFF",),
+        known_as="atmega1284p",
     ),
 )  # fmt: skip
 

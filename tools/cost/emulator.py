@@ -8,7 +8,8 @@ too, on the hardware.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable
 
@@ -19,7 +20,7 @@ from cores import Core, toolchain
 from counted import Counted, most
 from elf import Elf
 from errors import CostError
-from listing import Instruction, Listing
+from listing import Listing
 from timing import PUSH, TIMING
 
 PLACES = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
@@ -58,6 +59,7 @@ class Emulator:
         self.core = core
         self.elf = Elf(program)
         self.code = Listing(f"{toolchain(core, 'gcc').prefix}objdump", program)
+        self.blocks: dict[tuple[int, int], Block] = {}  # by address and size
         self.unknown_pushes = unknown_pushes(core, self.code)
         self.thumb = int(core.family == "arm")
         self.registers = ARM if core.family == "arm" else RISCV
@@ -154,15 +156,33 @@ class Emulator:
         blocks.add_up(counted)
         return reached
 
-    def block(self, address: int, size: int) -> list[tuple[int, Instruction]]:
-        found = []
-        end = address + size
+    def block(self, address: int, size: int) -> Block:
+        """What is known of a basic block, learnt once."""
+        if (address, size) not in self.blocks:
+            self.blocks[address, size] = self.learnt(address, address + size)
+        return self.blocks[address, size]
+
+    def learnt(self, address: int, end: int) -> Block:
+        cycles_of, _ = TIMING[self.core.name]
+        push = PUSH[self.core.family]
+        block = Block(end)
         while address < end:
             if address not in self.code:
                 raise CostError(f"{self.elf.path.name}: no instruction listed at {address:#x}")
-            found.append((address, self.code[address]))
-            address += self.code[address].size
-        return found
+            instruction = self.code[address]
+            block.addresses.append(address)
+            block.cycles += cycles_of(instruction)
+            block.push += push(instruction) or 0
+            address += instruction.size
+        return block
+
+
+@dataclass
+class Block:
+    end: int
+    addresses: list[int] = field(default_factory=list)
+    cycles: int = 0
+    push: int = 0  # bytes
 
 
 class Blocks:
@@ -170,39 +190,33 @@ class Blocks:
 
     def __init__(self, emulator: Emulator):
         self.emulator = emulator
-        self.push = PUSH[emulator.core.family]
         self.sp = emulator.registers.sp
         self.top = self.lowest = emulator.uc.reg_read(self.sp)
-        self.known: dict[int, list[int]] = {}  # by address and size: times entered, end, push
+        self.times: Counter[tuple[int, int]] = Counter()  # by address and size
         self.expected = 0
         self.jumps = -1  # the first block follows nothing
 
     def enter(self, uc: unicorn.Uc, address: int, size: int, _: object) -> None:
-        block = self.known.get(address << 16 | size) or self.learn(address, size)
-        block[0] += 1
+        block = self.emulator.block(address, size)
+        self.times[address, size] += 1
         if address != self.expected:
             self.jumps += 1
-        self.expected = block[1]
-        if block[2]:
-            self.lowest = min(self.lowest, uc.reg_read(self.sp) - block[2])
+        self.expected = block.end
+        if block.push:
+            self.lowest = min(self.lowest, uc.reg_read(self.sp) - block.push)
 
     def look(self, uc: unicorn.Uc, *_: object) -> None:
         self.lowest = min(self.lowest, uc.reg_read(self.sp))
 
-    def learn(self, address: int, size: int) -> list[int]:
-        pushes = (self.push(i) for _, i in self.emulator.block(address, size))
-        block = [0, address + size, sum(push or 0 for push in pushes)]
-        self.known[address << 16 | size] = block
-        return block
-
     def add_up(self, counted: Counted) -> None:
-        cycles_of, refill = TIMING[self.emulator.core.name]
+        _, refill = TIMING[self.emulator.core.name]
         counted.stack = self.top - self.lowest
         counted.cycles = refill * (self.jumps + 1)  # and the return
-        for key, (times, *_) in self.known.items():
-            for address, instruction in self.emulator.block(key >> 16, key & 0xFFFF):
-                counted.instructions += times
-                counted.cycles += times * cycles_of(instruction)
+        for key, times in self.times.items():
+            block = self.emulator.block(*key)
+            counted.instructions += times * len(block.addresses)
+            counted.cycles += times * block.cycles
+            for address in block.addresses:
                 counted.by_address[address] += times
 
 

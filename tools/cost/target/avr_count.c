@@ -1,6 +1,6 @@
 /*
- * Counts what an ATmega328P executes within calls, with simavr: instructions and cycles, exact.  It has
- * more flash and RAM here than on the chip, so that what does not fit is counted, too.
+ * Counts what an ATmega328P executes within calls, with simavr: instructions and cycles, exact.  It is an
+ * ATmega1284P, the same but for its memory, with 64 kB of RAM: what does not fit is counted, too.
  *   avr_count ELF DATA REGION FAILED END FUNCTION...
  * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (marks.h).
  * FUNCTION: for every region, in their order, the address of the function that it is about; 0 where
@@ -99,10 +99,9 @@ static avr_t *machine(const char *path)
     elf_firmware_t firmware;
     memset(&firmware, 0, sizeof firmware);
     if (elf_read_firmware(path, &firmware)) exit(1);
-    avr_t *avr = avr_make_mcu_by_name("atmega328p");
+    avr_t *avr = avr_make_mcu_by_name("atmega1284p");
     if (!avr) exit(1);
     avr->ramend = RAM_END;
-    avr->flashend = 2 * WORDS - 1;
     avr_init(avr);
     avr->log = LOG_ERROR;
     avr_load_firmware(avr, &firmware);
