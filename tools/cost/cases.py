@@ -19,6 +19,7 @@ WHAT = (*FILTER, *MODULES)
 HARD = {"update": "hard_update", "step": "hard_step", "smooth": "hard_smooth"}
 CALLS = {"step": "filter_calls", "smooth": "smoother_calls"}
 REGIONS = (*WHAT, *HARD.values(), *CALLS.values())  # the order of COST_... in target/marks.h
+MOST = 16  # states, components, controls
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
 RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
@@ -116,13 +117,28 @@ def programs(choice: Choice) -> list[Program]:
     return [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
 
 
-def own_programs(choice: Choice, n: int, m: int, controls: int) -> list[Program]:
-    """The programs for a card of a user's own sizes."""
-    every = programs(replace(choice, sizes=(RUNTIME,), what=FILTER, n=()))
+@dataclass(frozen=True)
+class Own:
+    """A user's own size."""
+
+    states: int
+    components: int
+    controls: int
+
+    def check(self) -> None:
+        for name, value in vars(self).items():
+            least = 0 if name == "controls" else 1
+            if not least <= value <= MOST:
+                raise CostError(f"--{name} {value}: must be from {least} to {MOST}")
+
+
+def own_programs(choice: Choice, own: Own) -> list[Program]:
+    """The programs for its card."""
+    every = programs(replace(choice, sizes=(RUNTIME,), profile=(), what=FILTER, n=()))
     return [
-        replace(program, dimensions=((n, m),), controls=controls)
+        replace(program, dimensions=((own.states, own.components),), controls=own.controls)
         for program in every
-        if program.arithmetic not in TEXTBOOK
+        if program.arithmetic in ("f32", "q31")
     ]
 
 

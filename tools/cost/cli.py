@@ -2,12 +2,12 @@
 
 import sys
 from pathlib import Path
-from typing import List
+from typing import List, Optional
 
 import typer
 
 import actions
-from cases import PROFILES, WHAT, Choice
+from cases import PROFILES, WHAT, Choice, Own
 from errors import CostError, one_line
 
 HELP = """What the library costs on seven cores: instructions, estimated cycles, stack, RAM and
@@ -25,6 +25,9 @@ def main(
     profile: List[str] = typer.Option([], help=", ".join(PROFILES) + "."),
     n: List[int] = typer.Option([], help="Number of states."),
     what: List[str] = typer.Option([], help=", ".join(WHAT) + "."),
+    states: Optional[int] = typer.Option(None, help="Print the card of a filter of your own size."),
+    components: int = typer.Option(1, help="... measured at once, with --states."),
+    controls: int = typer.Option(0, help="... with --states."),
     hot: int = typer.Option(0, help="Print the functions with most instructions, too."),
     source: Path = typer.Option(
         actions.ROOT, help="A checkout to measure instead of this one.", show_default=False
@@ -40,11 +43,13 @@ def main(
         choice.check()
         if check:
             raise typer.Exit(0 if actions.check(source, choice) else 1)
+        if states is not None:
+            actions.show_card(source, choice, Own(states, components, controls))
         if plot:
             actions.draw()
         if readme:
             actions.write_readme()
-        if not (plot or readme):
+        if states is None and not (plot or readme):
             actions.measure(source, choice, hot)
     except CostError as problem:
         stop(str(problem))

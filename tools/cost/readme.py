@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Mapping
 
+import card
 from cases import FIXED, GCC, RUNTIME, SIZES
 from cores import BY_NAME
 from errors import CostError
@@ -32,8 +33,8 @@ MODULE_ROWS = (
     ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"),
     ("em_state", RUNTIME, "... A, Q and R free"),
 )
-SMALL, LARGE = (4, 2), (9, 3)
 
+STEPS_TITLE = "Instructions of one settled predict and one full update (`kq_step`) at n, m:"
 MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
 Rows = Mapping[tuple[object, ...], Row]
 
@@ -46,7 +47,8 @@ FITTING = (
 
 def section(rows: tuple[Row, ...]) -> str:
     by_key = {row.key: row for row in rows}
-    return f"{steps(by_key)}\n\n{MODULES_TITLE}\n\n{modules(by_key)}"
+    tables = (card.markdown(rows), STEPS_TITLE, steps(by_key), MODULES_TITLE, modules(by_key))
+    return "\n\n".join(tables)
 
 
 def modules(by_key: Rows) -> str:
@@ -74,8 +76,8 @@ def steps(by_key: Rows) -> str:
     """Markdown: a line for each core and arithmetic."""
     sizes = " | ".join(f"{n}, {m}" for n, m in SIZES)
     lines = [
-        f"| core | | sizes | {sizes} | flash | stack | RAM |",
-        "|---|---|---|" + "---:|" * (len(SIZES) + 3),
+        f"| core | | sizes | {sizes} |",
+        "|---|---|---|" + "---:|" * len(SIZES),
     ]
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
@@ -87,17 +89,8 @@ def steps(by_key: Rows) -> str:
 
 
 def line(core: str, arithmetic: str, kind: str, by_size: dict[tuple[int, int], Row]) -> str:
-    small, large = by_size[SMALL], by_size[LARGE]
     cells = [BY_NAME[core].description, arithmetic, {RUNTIME: "run-time"}.get(kind, kind)]
-    cells += [str(row.instructions) for row in by_size.values()]
-    flash = {small.flash_bytes: str(small.flash_bytes)}
-    flash[large.flash_bytes] = str(large.flash_bytes)  # one number where both are the same
-    cells += [
-        ", ".join(flash.values()),
-        f"{small.stack_bytes}, {large.stack_bytes}",
-        f"{small.ram_bytes}, {large.ram_bytes}",
-    ]
-    return "| " + " | ".join(cells) + " |"
+    return "| " + " | ".join([*cells, *(str(row.instructions) for row in by_size.values())]) + " |"
 
 
 def rewritten(path: Path, rows: tuple[Row, ...]) -> str:

@@ -8,6 +8,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+import card
 from compare import TOLERANCE, Change, Comparison
 from measure import Measured
 from row import Row
@@ -36,6 +37,13 @@ def show(console: Console, found: list[Measured], what: Sequence[str], hot: int)
             table.add_row(*names(row), *("" if value is None else str(value) for value in values))
             for name, count in functions.most_common(hot):
                 table.add_row(*[""] * 6, f"  {name}", str(count))
+    console.print(table)
+
+
+def show_cards(console: Console, found: list[Measured]) -> None:
+    table = empty(card.TITLES[:3], card.TITLES[3:])
+    for each in card.cards(row for measured in found for row in measured.rows):
+        table.add_row(*each.cells())
     console.print(table)
 
 
