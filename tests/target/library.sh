@@ -14,7 +14,8 @@ warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 is_up_to_date() {
     [ -f "$to/done" ] &&
-        [ -z "$(find "$root/src" "$root/include" "$root/port" "$root/tests/target" -type f \
+        [ -z "$(find "$root/src" "$root/include" "$root/port" "$root/tests/target" \
+            "$root/CMakeLists.txt" -type f \
             -newer "$to/done" | head -n 1)" ]
 }
 
