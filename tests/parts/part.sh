@@ -28,11 +28,14 @@ library=$(sh "$root/tests/target/library.sh" "$name" gcc -O2)
 $compiler -std=c11 -O2 $profile -Wall -Wextra -Werror $include "-I$work" -DPART_$arithmetic $record \
     -c "$root/tests/parts/program.c" -o "$work/program.o"
 if ! $linker "$work/program.o" "$library"/*.o $libraries -o "$work/program" 2>"$work/link"; then
-    sort -u "$work/link" | grep -E 'overflow|will not fit|not within region' || cat "$work/link"
-    echo "$part: $arithmetic, n = $n, $what: does not fit"
+    grep -o "region .* overflowed by .*" "$work/link" || cat "$work/link"
+    echo "$part: $arithmetic, n = $n, $what: does not link"
     exit 1
 fi
-sh "$root/tests/target/run.sh" "$part" "$work/program" >"$work/run" || { tail -n 3 "$work/run"; exit 1; }
+if ! sh "$root/tests/target/run.sh" "$part" "$work/program" >"$work/run"; then
+    tail -n 3 "$work/run"
+    exit 1
+fi
 
 worst=$(awk -F , -v key="$(echo "$part" | sed 's/^atmega.*/avr/; s/-.*//'),$arithmetic,$n,1,runtime,gcc-O2,$what" '
     $1 == "core" { for (k = 1; k <= NF; k++) if ($k == "stack_worst") column = k }

@@ -24,6 +24,10 @@ typedef int32_t word;
 static kq_process_q31 process;
 static kq_sensor_q31 sensor, reference;
 KQ_FILTER_Q31(filter, N);
+#endif
+#if defined RECORD && defined PART_f32
+KQ_HISTORY_F32(tape, N, 1, STEPS, 0);
+#elif defined RECORD
 KQ_HISTORY_Q31(tape, N, 1, STEPS, 0);
 #endif
 
@@ -144,6 +148,7 @@ int main(void)
 #endif
     print("stack");
     print_bits(stack_depth(top));
-    print(status ? "\nfailed\n" : "\nOK\n");
-    return status != KQ_OK;
+    if (stack_is_full()) print("\nthe stack has run into the variables\n");
+    else print(status ? "\na call has failed\n" : "\nOK\n");
+    return status || stack_is_full();
 }

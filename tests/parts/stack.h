@@ -31,7 +31,10 @@ __attribute__((noinline)) static void stack_paint(void)
     for (volatile uint8_t *p = STACK_LIMIT; p < stack_pointer(); p++) *p = STACK_PAINT;
 }
 
-/* Bytes below `top`; all there were, if nothing was left between the stack and the variables */
+/* Has it been everywhere, and so perhaps in the variables? */
+static inline int stack_is_full(void) { return *(volatile uint8_t *)STACK_LIMIT != STACK_PAINT; }
+
+/* Bytes below `top` */
 __attribute__((noinline)) static unsigned stack_depth(const uint8_t *top)
 {
     const volatile uint8_t *p = STACK_LIMIT;
