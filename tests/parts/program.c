@@ -16,54 +16,51 @@
 typedef float word;
 KQ_PROCESS_F32(process, N, 0);
 KQ_SENSOR_DIAGONAL_F32(sensor, N, 1);
-KQ_SENSOR_DIAGONAL_F32(reference, N, 1);
 KQ_FILTER_F32(filter, N);
+
+static kq_status begin(void)
+{
+    static const float x0[N];
+    const kq_status status = kq_process_init_f32(&process, A, NULL, Q);
+    return status ? status : kq_filter_init_f32(&filter, x0, P0);
+}
+
+static kq_status begin_sensor(int is_reference)
+{
+    static const float none;
+    return kq_sensor_init_diagonal_f32(&sensor, H, is_reference ? &none : R);
+}
 #else
 #define TYPED(name) name##_q31
 typedef int32_t word;
 static kq_process_q31 process;
-static kq_sensor_q31 sensor, reference;
+static kq_sensor_q31 sensor;
 KQ_FILTER_Q31(filter, N);
+
+static kq_status begin(void)
+{
+    static const int32_t x0[N];
+    static const kq_process_table_q31 table = {
+        .states = N, .state_format = state, .transition = A, .noise_root = G};
+    static const kq_prior_table_q31 prior = {N, state, x0, S0};
+    const kq_status status = kq_process_init_q31(&process, &table, NULL);
+    return status ? status : kq_filter_init_q31(&filter, &prior, NULL);
+}
+
+static kq_status begin_sensor(int is_reference)
+{
+    static const kq_scaled_q31 none = {0, 0};
+    static const kq_sensor_table_q31 table = {N, 1, 0, state, measured, H, R},
+                                     reference = {N, 1, 0, state, measured, H, &none};
+    return kq_sensor_init_q31(&sensor, is_reference ? &reference : &table, NULL);
+}
 #endif
+
 #if defined RECORD && defined PART_f32
 KQ_HISTORY_F32(tape, N, 1, STEPS, 0);
 #elif defined RECORD
 KQ_HISTORY_Q31(tape, N, 1, STEPS, 0);
 #endif
-
-static kq_status begin(void)
-{
-#ifdef PART_f32
-    static const float x0[N], none;
-    kq_status status = kq_process_init_f32(&process, A, NULL, Q);
-    if (!status) status = kq_sensor_init_diagonal_f32(&sensor, H, R);
-    if (!status) status = kq_sensor_init_diagonal_f32(&reference, H, &none);
-    if (!status) status = kq_filter_init_f32(&filter, x0, P0);
-#else
-    static const int32_t x0[N];
-    static const kq_scaled_q31 none = {0, 0};
-    static const kq_process_table_q31 process_table = {
-        .states = N, .state_format = state, .transition = A, .noise_root = G};
-    static const kq_sensor_table_q31 sensor_table = {.states = N,
-                                                     .components = 1,
-                                                     .state_format = state,
-                                                     .measurement_format = measured,
-                                                     .measurement = H,
-                                                     .noise = R},
-                                     reference_table = {.states = N,
-                                                        .components = 1,
-                                                        .state_format = state,
-                                                        .measurement_format = measured,
-                                                        .measurement = H,
-                                                        .noise = &none};
-    static const kq_prior_table_q31 prior = {N, state, x0, S0};
-    kq_status status = kq_process_init_q31(&process, &process_table, NULL);
-    if (!status) status = kq_sensor_init_q31(&sensor, &sensor_table, NULL);
-    if (!status) status = kq_sensor_init_q31(&reference, &reference_table, NULL);
-    if (!status) status = kq_filter_init_q31(&filter, &prior, NULL);
-#endif
-    return status;
-}
 
 /* ------------------------------------------------------------------ in and out */
 
@@ -105,9 +102,9 @@ static kq_status step(int t)
 {
     const int16_t count = measurement(t);
     const word z = count;
-    kq_status status = KQ_OK;
-    if (t > 0) status = TYPED(kq_predict)(&filter, &process, NULL);
-    if (!status) status = TYPED(kq_update)(&filter, t > 0 ? &sensor : &reference, &z);
+    kq_status status = t < 2 ? begin_sensor(t == 0) : KQ_OK;
+    if (!status && t > 0) status = TYPED(kq_predict)(&filter, &process, NULL);
+    if (!status) status = TYPED(kq_update)(&filter, &sensor, &z);
     print("step");
     print_bits((uint32_t)count);
     for (int i = 0; i < N; i++) {
