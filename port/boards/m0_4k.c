@@ -1,6 +1,6 @@
 /*
- * Start-up of a small Cortex-M under an emulator with semihosting, without a C library's: stack, data,
- * main, and its result as the emulator's exit status.  putchar is the emulator's console.
+ * Start-up of a small Cortex-M under an emulator with semihosting, without a C library's: stack,
+ * data, main, and its result as the emulator's exit status.  putchar is the emulator's console.
  */
 #include <stdint.h>
 #include <stdio.h>

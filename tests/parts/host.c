@@ -1,12 +1,13 @@
 /*
- * The host's side of the tests on small parts: the model, the measurements, and the same filter in double.
+ * The host's side of the tests on small parts: the model, the measurements, and the same filter in
+ * double.
  *   host voltages                     what lies at the ADC, in millivolts
  *   host tables f32|q31 N             the model and the measurements as C for program.c
- *   host check f32|q31 N LIMIT <LOG   the log of program.c against the filter in double; the stack that it
- *                                     says against LIMIT bytes
- * A voltage that rises, in counts of a 10-bit ADC: its level (n = 1), or level and slope (n = 2).  The
- * prior knows nothing, the first measurement is a reference without noise: that is where the stack is
- * deepest.
+ *   host check f32|q31 N LIMIT <LOG   the log of program.c against the filter in double; prints the
+ *                                     stack that it says beside LIMIT bytes
+ * A voltage that rises, in counts of a 10-bit ADC: its level (n = 1), or level and slope (n = 2).
+ * The prior knows nothing, the first measurement is a reference without noise: that is where the
+ * stack is deepest.
  */
 #include <kalmanq/kalmanq.h>
 #include <kalmanq/prepare.h>

@@ -1,6 +1,6 @@
 /*
- * How deep the stack has been: what lies between the variables and the stack is painted, and what is no
- * longer painted was the stack's.  A frame's end that was never written is not seen.
+ * How deep the stack has been: what lies between the variables and the stack is painted, and what
+ * is no longer painted was the stack's.  A frame's end that was never written is not seen.
  */
 #ifndef KALMANQ_TESTS_STACK_H
 #define KALMANQ_TESTS_STACK_H

@@ -30,6 +30,7 @@ CALLED = {
     "em": "em_iterate",
     "em_state": "em_iterate",
 }
+PARTS = ("", "steady_", "adaptation_", "em_")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/samples.c
 OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
@@ -114,7 +115,7 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name in (f"kq_{part}{arithmetic}.c" for part in ("", "steady_", "adaptation_", "em_"))
+        if path.name in (f"kq_{part}{arithmetic}.c" for part in PARTS)
         or not path.name.startswith(("kq_", "prepare_"))
     ]
 

@@ -1,6 +1,7 @@
 /*
- * Counts what an ATmega328P executes within calls, with simavr: instructions and cycles, exact.  It is an
- * ATmega1284P, the same but for its memory, with 64 kB of RAM: what does not fit is counted, too.
+ * Counts what an ATmega328P executes within calls, with simavr: instructions and cycles, exact.
+ * It is an ATmega1284P, the same but for its memory, with 64 kB of RAM: what does not fit is
+ * counted, too.
  *   avr_count ELF DATA REGION FAILED END FUNCTION...
  * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (marks.h).
  * FUNCTION: for every region, in their order, the address of the function that it is about; 0 where
@@ -14,7 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WORDS = 1 << 16, RAM_END = 0xffff, RETURN_ADDRESS = 2, LOW_PORT = 0x3d, HIGH_PORT = 0x3e, PORTS = 0x20 };
+enum { WORDS = 1 << 16, RAM_END = 0xffff, RETURN_ADDRESS = 2 };
+enum { LOW_PORT = 0x3d, HIGH_PORT = 0x3e, PORTS = 0x20 };
 
 static const uint64_t longest = UINT64_C(20000000000); /* cycles */
 

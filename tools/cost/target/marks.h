@@ -28,8 +28,8 @@ enum {
     COST_KINDS
 };
 
-/** The next call of the function for this region is to be measured, or for ..._CALLS all that follows
- *  until the next mark; of several, the most counts.
+/** The next call of the function for this region is to be measured, or for ..._CALLS all that
+ *  follows until the next mark; of several, the most counts.
  *    region   COST_KINDS * (number of the size in the program) + COST_... */
 void cost_region(unsigned region);
 

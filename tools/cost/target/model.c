@@ -3,8 +3,8 @@
  * with.
  *   model ARITHMETIC N M L   f32, f64 (also for the textbook filter), q31 or q16; L controls
  *
- * The model: m axes of position, velocity, acceleration at 10 Hz, as many as n says; dense Q.  D: a dense
- * H.
+ * The model: m axes of position, velocity, acceleration at 10 Hz, as many as n says; dense Q.  D:
+ * a dense H.
  */
 #include <kalmanq/kalmanq.h>
 #include <kalmanq/prepare.h>
