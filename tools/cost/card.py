@@ -12,7 +12,7 @@ from row import Row
 SIZES = ((1, 1), (2, 1), (4, 2), (9, 3))  # in the README
 ARITHMETICS = ("f32", "q31")
 PARTS = (16, 32, 64)  # kB of flash
-MEMORIES = (1, 2, 4, 8, 16, 32)  # kB of RAM
+MEMORIES = (1, 2, 4, 8, 16, 32, 64)  # kB of RAM
 START_UP = 1024  # bytes of flash: vectors and what a C library does before main
 
 TITLES = (
