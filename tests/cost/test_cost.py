@@ -151,6 +151,9 @@ class Calls(unittest.TestCase):
             calls[name] = Counted(stack=100 + len(name))
         self.assertEqual(stack_worst(calls, "step"), 90)
         self.assertEqual(stack_worst(calls, "smooth"), 114)
+        calls["filter_calls"], calls["root_calls"] = Counted(stack=200), Counted(stack=95)
+        self.assertEqual(stack_worst(calls, "roots"), 95)
+        self.assertEqual(stack_worst(calls, "step"), 200)
         self.assertIsNone(stack_worst(calls, "predict"))
 
     def test_avr_counter_may_call_a_region_again(self) -> None:
@@ -221,7 +224,7 @@ class Cards(unittest.TestCase):
         (line,) = card.cards((ROW, smooth, update, clang))
         self.assertEqual(
             line.cells(),
-            ["Cortex-M3", "q31", "4, 2", "12000, 11000", "16000", "300", "5000", "800", "850",
+            ["Cortex-M3", "q31", "4, 2", "12000, 11000", "", "16000", "300", "5000", "800", "", "850",
              "1000", "7777", "16 + 2 kB", "32 + 8 kB"],
         )  # fmt: skip
         self.assertEqual(len(line.cells()), len(card.TITLES))

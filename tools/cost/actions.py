@@ -86,7 +86,7 @@ def measured_programs(source: Path, wanted: list[Program]) -> list[Measured]:
 
 def console() -> Console:
     # not a terminal: wide enough for every table, whatever reads it
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 170)
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 200)
 
 
 def shown(path: Path) -> str:

@@ -61,6 +61,11 @@ class Place:
         folder = self.source / "include" / "kalmanq"
         return all((folder / name).exists() for name in MODULE_HEADERS)
 
+    @property
+    def has_roots(self) -> bool:
+        header = self.source / "include" / "kalmanq" / "process.h"
+        return "kq_process_init_root_f32" in header.read_text(encoding="utf-8")
+
     def has(self, wanted: Program) -> bool:
         if wanted.group == MODULES and not self.has_modules:
             return False
@@ -168,6 +173,7 @@ def program_text(place: Place, wanted: Program) -> str:
         f"#define CONTROLS {wanted.controls}",
         *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
         *["#define KQ_COST_MODULES"] * (wanted.group == MODULES),
+        *["#define KQ_COST_ROOTS"] * wanted.begins_from_roots,
         f'#include "{subject}.h"',
         *['#include "modules.h"'] * (wanted.group == MODULES),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Iterable, Iterator, Sequence
 
-from cases import CLANG, GCC, RUNTIME
+from cases import CLANG, GCC, ROOTS, RUNTIME
 from cores import BY_NAME
 from row import Row
 
@@ -16,15 +16,16 @@ MEMORIES = (1, 2, 4, 8, 16, 32, 64)  # kB of RAM
 START_UP = 1024  # bytes of flash: vectors and what a C library does before main
 
 TITLES = (
-    "core", "", "n, m", "flash", "with smoother", "RAM", "with tape", "worst stack",
-    "with smoother", "step", "worst update", "part", "with smoother",
+    "core", "", "n, m", "flash", "from roots", "with smoother", "RAM", "with tape",
+    "worst stack", "from roots", "with smoother", "step", "worst update", "part", "with smoother",
 )  # fmt: skip
 
 EXPLAINED = f"""\
 A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and P0 (q31: from tables),
 `kq_step`, `kq_mean`, `kq_sigma`; "smoother": a history of 30 steps, `kq_smooth` and its readings as well.
 Bytes. Flash is code, constants and initial values with what libc and libgcc add, less the same program without
-a filter: gcc `-O2`, then clang `-Oz`; all other columns are gcc's. RAM: the objects and the tape, on AVR also the
+a filter: gcc `-O2`, then clang `-Oz`; all other columns are gcc's. From roots: where Q and P0 are given by
+their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. RAM: the objects and the tape, on AVR also the
 constants. Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements
 included. Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R
 from 0 to P0, sigmas 14 decades apart, P0 standing for infinity). Part: flash + RAM of the smallest that holds it,
@@ -42,6 +43,7 @@ class Card:
     step: Row
     smooth: Row
     update: Row
+    roots: Row | None  # q31's tables are roots
     clang_step: Row | None
     clang_smooth: Row | None
 
@@ -52,10 +54,12 @@ class Card:
             step.arithmetic,
             f"{step.n}, {step.m}",
             flash(step, self.clang_step),
+            str(self.roots.flash_program) if self.roots else "",
             flash(smooth, self.clang_smooth),
             str(step.ram_program),
             str(smooth.ram_program),
             str(step.stack_worst),
+            str(self.roots.stack_worst) if self.roots else "",
             str(smooth.stack_worst),
             str(step.instructions),
             str(self.update.instructions_worst),
@@ -77,6 +81,7 @@ def cards(rows: Iterable[Row]) -> Iterator[Card]:
                 of[GCC, "step"],
                 of[GCC, "smooth"],
                 of[GCC, "update"],
+                of.get((GCC, ROOTS)),
                 of.get((CLANG, "step")),
                 of.get((CLANG, "smooth")),
             )

@@ -8,7 +8,8 @@ from cores import BY_NAME, CORES, Core
 from errors import CostError
 from row import Row
 
-FILTER = ("predict", "update", "step", "smooth")
+ROOTS = "roots"  # step, of a program that begins from the roots of Q and P0
+FILTER = ("predict", "update", "step", ROOTS, "smooth")
 MODULES = (
     "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
     "adapted", "em", "em_state",
@@ -16,9 +17,11 @@ MODULES = (
 FLOAT_ONLY = ("em", "em_state")
 WHAT = (*FILTER, *MODULES)
 # the worst of these, over hard inputs; and whole programs, for their stack
-HARD = {"update": "hard_update", "step": "hard_step", "smooth": "hard_smooth"}
-CALLS = {"step": "filter_calls", "smooth": "smoother_calls"}
-REGIONS = (*WHAT, *HARD.values(), *CALLS.values())  # the order of COST_... in target/marks.h
+HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
+CALLS = {"step": "filter_calls", ROOTS: "root_calls", "smooth": "smoother_calls"}
+HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
+COUNTED = tuple(what for what in WHAT if what != ROOTS)
+REGIONS = (*COUNTED, *HIDDEN)  # the order of COST_... in target/marks.h
 MOST = 16  # states, components, controls
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
@@ -39,6 +42,7 @@ class Program:
     dimensions: tuple[tuple[int, int], ...]  # (n, m)
     group: tuple[str, ...] = FILTER  # or MODULES: so the filter's program is what it always was
     controls: int = 0
+    has_roots: bool = True  # the library that is measured
 
     @property
     def name(self) -> str:
@@ -49,15 +53,24 @@ class Program:
     def what(self, n: int) -> tuple[str, ...]:
         """What is called at n states; `smooths` says where smooth is no row."""
         if self.group == FILTER:
-            return FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
+            every = FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
+            return tuple(what for what in every if what != ROOTS or self.begins_from_roots)
         if self.sizes != RUNTIME:
             return MODULES[:1]
         return tuple(w for w in MODULES if self.arithmetic != "q31" or w not in FLOAT_ONLY)
 
+    @property
+    def begins_from_roots(self) -> bool:
+        """As well; q31's tables are roots always."""
+        is_float = self.arithmetic in ("f32", "f64")
+        return self.has_roots and is_float and self.sizes == RUNTIME and self.group == FILTER
+
     def regions(self, n: int) -> tuple[str, ...]:
         """What is counted at n states."""
-        hard = self.group == FILTER and self.arithmetic not in TEXTBOOK
-        return (*self.what(n), *HARD.values(), *CALLS.values()) if hard else self.what(n)
+        own = tuple(what for what in self.what(n) if what != ROOTS)
+        if self.group == MODULES or self.arithmetic in TEXTBOOK:
+            return own
+        return own + tuple(each for each in HIDDEN if each != CALLS[ROOTS] or self.begins_from_roots)
 
     def smooths(self, n: int) -> bool:
         """Not at known sizes where the smoother's unrolled code is no sensible size."""

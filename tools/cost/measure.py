@@ -9,7 +9,7 @@ from pathlib import Path
 import avr
 import build
 from build import Place
-from cases import CALLS, HARD, Program
+from cases import CALLS, HARD, ROOTS, Program
 from cores import BY_NAME
 from counted import Counted
 from elf import Elf, flash_and_ram
@@ -38,7 +38,7 @@ def measure(place: Place, wanted: Program) -> Measured:
                 continue
             size = size_of(place, wanted, what, n, m)
             rows.append(row(wanted, what, (n, m), calls, size))
-            hot.append(by_function(elf, calls[what]))
+            hot.append(by_function(elf, calls[counted_as(what)]))
     return Measured(rows, hot)
 
 
@@ -49,7 +49,7 @@ def row(
     calls: dict[str, Counted],
     ram_and_flash: tuple[int | None, int | None],
 ) -> Row:
-    hard = calls.get(HARD.get(what, ""))
+    call, hard = calls[counted_as(what)], calls.get(HARD.get(what, ""))
     return Row(
         wanted.core,
         wanted.arithmetic,
@@ -57,20 +57,28 @@ def row(
         wanted.sizes,
         wanted.profile,
         what,
-        calls[what].instructions,
-        calls[what].cycles,
-        calls[what].stack,
+        call.instructions,
+        call.cycles,
+        call.stack,
         hard.instructions if hard else None,
         stack_worst(calls, what),
         *ram_and_flash,
     )
 
 
+def counted_as(what: str) -> str:
+    return "step" if what == ROOTS else what
+
+
 def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
     """Of all that a program calls which does `what`."""
     if CALLS.get(what) not in calls:
         return None
-    without = () if what == "smooth" else ("smooth", HARD["smooth"], CALLS["smooth"])
+    without = {*CALLS.values()} - {CALLS[what]}
+    if what == "smooth":
+        without.remove(CALLS["step"])  # and so does this one
+    else:
+        without |= {"smooth", HARD["smooth"]}
     return max(call.stack for name, call in calls.items() if name not in without)
 
 

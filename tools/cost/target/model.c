@@ -8,6 +8,7 @@
  */
 #include <kalmanq/kalmanq.h>
 #include <kalmanq/prepare.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,12 +97,31 @@ static void print_numbers(const model *M, const char *type, const char *name, co
     printf("};\n");
 }
 
+/* The upper triangle U of P = U U', packed by columns; P is positive definite. */
+static void print_root(const model *M, const char *type, const char *name, const double *P)
+{
+    const int n = M->n;
+    double U[KQ_TRIANGLE(STATES)];
+    for (int j = n - 1; j >= 0; j--) {
+        for (int i = j; i >= 0; i--) {
+            double rest = P[i * n + j];
+            for (int k = j + 1; k < n; k++) {
+                rest -= U[KQ_TRIANGLE(k) + i] * U[KQ_TRIANGLE(k) + j];
+            }
+            U[KQ_TRIANGLE(j) + i] = i == j ? sqrt(rest) : rest / U[KQ_TRIANGLE(j) + j];
+        }
+    }
+    print_numbers(M, type, name, U, KQ_TRIANGLE(n));
+}
+
 static void print_floating(const model *M, const char *type)
 {
     const int n = M->n, m = M->m;
     print_numbers(M, type, "A", M->A, n * n);
     print_numbers(M, type, "Q", M->Q, n * n);
     print_numbers(M, type, "P0", M->P0, n * n);
+    print_root(M, type, "G", M->Q);
+    print_root(M, type, "S0", M->P0);
     print_numbers(M, type, "x0", M->x0, n);
     print_numbers(M, type, "H", M->H, m * n);
     print_numbers(M, type, "R", M->R, m);
