@@ -236,7 +236,7 @@ static void check(const model *M, int is_float, unsigned long limit)
 {
     static estimate filtered[STEPS], ahead[STEPS], last;
     double filter_error = 0, smoother_error = 0;
-    unsigned long stack, word;
+    unsigned long stack = 0, word = 0;
     char kind[8];
     estimate now = {{0}, {0}};
     memcpy(now.P, M->P0, sizeof now.P);
