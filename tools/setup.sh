@@ -136,6 +136,7 @@ kq_setup_cost() {
     kq_have arm-none-eabi-gcc && arm-none-eabi-gcc -print-file-name=nano.specs | grep -q / ||
         kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi
     kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf gcc-avr avr-libc libsimavr-dev
+    kq_have clang || kq_have clang-14 || kq_install clang
     kq_find_python numpy matplotlib typer rich unicorn elftools && return 0
     kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich \
         python3-unicorn python3-pyelftools

@@ -1,7 +1,7 @@
 /*
  * An ATmega2560 with 56 kB of external SRAM at 0x2200 .. 0xFFFF, which the linker is told to put
- * data at (--section-start,.data=0x802200); the stack has the 8 kB of the chip to itself.
- * UART 0 is the standard output.
+ * data at (--section-start,.data=0x802200); the stack has the 8 kB of the chip to itself.  Or a
+ * smaller AVR as it is.  UART 0 is the standard output.
  *
  * The end of a program, for avr_emulator.c: GPIOR0 holds the exit status, GPIOR1 holds 0xED, and
  * the chip sleeps with interrupts off.  A jump to address 0 that is not the first is a crash: 99.
@@ -44,7 +44,9 @@ void abort(void) { exit(CRASHED); }
 /* Before data is copied: falls through to the start-up code that follows it. */
 __attribute__((naked, used, section(".init3"))) static void start_memory(void)
 {
+#ifdef XMCRA
     XMCRA = _BV(SRE);
+#endif
     if (GPIOR2 == STARTED) {
         GPIOR0 = CRASHED;
         GPIOR1 = ENDED;

@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools" / "cost"))
 
-from cases import Choice, programs
+from cases import GCC, Choice, programs
 from run_all import run_all
 
 COMPILE = (
@@ -50,7 +50,7 @@ def counted_by_qemu(program: Path) -> dict[int, int]:
 
 
 def counted_here() -> dict[int, int]:
-    choice = Choice(("m4f",), ("f32",), ("runtime",), ("O2",), what=("predict", "update"))
+    choice = Choice(("m4f",), ("f32",), ("runtime",), (GCC,), what=("predict", "update"))
     total: dict[int, int] = {}
     for row in run_all(ROOT, programs(choice))[0].rows:
         if choice.takes_row(row):

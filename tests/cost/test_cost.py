@@ -15,22 +15,26 @@ sys.path.insert(0, str(ROOT / "tools" / "cost"))
 
 import avr
 import build
+import card
 import outputs
 import plot
 import readme
 import table
-from cases import FILTER, MODULES, WHAT, Choice, programs
+from cases import CLANG, FILTER, GCC, MODULES, REGIONS, Choice, Own, own_programs, programs
 from compare import compare
 from counted import Counted, most
 from errors import CostError
 from listing import LINE, Instruction, decoded
+from measure import stack_worst
 from row import Row
 from table import Table
 from timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
 
-ROW = Row("m3", "q31", 4, 2, "runtime", "O2", "step", 1000, 1500, 400, 160, 5000)
+ROW = Row(
+    "m3", "q31", 4, 2, "runtime", "gcc-O2", "step", 1000, 1500, 400, 9000, 800, 300, 12000
+)  # fmt: skip
 HEADER = ",".join(table.COLUMNS)
-LINE_OF_ROW = "m3,q31,4,2,runtime,O2,step,1000,1500,400,160,5000"
+LINE_OF_ROW = "m3,q31,4,2,runtime,gcc-O2,step,1000,1500,400,9000,800,300,12000"
 
 # content (None: no such file), what the one line must say
 BAD_TABLES = [
@@ -38,16 +42,19 @@ BAD_TABLES = [
     ("", ["row 1:", "no header"]),
     ("# gcc\n", ["row 2:", "no header"]),
     ("core,n\n", ["row 1:", "the columns must be"]),
-    (f"# gcc\n{HEADER}\nm3,q31\n", ["row 3:", "2 fields, not 12"]),
+    (f"# gcc\n{HEADER}\nm3,q31\n", ["row 3:", "2 fields, not 14"]),
     (f"{HEADER}\n{LINE_OF_ROW}\n{LINE_OF_ROW}\n", ["row 3:", "the same"]),
+    (f"{HEADER}\n{LINE_OF_ROW.replace(',400,', ',,')}\n", ["row 2:", "stack_bytes is ''"]),
     (f"{HEADER}\n{LINE_OF_ROW.replace('1000', '-1')}\n", ["row 2:", "instructions is '-1'"]),
-    (f"{HEADER}\n{LINE_OF_ROW.replace('5000', 'x')}\n", ["row 2:", "flash_bytes is 'x'"]),
+    (f"{HEADER}\n{LINE_OF_ROW.replace('12000', 'x')}\n", ["row 2:", "flash_program is 'x'"]),
 ]
 
 BAD_COMMANDS = [
     (["--core", "m9"], "--core m9: must be one of m0, m3"),
     (["--n", "5"], "--n 5: must be one of 1, 2"),
     (["--core", "avr", "--arithmetic", "f64"], "there is nothing like that to measure"),
+    (["--states", "17"], "--states 17: must be from 1 to 16"),
+    (["--states", "5", "--controls", "-1"], "--controls -1: must be from 0 to 16"),
     (["--source", "nowhere"], "--source nowhere: is not a checkout"),
 ]
 
@@ -75,7 +82,8 @@ INSTRUCTIONS = [
 
 class Tables(unittest.TestCase):
     def test_reads_what_it_wrote(self) -> None:
-        written = Table(("gcc 1", "gcc 2"), (ROW, replace(ROW, what="smooth")))
+        without = replace(ROW, what="predict", instructions_worst=None, flash_program=None)
+        written = Table(("gcc 1", "gcc 2"), (ROW, without))
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "cost.csv"
             outputs.write(path, table.to_csv(written))
@@ -106,7 +114,7 @@ class Tables(unittest.TestCase):
 
 class Comparisons(unittest.TestCase):
     def test_growth_beyond_the_tolerance_fails(self) -> None:
-        for column in ("instructions", "stack_bytes", "ram_bytes", "flash_bytes"):
+        for column in ("instructions", "stack_bytes", "stack_worst", "flash_program"):
             grown = replace(ROW, **{column: round(getattr(ROW, column) * 1.031) + 1})
             found = compare([ROW], [grown])
             self.assertEqual([change.column for change in found.worse], [column])
@@ -118,6 +126,11 @@ class Comparisons(unittest.TestCase):
         self.assertTrue(found.passes)
         self.assertEqual((found.worse, found.better), ([], []))
 
+    def test_a_figure_that_is_no_longer_measured_is_a_change(self) -> None:
+        found = compare([replace(ROW, stack_worst=None)], [ROW])
+        self.assertEqual([change.column for change in found.worse], ["stack_worst"])
+        self.assertEqual(compare([ROW], [replace(ROW, stack_worst=None)]).better[0].now, 0)
+
     def test_a_missing_row_fails_either_way(self) -> None:
         self.assertEqual(compare([ROW], []).not_measured, [ROW])
         self.assertEqual(compare([], [ROW]).not_in_table, [ROW])
@@ -127,11 +140,24 @@ class Comparisons(unittest.TestCase):
 
 class Calls(unittest.TestCase):
     def test_of_several_the_most_counts_and_the_deepest_stack(self) -> None:
-        calls = [Counted(4, 10, 12, 80), Counted(4, 30, 31, 64), Counted(4, 20, 40, 96)]
-        self.assertEqual(most(calls), Counted(4, 30, 31, 96))
+        calls = [Counted(10, 12, 80), Counted(30, 31, 64), Counted(20, 40, 96)]
+        self.assertEqual(most(calls), Counted(30, 31, 96))
+
+    def test_the_smoother_is_not_in_the_stack_of_a_program_without(self) -> None:
+        calls = {"step": Counted(stack=80), "hard_step": Counted(stack=90)}
+        calls["filter_calls"] = Counted(stack=70)
+        self.assertIsNone(stack_worst({"step": Counted(stack=80)}, "step"))
+        for name in ("smooth", "hard_smooth", "smoother_calls"):
+            calls[name] = Counted(stack=100 + len(name))
+        self.assertEqual(stack_worst(calls, "step"), 90)
+        self.assertEqual(stack_worst(calls, "smooth"), 114)
+        calls["filter_calls"], calls["root_calls"] = Counted(stack=200), Counted(stack=95)
+        self.assertEqual(stack_worst(calls, "roots"), 95)
+        self.assertEqual(stack_worst(calls, "step"), 200)
+        self.assertIsNone(stack_worst(calls, "predict"))
 
     def test_avr_counter_may_call_a_region_again(self) -> None:
-        lines = ["region 3 8 100 120 40", "at 2 100", "region 3 8 90 99 44", "at 4 90"]
+        lines = ["region 3 100 120 40", "at 2 100", "region 3 90 99 44", "at 4 90"]
         found = avr.parsed(lines)
         self.assertEqual((found[3].instructions, found[3].stack), (100, 44))
         self.assertEqual(found[3].by_address, {2: 100})
@@ -141,7 +167,7 @@ class Programs(unittest.TestCase):
     def test_marks_have_the_order_of_the_cases(self) -> None:
         text = (ROOT / "tools" / "cost" / "target" / "marks.h").read_text(encoding="utf-8")
         names = re.findall(r"\bCOST_(?!KINDS)([A-Z_]+),", text)
-        self.assertEqual([name.lower() for name in names], list(WHAT))
+        self.assertEqual([name.lower() for name in names], list(REGIONS))
 
     def test_the_filter_is_in_a_program_of_its_own(self) -> None:
         for program in programs(Choice()):
@@ -159,8 +185,8 @@ class Programs(unittest.TestCase):
         self.assertEqual(taken, wanted)
 
     def test_regions_are_those_of_the_program(self) -> None:
-        (program,) = programs(Choice(("m3",), ("q31",), ("fixed",), ("O2",), (4,), ("steady",)))
-        self.assertEqual(build.regions(program), {WHAT.index("steady"): "user_steady_step_4_2"})
+        (program,) = programs(Choice(("m3",), ("q31",), ("fixed",), (GCC,), (4,), ("steady",)))
+        self.assertEqual(build.regions(program), {REGIONS.index("steady"): "user_steady_step_4_2"})
 
 
 class Instructions(unittest.TestCase):
@@ -190,13 +216,40 @@ class Pictures(unittest.TestCase):
             self.assertAlmostEqual(found, wanted, delta=0.01)
 
 
+class Cards(unittest.TestCase):
+    def test_a_line_has_all_its_figures(self) -> None:
+        smooth = replace(ROW, what="smooth", ram_program=5000, stack_worst=850, flash_program=16000)
+        update = replace(ROW, what="update", instructions_worst=7777)
+        clang = replace(ROW, profile=CLANG, flash_program=11000)
+        (line,) = card.cards((ROW, smooth, update, clang))
+        self.assertEqual(
+            line.cells(),
+            ["Cortex-M3", "q31", "4, 2", "12000, 11000", "", "16000", "300", "5000", "800", "", "850",
+             "1000", "7777", "16 + 2 kB", "32 + 8 kB"],
+        )  # fmt: skip
+        self.assertEqual(len(line.cells()), len(card.TITLES))
+        self.assertEqual(list(card.cards((ROW, update))), [])
+
+    def test_a_part_holds_the_start_up_and_the_stack(self) -> None:
+        edge = replace(ROW, flash_program=15 * 1024, ram_program=1000, stack_worst=24)
+        self.assertEqual(card.part(edge), "16 + 1 kB")
+        self.assertEqual(card.part(replace(edge, flash_program=15 * 1024 + 1)), "32 + 1 kB")
+        self.assertEqual(card.part(replace(edge, stack_worst=25)), "16 + 2 kB")
+        self.assertEqual(card.part(replace(edge, flash_program=70000)), "> 64 + 1 kB")
+
+    def test_a_size_of_ones_own_is_measured_with_both_compilers(self) -> None:
+        wanted = own_programs(Choice(("m3",), ("q31",), profile=(GCC,)), Own(5, 2, 1))
+        self.assertEqual([(p.profile, p.dimensions, p.controls) for p in wanted],
+                         [(GCC, ((5, 2),), 1), (CLANG, ((5, 2),), 1)])  # fmt: skip
+
+
 class Readme(unittest.TestCase):
     def test_only_the_section_changes(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "README.md"
             path.write_text(f"above\n{readme.BEGIN}\nold\n{readme.END}\nbelow\n")
             text = readme.rewritten(path, (ROW,))
-            self.assertTrue(text.startswith(f"above\n{readme.BEGIN}\n| core |"))
+            self.assertTrue(text.startswith(f"above\n{readme.BEGIN}\nA real program"))
             self.assertTrue(text.endswith(f"{readme.END}\nbelow\n"))
             self.assertFalse(readme.matches(path, (ROW,)))
             path.write_text(text)
@@ -228,7 +281,7 @@ class Readme(unittest.TestCase):
 class Commands(unittest.TestCase):
     def test_every_row_is_measured_once(self) -> None:
         keys = [
-            (p.core, p.arithmetic, p.sizes, p.optimisation, size, what)
+            (p.core, p.arithmetic, p.sizes, p.profile, size, what)
             for p in programs(Choice())
             for size in p.dimensions
             for what in p.what(size[0])

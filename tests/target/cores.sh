@@ -1,13 +1,16 @@
 # The one place that knows the cores: compilers and their flags, C libraries, boards, emulators.
 # Sourced, with $root set to the source tree.
 #
-#   core_select CORE [COMPILER]    CORE: host, m0, m3, m4f, m7, m33, rv32, avr
+#   core_select CORE [COMPILER]    CORE: host, m0, m3, m4f, m7, m33, rv32, avr; two small parts, with
+#                                  their memory and nothing beside it: m0-4k (32 kB of flash, 4 kB
+#                                  of RAM), atmega328p; atmega1284p, its large sister (tools/cost)
 #                                  COMPILER: gcc (if none is given), clang
 #   $compiler $include -c FILE     compiles;  $nm lists symbols
 #   $linker OBJECT... $libraries -o PROGRAM    links, with the board's start-up and memory
 #   $emulator PROGRAM              runs it (better: run.sh)
 #   $sources                       the library's files, without src/: all of them, on every core
 #   $floating                      the arithmetics in floating point that the core has
+#   $profile                       the flags that the library is built with, as CMakeLists.txt has them
 #
 # CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and
 # leaves out the float sources, which do not include them.  clang
@@ -22,9 +25,10 @@ core_unknown() {
 core_select() {
     core=${1%+port} boards="$root/port/boards" port= libraries=-lm
     sources=$(cd "$root/src" && echo *.c) floating="f32 f64"
+    profile=$(sed -n 's/^set(KALMANQ_PROFILE \(.*\))$/\1/p' "$root/CMakeLists.txt")
     case $core in
     host) ;;
-    m0) machine="-mcpu=cortex-m0" triple=thumbv6m-none-eabi board=mps2-an385 port=armv6m ;;
+    m0 | m0-4k) machine="-mcpu=cortex-m0" triple=thumbv6m-none-eabi board=mps2-an385 port=armv6m ;;
     m3) machine="-mcpu=cortex-m3" triple=thumbv7m-none-eabi board=mps2-an385 port=armv7m ;;
     m4f)
         machine="-mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16"
@@ -40,13 +44,14 @@ core_select() {
         ;;
     rv32) machine="-march=rv32imac -mabi=ilp32" triple=riscv32-unknown-elf ;;
     avr) machine="-mmcu=atmega2560" triple=avr port=avr ;;
+    atmega328p | atmega1284p) machine="-mmcu=$core" triple=avr port=avr ;;
     *) core_unknown "core $1" ;;
     esac
     case $core in
     host) core_is_host ;;
     m*) core_is_cortex_m ;;
     rv32) core_is_riscv ;;
-    avr) core_is_avr ;;
+    avr | atmega*) core_is_avr ;;
     esac
     case ${2:-gcc} in
     gcc) compiler=$gcc ;;
@@ -75,6 +80,10 @@ core_is_cortex_m() {
     gcc="arm-none-eabi-gcc -mthumb $machine"
     linker="$gcc --specs=rdimon.specs -nostartfiles -Wl,-z,noexecstack"
     linker="$linker -L $boards -T $memory $boards/cortex_m.c"
+    if [ $core = m0-4k ]; then
+        linker="$gcc -nostdlib -Wl,--gc-sections -L $boards -T $boards/m0_4k.ld $boards/m0_4k.c"
+        libraries="-lc -lgcc"
+    fi
     nm=arm-none-eabi-nm
     emulator="qemu-system-arm -M $board -nographic -semihosting -kernel"
 }
@@ -91,10 +100,14 @@ core_is_riscv() {
 core_is_avr() {
     gcc="avr-gcc $machine"
     memory="-Wl,--defsym=__DATA_REGION_LENGTH__=0xFFA0,--section-start,.data=0x802200"
+    emulator=${KQ_AVR_EMULATOR:-avr_emulator}
+    if [ $core = atmega328p ]; then
+        memory="-Wl,--defsym=__TEXT_REGION_LENGTH__=32K,--defsym=__DATA_REGION_LENGTH__=2K"
+        emulator="$emulator --part"
+    fi
     linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
     floating=f32 # a double has 32 bits in avr-gcc 5
     nm=avr-nm
-    emulator=${KQ_AVR_EMULATOR:-avr_emulator}
 }
 
 core_takes_clang() {

@@ -9,12 +9,13 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 core_select "$1" "$2"
 options=$3
 to=$KQ_LIBRARIES/$1-$2$(echo "$options" | tr -d ' ')
-flags="-std=c11 -ffp-contract=off -fno-math-errno -ffunction-sections -fdata-sections"
+flags="-std=c11 -ffp-contract=off $profile"
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 
 is_up_to_date() {
     [ -f "$to/done" ] &&
-        [ -z "$(find "$root/src" "$root/include" "$root/port" "$root/tests/target" -type f \
+        [ -z "$(find "$root/src" "$root/include" "$root/port" "$root/tests/target" \
+            "$root/CMakeLists.txt" -type f \
             -newer "$to/done" | head -n 1)" ]
 }
 

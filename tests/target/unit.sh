@@ -23,7 +23,7 @@ if [ "$core" = avr ]; then
     texts=${texts% fixed numbers} own= arithmetics=f32 level=-Os own_level=-Os
 fi
 
-flags="-std=c11 -ffp-contract=off -fno-math-errno -ffunction-sections -fdata-sections"
+flags="-std=c11 -ffp-contract=off $profile"
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror"
 tests="-DUNITY_INCLUDE_DOUBLE -DUNITY_DOUBLE_PRECISION=1e-12 -isystem $unity -I$root/src"
 

@@ -12,7 +12,7 @@ import outputs
 import readme
 import report
 import table
-from cases import Choice, programs
+from cases import Choice, Own, Program, own_programs, programs
 from compare import compare
 from errors import CostError
 from measure import Measured
@@ -66,10 +66,19 @@ def write_readme() -> None:
     print(f"wrote {shown(README)}")
 
 
+def show_card(source: Path, choice: Choice, size: Own) -> None:
+    """Prints the cards of a user's own size."""
+    size.check()
+    report.show_cards(console(), measured_programs(source, own_programs(choice, size)))
+
+
 def measured(source: Path, choice: Choice) -> list[Measured]:
+    return measured_programs(source, programs(choice))
+
+
+def measured_programs(source: Path, wanted: list[Program]) -> list[Measured]:
     if not (source / "include" / "kalmanq").is_dir():
         raise CostError(f"--source {source}: is not a checkout of kalmanq")
-    wanted = programs(choice)
     if not wanted:
         raise CostError("there is nothing like that to measure")
     return run_all(source.resolve(), wanted)
@@ -77,7 +86,7 @@ def measured(source: Path, choice: Choice) -> list[Measured]:
 
 def console() -> Console:
     # not a terminal: wide enough for every table, whatever reads it
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 130)
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 200)
 
 
 def shown(path: Path) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cases import CALLS
 from commands import run
 from counted import Counted, most
 from elf import Elf
@@ -18,9 +19,9 @@ def build(source: Path, program: Path) -> None:
 
 
 def count(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, Counted]:
-    """A call of the function of each region, of several the most."""
+    """A call of the function of each region, of several the most; all of a region without one."""
     elf = Elf(program)
-    entries = [functions.get(region) for region in range(max(functions) + 1)]
+    entries = [functions.get(region) for region in range(max(functions) + len(CALLS) + 1)]
     places = [elf.address(name) if name else 0 for name in (*PLACES, *entries)]
     lines = run([str(counter), str(program), *map(str, places)]).splitlines()
     if not lines or lines[-1] != "end":
@@ -30,12 +31,12 @@ def count(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, 
 
 def parsed(lines: list[str]) -> dict[int, Counted]:
     found: dict[int, list[Counted]] = {}
-    call = Counted(ram=0)
+    call = Counted()
     for line in lines:
         word, *numbers = line.split()
         if word == "region":
-            region, ram, instructions, cycles, stack = map(int, numbers)
-            call = Counted(ram, instructions, cycles, stack)
+            region, instructions, cycles, stack = map(int, numbers)
+            call = Counted(instructions, cycles, stack)
             found.setdefault(region, []).append(call)
         elif word == "at":
             call.by_address[int(numbers[0])] = int(numbers[1])

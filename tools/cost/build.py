@@ -5,30 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases import FIXED, FIXED_DENSE, MODULES, RUNTIME, TEXTBOOK, WHAT, Program
+from cases import CALLS, FIXED, FIXED_DENSE, GCC, MODULES, REGIONS, RUNTIME, TEXTBOOK, Program
 from commands import run
-from cores import BY_NAME, Core
+from cores import BY_NAME, ROOT, Core, toolchain
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
-TARGET = HERE / "target"
+TARGET = Path(__file__).resolve().parent / "target"
 TEXTBOOKS = ROOT / "tests" / "cost"
 
-FLAGS = (
-    "-std=c11",
-    "-ffp-contract=fast",
-    "-fno-math-errno",
-    "-ffunction-sections",
-    "-fdata-sections",
-    "-Wall",
-    "-Wextra",
-)
+FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the library's own
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
-TAPE_ON_AVR = 6  # steps: 8 kB of memory hold no more
 MODULE_HEADERS = ("adaptation.h", "em.h", "lag.h", "point.h", "robust.h", "steady.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
     "smooth": "smooth_step",
+    "hard_update": "update",
+    "hard_step": "step",
+    "hard_smooth": "smooth_step",
     "steady": "steady_step",
     "switch": "switch_step",
     "gated": "update_gated",
@@ -38,6 +30,7 @@ CALLED = {
     "em": "em_iterate",
     "em_state": "em_iterate",
 }
+PARTS = ("", "steady_", "adaptation_", "em_")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/samples.c
 OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
@@ -67,6 +60,11 @@ class Place:
     def has_modules(self) -> bool:
         folder = self.source / "include" / "kalmanq"
         return all((folder / name).exists() for name in MODULE_HEADERS)
+
+    @property
+    def has_roots(self) -> bool:
+        header = self.source / "include" / "kalmanq" / "process.h"
+        return "kq_process_init_root_f32" in header.read_text(encoding="utf-8")
 
     def has(self, wanted: Program) -> bool:
         if wanted.group == MODULES and not self.has_modules:
@@ -99,21 +97,20 @@ def library_folder(place: Place, key: tuple[str, str, str]) -> Path:
 
 
 def library_key(wanted: Program) -> tuple[str, str, str]:
-    """Core, arithmetic and level of the objects that a program shares with others."""
-    level = wanted.optimisation if wanted.sizes == RUNTIME else "O2"
-    return wanted.core, wanted.arithmetic, level
+    """Core, arithmetic and profile of the objects that a program shares with others."""
+    return wanted.core, wanted.arithmetic, wanted.profile
 
 
 def library(place: Place, key: tuple[str, str, str]) -> None:
     """The objects that are not of one program."""
-    core, arithmetic, level = key
+    core, arithmetic, profile = key
     folder = library_folder(place, key)
     folder.mkdir(parents=True)
     for source in library_sources(place, arithmetic):
-        compiled(place, BY_NAME[core], level, source, folder / f"{source.stem}.o")
+        compiled(place, BY_NAME[core], profile, source, folder / f"{source.stem}.o")
     if arithmetic not in TEXTBOOK and place.has_modules:
         flags = (f"-DKQ_COST_{arithmetic}",)
-        compiled(place, BY_NAME[core], level, TARGET / "samples.c", folder / "samples.o", flags)
+        compiled(place, BY_NAME[core], profile, TARGET / "samples.c", folder / "samples.o", flags)
 
 
 def library_sources(place: Place, arithmetic: str) -> list[Path]:
@@ -123,7 +120,7 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name in (f"kq_{part}{arithmetic}.c" for part in ("", "steady_", "adaptation_", "em_"))
+        if path.name in (f"kq_{part}{arithmetic}.c" for part in PARTS)
         or not path.name.startswith(("kq_", "prepare_"))
     ]
 
@@ -138,15 +135,14 @@ def program(place: Place, wanted: Program) -> Path:
     folder.mkdir(parents=True)
     text = folder / "program.c"
     text.write_text(program_text(place, wanted), encoding="utf-8")
-    own = [
-        compiled(place, core, "O2", text, folder / "program.o", tape_flags(core)),
-        compiled(place, core, "O2", TARGET / "marks.c", folder / "marks.o"),
-    ]
-    users = [user(place, wanted, n, m) for n, m in wanted.dimensions if wanted.sizes != RUNTIME]
-    return linked(core, [*own, *users, *shared(place, wanted)], folder / "program.elf")
+    compiled(place, core, wanted.profile, text, folder / "program.o")
+    compiled(place, core, GCC, TARGET / "marks.c", folder / "marks.o")
+    for n, m in wanted.dimensions if wanted.sizes != RUNTIME else ():
+        user(place, wanted, n, m)
+    return linked(core, objects(place, wanted), folder / "program.elf")
 
 
-def user(place: Place, wanted: Program, n: int, m: int) -> Path:
+def user(place: Place, wanted: Program, n: int, m: int) -> None:
     """A user's file with functions of one size."""
     flags = (
         f"-DKQ_COST_{wanted.arithmetic}",
@@ -159,12 +155,13 @@ def user(place: Place, wanted: Program, n: int, m: int) -> Path:
     )
     target = place.work / wanted.name / f"user_{n}_{m}.o"
     core = BY_NAME[wanted.core]
-    return compiled(place, core, wanted.optimisation, TARGET / "user.c", target, flags)
+    compiled(place, core, wanted.profile, TARGET / "user.c", target, flags)
 
 
-def shared(place: Place, wanted: Program) -> list[Path]:
-    """The library's objects."""
-    return sorted(library_folder(place, library_key(wanted)).glob("*.o"))
+def objects(place: Place, wanted: Program) -> list[Path]:
+    """The program's and the library's."""
+    folders = (place.work / wanted.name, library_folder(place, library_key(wanted)))
+    return [path for folder in folders for path in sorted(folder.glob("*.o"))]
 
 
 def program_text(place: Place, wanted: Program) -> str:
@@ -173,8 +170,10 @@ def program_text(place: Place, wanted: Program) -> str:
     numbers = NUMBERS.get(wanted.arithmetic, wanted.arithmetic)
     lines = [
         f"#define KQ_COST_{numbers}",
+        f"#define CONTROLS {wanted.controls}",
         *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
         *["#define KQ_COST_MODULES"] * (wanted.group == MODULES),
+        *["#define KQ_COST_ROOTS"] * wanted.begins_from_roots,
         f'#include "{subject}.h"',
         *['#include "modules.h"'] * (wanted.group == MODULES),
     ]
@@ -183,8 +182,9 @@ def program_text(place: Place, wanted: Program) -> str:
             f"#define N {n}",
             f"#define M {m}",
             f"#define REGION (COST_KINDS * {index})",
-            run([str(place.model), numbers, str(n), str(m)]),
+            run([str(place.model), numbers, *map(str, (n, m, wanted.controls))]),
             f'#include "{subject}.inc"',
+            '#include "use.inc"',
             '#include "modules.inc"' if wanted.group == MODULES else '#include "run.inc"',
             *(f"#undef {name}" for name in ("N", "M", "REGION")),
         ]
@@ -193,12 +193,18 @@ def program_text(place: Place, wanted: Program) -> str:
 
 
 def regions(wanted: Program) -> dict[int, str]:
-    """The function of every region (target/marks.h)."""
+    """The function of every region that is about one (target/marks.h)."""
     return {
-        len(WHAT) * index + WHAT.index(what): function(wanted, what, n, m)
+        region(what, index): function(wanted, what, n, m)
         for index, (n, m) in enumerate(wanted.dimensions)
-        for what in wanted.what(n)
+        for what in wanted.regions(n)
+        if what not in CALLS.values()
     }
+
+
+def region(what: str, index: int) -> int:
+    """Of the size with this index."""
+    return len(REGIONS) * index + REGIONS.index(what)
 
 
 def function(wanted: Program, what: str, n: int, m: int) -> str:
@@ -212,50 +218,36 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
     return f"kq_{name}_{wanted.arithmetic}"
 
 
-def flash_program(place: Place, wanted: Program, name: str) -> Path:
-    """Links nothing but one function and what it needs: it is the entry, and the linker drops the
-    rest."""
-    folder = place.work / wanted.name
-    objects = [*folder.glob("user_*.o"), *shared(place, wanted)]
-    return linked(BY_NAME[wanted.core], objects, folder / f"{name}.elf", entry=name)
+def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path:
+    """Links nothing but a user's program that does `what` (target/use.inc): it is the entry, and the
+    linker drops the rest."""
+    name = f"use_{what}_{n}_{m}"
+    target = place.work / wanted.name / f"{name}.elf"
+    return linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)
 
 
 # ---- compiler and linker ---------------------------------------------------------------------
 
 
 def compiled(
-    place: Place, core: Core, level: str, source: Path, target: Path, flags: tuple[str, ...] = ()
-) -> Path:
+    place: Place, core: Core, profile: str, source: Path, target: Path, flags: tuple[str, ...] = ()
+) -> None:
+    name, level = profile.split("-")
+    tools = toolchain(core, name)
     includes = [place.source / "include", TARGET, TEXTBOOKS]
-    if core.port and (place.source / "port" / core.port).is_dir():
-        includes.insert(0, place.source / "port" / core.port)
-    run(
-        [
-            f"{core.prefix}gcc",
-            *core.flags,
-            *FLAGS,
-            f"-{level}",
-            *flags,
-            *(f"-I{path}" for path in includes),
-            "-c",
-            str(source),
-            "-o",
-            str(target),
-        ]
-    )
-    return target
+    if tools.port and (place.source / "port" / tools.port).is_dir():
+        includes.insert(0, place.source / "port" / tools.port)
+    flags += ("-mno-global-merge",) * (name == "clang")  # or no variable would be dropped alone
+    own = [*FLAGS, *tools.profile, f"-{level}", *flags, *(f"-I{path}" for path in includes)]
+    run([*tools.compiler, *own, "-c", str(source), "-o", str(target)])
 
 
-def linked(core: Core, objects: list[Path], target: Path, entry: str | None = None) -> Path:
+def linked(core: Core, parts: list[Path], target: Path, entry: str | None = None) -> Path:
     """A whole program, or what one function needs."""
-    flags = [*core.flags, *core.link_flags, "-Wl,--gc-sections"]
+    flags = [*core.link_flags, "-Wl,--gc-sections"]
     if entry is None:
         flags.append("-Wl,-u,cost_failed")  # not called by what cannot fail
     if entry or core.family != "avr":  # whose start-up code copies the variables
         flags += ["-nostartfiles", f"-Wl,-e,{entry or 'main'}"]
-    run([f"{core.prefix}gcc", *flags, *map(str, objects), "-lm", "-o", str(target)])
+    run([*toolchain(core, "gcc").linker, *flags, *map(str, parts), "-lm", "-o", str(target)])
     return target
-
-
-def tape_flags(core: Core) -> tuple[str, ...]:
-    return (f"-DTAPE_STEPS={TAPE_ON_AVR}",) if core.family == "avr" else ()

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Iterator
 
 from cores import BY_NAME, CORES, Core
 from errors import CostError
 from row import Row
 
-FILTER = ("predict", "update", "step", "smooth")
+ROOTS = "roots"  # step, of a program that begins from the roots of Q and P0
+FILTER = ("predict", "update", "step", ROOTS, "smooth")
 MODULES = (
     "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
     "adapted", "em", "em_state",
 )  # fmt: skip
 FLOAT_ONLY = ("em", "em_state")
-WHAT = (*FILTER, *MODULES)  # the order of COST_... in target/marks.h
+WHAT = (*FILTER, *MODULES)
+# the worst of these, over hard inputs; and whole programs, for their stack
+HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
+CALLS = {"step": "filter_calls", ROOTS: "root_calls", "smooth": "smoother_calls"}
+HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
+COUNTED = tuple(what for what in WHAT if what != ROOTS)
+REGIONS = (*COUNTED, *HIDDEN)  # the order of COST_... in target/marks.h
+MOST = 16  # states, components, controls
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
 RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
-LEVELS = {RUNTIME: ("O2", "Os"), FIXED: ("O2", "O3"), FIXED_DENSE: ("O2", "O3")}
+KINDS = (RUNTIME, FIXED, FIXED_DENSE)
+GCC, CLANG = "gcc-O2", "clang-Oz"  # with the library's own flags (CMakeLists.txt)
+PROFILES = (GCC, CLANG)
 
 
 @dataclass(frozen=True)
@@ -29,23 +38,39 @@ class Program:
     core: str
     arithmetic: str
     sizes: str
-    optimisation: str
+    profile: str
     dimensions: tuple[tuple[int, int], ...]  # (n, m)
     group: tuple[str, ...] = FILTER  # or MODULES: so the filter's program is what it always was
+    controls: int = 0
+    has_roots: bool = True  # the library that is measured
 
     @property
     def name(self) -> str:
         n_m = "_".join(f"{n}_{m}" for n, m in self.dimensions)
-        parts = (self.core, self.arithmetic, self.sizes, self.optimisation, self.group[0], n_m)
+        parts = (self.core, self.arithmetic, self.sizes, self.profile, self.group[0], n_m)
         return "-".join(parts)
 
     def what(self, n: int) -> tuple[str, ...]:
         """What is called at n states; `smooths` says where smooth is no row."""
         if self.group == FILTER:
-            return FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
+            every = FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
+            return tuple(what for what in every if what != ROOTS or self.begins_from_roots)
         if self.sizes != RUNTIME:
             return MODULES[:1]
         return tuple(w for w in MODULES if self.arithmetic != "q31" or w not in FLOAT_ONLY)
+
+    @property
+    def begins_from_roots(self) -> bool:
+        """As well; q31's tables are roots always."""
+        is_float = self.arithmetic in ("f32", "f64")
+        return self.has_roots and is_float and self.sizes == RUNTIME and self.group == FILTER
+
+    def regions(self, n: int) -> tuple[str, ...]:
+        """What is counted at n states."""
+        own = tuple(what for what in self.what(n) if what != ROOTS)
+        if self.group == MODULES or self.arithmetic in TEXTBOOK:
+            return own
+        return own + tuple(each for each in HIDDEN if each != CALLS[ROOTS] or self.begins_from_roots)
 
     def smooths(self, n: int) -> bool:
         """Not at known sizes where the smoother's unrolled code is no sensible size."""
@@ -59,7 +84,7 @@ class Choice:
     core: tuple[str, ...] = ()
     arithmetic: tuple[str, ...] = ()
     sizes: tuple[str, ...] = ()
-    optimisation: tuple[str, ...] = ()
+    profile: tuple[str, ...] = ()
     n: tuple[int, ...] = ()
     what: tuple[str, ...] = ()
 
@@ -82,8 +107,8 @@ class Choice:
 KNOWN: dict[str, tuple[object, ...]] = {
     "core": tuple(BY_NAME),
     "arithmetic": ("f32", "f64", "q31", *TEXTBOOK),
-    "sizes": tuple(LEVELS),
-    "optimisation": ("O2", "O3", "Os"),
+    "sizes": KINDS,
+    "profile": PROFILES,
     "n": tuple(n for n, _ in SIZES),
     "what": WHAT,
 }
@@ -93,17 +118,41 @@ def programs(choice: Choice) -> list[Program]:
     """The programs for all rows that the choice takes."""
     dimensions = tuple(size for size in SIZES if choice.takes("n", size[0]))
     every = [
-        Program(core.name, arithmetic, sizes, level, dimensions, group)
+        Program(core.name, arithmetic, sizes, profile, dimensions, group)
         for core in CORES
         for arithmetic in (*core.arithmetics, *TEXTBOOK)
         for sizes in sizes_of(core, arithmetic)
-        for level in LEVELS[sizes]
-        for group in groups_of(core, arithmetic)
+        for profile in profiles_of(core, arithmetic, sizes)
+        for group in groups_of(core, arithmetic, profile)
         if any(choice.takes("what", what) for what in group)
     ]
-    names = ("core", "arithmetic", "sizes", "optimisation")
-    taken = [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
-    return [part for program in taken for part in split(program)]
+    names = ("core", "arithmetic", "sizes", "profile")
+    return [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
+
+
+@dataclass(frozen=True)
+class Own:
+    """A user's own size."""
+
+    states: int
+    components: int
+    controls: int
+
+    def check(self) -> None:
+        for name, value in vars(self).items():
+            least = 0 if name == "controls" else 1
+            if not least <= value <= MOST:
+                raise CostError(f"--{name} {value}: must be from {least} to {MOST}")
+
+
+def own_programs(choice: Choice, own: Own) -> list[Program]:
+    """The programs for its card."""
+    every = programs(replace(choice, sizes=(RUNTIME,), profile=(), what=FILTER, n=()))
+    return [
+        replace(program, dimensions=((own.states, own.components),), controls=own.controls)
+        for program in every
+        if program.arithmetic in ("f32", "q31")
+    ]
 
 
 # Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is none,
@@ -115,19 +164,17 @@ FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
 MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}
 
 
-def groups_of(core: Core, arithmetic: str) -> tuple[tuple[str, ...], ...]:
-    return (FILTER, MODULES) if core.name in MODULES_ON.get(arithmetic, ()) else (FILTER,)
+def groups_of(core: Core, arithmetic: str, profile: str) -> tuple[tuple[str, ...], ...]:
+    all_of_it = profile == GCC and core.name in MODULES_ON.get(arithmetic, ())
+    return (FILTER, MODULES) if all_of_it else (FILTER,)
+
+
+def profiles_of(core: Core, arithmetic: str, sizes: str) -> tuple[str, ...]:
+    """clang beside gcc for what is on the card; its AVR code crashes."""
+    on_card = sizes == RUNTIME and arithmetic in ("f32", "q31") and core.family != "avr"
+    return (GCC, CLANG) if on_card else (GCC,)
 
 
 def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:
     chosen = core.name in FIXED_ON.get(arithmetic, ())
     return (RUNTIME, FIXED, FIXED_DENSE) if chosen else (RUNTIME,)
-
-
-def split(program: Program) -> Iterator[Program]:
-    """One program for each size where the memory holds no more."""
-    if BY_NAME[program.core].family != "avr":
-        yield program
-        return
-    for size in program.dimensions:
-        yield replace(program, dimensions=(size,))

@@ -7,7 +7,10 @@ from typing import Iterable, Iterator
 
 from row import Row
 
-COMPARED = ("instructions", "stack_bytes", "ram_bytes", "flash_bytes")
+COMPARED = (
+    "instructions", "stack_bytes", "instructions_worst", "stack_worst", "ram_program",
+    "flash_program",
+)  # fmt: skip
 TOLERANCE = 3  # percent
 
 
@@ -59,4 +62,6 @@ def compare(table: Iterable[Row], measured: Iterable[Row]) -> Comparison:
 
 def changes(before: Row, now: Row) -> Iterator[Change]:
     for column in COMPARED:
-        yield Change(now, column, getattr(before, column), getattr(now, column))
+        values = getattr(before, column), getattr(now, column)
+        if values != (None, None):
+            yield Change(now, column, *(value or 0 for value in values))

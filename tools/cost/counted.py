@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 @dataclass
 class Counted:
-    ram: int
     instructions: int = 0
     cycles: int = 0
     stack: int = 0

@@ -11,7 +11,7 @@ from elftools.elf.sections import SymbolTableSection
 
 from errors import CostError
 
-ALLOCATED, WITHOUT_BYTES = 2, "SHT_NOBITS"
+WRITABLE, ALLOCATED, WITHOUT_BYTES = 1, 2, "SHT_NOBITS"
 
 
 class Elf:
@@ -41,14 +41,12 @@ def segments(elf: ELFFile) -> Iterator[tuple[int, bytes]]:
             yield segment["p_vaddr"], segment.data()
 
 
-def flash_bytes(path: Path) -> int:
-    """Code, constants and the initial values of variables."""
+def flash_and_ram(path: Path) -> tuple[int, int]:
+    """Code, constants and the initial values of variables; the variables."""
     with open(path, "rb") as file:
-        return sum(
-            section["sh_size"]
-            for section in ELFFile(file).iter_sections()
-            if section["sh_flags"] & ALLOCATED and section["sh_type"] != WITHOUT_BYTES
-        )
+        sections = [s for s in ELFFile(file).iter_sections() if s["sh_flags"] & ALLOCATED]
+        flash = sum(s["sh_size"] for s in sections if s["sh_type"] != WITHOUT_BYTES)
+        return flash, sum(s["sh_size"] for s in sections if s["sh_flags"] & WRITABLE)
 
 
 def symbols(elf: ELFFile, mask: int) -> tuple[dict[str, int], set[tuple[int, str]]]:

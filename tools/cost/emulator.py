@@ -1,24 +1,26 @@
 """Counts what Arm and RISC-V cores execute within a call, with Unicorn.
 
 The program runs at full speed until it announces a region (target/marks.h) and then enters the
-function that the region is about; from there to its return every basic block is counted.  A
-block's instructions all count: an instruction of an IT block whose condition fails takes its turn,
+function that the region is about; from there to its return every basic block is counted.  A region
+without a function lasts until the next mark.  A block's instructions all count: an instruction of an IT block whose condition fails takes its turn,
 too, on the hardware.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Callable
 
 import unicorn
 from unicorn import arm_const, riscv_const
 
-from cores import Core
+from cores import Core, toolchain
 from counted import Counted, most
 from elf import Elf
 from errors import CostError
-from listing import Instruction, Listing
+from listing import Listing
 from timing import PUSH, TIMING
 
 PLACES = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
@@ -35,20 +37,20 @@ class Registers:
     pc: int
     sp: int
     link: int
-    arguments: tuple[int, int]
+    argument: int
 
 
 ARM = Registers(
     arm_const.UC_ARM_REG_PC,
     arm_const.UC_ARM_REG_SP,
     arm_const.UC_ARM_REG_LR,
-    (arm_const.UC_ARM_REG_R0, arm_const.UC_ARM_REG_R1),
+    arm_const.UC_ARM_REG_R0,
 )
 RISCV = Registers(
     riscv_const.UC_RISCV_REG_PC,
     riscv_const.UC_RISCV_REG_SP,
     riscv_const.UC_RISCV_REG_RA,
-    (riscv_const.UC_RISCV_REG_A0, riscv_const.UC_RISCV_REG_A1),
+    riscv_const.UC_RISCV_REG_A0,
 )
 
 
@@ -56,7 +58,8 @@ class Emulator:
     def __init__(self, core: Core, program: Path):
         self.core = core
         self.elf = Elf(program)
-        self.code = Listing(f"{core.prefix}objdump", program)
+        self.code = Listing(f"{toolchain(core, 'gcc').prefix}objdump", program)
+        self.blocks: dict[tuple[int, int], Block] = {}  # by address and size
         self.unknown_pushes = unknown_pushes(core, self.code)
         self.thumb = int(core.family == "arm")
         self.registers = ARM if core.family == "arm" else RISCV
@@ -79,22 +82,26 @@ class Emulator:
         self.uc.reg_write(arm_const.UC_ARM_REG_C1_C0_2, FPU_ACCESS)
         self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
 
-    def count(self, functions: dict[int, str]) -> dict[int, Counted]:
-        """A call of the function of each region, of several the most."""
+    def count_regions(self, functions: dict[int, str]) -> dict[int, Counted]:
+        """A call of the function of each region, of several the most; all of a region without one."""
         found: dict[int, list[Counted]] = {}
         marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
-        pc = self.elf.address("main")
-        while True:
-            pc = self.run_to(pc, list(marks.values()))
-            first, second = (self.uc.reg_read(name) for name in self.registers.arguments)
-            if pc == marks["failed"]:
-                raise CostError(f"{self.elf.path.name}: a call answered {signed(first)}")
-            if pc == marks["end"]:
-                return {region: most(calls) for region, calls in found.items()}
-            pc = self.run_to(pc, [self.elf.address(functions[first])])
-            call = Counted(ram=second)
-            found.setdefault(first, []).append(call)
-            pc = self.count_call(pc, call)
+        places = list(marks.values())
+        pc = self.run_to(self.elf.address("main"), places)
+        while pc == marks["region"]:
+            region = self.uc.reg_read(self.registers.argument)
+            call = Counted()
+            found.setdefault(region, []).append(call)
+            if region in functions:
+                pc = self.run_to(pc, [self.elf.address(functions[region])])
+                pc = self.run_to(self.count(pc, self.run_back, call), places)
+            else:
+                pc = self.run_to(pc, [self.back()])
+                pc = self.count(pc, lambda pc: self.run_to(pc, places), call)
+        if pc == marks["failed"]:
+            answer = signed(self.uc.reg_read(self.registers.argument))
+            raise CostError(f"{self.elf.path.name}: a call answered {answer}")
+        return {region: most(calls) for region, calls in found.items()}
 
     # ---- running -----------------------------------------------------------------------------
 
@@ -124,32 +131,58 @@ class Emulator:
 
     # ---- counting ----------------------------------------------------------------------------
 
-    def count_call(self, pc: int, counted: Counted) -> int:
+    def back(self) -> int:
+        """Where the function that has just been entered returns to."""
+        return self.uc.reg_read(self.registers.link) & ~1
+
+    def run_back(self, pc: int) -> int:
         """From a function's first instruction to its return."""
-        back = self.uc.reg_read(self.registers.link) & ~1
+        back = self.back()
+        if self.run(pc, back) != back:
+            raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
+        return back
+
+    def count(self, pc: int, run: Callable[[int], int], counted: Counted) -> int:
+        """What `run` executes, which answers where it has ended."""
         blocks = Blocks(self)
         hook = self.uc.hook_add(unicorn.UC_HOOK_BLOCK, blocks.enter)
         others = [
             self.uc.hook_add(unicorn.UC_HOOK_CODE, blocks.look, None, place, place)
             for place in self.unknown_pushes
         ]
-        reached = self.run(pc, back)
+        reached = run(pc)
         for each in (hook, *others):
             self.uc.hook_del(each)
-        if reached != back:
-            raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
         blocks.add_up(counted)
         return reached
 
-    def block(self, address: int, size: int) -> list[tuple[int, Instruction]]:
-        found = []
-        end = address + size
+    def block(self, address: int, size: int) -> Block:
+        """What is known of a basic block, learnt once."""
+        if (address, size) not in self.blocks:
+            self.blocks[address, size] = self.learnt(address, address + size)
+        return self.blocks[address, size]
+
+    def learnt(self, address: int, end: int) -> Block:
+        cycles_of, _ = TIMING[self.core.name]
+        push = PUSH[self.core.family]
+        block = Block(end)
         while address < end:
             if address not in self.code:
                 raise CostError(f"{self.elf.path.name}: no instruction listed at {address:#x}")
-            found.append((address, self.code[address]))
-            address += self.code[address].size
-        return found
+            instruction = self.code[address]
+            block.addresses.append(address)
+            block.cycles += cycles_of(instruction)
+            block.push += push(instruction) or 0
+            address += instruction.size
+        return block
+
+
+@dataclass
+class Block:
+    end: int
+    addresses: list[int] = field(default_factory=list)
+    cycles: int = 0
+    push: int = 0  # bytes
 
 
 class Blocks:
@@ -157,39 +190,33 @@ class Blocks:
 
     def __init__(self, emulator: Emulator):
         self.emulator = emulator
-        self.push = PUSH[emulator.core.family]
         self.sp = emulator.registers.sp
         self.top = self.lowest = emulator.uc.reg_read(self.sp)
-        self.known: dict[int, list[int]] = {}  # by address and size: times entered, end, push
+        self.times: Counter[tuple[int, int]] = Counter()  # by address and size
         self.expected = 0
         self.jumps = -1  # the first block follows nothing
 
     def enter(self, uc: unicorn.Uc, address: int, size: int, _: object) -> None:
-        block = self.known.get(address << 16 | size) or self.learn(address, size)
-        block[0] += 1
+        block = self.emulator.block(address, size)
+        self.times[address, size] += 1
         if address != self.expected:
             self.jumps += 1
-        self.expected = block[1]
-        if block[2]:
-            self.lowest = min(self.lowest, uc.reg_read(self.sp) - block[2])
+        self.expected = block.end
+        if block.push:
+            self.lowest = min(self.lowest, uc.reg_read(self.sp) - block.push)
 
     def look(self, uc: unicorn.Uc, *_: object) -> None:
         self.lowest = min(self.lowest, uc.reg_read(self.sp))
 
-    def learn(self, address: int, size: int) -> list[int]:
-        pushes = (self.push(i) for _, i in self.emulator.block(address, size))
-        block = [0, address + size, sum(push or 0 for push in pushes)]
-        self.known[address << 16 | size] = block
-        return block
-
     def add_up(self, counted: Counted) -> None:
-        cycles_of, refill = TIMING[self.emulator.core.name]
+        _, refill = TIMING[self.emulator.core.name]
         counted.stack = self.top - self.lowest
         counted.cycles = refill * (self.jumps + 1)  # and the return
-        for key, (times, *_) in self.known.items():
-            for address, instruction in self.emulator.block(key >> 16, key & 0xFFFF):
-                counted.instructions += times
-                counted.cycles += times * cycles_of(instruction)
+        for key, times in self.times.items():
+            block = self.emulator.block(*key)
+            counted.instructions += times * len(block.addresses)
+            counted.cycles += times * block.cycles
+            for address in block.addresses:
                 counted.by_address[address] += times
 
 

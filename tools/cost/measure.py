@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterable
 
 import avr
 import build
 from build import Place
-from cases import WHAT, Program
+from cases import CALLS, HARD, ROOTS, Program
 from cores import BY_NAME
 from counted import Counted
-from elf import Elf, flash_bytes
+from elf import Elf, flash_and_ram
 from emulator import Emulator
 from errors import CostError
 from row import Row
@@ -29,54 +28,89 @@ class Measured:
 
 def measure(place: Place, wanted: Program) -> Measured:
     program = build.program(place, wanted)
-    regions = build.regions(wanted)
-    counted = count(place, wanted, program, regions)
-    flash = flash_of(place, wanted, regions.values())
+    counted = count(place, wanted, program)
     elf = Elf(program)
     rows, hot = [], []
-    for region, name in regions.items():
-        index, kind = divmod(region, len(WHAT))
-        if WHAT[kind] == "smooth" and not wanted.smooths(wanted.dimensions[index][0]):
-            continue
-        if region not in counted:
-            raise CostError(f"{wanted.name}: {name} was never called")
-        rows.append(row(wanted, region, counted[region], flash[name]))
-        hot.append(by_function(elf, counted[region]))
+    for index, (n, m) in enumerate(wanted.dimensions):
+        calls = calls_of(wanted, counted, index, n)
+        for what in wanted.what(n):
+            if what == "smooth" and not wanted.smooths(n):
+                continue
+            size = size_of(place, wanted, what, n, m)
+            rows.append(row(wanted, what, (n, m), calls, size))
+            hot.append(by_function(elf, calls[counted_as(what)]))
     return Measured(rows, hot)
 
 
-def row(wanted: Program, region: int, call: Counted, flash: int) -> Row:
-    index, kind = divmod(region, len(WHAT))
-    n, m = wanted.dimensions[index]
+def row(
+    wanted: Program,
+    what: str,
+    size: tuple[int, int],
+    calls: dict[str, Counted],
+    ram_and_flash: tuple[int | None, int | None],
+) -> Row:
+    call, hard = calls[counted_as(what)], calls.get(HARD.get(what, ""))
     return Row(
         wanted.core,
         wanted.arithmetic,
-        n,
-        m,
+        *size,
         wanted.sizes,
-        wanted.optimisation,
-        WHAT[kind],
+        wanted.profile,
+        what,
         call.instructions,
         call.cycles,
         call.stack,
-        call.ram,
-        flash,
+        hard.instructions if hard else None,
+        stack_worst(calls, what),
+        *ram_and_flash,
     )
 
 
-def count(
-    place: Place, wanted: Program, program: Path, regions: dict[int, str]
-) -> dict[int, Counted]:
-    core = BY_NAME[wanted.core]
+def counted_as(what: str) -> str:
+    return "step" if what == ROOTS else what
+
+
+def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
+    """Of all that a program calls which does `what`."""
+    if CALLS.get(what) not in calls:
+        return None
+    without = {*CALLS.values()} - {CALLS[what]}
+    if what == "smooth":
+        without.remove(CALLS["step"])  # and so does this one
+    else:
+        without |= {"smooth", HARD["smooth"]}
+    return max(call.stack for name, call in calls.items() if name not in without)
+
+
+def calls_of(
+    wanted: Program, counted: dict[int, Counted], index: int, n: int
+) -> dict[str, Counted]:
+    """By name, at one size."""
+    calls = {}
+    for what in wanted.regions(n):
+        if build.region(what, index) not in counted:
+            raise CostError(f"{wanted.name}: {what} was never called")
+        calls[what] = counted[build.region(what, index)]
+    return calls
+
+
+def count(place: Place, wanted: Program, program: Path) -> dict[int, Counted]:
+    core, functions = BY_NAME[wanted.core], build.regions(wanted)
     if core.family == "avr":
-        return avr.count(place.avr_counter, program, regions)
-    return Emulator(core, program).count(regions)
+        return avr.count(place.avr_counter, program, functions)
+    return Emulator(core, program).count_regions(functions)
 
 
-def flash_of(place: Place, wanted: Program, names: Iterable[str]) -> dict[str, int]:
-    """By function; at run-time sizes one serves all sizes."""
-    once = dict.fromkeys(names)
-    return {name: flash_bytes(build.flash_program(place, wanted, name)) for name in once}
+def size_of(
+    place: Place, wanted: Program, what: str, n: int, m: int
+) -> tuple[int | None, int | None]:
+    """RAM and flash of a program that does `what`, less those of one that does nothing."""
+    if what in ("predict", "update"):  # a program has both: step
+        return None, None
+    with_it, without = (
+        flash_and_ram(build.program_of(place, wanted, each, n, m)) for each in (what, "nothing")
+    )
+    return with_it[1] - without[1], with_it[0] - without[0]
 
 
 def by_function(elf: Elf, call: Counted) -> Counter[str]:

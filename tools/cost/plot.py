@@ -15,11 +15,11 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cases import FIXED, RUNTIME, SIZES
+from cases import FIXED, GCC, RUNTIME, SIZES
 from cores import CORES, Core
 from row import Row
 
-LEVEL = "O2"
+PROFILE = GCC
 COLUMNS = 4
 LABEL_ROOM = 4.6  # on the axis of n, for the names behind the curves
 LABEL_HEIGHT = 0.135  # decades
@@ -118,11 +118,11 @@ def draw_core(axes: Axes, core: Core, rows: tuple[Row, ...]) -> None:
 
 
 def steps_of(rows: tuple[Row, ...], core: Core, curve: Curve) -> list[Row]:
-    wanted = (core.name, curve.arithmetic, curve.sizes, LEVEL, "step")
+    wanted = (core.name, curve.arithmetic, curve.sizes, PROFILE, "step")
     found = [
         row
         for row in rows
-        if (row.core, row.arithmetic, row.sizes, row.optimisation, row.what) == wanted
+        if (row.core, row.arithmetic, row.sizes, row.profile, row.what) == wanted
     ]
     return sorted(found, key=lambda row: row.n)
 

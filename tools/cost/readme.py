@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Mapping
 
-from cases import FIXED, RUNTIME, SIZES
+import card
+from cases import FIXED, GCC, RUNTIME, SIZES
 from cores import BY_NAME
 from errors import CostError
 from row import Row
 
 BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of costs -->"
-LEVEL = "O2"
+PROFILE = GCC
 MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
 MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
 # what the README calls them; the filter's step first, to compare with
@@ -32,8 +33,8 @@ MODULE_ROWS = (
     ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"),
     ("em_state", RUNTIME, "... A, Q and R free"),
 )
-SMALL, LARGE = (4, 2), (9, 3)
 
+STEPS_TITLE = "Instructions of one settled predict and one full update (`kq_step`) at n, m:"
 MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
 Rows = Mapping[tuple[object, ...], Row]
 
@@ -46,7 +47,8 @@ FITTING = (
 
 def section(rows: tuple[Row, ...]) -> str:
     by_key = {row.key: row for row in rows}
-    return f"{steps(by_key)}\n\n{MODULES_TITLE}\n\n{modules(by_key)}"
+    tables = (card.markdown(rows), STEPS_TITLE, steps(by_key), MODULES_TITLE, modules(by_key))
+    return "\n\n".join(tables)
 
 
 def modules(by_key: Rows) -> str:
@@ -65,7 +67,7 @@ def modules(by_key: Rows) -> str:
 def cells_of(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
     """Of one core, instructions at each size; none where it has no such function, or None where some
     figures are missing."""
-    keys = [(*where, *size, kind, LEVEL, what) for size in MODULE_SIZES]
+    keys = [(*where, *size, kind, PROFILE, what) for size in MODULE_SIZES]
     found = [str(by_key[key].instructions) for key in keys if key in by_key]
     return found if len(found) in (0, len(keys)) else None
 
@@ -74,12 +76,12 @@ def steps(by_key: Rows) -> str:
     """Markdown: a line for each core and arithmetic."""
     sizes = " | ".join(f"{n}, {m}" for n, m in SIZES)
     lines = [
-        f"| core | | sizes | {sizes} | flash | stack | RAM |",
-        "|---|---|---|" + "---:|" * (len(SIZES) + 3),
+        f"| core | | sizes | {sizes} |",
+        "|---|---|---|" + "---:|" * len(SIZES),
     ]
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
-            keys = {size: (core, arithmetic, *size, kind, LEVEL, "step") for size in SIZES}
+            keys = {size: (core, arithmetic, *size, kind, PROFILE, "step") for size in SIZES}
             if all(key in by_key for key in keys.values()):
                 by_size = {size: by_key[key] for size, key in keys.items()}
                 lines.append(line(core, arithmetic, kind, by_size))
@@ -87,17 +89,8 @@ def steps(by_key: Rows) -> str:
 
 
 def line(core: str, arithmetic: str, kind: str, by_size: dict[tuple[int, int], Row]) -> str:
-    small, large = by_size[SMALL], by_size[LARGE]
     cells = [BY_NAME[core].description, arithmetic, {RUNTIME: "run-time"}.get(kind, kind)]
-    cells += [str(row.instructions) for row in by_size.values()]
-    flash = {small.flash_bytes: str(small.flash_bytes)}
-    flash[large.flash_bytes] = str(large.flash_bytes)  # one number where both are the same
-    cells += [
-        ", ".join(flash.values()),
-        f"{small.stack_bytes}, {large.stack_bytes}",
-        f"{small.ram_bytes}, {large.ram_bytes}",
-    ]
-    return "| " + " | ".join(cells) + " |"
+    return "| " + " | ".join([*cells, *(str(row.instructions) for row in by_size.values())]) + " |"
 
 
 def rewritten(path: Path, rows: tuple[Row, ...]) -> str:

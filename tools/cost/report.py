@@ -8,12 +8,13 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+import card
 from compare import TOLERANCE, Change, Comparison
 from measure import Measured
 from row import Row
 
-TEXT = ("core", "arithmetic", "n", "m", "sizes", "level", "what")
-NUMBERS = ("instructions", "cycles~", "stack", "ram", "flash")
+TEXT = ("core", "arithmetic", "n", "m", "sizes", "profile", "what")
+NUMBERS = ("instructions", "cycles~", "stack", "worst", "its stack", "ram", "flash")
 MOST = 40  # lines of a kind
 
 
@@ -28,12 +29,21 @@ def show(console: Console, found: list[Measured], what: Sequence[str], hot: int)
                 row.instructions,
                 row.cycles_estimate,
                 row.stack_bytes,
-                row.ram_bytes,
-                row.flash_bytes,
+                row.instructions_worst,
+                row.stack_worst,
+                row.ram_program,
+                row.flash_program,
             )
-            table.add_row(*names(row), *map(str, values))
+            table.add_row(*names(row), *("" if value is None else str(value) for value in values))
             for name, count in functions.most_common(hot):
                 table.add_row(*[""] * 6, f"  {name}", str(count))
+    console.print(table)
+
+
+def show_cards(console: Console, found: list[Measured]) -> None:
+    table = empty(card.TITLES[:3], card.TITLES[3:])
+    for each in card.cards(row for measured in found for row in measured.rows):
+        table.add_row(*each.cells())
     console.print(table)
 
 

@@ -14,13 +14,15 @@ class Row:
     n: int
     m: int
     sizes: str
-    optimisation: str
+    profile: str
     what: str
     instructions: int
     cycles_estimate: int
     stack_bytes: int
-    ram_bytes: int
-    flash_bytes: int
+    instructions_worst: int | None
+    stack_worst: int | None
+    ram_program: int | None
+    flash_program: int | None
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -31,6 +33,6 @@ class Row:
             self.n,
             self.m,
             self.sizes,
-            self.optimisation,
+            self.profile,
             self.what,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 from multiprocessing.pool import Pool
@@ -28,7 +29,9 @@ def run_all(source: Path, wanted: list[Program]) -> list[Measured]:
     """In the order of the programs; those that this library cannot make are left out."""
     with tempfile.TemporaryDirectory(prefix="kalmanq-cost-") as folder:
         place = Place(source, Path(folder))
-        wanted = [program for program in wanted if place.has(program)]
+        wanted = [
+            replace(program, has_roots=place.has_roots) for program in wanted if place.has(program)
+        ]
         make_tools(place, wanted)
         keys = sorted({build.library_key(program) for program in wanted})
         with get_context("fork").Pool(WORKERS) as pool:  # an error ends both

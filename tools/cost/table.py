@@ -12,7 +12,8 @@ from errors import CostError, one_line
 from row import Row
 
 COLUMNS = tuple(field.name for field in fields(Row))
-NUMBERS = tuple(field.name for field in fields(Row) if field.type == "int")
+NUMBERS = tuple(field.name for field in fields(Row) if "int" in str(field.type))
+OPTIONAL = tuple(field.name for field in fields(Row) if "None" in str(field.type))
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,9 @@ def row_of(path: Path, number: int, values: list[str]) -> Row:
         raise CostError(f"{shown(path)}: row {number}: {reason}")
     found: dict[str, Any] = dict(zip(COLUMNS, values))
     for name in NUMBERS:
+        if name in OPTIONAL and not found[name]:
+            found[name] = None
+            continue
         if not (found[name].isascii() and found[name].isdigit()):
             reason = f"{name} is '{found[name]}', not a whole number"
             raise CostError(f"{shown(path)}: row {number}: {one_line(reason)}")

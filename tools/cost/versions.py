@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from commands import run
-from cores import CORES
+from cores import CORES, toolchain
 
 
 def compilers() -> tuple[str, ...]:
     """The first line that each compiler says of itself."""
-    prefixes = dict.fromkeys(core.prefix for core in CORES)
-    return tuple(run([f"{prefix}gcc", "--version"]).splitlines()[0] for prefix in prefixes)
+    names = [toolchain(core, "gcc").compiler[0] for core in CORES]
+    names.append(toolchain(CORES[0], "clang").compiler[0])
+    return tuple(run([name, "--version"]).splitlines()[0] for name in dict.fromkeys(names))

@@ -1,10 +1,12 @@
 /*
- * Counts what an ATmega2560 executes within calls, with simavr: instructions and cycles, exact.
+ * Counts what an ATmega328P executes within calls, with simavr: instructions and cycles, exact.
+ * It is an ATmega1284P, the same but for its memory, with 64 kB of RAM: what does not fit is
+ * counted, too.
  *   avr_count ELF DATA REGION FAILED END FUNCTION...
  * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (marks.h).
- * FUNCTION: for every region, in their order, the address of the function that it is about, 0 where
- * there is none.
- * Prints "region R RAM INSTRUCTIONS CYCLES STACK" for each region, followed by lines
+ * FUNCTION: for every region, in their order, the address of the function that it is about; 0 where
+ * there is none: such a region lasts until the next mark.
+ * Prints "region R INSTRUCTIONS CYCLES STACK" for each region, followed by lines
  * "at ADDRESS TIMES"; the last line is "end".
  */
 #include <simavr/sim_avr.h>
@@ -13,7 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WORDS = 1 << 17, RETURN_ADDRESS = 3, LOW_PORT = 0x3d, HIGH_PORT = 0x3e, PORTS = 0x20 };
+enum { WORDS = 1 << 16, RAM_END = 0xffff, RETURN_ADDRESS = 2 };
+enum { LOW_PORT = 0x3d, HIGH_PORT = 0x3e, PORTS = 0x20 };
 
 static const uint64_t longest = UINT64_C(20000000000); /* cycles */
 
@@ -28,11 +31,10 @@ static int stack_pointer(const avr_t *avr)
     return avr->data[PORTS + LOW_PORT] | avr->data[PORTS + HIGH_PORT] << 8;
 }
 
-/* Arguments are in r25:r24, r23:r22, ... */
-static unsigned argument(const avr_t *avr, int which)
+/* In r25:r24 */
+static unsigned first_argument(const avr_t *avr)
 {
-    const uint8_t *low = avr->data + 24 - 2 * which;
-    return (unsigned)(low[0] | low[1] << 8);
+    return (unsigned)(avr->data[24] | avr->data[25] << 8);
 }
 
 /* Is the next instruction `out port, register`? */
@@ -65,26 +67,33 @@ static void run_to(avr_t *avr, unsigned place)
     while (avr->pc != place);
 }
 
-/* From the function's first instruction to its return, which leaves the stack as the caller had
-   it */
-static void count_call(avr_t *avr, unsigned region, unsigned ram)
+/* From the function's first instruction to its return, which leaves the stack as the caller had it;
+   or, where there is an end, to that */
+static void count_call(avr_t *avr, unsigned region, unsigned end)
 {
-    const int top = stack_pointer(avr) + RETURN_ADDRESS;
+    const int top = stack_pointer(avr) + (end ? 0 : RETURN_ADDRESS);
     const uint64_t start = avr->cycle;
     uint64_t count = 0;
     int lowest = top;
     memset(times, 0, sizeof times);
-    while (half_written || stack_pointer(avr) < top) {
+    while (end ? avr->pc != end : half_written || stack_pointer(avr) < top) {
         times[avr->pc / 2]++;
         count++;
         one(avr);
         if (!half_written && stack_pointer(avr) < lowest) lowest = stack_pointer(avr);
     }
-    printf("region %u %u %llu %llu %d\n", region, ram, (unsigned long long)count,
+    printf("region %u %llu %llu %d\n", region, (unsigned long long)count,
            (unsigned long long)(avr->cycle - start), top - lowest);
     for (unsigned k = 0; k < WORDS; k++) {
         if (times[k]) printf("at %u %u\n", 2 * k, times[k]);
     }
+}
+
+/* Out of the function that has just been entered */
+static void run_back(avr_t *avr)
+{
+    const int top = stack_pointer(avr) + RETURN_ADDRESS;
+    while (stack_pointer(avr) < top) one(avr);
 }
 
 static avr_t *machine(const char *path)
@@ -92,8 +101,9 @@ static avr_t *machine(const char *path)
     elf_firmware_t firmware;
     memset(&firmware, 0, sizeof firmware);
     if (elf_read_firmware(path, &firmware)) exit(1);
-    avr_t *avr = avr_make_mcu_by_name("atmega2560");
+    avr_t *avr = avr_make_mcu_by_name("atmega1284p");
     if (!avr) exit(1);
+    avr->ramend = RAM_END;
     avr_init(avr);
     avr->log = LOG_ERROR;
     avr_load_firmware(avr, &firmware);
@@ -108,18 +118,21 @@ int main(int count, char **arguments)
                    end = address(arguments[5]);
     for (one(avr); stack_pointer(avr) == 0;) one(avr);
     data_end = (int)(address(arguments[2]) & 0xffff); /* the linker puts data at 0x800000 */
-    for (;;) {
-        one(avr);
+    while (avr->pc != end) {
         if (avr->pc == failed) {
-            fprintf(stderr, "avr_count: a call answered %d\n", (int16_t)argument(avr, 0));
+            fprintf(stderr, "avr_count: a call answered %d\n", (int16_t)first_argument(avr));
             return 1;
         }
-        if (avr->pc == end) break;
-        if (avr->pc != region) continue;
-        const unsigned which = argument(avr, 0), ram = argument(avr, 1);
+        if (avr->pc != region) {
+            one(avr);
+            continue;
+        }
+        const unsigned which = first_argument(avr);
         if (which + 6 >= (unsigned)count) return 2;
-        run_to(avr, address(arguments[6 + which]));
-        count_call(avr, which, ram);
+        const unsigned function = address(arguments[6 + which]);
+        if (function) run_to(avr, function);
+        else run_back(avr);
+        count_call(avr, which, function ? 0 : region);
     }
     printf("end\n");
     return 0;

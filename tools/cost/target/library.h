@@ -10,6 +10,13 @@
 #define HAS_SMOOTHER
 #endif
 
+/* B and u of a user's own number of controls */
+#if CONTROLS
+#define OF_CONTROLS(name) SIZED(name)
+#else
+#define OF_CONTROLS(name) NULL
+#endif
+
 #if defined(KQ_COST_f32)
 #define T f32
 typedef float word;

@@ -20,13 +20,19 @@ enum {
     COST_ADAPTED,
     COST_EM,
     COST_EM_STATE,
+    COST_HARD_UPDATE,
+    COST_HARD_STEP,
+    COST_HARD_SMOOTH,
+    COST_FILTER_CALLS,
+    COST_ROOT_CALLS,
+    COST_SMOOTHER_CALLS,
     COST_KINDS
 };
 
-/** The next call of the function for this region is to be measured; of several, the most counts.
- *    region   COST_KINDS * (number of the size in the program) + COST_...
- *    ram      bytes of a filter and its memory, and of what the function needs beside it */
-void cost_region(unsigned region, unsigned ram);
+/** The next call of the function for this region is to be measured, or for ..._CALLS all that
+ *  follows until the next mark; of several, the most counts.
+ *    region   COST_KINDS * (number of the size in the program) + COST_... */
+void cost_region(unsigned region);
 
 /** A call answered an error: nothing of this program counts. */
 void cost_failed(int status);

@@ -1,12 +1,14 @@
 /*
  * Prints one model as C arrays for a program on a target, which may have no double to prepare it
  * with.
- *   model ARITHMETIC N M     f32, f64 (also for the textbook filter), q31 or q16
+ *   model ARITHMETIC N M L   f32, f64 (also for the textbook filter), q31 or q16; L controls
  *
- * The model: m axes of position, velocity, acceleration at 10 Hz, as many as n says; dense Q.
+ * The model: m axes of position, velocity, acceleration at 10 Hz, as many as n says; dense Q.  D:
+ * a dense H.
  */
 #include <kalmanq/kalmanq.h>
 #include <kalmanq/prepare.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,9 +20,10 @@
 enum { STATES = KQ_SIZE_MAX };
 
 typedef struct {
-    int n, m;
+    int n, m, l;
     double A[STATES * STATES], Q[STATES * STATES], P0[STATES * STATES], x0[STATES];
     double H[STATES * STATES], R[STATES], z[STATES];
+    double D[STATES * STATES], B[STATES * STATES], u[STATES];
     double K[STATES * STATES]; /* the steady gain */
 } model;
 
@@ -31,12 +34,21 @@ static void need(kq_status status, const char *what)
     exit(1);
 }
 
-static void make(model *M, int n, int m)
+/* Within -1 and 1, the same at every run */
+static double draw(void)
+{
+    static uint32_t seed = 1;
+    seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+    return (seed >> 8) / (double)(1 << 23) - 1;
+}
+
+static void make(model *M, int n, int m, int l)
 {
     const double dt = 0.1;
     memset(M, 0, sizeof *M);
     M->n = n;
     M->m = m;
+    M->l = l;
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
             M->A[i * n + j] = j == i ? 1 : j == i + m ? dt : j == i + 2 * m ? dt * dt / 2 : 0;
@@ -48,6 +60,11 @@ static void make(model *M, int n, int m)
         M->H[c * n + c] = 1;
         M->R[c] = 0.5;
         M->z[c] = c + 1;
+        for (int i = 0; i < n; i++) M->D[c * n + i] = draw() / n;
+    }
+    for (int k = 0; k < l; k++) {
+        M->u[k] = k + 1;
+        for (int i = 0; i < n; i++) M->B[i * l + k] = draw() / l;
     }
 }
 
@@ -80,17 +97,39 @@ static void print_numbers(const model *M, const char *type, const char *name, co
     printf("};\n");
 }
 
+/* The upper triangle U of P = U U', packed by columns; P is positive definite. */
+static void print_root(const model *M, const char *type, const char *name, const double *P)
+{
+    const int n = M->n;
+    double U[KQ_TRIANGLE(STATES)];
+    for (int j = n - 1; j >= 0; j--) {
+        for (int i = j; i >= 0; i--) {
+            double rest = P[i * n + j];
+            for (int k = j + 1; k < n; k++) {
+                rest -= U[KQ_TRIANGLE(k) + i] * U[KQ_TRIANGLE(k) + j];
+            }
+            U[KQ_TRIANGLE(j) + i] = i == j ? sqrt(rest) : rest / U[KQ_TRIANGLE(j) + j];
+        }
+    }
+    print_numbers(M, type, name, U, KQ_TRIANGLE(n));
+}
+
 static void print_floating(const model *M, const char *type)
 {
     const int n = M->n, m = M->m;
     print_numbers(M, type, "A", M->A, n * n);
     print_numbers(M, type, "Q", M->Q, n * n);
     print_numbers(M, type, "P0", M->P0, n * n);
+    print_root(M, type, "G", M->Q);
+    print_root(M, type, "S0", M->P0);
     print_numbers(M, type, "x0", M->x0, n);
     print_numbers(M, type, "H", M->H, m * n);
     print_numbers(M, type, "R", M->R, m);
     print_numbers(M, type, "z", M->z, m);
     print_numbers(M, type, "K", M->K, n * m);
+    print_numbers(M, type, "D", M->D, m * n);
+    if (M->l) print_numbers(M, type, "B", M->B, n * M->l);
+    if (M->l) print_numbers(M, type, "u", M->u, M->l);
 }
 
 /* ------------------------------------------------------------------ fixed point */
@@ -139,6 +178,19 @@ static void print_formats(const model *M, const char *name, const kq_format_q31 
     printf("};\n");
 }
 
+static void print_controls(const model *M, const kq_format_q31 *state)
+{
+    kq_format_q31 controlled[STATES];
+    kq_scaled_q31 table[STATES * STATES];
+    int32_t words[STATES];
+    for (int k = 0; k < M->l; k++) need(kq_format_prepare_q31(controlled + k, 100), "u");
+    print_formats(M, "controlled", controlled, M->l);
+    need(kq_matrix_prepare_q31(table, M->B, M->n, M->l, state, controlled), "B");
+    print_scaled(M, "B", table, M->n * M->l);
+    need(kq_vector_prepare_q31(words, M->u, M->l, controlled, NULL), "u");
+    print_words(M, "u", words, M->l);
+}
+
 /* Positions to 1000, velocities and accelerations to 100 */
 static void print_wide(const model *M)
 {
@@ -156,6 +208,8 @@ static void print_wide(const model *M)
     print_scaled(M, "H", table, m * n);
     need(kq_noise_prepare_diagonal_q31(table, M->R, m, measured), "R");
     print_scaled(M, "R", table, m);
+    need(kq_matrix_prepare_q31(table, M->D, m, n, measured, state), "D");
+    print_scaled(M, "D", table, m * n);
     need(kq_matrix_prepare_q31(table, M->K, n, m, state, measured), "K");
     print_scaled(M, "K", table, n * m);
     need(kq_root_prepare_q31(words, M->Q, n, state), "Q");
@@ -166,14 +220,15 @@ static void print_wide(const model *M)
     print_words(M, "x0", words, n);
     need(kq_vector_prepare_q31(words, M->z, m, measured, NULL), "z");
     print_words(M, "z", words, m);
+    if (M->l) print_controls(M, state);
 }
 
 int main(int count, char **arguments)
 {
-    if (count != 4) return 2;
+    if (count != 5) return 2;
     const char *arithmetic = arguments[1];
     model M;
-    make(&M, atoi(arguments[2]), atoi(arguments[3]));
+    make(&M, atoi(arguments[2]), atoi(arguments[3]), atoi(arguments[4]));
     make_gain(&M);
     if (!strcmp(arithmetic, "f32")) print_floating(&M, "float");
     else if (!strcmp(arithmetic, "f64")) print_floating(&M, "double");

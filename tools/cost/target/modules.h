@@ -17,6 +17,15 @@ enum {
 #define WITH_SIZE_AND(name, n, m, what) JOIN4(name, n, m, what)
 #define BESIDE(name, what) WITH_SIZE_AND(name, N, M, what)
 
+/* The entry of a program that has this beside the filter (use.inc) */
+#define USE(what)                                                                                  \
+    void SIZED(use_##what)(void)                                                                   \
+    {                                                                                              \
+        need_ok(SIZED(begin)());                                                                   \
+        SIZED(filter_one)();                                                                       \
+        SIZED(run_##what)();                                                                       \
+    }
+
 /* The usual ones (kalmanq/robust.h) */
 #ifdef KQ_COST_q31
 static const kq_scaled_q31 huber_k = {INT32_C(3) << 29, -30}, student_nu = {INT32_C(1) << 30, -28},

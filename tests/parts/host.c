@@ -1,0 +1,276 @@
+/*
+ * The host's side of the tests on small parts: the model, the measurements, and the same filter in
+ * double.
+ *   host voltages                     what lies at the ADC, in millivolts
+ *   host tables f32|q31 N             the model and the measurements as C for program.c
+ *   host check f32|q31 N LIMIT <LOG   the log of program.c against the filter in double; prints the
+ *                                     stack that it says beside LIMIT bytes
+ * A voltage that rises, in counts of a 10-bit ADC: its level (n = 1), or level and slope (n = 2).
+ * The prior knows nothing, the first measurement is a reference without noise: that is where the
+ * stack is deepest.
+ */
+#include <kalmanq/kalmanq.h>
+#include <kalmanq/prepare.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATES = 2, STEPS = 50, FULL_SCALE = 1023, SUPPLY = 5000 };
+
+static const double tolerance = 1e-4; /* of sigma, and of `least` */
+static const double least = 0.01;     /* counts: where sigma is 0 */
+
+typedef struct {
+    int n;
+    double A[STATES * STATES], Q[STATES * STATES], P0[STATES * STATES], H[STATES], R;
+    kq_format_q31 state[STATES], measured;
+} model;
+
+typedef struct {
+    double x[STATES], P[STATES * STATES];
+} estimate;
+
+static void need(int is_so, const char *what)
+{
+    if (is_so) return;
+    printf("parts: %s\n", what);
+    exit(1);
+}
+
+static model model_of(int n)
+{
+    const model level = {.n = 1, .A = {1}, .Q = {0.09}, .P0 = {1e8}, .H = {1}, .R = 4};
+    const model slope = {.n = 2,
+                         .A = {1, 1, 0, 1},
+                         .Q = {0.02, 0.005, 0.005, 0.01},
+                         .P0 = {1e8, 0, 0, 1e4},
+                         .H = {1, 0},
+                         .R = 4};
+    model M = n == 1 ? level : slope;
+    need(n == 1 || n == 2, "n is 1 or 2");
+    for (int i = 0; i < n; i++) {
+        need(!kq_format_prepare_q31(M.state + i, i ? 100 : 2 * FULL_SCALE), "a state's format");
+    }
+    need(!kq_format_prepare_named_q31(&M.measured, 0, FULL_SCALE, NULL), "the ADC's format");
+    return M;
+}
+
+static unsigned voltage(int t)
+{
+    unsigned noise = (unsigned)t * 2654435761u >> 26; /* 0 .. 63 */
+    return 1500 + 30 * (unsigned)t + noise;
+}
+
+static int count_of(int t) { return (int)(voltage(t) * FULL_SCALE / SUPPLY); }
+
+/* ------------------------------------------------------------------ tables */
+
+static void print_floats(const char *name, const double *values, int count)
+{
+    printf("static const float %s[] = {", name);
+    for (int k = 0; k < count; k++) printf("%.9g, ", values[k]);
+    printf("};\n");
+}
+
+static void print_scaled(const char *name, const kq_scaled_q31 *values, int count)
+{
+    printf("static const kq_scaled_q31 %s[] = {", name);
+    for (int k = 0; k < count; k++) {
+        printf("{%ld, %ld}, ", (long)values[k].mantissa, (long)values[k].exponent);
+    }
+    printf("};\n");
+}
+
+static void print_root(const char *name, const double *P, const model *M)
+{
+    int32_t root[KQ_ROOT_LEN_Q31(STATES)];
+    need(!kq_root_prepare_q31(root, P, M->n, M->state), name);
+    printf("static const int32_t %s[] = {", name);
+    for (int k = 0; k < KQ_ROOT_LEN_Q31(M->n); k++) printf("%ld, ", (long)root[k]);
+    printf("};\n");
+}
+
+static void print_fixed_point(const model *M)
+{
+    const int n = M->n;
+    kq_scaled_q31 table[STATES * STATES];
+    printf("static const kq_format_q31 state[] = {");
+    for (int i = 0; i < n; i++) {
+        printf("{%ld, %ld}, ", (long)M->state[i].range, (long)M->state[i].fraction);
+    }
+    printf("};\nstatic const kq_format_q31 measured[] = {{%ld, %ld}};\n", (long)M->measured.range,
+           (long)M->measured.fraction);
+    need(!kq_matrix_prepare_q31(table, M->A, n, n, M->state, M->state), "A");
+    print_scaled("A", table, n * n);
+    need(!kq_matrix_prepare_q31(table, M->H, 1, n, &M->measured, M->state), "H");
+    print_scaled("H", table, n);
+    need(!kq_noise_prepare_diagonal_q31(table, &M->R, 1, &M->measured), "R");
+    print_scaled("R", table, 1);
+    print_root("G", M->Q, M);
+    print_root("S0", M->P0, M);
+}
+
+static void print_tables(const model *M, int is_float)
+{
+    printf("enum { N = %d, STEPS = %d };\n", M->n, STEPS);
+    printf("static const int16_t recorded[] = {");
+    for (int t = 0; t < STEPS; t++) printf("%d, ", count_of(t));
+    printf("};\n");
+    if (!is_float) {
+        print_fixed_point(M);
+        return;
+    }
+    print_floats("A", M->A, M->n * M->n);
+    print_floats("Q", M->Q, M->n * M->n);
+    print_floats("P0", M->P0, M->n * M->n);
+    print_floats("H", M->H, M->n);
+    print_floats("R", &M->R, 1);
+}
+
+/* ------------------------------------------------------------------ in double */
+
+static void times(double *C, const double *A, const double *B, int n, int is_transposed)
+{
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            double sum = 0;
+            for (int k = 0; k < n; k++) {
+                sum += A[i * n + k] * (is_transposed ? B[j * n + k] : B[k * n + j]);
+            }
+            C[i * n + j] = sum;
+        }
+    }
+}
+
+static estimate predicted(const estimate *e, const model *M)
+{
+    const int n = M->n;
+    estimate next = {{0}, {0}};
+    double AP[STATES * STATES];
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++) next.x[i] += M->A[i * n + k] * e->x[k];
+    }
+    times(AP, M->A, e->P, n, 0);
+    times(next.P, AP, M->A, n, 1);
+    for (int k = 0; k < n * n; k++) next.P[k] += M->Q[k];
+    return next;
+}
+
+static estimate updated(const estimate *e, const model *M, double R, double z)
+{
+    const int n = M->n;
+    estimate next = *e;
+    double F[STATES] = {0}, s = R, innovation = z;
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < n; i++) F[i] += e->P[i * n + k] * M->H[k];
+    }
+    for (int k = 0; k < n; k++) {
+        s += M->H[k] * F[k];
+        innovation -= M->H[k] * e->x[k];
+    }
+    for (int i = 0; i < n; i++) {
+        next.x[i] += F[i] / s * innovation;
+        for (int j = 0; j < n; j++) next.P[i * n + j] -= F[i] * F[j] / s;
+    }
+    return next;
+}
+
+/* Rauch, Tung and Striebel: `last` is the smoothed estimate of the next step. */
+static estimate smoothed(const estimate *filtered, const estimate *ahead, const estimate *last,
+                         const model *M)
+{
+    const int n = M->n;
+    double PA[STATES * STATES], inverse[STATES * STATES], C[STATES * STATES];
+    double change[STATES * STATES], CD[STATES * STATES];
+    estimate result = *filtered;
+    const double *P = ahead->P;
+    if (n == 1) {
+        inverse[0] = 1 / P[0];
+    } else {
+        const double determinant = P[0] * P[3] - P[1] * P[2];
+        const double adjugate[] = {P[3], -P[1], -P[2], P[0]};
+        for (int k = 0; k < n * n; k++) inverse[k] = adjugate[k] / determinant;
+    }
+    times(PA, filtered->P, M->A, n, 1);
+    times(C, PA, inverse, n, 0);
+    for (int k = 0; k < n * n; k++) change[k] = last->P[k] - ahead->P[k];
+    times(CD, C, change, n, 0);
+    times(change, CD, C, n, 1);
+    for (int k = 0; k < n * n; k++) result.P[k] += change[k];
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++) result.x[i] += C[i * n + k] * (last->x[k] - ahead->x[k]);
+    }
+    return result;
+}
+
+/* ------------------------------------------------------------------ the log */
+
+static double value_of(unsigned long word, const model *M, int i, int is_float)
+{
+    const uint32_t bits = (uint32_t)word;
+    float number;
+    int32_t whole;
+    memcpy(&number, &bits, sizeof number);
+    memcpy(&whole, &bits, sizeof whole);
+    return is_float ? (double)number : ldexp(whole, -M->state[i].fraction);
+}
+
+/* The larger error of a line's means and sigmas, in sigma */
+static double error_of(const estimate *e, const model *M, int is_float)
+{
+    double worst = 0;
+    for (int i = 0; i < M->n; i++) {
+        unsigned long mean, sigma;
+        need(scanf("%lx %lx", &mean, &sigma) == 2, "a line is not complete");
+        const double exact = sqrt(fabs(e->P[i * M->n + i]));
+        const double of_mean = fabs(value_of(mean, M, i, is_float) - e->x[i]) / (exact + least);
+        const double of_sigma = fabs(value_of(sigma, M, i, is_float) - exact) / (exact + least);
+        worst = fmax(worst, fmax(of_mean, of_sigma));
+        need(of_mean <= tolerance && of_sigma <= tolerance, "not what it is in double");
+    }
+    return worst;
+}
+
+static void check(const model *M, int is_float, unsigned long limit)
+{
+    static estimate filtered[STEPS], ahead[STEPS], last;
+    double filter_error = 0, smoother_error = 0;
+    unsigned long stack = 0, word = 0;
+    char kind[8];
+    estimate now = {{0}, {0}};
+    memcpy(now.P, M->P0, sizeof now.P);
+    for (int t = 0; t < STEPS; t++) {
+        need(scanf("%7s %lx", kind, &word) == 2 && !strcmp(kind, "step"), "a step is missing");
+        need(word == (unsigned long)count_of(t), "the ADC has measured something else");
+        if (t) now = ahead[t] = predicted(&now, M);
+        filtered[t] = now = updated(&now, M, t ? M->R : 0, (double)word);
+        filter_error = fmax(filter_error, error_of(&now, M, is_float));
+    }
+    last = now;
+    need(scanf("%7s", kind) == 1, "the end is missing");
+    for (int t = STEPS - 1; !strcmp(kind, "past"); t--) {
+        need(t >= 0, "too much of the past");
+        if (t < STEPS - 1) last = smoothed(filtered + t, ahead + t + 1, &last, M);
+        smoother_error = fmax(smoother_error, error_of(&last, M, is_float));
+        need(scanf("%7s", kind) == 1 && (t > 0 || strcmp(kind, "past")), "the end is missing");
+    }
+    need(!strcmp(kind, "stack") && scanf("%lx", &stack) == 1, "the stack is missing");
+    printf("error %.2g sigma, smoothed %.2g; stack %lu bytes, the card says %lu\n", filter_error,
+           smoother_error, stack, limit);
+}
+
+int main(int count, char **arguments)
+{
+    const char *what = count > 1 ? arguments[1] : "";
+    if (!strcmp(what, "voltages")) {
+        for (int t = 0; t < STEPS; t++) printf("%u\n", voltage(t));
+        return 0;
+    }
+    need(count >= 4, "host voltages | tables T N | check T N LIMIT");
+    const model M = model_of(atoi(arguments[3]));
+    const int is_float = !strcmp(arguments[2], "f32");
+    if (!strcmp(what, "tables")) print_tables(&M, is_float);
+    else if (count == 5) check(&M, is_float, strtoul(arguments[4], NULL, 10));
+    return 0;
+}

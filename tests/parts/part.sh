@@ -1,0 +1,48 @@
+#!/bin/sh
+# part.sh PART T N WHAT HOST WORK [TABLE]: links program.c for a small part with its real memory, runs it on
+# the emulator, and compares what it prints with the filter in double.
+#   PART   atmega328p or m0-4k (tests/target/cores.sh);  T: f32 or q31;  N: states
+#   WHAT   step, or smooth: with a smoother over the whole run
+#   HOST   host.c, built
+#   TABLE  tools/cost.csv: the painted stack may be as deep as its stack_worst, and 32 bytes deeper for the
+#          program's own frames (a function that calls the library, a return address); it must not be
+#          less than three quarters of it, or the table is about something else
+# shellcheck disable=SC2086
+set -eu
+part=$1 arithmetic=$2 n=$3 what=$4 host=$5 work=$6/$1-$2-$3-$4
+root=$(cd "$(dirname "$0")/../.." && pwd)
+table=${7:-$root/tools/cost.csv} own=32
+name=$part
+[ "$arithmetic" = f32 ] || name=$part+port
+. "$root/tests/target/cores.sh"
+core_select "$name"
+rm -rf "$work"
+mkdir -p "$work"
+
+"$host" voltages >"$work/voltages"
+export KQ_AVR_VOLTAGES="$work/voltages"
+"$host" tables "$arithmetic" "$n" >"$work/tables.h"
+record=
+[ "$what" = step ] || record=-DRECORD
+library=$(sh "$root/tests/target/library.sh" "$name" gcc -O2)
+$compiler -std=c11 -O2 $profile -Wall -Wextra -Werror $include "-I$work" -DPART_$arithmetic $record \
+    -c "$root/tests/parts/program.c" -o "$work/program.o"
+if ! $linker "$work/program.o" "$library"/*.o $libraries -o "$work/program" 2>"$work/link"; then
+    grep -o "region .* overflowed by .*" "$work/link" || cat "$work/link"
+    echo "$part: $arithmetic, n = $n, $what: does not link"
+    exit 1
+fi
+if ! sh "$root/tests/target/run.sh" "$part" "$work/program" >"$work/run"; then
+    tail -n 3 "$work/run"
+    exit 1
+fi
+
+worst=$(awk -F , -v key="$(echo "$part" | sed 's/^atmega.*/avr/; s/-.*//'),$arithmetic,$n,1,runtime,gcc-O2,$what" '
+    $1 == "core" { for (k = 1; k <= NF; k++) if ($k == "stack_worst") column = k }
+    column && index($0, key ",") == 1 { print $column }' "$table")
+[ -n "$worst" ] || { echo "$table: has no stack_worst of $part, $arithmetic, n = $n, $what"; exit 1; }
+echo "$part, $arithmetic, n = $n, $what:"
+"$host" check "$arithmetic" "$n" "$worst" <"$work/run"
+depth=$(printf '%d' "0x$(sed -n 's/^stack //p' "$work/run" | tr -d '\r')")
+[ "$depth" -le $((worst + own)) ] || { echo "the stack is deeper than $worst + $own"; exit 1; }
+[ $((4 * depth)) -ge $((3 * worst)) ] || { echo "the stack is less than 3/4 of $worst"; exit 1; }
