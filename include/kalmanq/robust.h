@@ -174,7 +174,7 @@ kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_
  *                  r' = (nu r + E[v^2]) / (nu + 1),
  *                  E[v^2] = (e r' / (f'f + r'))^2 + f'f r' / (f'f + r')
  *   present  as in kq_update_subset; UINT32_MAX: all of z
- *   k, nu    > 0.  Usual: 3 and 10; 1.5 and 4 where outliers are frequent
+ *   k, nu    > 0, nu 2^-20 or more.  Usual: 3 and 10; 1.5 and 4 where outliers are frequent
  *   weights  m, written: r / r' of each, 1 for one that was taken as it is, 0 for one that was not
  *            taken (not present, at the floor); or NULL.  Not in the place of z.
  * Where R is not diagonal, decorrelated component c is a combination of components c, c + 1, ...:
@@ -197,7 +197,7 @@ kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_
  * Cost: the update, and per scalar n^2/2 + n multiplications, a root and a division (Huber), 8
  * multiplications and 7 divisions (Student-t).
  * Stack: 240 words more than the update (q31: 480).
- * KQ_ERR_RANGE (k, nu not above 0), KQ_ERR_NOT_FINITE (z, k, nu), and the errors of
+ * KQ_ERR_RANGE (k not above 0, nu below 2^-20), KQ_ERR_NOT_FINITE (z, k, nu), and the errors of
  * kq_update_subset.
  */
 kq_status kq_update_huber_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,

@@ -510,6 +510,25 @@ static void a_contradiction_is_told_by_all(void)
     }
 }
 
+/* With fewer degrees of freedom nothing of r would be left in r'. */
+static void a_student_has_some_freedom(void)
+{
+    static const double least = 0x1p-20;
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar, z, ALL, N(least * (1 - EPS))));
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar, z, ALL, N(TINY_SIGMA)));
+    for (double variance = 1; variance < MOST_SIGMA; variance *= 64) {
+        const num noises[] = {N(variance)};
+        ASSERT_OK(K(sensor_init)(&level, one, noises));
+        for (double far = 1e-6; far < 1e6; far *= 10) {
+            const num measured[] = {N(far)};
+            ASSERT_OK(K(filter_init)(&river, none, one));
+            ASSERT_OK(student(&river, &level, measured, ALL, N(least)));
+            TEST_ASSERT_TRUE(K(sigma)(&river, 0) > 0 && K(sigma)(&river, 0) <= 1);
+            TEST_ASSERT_EQUAL_HEX(0, K(events)(&river) & ~(unsigned)KQ_EVENT_RESOLUTION);
+        }
+    }
+}
+
 static void refusals_of_an_update(void)
 {
     robust_update *updates[] = {huber, student, jump};
@@ -1031,6 +1050,7 @@ int main(void)
     RUN_TEST(what_is_not_taken_is_not_recorded);
     RUN_TEST(nothing_is_raised_for_what_is_not_taken);
     RUN_TEST(a_contradiction_is_told_by_all);
+    RUN_TEST(a_student_has_some_freedom);
     RUN_TEST(refusals_of_an_update);
     RUN_TEST(without_a_jump_the_update_is_plain);
     RUN_TEST(a_jump_raises_the_covariance);

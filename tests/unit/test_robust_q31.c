@@ -279,6 +279,15 @@ static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
     }
 }
 
+/* With fewer degrees of freedom nothing of r would be left in r'. */
+static void a_student_has_some_freedom(void)
+{
+    const int32_t *z = seen(1, 2);
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar.sensor, z, ALL, number(0x1.fffffffcp-21)));
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar.sensor, z, ALL, number(0x1p-400)));
+    ASSERT_OK(student(&track, &radar.sensor, z, ALL, number(0x1p-20)));
+}
+
 static void a_jump_is_followed_as_in_double(void)
 {
     uint32_t seed = 3;
@@ -511,6 +520,7 @@ int main(void)
     RUN_TEST(outliers_are_weighed_as_in_double);
     RUN_TEST(what_is_not_clipped_is_taken_as_it_is);
     RUN_TEST(what_the_plain_update_does_not_take_no_robust_one_takes);
+    RUN_TEST(a_student_has_some_freedom);
     RUN_TEST(a_jump_is_followed_as_in_double);
     RUN_TEST(a_student_step_is_that_of_double);
     RUN_TEST(a_student_step_is_one_with_scaled_noise);
