@@ -32,8 +32,16 @@ static int exponent_of(double a)
     return exponent;
 }
 
-/* a to the nearest integer, |a| < 2^31 */
-static int32_t rounded(double a) { return (int32_t)(a < 0 ? a - 0.5 : a + 0.5); }
+/* a to the nearest integer, |a| < 2^31 - 1/2.  What is left of a is exact; a + 1/2 is not. */
+static int32_t rounded(double a)
+{
+    const int32_t whole = (int32_t)a;
+    const double rest = a - whole;
+    return whole + (rest >= 0.5) - (rest <= -0.5);
+}
+
+/* Is |a| 2^31 once it is rounded to 31 bits? 2^30 <= |a| < 2^31 */
+static int is_rounded_up(double a) { return a >= INT32_MAX + 0.5 || a <= -INT32_MAX - 0.5; }
 
 static int size_is_valid(int size) { return size >= 1 && size <= KQ_SIZE_MAX; }
 
@@ -54,12 +62,13 @@ kq_status kq_format_prepare_q31(kq_format_q31 *format, double range)
     if (!is_finite(range)) return KQ_ERR_NOT_FINITE;
     if (!(range > 0)) return KQ_ERR_RANGE;
     int fraction = 31 - exponent_of(range);
+    if (fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_RANGE;
     double word = scaled_double(range, fraction); /* 2^30 <= word < 2^31 */
     if (word > INT32_MAX) {
         fraction--;
         word *= 0.5;
     }
-    if (fraction < KQ_FRACTION_MIN_Q31 || fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_RANGE;
+    if (fraction < KQ_FRACTION_MIN_Q31) return KQ_ERR_RANGE;
     const int32_t whole = (int32_t)word;
     *format = (kq_format_q31){.range = whole + (whole < word), .fraction = fraction};
     return KQ_OK;
@@ -84,15 +93,21 @@ kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, doubl
     return KQ_OK;
 }
 
+/* The integer bits that x lacks as a word, 0 or less where it has them */
+static int missing_bits(double x, int fraction)
+{
+    if (x == 0) return 0;
+    const int exponent = exponent_of(x);
+    return exponent + fraction - 31 + is_rounded_up(scaled_double(x, 31 - exponent));
+}
+
 /* x as a word, or what it lacks: -1, or the integer bits that its format would need more, 0 where x
-   is beyond the declared range alone.  The exponent is looked at first: a word that is made is
-   below 2^32. */
+   is beyond the declared range alone.  They are looked at first: a word that is made is below 2^31. */
 static int word_of_double(int32_t *made, double x, const kq_format_q31 *format)
 {
-    const int exponent = x != 0 ? exponent_of(x) + format->fraction : 0;
-    if (exponent > 32) return exponent - 31;
+    const int bits = missing_bits(x, format->fraction);
+    if (bits > 0) return bits;
     const double word = scaled_double(x, format->fraction), size = word < 0 ? -word : word;
-    if (size >= INT32_MAX + 0.5) return exponent > 31 ? exponent - 31 : 1;
     if (size >= format->range + 0.5) return 0;
     *made = rounded(word);
     return -1;
@@ -127,7 +142,7 @@ static kq_status coefficient_of(kq_scaled_q31 *out, double a, int shift)
     if (a == 0) return KQ_OK;
     int exponent = exponent_of(a);
     double mantissa = scaled_double(a, 31 - exponent); /* 2^30 <= |mantissa| < 2^31 */
-    if (mantissa >= INT32_MAX + 0.5 || mantissa <= -INT32_MAX - 0.5) {
+    if (is_rounded_up(mantissa)) {
         mantissa *= 0.5;
         exponent++;
     }

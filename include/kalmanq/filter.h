@@ -147,8 +147,8 @@ kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t l
  * Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
  * Accuracy: as Q in process.h.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
- * KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64: what is not known
- * at all has start.h).
+ * KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance or the size of a mean above 2^120 in f32, 2^1000 in
+ * f64: what is not known at all has start.h).
  */
 kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0);
 kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
@@ -189,8 +189,9 @@ kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from);
  * Events: KQ_EVENT_OVERFLOW where a state that nothing measures has grown beyond sigma = 2^60 (f32),
  * 2^500 (f64) or 2^8160 words (q31): sigma is held there.  If its mean has grown beyond the square of
  * that, it is lost: 0, with that sigma and no correlations (q31: KQ_EVENT_SATURATED, held at its word).
- * Measurements bring the state back.  A history ends there (KQ_EVENT_HISTORY_FULL).  A mean that a
- * control alone drives out of the numbers is infinite until the next update, which says so.
+ * Measurements bring the state back.  A history ends there (KQ_EVENT_HISTORY_FULL).  A mean that A or
+ * a control drives out of the numbers alone is none, nor are those that it moves, until the next update,
+ * which says so.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
  */
 kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);

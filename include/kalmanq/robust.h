@@ -174,7 +174,7 @@ kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_
  *                  r' = (nu r + E[v^2]) / (nu + 1),
  *                  E[v^2] = (e r' / (f'f + r'))^2 + f'f r' / (f'f + r')
  *   present  as in kq_update_subset; UINT32_MAX: all of z
- *   k, nu    > 0.  Usual: 3 and 10; 1.5 and 4 where outliers are frequent
+ *   k, nu    > 0, nu 2^-20 or more.  Usual: 3 and 10; 1.5 and 4 where outliers are frequent
  *   weights  m, written: r / r' of each, 1 for one that was taken as it is, 0 for one that was not
  *            taken (not present, at the floor); or NULL.  Not in the place of z.
  * Where R is not diagonal, decorrelated component c is a combination of components c, c + 1, ...:
@@ -190,11 +190,14 @@ kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_
  * above).
  * Harms: a jump of the state is followed in steps of k sigma (Huber), or not at all as long as an
  * outlier explains it better (Student-t).
- * Events: those of the update; KQ_EVENT_OVERFLOW where r' is beyond the numbers: not taken.
+ * Events: those of the update.  What kq_update would not take with r (at the floor, beyond the
+ * numbers) is not taken with r' either, and one without noise that contradicts is told of as there;
+ * KQ_EVENT_OVERFLOW also where r' is beyond the numbers: not taken.  One without noise that was clipped
+ * has had some: a component after it that says the same may be taken.
  * Cost: the update, and per scalar n^2/2 + n multiplications, a root and a division (Huber), 8
  * multiplications and 7 divisions (Student-t).
  * Stack: 240 words more than the update (q31: 480).
- * KQ_ERR_RANGE (k, nu not above 0), KQ_ERR_NOT_FINITE (z, k, nu), and the errors of
+ * KQ_ERR_RANGE (k not above 0, nu below 2^-20), KQ_ERR_NOT_FINITE (z, k, nu), and the errors of
  * kq_update_subset.
  */
 kq_status kq_update_huber_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
@@ -210,7 +213,8 @@ kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const 
 
 /**
  * An update that raises P first where a scalar measurement is too far off: if e^2 > g s, then
- * P becomes c^2 P with c^2 = (e^2 - r) / f'f, so that s is e^2.
+ * P becomes c^2 P with c^2 = (e^2 - r) / f'f, so that s is e^2.  It is raised for no measurement that
+ * kq_update would not take, nor where f'f is rounding (kq_update's floor): that is taken as it is.
  *   g        >= 1.  Usual: 9 for Q near R, 12 to 16 for Q far below R
  * NIS and log-likelihood are those before P was raised.  All of P is raised, also where the jump
  * was not.  No variance, f'f being one, is raised beyond 2^96 (f32), 2^360 (f64) or 2^200 squared

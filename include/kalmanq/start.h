@@ -133,7 +133,8 @@ kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memo
  * Cost: that of kq_filter_init.
  * Stack: 680 words.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never given them), KQ_ERR_MISMATCH (states),
- * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE.
+ * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or
+ * the size of any x0_i above 2^120 in f32, 2^1000 in f64).
  */
 kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, const float *P0,
                             uint32_t unknown);

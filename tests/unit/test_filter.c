@@ -169,6 +169,13 @@ static void init_refuses_a_variance_beyond_the_limit(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, init());
 }
 
+static void init_refuses_a_mean_beyond_the_limit(void)
+{
+    const num most[] = {N(MOST_SIGMA * MOST_SIGMA), 0}, beyond[] = {0, N(-NUM_MAX)};
+    ASSERT_OK(K(filter_init)(&track, most, P0));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(filter_init)(&track, beyond, P0));
+}
+
 static void a_root_is_the_prior_that_it_is_the_root_of(void)
 {
     static const num root[] = {0.5, 0.25, 0.75};
@@ -735,6 +742,7 @@ static void run_assign_and_init(void)
     RUN_TEST(init_checks_that_P0_is_a_covariance);
     RUN_TEST(init_takes_a_singular_P0);
     RUN_TEST(init_refuses_a_variance_beyond_the_limit);
+    RUN_TEST(init_refuses_a_mean_beyond_the_limit);
     RUN_TEST(a_root_is_the_prior_that_it_is_the_root_of);
     RUN_TEST(init_root_refuses_what_is_no_root);
     RUN_TEST(init_uses_the_upper_triangle);

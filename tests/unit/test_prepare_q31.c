@@ -54,7 +54,8 @@ static void a_format_has_as_many_fraction_bits_as_its_range_allows(void)
 
 static void a_format_needs_a_range_that_it_can_hold(void)
 {
-    static const double bad[] = {0, -0.0, -1, 0x1.8p-65, 0x1p95, 1e300, 5e-324, DBL_MAX, -DBL_MAX};
+    static const double bad[] = {0,     -0.0,  -1,     0x1.8p-65, 0x1.fffffffffffffp-65,
+                                 0x1p95, 1e300, 5e-324, DBL_MAX,   -DBL_MAX};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_q31(NULL, 1));
     for (int k = 0; k < COUNT(not_finite); k++) {
         ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_format_prepare_q31(&format[0], not_finite[k]));
@@ -116,6 +117,8 @@ static void a_named_format_refuses(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0, &misfit));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, -1, &misfit));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0x1p-17, &misfit));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 65,
+                                                             0x1.fffffffffffffp-65, &misfit));
 }
 
 /* ------------------------------------------------------------------------------ misfit */
@@ -174,6 +177,18 @@ static void words_are_rounded_to_nearest(void)
     format[1].fraction = -1;
     ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
     TEST_ASSERT_EQUAL_INT32(97649, words[0]);
+    TEST_ASSERT_EQUAL_INT32(-1, words[1]);
+}
+
+/* The sum of a half and the number below it is rounded to 1. */
+static void what_is_just_below_a_half_is_no_word(void)
+{
+    static const double x[] = {0x1.fffffffffffffp-2, -0x1.fffffffffffffp-2}, half[] = {0.5, -0.5};
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, NULL));
+    TEST_ASSERT_EQUAL_INT32(0, words[0]);
+    TEST_ASSERT_EQUAL_INT32(0, words[1]);
+    ASSERT_OK(kq_vector_prepare_q31(words, half, 2, format, NULL));
+    TEST_ASSERT_EQUAL_INT32(1, words[0]);
     TEST_ASSERT_EQUAL_INT32(-1, words[1]);
 }
 
@@ -251,6 +266,23 @@ static void words_far_out_of_range_say_how_many_bits(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, NULL));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, &misfit));
     TEST_ASSERT_EQUAL_INT(1024 + 24 - 31, misfit.bits);
+}
+
+/* With as many integer bits more the word fits, with one less it does not: also where rounding makes
+   the word a power of 2. */
+static void the_bits_that_are_missing_are_enough(void)
+{
+    static const double x[] = {0x1.fffffffffffffp30,  -0x1.fffffffffffffp30, 0x1.fffffffcp30,
+                               0x1.fffffffbfffffp30, 0x1p31,                0x1.8p40};
+    for (int k = 0; k < COUNT(x); k++) {
+        format[0].fraction = 20;
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, NULL));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, &misfit));
+        format[0].fraction -= misfit.bits - 1;
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, NULL));
+        format[0].fraction--;
+        ASSERT_OK(kq_vector_prepare_q31(words, x + k, 1, format, NULL));
+    }
 }
 
 /* ------------------------------------------------------------------------------ matrix */
@@ -522,11 +554,13 @@ int main(void)
     RUN_TEST(a_misfit_is_cut_where_there_is_no_room);
     RUN_TEST(no_misfit_has_no_words);
     RUN_TEST(words_are_rounded_to_nearest);
+    RUN_TEST(what_is_just_below_a_half_is_no_word);
     RUN_TEST(words_may_use_the_whole_range);
     RUN_TEST(words_refuse);
     RUN_TEST(words_out_of_range_name_their_component);
     RUN_TEST(every_finite_number_is_taken_or_refused);
     RUN_TEST(words_far_out_of_range_say_how_many_bits);
+    RUN_TEST(the_bits_that_are_missing_are_enough);
     run_coefficients();
     return UNITY_END();
 }

@@ -30,7 +30,7 @@ static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, r[] = {0.5, 1};
 static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
-static const num one[] = {1}, none[] = {0}, walk_Q[] = {0.25};
+static const num one[] = {1}, none[] = {0}, none2[] = {0, 0}, walk_Q[] = {0.25};
 
 static num z[2], u[1], weights[2], q[8];
 static K(gate) gate;
@@ -424,6 +424,109 @@ static kq_status jump(K(filter) * f, const K(sensor) * s, const num *values, uin
                       num parameter)
 {
     return K(update_jump)(f, s, values, present, parameter);
+}
+
+/* Twins without noise that say different things.  The plain update takes one of them: so do the
+   robust ones, and P is as it leaves it. */
+static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
+{
+    robust_update *updates[] = {huber, student, jump};
+    static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, wide[] = {1, 0, 0, 2};
+    static const num values[][2] = {{1, 2}, {1, 1}, {N(0.5), -3}};
+    SENSOR(twins, 2, 2);
+    ASSERT_OK(K(sensor_init_diagonal)(&twins, same, none2));
+    for (int k = 0; k < COUNT(values) * COUNT(updates); k++) {
+        const num *seen = values[k / COUNT(updates)];
+        ASSERT_OK(K(filter_init)(&track, none2, wide));
+        ASSERT_OK(K(filter_init)(&twin, none2, wide));
+        ASSERT_OK(K(update)(&twin, &twins, seen));
+        ASSERT_OK(updates[k % COUNT(updates)](&track, &twins, seen, ALL, 9));
+        TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+        assert_states_within(&twin, &track, TOLERANCE);
+        if (updates[k % COUNT(updates)] != jump) ASSERT_WITHIN(0, 0, weights[1]);
+    }
+}
+
+/* The history knows nothing of it. */
+static void what_is_not_taken_is_not_recorded(void)
+{
+    reading a, b;
+    static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, values[] = {1, 2};
+    SENSOR(twins, 2, 2);
+    ASSERT_OK(K(sensor_init_diagonal)(&twins, same, none2));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(history_attach)(&twin_tape, &twin));
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(K(update_huber)(&track, &twins, values, ALL, 9, NULL));
+        ASSERT_OK(K(update)(&twin, &twins, values));
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(predict)(&twin, &motion, u));
+    }
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(smooth)(&twin_tape));
+    for (size_t t = 0; t < 4; t++) {
+        read_smoothed(&a, &twin_tape, t, 2);
+        read_smoothed(&b, &tape, t, 2);
+        ASSERT_SAME_BITS(a, b);
+    }
+}
+
+/* After a sharp one: noise r is above the floor, what is left of the state is not, and raised P would
+   bring both below it. */
+static void nothing_is_raised_for_what_is_not_taken(void)
+{
+    static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, wide[] = {1, 0, 0, 2};
+    static const num wild[] = {N(0.5), -3}, agreeing[] = {1, 1};
+    SENSOR(twins, 2, 2);
+    for (double variance = 0; variance < 1; variance = variance * 4 + EPS * EPS) {
+        const num noises[] = {0, N(variance)};
+        ASSERT_OK(K(sensor_init_diagonal)(&twins, same, noises));
+        for (int k = 0; k < 2; k++) {
+            ASSERT_OK(K(filter_init)(&track, none2, wide));
+            ASSERT_OK(K(update_jump)(&track, &twins, k ? agreeing : wild, ALL, 9));
+            const unsigned raised = K(events)(&track) & KQ_EVENT_JUMP;
+            TEST_ASSERT_FALSE(raised && K(taken)(&track) < 2);
+            if (K(taken)(&track) == 2) continue;
+            ASSERT_WITHIN(TOLERANCE, sqrt(0.98 / 1.07), K(sigma)(&track, 0));
+            TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+        }
+    }
+}
+
+/* A component without noise whose innovation is as far as that: the plain update takes it and says
+   so. */
+static void a_contradiction_is_told_by_all(void)
+{
+    robust_update *updates[] = {huber, student, jump};
+    const num far[] = {N(1 / sqrt(EPS) * 4)};
+    ASSERT_OK(K(sensor_init)(&level, one, none));
+    ASSERT_OK(K(update)(&other_river, &level, far));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, K(events)(&other_river));
+    for (int k = 0; k < COUNT(updates); k++) {
+        ASSERT_OK(K(filter_init)(&river, none, one));
+        ASSERT_OK(updates[k](&river, &level, far, ALL, 9));
+        TEST_ASSERT_BITS(KQ_EVENT_RESOLUTION, KQ_EVENT_RESOLUTION, K(events)(&river));
+    }
+}
+
+/* With fewer degrees of freedom nothing of r would be left in r'. */
+static void a_student_has_some_freedom(void)
+{
+    static const double least = 0x1p-20;
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar, z, ALL, N(least * (1 - EPS))));
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar, z, ALL, N(TINY_SIGMA)));
+    for (double variance = 1; variance < MOST_SIGMA; variance *= 64) {
+        const num noises[] = {N(variance)};
+        ASSERT_OK(K(sensor_init)(&level, one, noises));
+        for (double far = 1e-6; far < 1e6; far *= 10) {
+            const num measured[] = {N(far)};
+            ASSERT_OK(K(filter_init)(&river, none, one));
+            ASSERT_OK(student(&river, &level, measured, ALL, N(least)));
+            TEST_ASSERT_TRUE(K(sigma)(&river, 0) > 0 && K(sigma)(&river, 0) <= 1);
+            TEST_ASSERT_EQUAL_HEX(0, K(events)(&river) & ~(unsigned)KQ_EVENT_RESOLUTION);
+        }
+    }
 }
 
 static void refusals_of_an_update(void)
@@ -943,6 +1046,11 @@ int main(void)
     RUN_TEST(student_reweights_three_times);
     RUN_TEST(the_smoother_has_the_noise_that_was_used);
     RUN_TEST(an_outlier_beyond_the_numbers_is_an_event);
+    RUN_TEST(what_the_plain_update_does_not_take_no_robust_one_takes);
+    RUN_TEST(what_is_not_taken_is_not_recorded);
+    RUN_TEST(nothing_is_raised_for_what_is_not_taken);
+    RUN_TEST(a_contradiction_is_told_by_all);
+    RUN_TEST(a_student_has_some_freedom);
     RUN_TEST(refusals_of_an_update);
     RUN_TEST(without_a_jump_the_update_is_plain);
     RUN_TEST(a_jump_raises_the_covariance);

@@ -253,6 +253,41 @@ static void what_is_not_clipped_is_taken_as_it_is(void)
 
 /* ------------------------------------------------------------------------------ jumps */
 
+static kq_status jump(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z, uint32_t present,
+                      kq_scaled_q31 parameter)
+{
+    return kq_update_jump_q31(f, s, z, present, parameter);
+}
+
+/* Twins without noise that say different things, or the same: the second is at the floor. */
+static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
+{
+    update_q31 *updates[] = {huber, student, jump};
+    static const double same[] = {1, 0, 1, 0}, none[] = {0, 0, 0, 0};
+    static const double values[][2] = {{-1, 50000}, {-1, -1}, {0, -50000}};
+    sensor_model twins;
+    put_sensor(&twins, 2, 2, range, measured_range, same, none);
+    for (int k = 0; k < COUNT(values) * COUNT(updates); k++) {
+        const double *value = values[k / COUNT(updates)];
+        start();
+        ASSERT_OK(kq_update_q31(&twin, &twins.sensor, seen(value[0], value[1])));
+        ASSERT_OK(updates[k % COUNT(updates)](&track, &twins.sensor, seen(value[0], value[1]), ALL,
+                                              number(3)));
+        TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&track));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, kq_events_q31(&track));
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
+    }
+}
+
+/* With fewer degrees of freedom nothing of r would be left in r'. */
+static void a_student_has_some_freedom(void)
+{
+    const int32_t *z = seen(1, 2);
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar.sensor, z, ALL, number(0x1.fffffffcp-21)));
+    ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar.sensor, z, ALL, number(0x1p-400)));
+    ASSERT_OK(student(&track, &radar.sensor, z, ALL, number(0x1p-20)));
+}
+
 static void a_jump_is_followed_as_in_double(void)
 {
     uint32_t seed = 3;
@@ -484,6 +519,8 @@ int main(void)
     RUN_TEST(limits_are_scores);
     RUN_TEST(outliers_are_weighed_as_in_double);
     RUN_TEST(what_is_not_clipped_is_taken_as_it_is);
+    RUN_TEST(what_the_plain_update_does_not_take_no_robust_one_takes);
+    RUN_TEST(a_student_has_some_freedom);
     RUN_TEST(a_jump_is_followed_as_in_double);
     RUN_TEST(a_student_step_is_that_of_double);
     RUN_TEST(a_student_step_is_one_with_scaled_noise);

@@ -727,8 +727,9 @@ static void the_low_part_has_the_mean_s_low_part_in_it(void)
 
 static void an_innovation_beyond_the_number_range_is_not_taken(void)
 {
-    static const num h[] = {1, 0, 0, 1}, C[] = {1, 0, 0, 1};
-    const num far[] = {N(-0.75 * (double)NUM_MAX), -2};
+    static const num C[] = {1, 0, 0, 1};
+    const double most = MOST_SIGMA * MOST_SIGMA;
+    const num h[] = {N(0.75 * (double)NUM_MAX / most), 0, 0, 1}, far[] = {-N(most), -2};
     ASSERT_OK(K(filter_init)(&track, far, P0));
     ASSERT_OK(K(filter_init)(&twin, far, P0));
     z[0] = N(0.75 * (double)NUM_MAX);
