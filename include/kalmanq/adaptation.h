@@ -190,7 +190,7 @@ typedef struct {
         n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
         {                                                                                          \
-            0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0                                                \
+            0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL                                          \
         }                                                                                          \
     }
 
@@ -219,7 +219,7 @@ typedef struct {
                                      {0, 0},                                                       \
                                      {{0, 0}, {0, 0}, {0, 0}},                                     \
                                      {0, 0, {0}, 0, 0, NULL, NULL, NULL, NULL, NULL},              \
-                                     {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0}}
+                                     {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).

@@ -98,7 +98,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F32(name, n, m, L)                                                                  \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)];                                           \
     static kq_lag_f32 name = {                                                                     \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0},                   \
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0, NULL},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -110,7 +110,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F64(name, n, m, L)                                                                  \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)];                                          \
     static kq_lag_f64 name = {                                                                     \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0},                   \
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0, NULL},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -236,7 +236,7 @@ typedef struct kq_lag_q31 {
 #define KQ_LAG_Q31(name, n, m, L)                                                                  \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)];                                         \
     static kq_lag_q31 name = {                                                                     \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0},                   \
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \

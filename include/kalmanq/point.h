@@ -64,11 +64,11 @@ typedef struct kq_point_f64 {
 #define KQ_POINT_F32(name, n, m)                                                                   \
     static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
     static kq_point_f32 name = {                                                                   \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0, NULL}, 0}
 #define KQ_POINT_F64(name, n, m)                                                                   \
     static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
     static kq_point_f64 name = {                                                                   \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0, NULL}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -153,7 +153,7 @@ typedef struct kq_point_q31 {
 #define KQ_POINT_Q31(name, n, m)                                                                   \
     static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
     static kq_point_q31 name = {                                                                   \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}, 0}
 
 kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
 kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);

@@ -53,10 +53,12 @@ typedef struct {
 /** A sensor `name` of m components for n states with its storage, in static memory. */
 #define KQ_SENSOR_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
-    static kq_sensor_f32 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+    static kq_sensor_f32 name = {                                                                  \
+        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 #define KQ_SENSOR_F64(name, n, m)                                                                  \
     static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
-    static kq_sensor_f64 name = {n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+    static kq_sensor_f64 name = {                                                                  \
+        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 
 /**
  * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE):

@@ -100,11 +100,13 @@ typedef struct kq_history_f64 {
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,             \
+        NULL, NULL, 0, NULL}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,             \
+        NULL, NULL, 0, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -271,7 +273,8 @@ typedef struct kq_history_q31 {
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
+        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,             \
+        NULL, NULL, 0, NULL}
 
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);
