@@ -289,8 +289,8 @@ kq_status kq_adaptation_predict_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, cons
  * Events: those of the update.
  * Cost: the update; for each component 3 n^2 + 2 c n multiplications (c: components before it), a
  * root and a division; up to seven divisions more.  Predict and update on a Cortex-M4F in f32:
- * 2354 instructions at n, m = 2, 1, 7301 at 4, 2, 32063 at 9, 3 (kq_step: 477, 1894, 6781); on an
- * M3 in q31 9434, 26854, 113501 (2386, 6432, 20851).
+ * 2934 instructions at n, m = 2, 1, 8029 at 4, 2, 35095 at 9, 3 (kq_step: 884, 1941, 6864); on an
+ * M3 in q31 12291, 35114, 152240 (2541, 6147, 19804).
  * Stack: 40 words more than the update (q31: 115), 136 more (q31: 272) where that decorrelates R.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RECORDING, KQ_ERR_NOT_FINITE (r R; z), q31:
  * KQ_ERR_COEFFICIENT (r R), and the errors of kq_update_subset.
