@@ -76,8 +76,8 @@ KQ_NOINLINE static kq_status step_bare(filter *f, const process *p, const num *u
     return status;
 }
 
-KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
-                                         int n, int l, int options)
+KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p,
+                                         const int32_t *u, int n, int l, int options)
 {
     if (KQ_MOSTLY(fixed_predict(f, p, u, n, l, options) == KQ_OK)) return KQ_OK;
     return kq_predict_q31(f, p, u);

@@ -15,7 +15,8 @@ const char *kq_status_text(kq_status status)
     case KQ_ERR_NOT_SEMIDEFINITE: return "a covariance is not positive semi-definite";
     case KQ_ERR_NOT_READY: return "the object is not initialised";
     case KQ_ERR_MISMATCH: return "the objects do not fit together";
-    case KQ_ERR_HISTORY_EMPTY: return "the history holds nothing to smooth, or has been smoothed already";
+    case KQ_ERR_HISTORY_EMPTY:
+        return "the history holds nothing to smooth, or has been smoothed already";
     case KQ_ERR_HISTORY_FULL: return "the history ran out of memory";
     case KQ_ERR_RANGE: return "a value is out of its range, or a range does not fit its Q format";
     case KQ_ERR_COEFFICIENT: return "a coefficient is not representable";
