@@ -166,8 +166,7 @@ typedef struct {
 typedef struct {
     uint8_t states;     /* n */
     uint8_t components; /* m */
-    uint8_t phase;      /* unused, ready, in the E-step, at its end */
-    uint8_t smoothing;  /* of the recording: is the smoother at work, or still the filter? */
+    uint8_t phase;      /* unused, ready, in the E-step's filter or smoother, at its end */
     uint8_t kept;       /* KQ_EM_...: of those the memory has what they were before the M-step */
     size_t length;      /* words at memory */
     float *memory;      /* the caller's */
@@ -193,7 +192,6 @@ typedef struct {
     uint8_t states;
     uint8_t components;
     uint8_t phase;
-    uint8_t smoothing;
     uint8_t kept;
     size_t length;
     double *memory;
@@ -218,7 +216,7 @@ typedef struct {
 /* What is behind the memory, before init: nothing yet */
 #define KQ_EM_OBJECT(n, m, length, memory)                                                         \
     {                                                                                              \
-        n, m, 0, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0,                \
+        n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0,                   \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL},                                       \
             {0, 0, 0, 0, 0, NULL, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}},                       \
