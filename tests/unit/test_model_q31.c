@@ -301,6 +301,23 @@ static void sensor_checks_its_table(void)
     }
 }
 
+static void init_diagonal_takes_a_diagonal_table_alone(void)
+{
+    kq_sensor_q31 *s = &radar.sensor, other;
+    radar.table.correlated = 1;
+    ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_diagonal_q31(s, &radar.table, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_diagonal_q31(s, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_diagonal_q31(NULL, &radar.table, NULL));
+    radar.table.correlated = 0;
+    memset(&other, 0, sizeof other);
+    ASSERT_OK(kq_sensor_init_q31(&other, &radar.table, NULL));
+    ASSERT_OK(kq_sensor_init_diagonal_q31(s, &radar.table, NULL));
+    TEST_ASSERT_EQUAL_PTR(other.noise, s->noise);
+    TEST_ASSERT_EQUAL_PTR(other.measurement, s->measurement);
+    TEST_ASSERT_EQUAL_INT(other.plain, s->plain);
+    TEST_ASSERT_EQUAL_INT(0, s->correlated);
+}
+
 static void a_variance_is_not_negative(void)
 {
     radar.noise[2] = (kq_scaled_q31){-(1 << 30), -30};
@@ -450,6 +467,7 @@ int main(void)
     run_process();
     RUN_TEST(sensor_refuses_null);
     RUN_TEST(sensor_checks_its_table);
+    RUN_TEST(init_diagonal_takes_a_diagonal_table_alone);
     RUN_TEST(a_variance_is_not_negative);
     RUN_TEST(a_measurement_without_enough_bits_is_named);
     RUN_TEST(change_measurement_refuses);
