@@ -51,6 +51,22 @@
 #endif
 #endif
 
+/* Up to how many states the smoothers on line have code of their own: a sample of theirs is to cost
+   no more than three steps of the filter. */
+#if defined(KQ_SMALL_CODE)
+#define KQ_STATES_APART 0
+#else
+#define KQ_STATES_APART 3
+#endif
+
+/* The compiler is not to know what this address is: what is read there in a rare case is not read
+   beforehand in every one. */
+#if defined(__GNUC__)
+#define KQ_READ_APART(address) __asm__("" : "+r"(address))
+#else
+#define KQ_READ_APART(address) ((void)0)
+#endif
+
 /* A condition that is mostly true */
 #if defined(__GNUC__)
 #define KQ_MOSTLY(condition) __builtin_expect(!!(condition), 1)
