@@ -21,6 +21,7 @@
 #include "measured_float.inc"
 #include "history.inc"
 
+#include "sharp.inc"
 #include "care.inc"
 #include "take.inc"
 #include "correlated.inc"

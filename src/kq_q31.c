@@ -20,6 +20,7 @@
 #include "measured_q31.inc"
 #include "history.inc"
 
+#include "sharp.inc"
 #include "care.inc"
 #include "take.inc"
 #include "correlated.inc"

@@ -25,6 +25,7 @@
 #include "read.inc"
 #include "history.inc"
 
+#include "sharp.inc"
 #include "care.inc"
 #include "take.inc"
 #include "step.inc"

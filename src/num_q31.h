@@ -16,7 +16,6 @@ static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says tha
 static const scaled num_zero_variance = {INT32_C(1) << 30,
                                          -230}; /* 2^-200 words squared counts as 0 */
 static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fading stops there */
-static const scaled num_stage = {INT32_C(1) << 30, -36}; /* 2^-6 of f'f: the noise of a stage */
 
 /* What tells a number from others, in 32 bits */
 static inline uint32_t num_bits(num a) { return (uint32_t)a; }

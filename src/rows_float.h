@@ -246,9 +246,8 @@ static inline void renormalise(num *S, int n) { (void)S, (void)n; }
  * What rounding alone makes of h'S S'h, squared sums of its terms' sizes: a variance below
  * it says nothing.  (16 eps)^2: f's own rounding, and that of S from earlier updates.
  */
-static num rounding_floor(const num *S, const num *h, const num *f, int n)
+static num rounding_floor(const num *S, const num *h, int n)
 {
-    (void)f;
     num total = 0;
     for (int j = 0; j < n; j++) {
         num size = 0;
@@ -256,13 +255,6 @@ static num rounding_floor(const num *S, const num *h, const num *f, int n)
         total += size * size;
     }
     return 256 * num_epsilon * num_epsilon * total;
-}
-
-/* f is taken anew from S, rounding and all. */
-static inline void match_root(num *S, num *f, const num *fresh, int n)
-{
-    (void)S;
-    for (int k = 0; k < n; k++) f[k] = fresh[k];
 }
 
 static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)

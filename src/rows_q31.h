@@ -339,46 +339,18 @@ static inline scaled mean_resolution(const scaled *h, int n)
     return scaled_shift(total, -48);
 }
 
-/* What rounding alone makes of h'P h: 16 units of each entry of f, or 2 last bits of the mean.  A
+/* What rounding alone makes of h'P h: 16 units of each entry of S'h, or 2 last bits of the mean.  A
    variance below either says nothing. */
-static inline scaled rounding_floor(const int32_t *S, const scaled *h, const int32_t *f, int n)
+static inline scaled rounding_floor(const int32_t *S, const scaled *h, int n)
 {
-    (void)S;
-    const scaled of_root = scaled_of(256 * n, 2 * f[n]);
     const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
+    scaled unit = {0, 0};
+    for (int i = 0; i < n; i++) {
+        if (S[KQ_TRIANGLE(n) + i] == lowest_exponent) continue;
+        unit = scaled_plus(unit, scaled_shift(scaled_magnitude(h[i]), S[KQ_TRIANGLE(n) + i]));
+    }
+    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(unit, unit));
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
-}
-
-static inline int largest_entry(const int32_t *f, int n)
-{
-    int largest = 0;
-    for (int j = 1; j < n; j++) {
-        if (magnitude(f[j]) > magnitude(f[largest])) largest = j;
-    }
-    return largest;
-}
-
-/*
- * S'h should be f and by rounding is `fresh`: so much of the column of f's largest entry, which
- * stages have made short, is taken off the columns behind it.  A rotation by what is rounding would
- * shorten those, too, and turn them in a way that the tape of a smoother, which has one rotation
- * for all stages, knows nothing of.  Shares below 2^-7 add 2^-5 to a row's norm at most.
- */
-static inline void match_root(int32_t *S, int32_t *f, const int32_t *fresh, int n)
-{
-    const int pivot = largest_entry(f, n);
-    const int32_t *b = S + column(pivot);
-    for (int j = n - 1; j >= pivot; j--) {
-        const scaled rest = scaled_minus(row_entry(fresh, n, j), row_entry(f, n, j));
-        const scaled c = scaled_over(rest, row_entry(f, n, pivot));
-        int32_t *s = S + column(j);
-        if (c.mantissa == 0 || c.exponent >= -38) continue;
-        for (int i = 0; i <= pivot; i++) {
-            const int64_t part = lower_wide(product(b[i], c.mantissa), -c.exponent);
-            s[i] = (int32_t)sum_of(s[i], -part, 31);
-        }
-    }
-    renormalise(S, n);
 }
 
 /* No measurement is sharper than the mean's last bit, unless s is not far above that itself: a

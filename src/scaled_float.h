@@ -22,6 +22,10 @@ static inline scaled scaled_times(scaled a, scaled b) { return a * b; }
 static inline scaled scaled_over(scaled a, scaled b) { return a / b; }
 static inline scaled scaled_plus(scaled a, scaled b) { return a + b; }
 static inline scaled scaled_minus(scaled a, scaled b) { return a - b; }
+static inline scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+{
+    return a * b + c * d;
+}
 static inline scaled scaled_root(scaled a) { return num_root(a); }
 static inline int scaled_is_less(scaled a, scaled b) { return a < b; }
 static inline num word_of(scaled a) { return a; }

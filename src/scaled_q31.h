@@ -99,6 +99,22 @@ KQ_SHARED scaled scaled_plus(scaled a, scaled b)
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
+/* a b + c d, rounded once */
+KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+{
+    int64_t high = product(a.mantissa, b.mantissa), low = product(c.mantissa, d.mantissa);
+    int32_t exponent = a.exponent + b.exponent, down = exponent - c.exponent - d.exponent;
+    if (high == 0 || (low != 0 && down < 0)) {
+        const int64_t other = high;
+        high = low;
+        low = other;
+        exponent = c.exponent + d.exponent;
+        down = -down;
+    }
+    if (low != 0) high = sum_of(high, down < 63 ? low >> down : 0, 63);
+    return scaled_of(high, exponent);
+}
+
 /* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
 KQ_SHARED scaled scaled_root(scaled a)
 {
