@@ -143,6 +143,53 @@ static inline void row_fitted(num *row, const scaled *entries, int width)
     row_of(row, entries, width);
 }
 
+/* Row i of S through the rotations of cosines c and sines t.  Answers entry i of S f / sqrt(s). */
+static inline scaled turn_root_row(num *S, const scaled *c, const scaled *t, scaled *scratch, int n,
+                                   int i)
+{
+    num *s = S + column(i) + i, b = 0;
+    (void)scratch;
+    for (int j = i; j < n; j++) {
+        const num old = *s;
+        *s = c[j] * old - t[j] * b;
+        b = c[j] * b + t[j] * old;
+        s += j + 1;
+    }
+    return b;
+}
+
+/* Row i of S, columns i .. end - 1, += rest / h */
+static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *scratch, int n, int i,
+                                 int end)
+{
+    num *s = S + column(i) + i;
+    (void)scratch, (void)n;
+    for (int j = i; j < end; j++) {
+        *s += rest[j] / h;
+        s += j + 1;
+    }
+}
+
+/*
+ * f = S'h in numbers.  Answers what rounding alone makes of f'f, squared sums of its terms' sizes: a
+ * variance below it says nothing.  (16 eps)^2: f's own rounding, and that of S from earlier updates.
+ */
+static num project_exactly(num *f, const num *S, const num *h, int n)
+{
+    num total = 0;
+    for (int j = 0; j < n; j++) {
+        num sum = 0, size = 0;
+        for (int i = 0; i <= j; i++) {
+            const num term = h[i] * *S++;
+            sum += term;
+            size += num_magnitude(term);
+        }
+        f[j] = sum;
+        total += size * size;
+    }
+    return 256 * num_epsilon * num_epsilon * total;
+}
+
 static inline num combined(sum total) { return total; }
 
 static inline int32_t noise_exponent(const num *G, int n, int l)
@@ -241,21 +288,6 @@ static inline void root_take_exponent(num *S, int n, int l, const num *row, int 
 static inline void renormalise(num *S, int n) { (void)S, (void)n; }
 
 /* ------------------------------------------------------------------ update */
-
-/*
- * What rounding alone makes of h'S S'h, squared sums of its terms' sizes: a variance below
- * it says nothing.  (16 eps)^2: f's own rounding, and that of S from earlier updates.
- */
-static num rounding_floor(const num *S, const num *h, int n)
-{
-    num total = 0;
-    for (int j = 0; j < n; j++) {
-        num size = 0;
-        for (int i = 0; i <= j; i++) size += num_magnitude(h[i] * S[column(j) + i]);
-        total += size * size;
-    }
-    return 256 * num_epsilon * num_epsilon * total;
-}
 
 static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
 {

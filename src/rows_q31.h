@@ -151,20 +151,81 @@ static inline void row_of(int32_t *row, const scaled *entries, int width)
     row[width] = top + 4;
 }
 
-/* The same, as long as it may be: its norm is in 2^29 .. 2^30, but for rounding */
+/*
+ * The exponent of a row of these entries as long as it may be: its norm is in 2^29 .. 2^30, but for
+ * rounding.
+ */
+KQ_SHARED int32_t fitted_exponent(const scaled *entries, int width)
+{
+    int32_t top = lowest_exponent;
+    for (int k = 0; k < width; k++) {
+        if (entries[k].mantissa && entries[k].exponent > top) top = entries[k].exponent;
+    }
+    int64_t square = 0; /* of 16 words below 2^27 */
+    for (int k = 0; k < width; k++) {
+        const int32_t word = lower(entries[k].mantissa, top + 4 - entries[k].exponent);
+        square = entries[k].mantissa ? accumulate(square, word, word, 58) : square;
+    }
+    if (square == 0) return lowest_exponent;
+    return top + 4 - ((leading_zeros_wide((uint64_t)square) - 4) >> 1);
+}
+
+static inline int32_t fitted_word(scaled entry, int32_t exponent)
+{
+    return entry.mantissa ? lower(entry.mantissa, exponent - entry.exponent) : 0;
+}
+
+/* Numbers into one row as long as it may be */
 static inline void row_fitted(int32_t *row, const scaled *entries, int width)
 {
-    scaled square = {0, 0};
-    for (int k = 0; k < width; k++) {
-        square = scaled_plus(square, scaled_times(entries[k], entries[k]));
-    }
-    const scaled norm = scaled_root(square); /* < 2^(31 + its exponent) */
-    const int32_t exponent = square.mantissa ? norm.exponent + 1 : lowest_exponent;
-    for (int k = 0; k < width; k++) {
-        row[k] =
-            entries[k].mantissa ? lower(entries[k].mantissa, exponent - entries[k].exponent) : 0;
-    }
+    const int32_t exponent = fitted_exponent(entries, width);
+    for (int k = 0; k < width; k++) row[k] = fitted_word(entries[k], exponent);
     row[width] = exponent;
+}
+
+/* Row i of S <- its n - i entries */
+static inline void root_set_row(int32_t *S, const scaled *entries, int n, int i)
+{
+    const int32_t exponent = fitted_exponent(entries, n - i);
+    int32_t *s = S + column(i) + i;
+    for (int j = i; j < n; j++) {
+        *s = fitted_word(entries[j - i], exponent);
+        s += j + 1;
+    }
+    S[KQ_TRIANGLE(n) + i] = exponent;
+}
+
+/* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
+static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
+                                 int i, int end)
+{
+    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
+    for (int j = i; j < n; j++) {
+        entries[j - i] = scaled_of(*s, exponent);
+        if (j < end) entries[j - i] = scaled_plus(entries[j - i], scaled_over(rest[j], h));
+        s += j + 1;
+    }
+    root_set_row(S, entries, n, i);
+}
+
+/* A cosine or sine in Q31 */
+static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31)); }
+
+/* Row i of S through the rotations of cosines c and sines t, its exponent becoming that of what is
+   left of it.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
+static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
+                                   int n, int i)
+{
+    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
+    int32_t b = 0;
+    for (int j = i; j < n; j++) {
+        const scaled old = {*s, exponent}, other = {-b, exponent};
+        entries[j - i] = scaled_products(c[j], old, t[j], other);
+        b = narrow_products(turn_word(c[j]), b, turn_word(t[j]), *s, 31, 30);
+        s += j + 1;
+    }
+    root_set_row(S, entries, n, i);
+    return scaled_of(b, exponent);
 }
 
 /* One entry of a combination as align has prepared it */
@@ -339,17 +400,23 @@ static inline scaled mean_resolution(const scaled *h, int n)
     return scaled_shift(total, -48);
 }
 
-/* What rounding alone makes of h'P h: 16 units of each entry of S'h, or 2 last bits of the mean.  A
-   variance below either says nothing. */
-static inline scaled rounding_floor(const int32_t *S, const scaled *h, int n)
+/*
+ * f = S'h in numbers: a row has of an entry only the bits that are not below its largest one.
+ * Downwards, because the coefficients are in f.  Answers what rounding alone makes of f'f, 16 units
+ * of each entry, or 2 last bits of the mean: a variance below either says nothing.
+ */
+static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, int n)
 {
-    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
-    scaled unit = {0, 0};
-    for (int i = 0; i < n; i++) {
-        if (S[KQ_TRIANGLE(n) + i] == lowest_exponent) continue;
-        unit = scaled_plus(unit, scaled_shift(scaled_magnitude(h[i]), S[KQ_TRIANGLE(n) + i]));
+    int32_t *c = &f[0].mantissa, exponent = lowest_exponent;
+    uint32_t unit = 0;
+    align(c, h, exponents_of(S, n), 1, n, &exponent);
+    for (int k = 0; k < n; k++) unit += magnitude(c[k]);
+    for (int j = n - 1; j >= 0; j--) {
+        f[j] = scaled_of(dot(0, c, S + column(j), j + 1), exponent - 30);
     }
-    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(unit, unit));
+    const scaled length = scaled_of(unit, exponent - 30);
+    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
+    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
 }
 

@@ -99,7 +99,7 @@ KQ_SHARED scaled scaled_plus(scaled a, scaled b)
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
-/* a b + c d, rounded once */
+/* a b + c d, rounded once; the mantissas need not be normalised */
 KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
 {
     int64_t high = product(a.mantissa, b.mantissa), low = product(c.mantissa, d.mantissa);
@@ -108,7 +108,7 @@ KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
         const int64_t other = high;
         high = low;
         low = other;
-        exponent = c.exponent + d.exponent;
+        exponent -= down;
         down = -down;
     }
     if (low != 0) high = sum_of(high, down < 63 ? low >> down : 0, 63);
