@@ -29,7 +29,7 @@
 
 /* The unusual measurement and those that follow it: the library takes them, and what it keeps of the
    likelihood is joined.  A copy of a filter is left as one that is not ready. */
-static void take_rest(filter *f, reading z, int c, int mode)
+static void take_rest(filter *f, const reading *z, int c, int mode)
 {
     if (f->states <= states_in_registers) {
         f->ready = 0;
@@ -37,7 +37,7 @@ static void take_rest(filter *f, reading z, int c, int mode)
     }
     const likelihood before = f->last;
     const likelihood_run run = f->run;
-    kq_update_subset_f32(f, z.sensor, z.z, ~UINT32_C(0) << c);
+    kq_update_subset_f32(f, z->sensor, z->z, ~UINT32_C(0) << c);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;
     else likelihood_join(&f->last, &before);

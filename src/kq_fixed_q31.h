@@ -30,7 +30,7 @@
 /* The unusual measurement and those that follow it: the library takes them, and what it keeps of the
    likelihood is joined.  A copy of a filter is left as one that is not ready.  A
    mean beyond its word it leaves as it is. */
-static void take_rest(filter *f, reading z, int c, int mode)
+static void take_rest(filter *f, const reading *z, int c, int mode)
 {
     if (f->states <= states_in_registers) {
         f->ready = 0;
@@ -39,7 +39,7 @@ static void take_rest(filter *f, reading z, int c, int mode)
     const likelihood before = f->last;
     const likelihood_run run = f->run;
     filter_set_ready(f, f->ready | FILTER_OPEN);
-    kq_update_subset_q31(f, z.sensor, z.z, ~UINT32_C(0) << c);
+    kq_update_subset_q31(f, z->sensor, z->z, ~UINT32_C(0) << c);
     filter_set_ready(f, f->ready & ~FILTER_OPEN);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;
