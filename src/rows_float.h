@@ -174,9 +174,10 @@ static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *s
  * f = S'h in numbers.  Answers what rounding alone makes of f'f, squared sums of its terms' sizes: a
  * variance below it says nothing.  (16 eps)^2: f's own rounding, and that of S from earlier updates.
  */
-static num project_exactly(num *f, const num *S, const num *h, int n)
+static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
 {
     num total = 0;
+    (void)rests;
     for (int j = 0; j < n; j++) {
         num sum = 0, size = 0;
         for (int i = 0; i <= j; i++) {

@@ -401,20 +401,30 @@ static inline scaled mean_resolution(const scaled *h, int n)
 }
 
 /*
- * f = S'h in numbers: a row has of an entry only the bits that are not below its largest one.
- * Downwards, because the coefficients are in f.  Answers what rounding alone makes of f'f, 16 units
- * of each entry, or 2 last bits of the mean: a variance below either says nothing.
+ * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
+ * beside others has but a few.  What they lack is in `rests`, n words, in units of 2^-31.  Answers
+ * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
+ * below either says nothing.
  */
-static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, int n)
+static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
 {
-    int32_t *c = &f[0].mantissa, exponent = lowest_exponent;
-    uint32_t unit = 0;
+    int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
+    uint32_t size = 0;
     align(c, h, exponents_of(S, n), 1, n, &exponent);
-    for (int k = 0; k < n; k++) unit += magnitude(c[k]);
-    for (int j = n - 1; j >= 0; j--) {
-        f[j] = scaled_of(dot(0, c, S + column(j), j + 1), exponent - 30);
+    const int32_t scale = exponent - 30;
+    for (int k = 0; k < n; k++) {
+        const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
+        const int64_t all = raise_wide(h[k].mantissa, 31, 62); /* 2^-down is still to come */
+        const int known = h[k].mantissa == 0 || down <= 0 || down >= 62;
+        low[k] = known ? 0 : (int32_t)(lower_wide(all, down) - raise_wide(c[k], 31, 62));
+        size += magnitude(c[k]);
     }
-    const scaled length = scaled_of(unit, exponent - 30);
+    for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
+        const int32_t *s = S + column(j);
+        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 31);
+        f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
+    }
+    const scaled length = scaled_of(size, scale);
     const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
     const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
