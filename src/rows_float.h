@@ -172,7 +172,8 @@ static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *s
 
 /*
  * f = S'h in numbers.  Answers what rounding alone makes of f'f, squared sums of its terms' sizes: a
- * variance below it says nothing.  (16 eps)^2: f's own rounding, and that of S from earlier updates.
+ * variance below it says nothing.  (64 eps)^2: f's own rounding, and that of S
+ * from earlier updates, whose rows were longer.
  */
 static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
 {
@@ -188,7 +189,7 @@ static num project_exactly(num *f, const num *S, const num *h, num *rests, int n
         f[j] = sum;
         total += size * size;
     }
-    return 256 * num_epsilon * num_epsilon * total;
+    return 4096 * num_epsilon * num_epsilon * total;
 }
 
 static inline num combined(sum total) { return total; }

@@ -37,7 +37,10 @@ constexpr double medianAdvantage = 1000, leastAdvantage = 1;
 constexpr double fixedCovarianceFloor = 1e-7;
 
 /// Rows of S that nearly cancel in what is measured: 24 bits of S, not of the mean, limit the
-/// gain.  There the goal beside UD is out of reach, and the limit is UD's own error.
+/// gain.  There the goal beside UD is out of reach, and the limit is UD's own error.  A single run
+/// is decided by the last bits of both: the medians of several are compared.
+constexpr int runsOfLimited = 5;
+
 bool isLimitedByRoot(const NumericsModel &model)
 {
     return model.name == "n3 near-singular" || model.name == "n4 m2 R=1e-9 P0=1e6";
@@ -103,6 +106,27 @@ Figures runUd(const Sequence &sequence, const std::vector<Track<Quad>> &exact)
     return figures;
 }
 
+double median(std::vector<double> values)
+{
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+/// Errors of x in f32 and with UD, those of this run being given: medians with further runs
+void takeMedians(Figures &f32, Figures &ud, const NumericsModel &model, const Mode &mode,
+                 std::uint64_t seed)
+{
+    std::vector<double> mine = {f32.x}, other = {ud.x};
+    for (int k = 1; k < runsOfLimited; ++k) {
+        const Sequence sequence = simulate(model, mode, stepCount, seed + static_cast<unsigned>(k));
+        const std::vector<Track<Quad>> exact = filter<Quad>(sequence);
+        mine.push_back(runLibrary<float>(sequence, exact).x);
+        other.push_back(runUd(sequence, exact).x);
+    }
+    f32.x = median(mine);
+    ud.x = median(other);
+}
+
 void checkSound(Verdict &verdict, const Figures &figures, const std::string &name, double slack)
 {
     verdict.expect(figures.sound, name + ": a NaN or a negative sigma");
@@ -144,10 +168,12 @@ double testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, s
 {
     const Sequence sequence = simulate(model, mode, stepCount, seed);
     const std::vector<Track<Quad>> exact = filter<Quad>(sequence);
-    const Figures f32 = runLibrary<float>(sequence, exact);
+    Figures f32 = runLibrary<float>(sequence, exact);
     const Figures f64 = runLibrary<double>(sequence, exact);
     const Figures q31 = runLibrary<Q31>(sequence, exact);
-    const Figures ud = runUd(sequence, exact);
+    Figures ud = runUd(sequence, exact);
+    const double advantage = ud.x / q31.x;
+    if (isLimitedByRoot(model)) takeMedians(f32, ud, model, mode, seed);
     std::printf("%-22s %-13s %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e\n",
                 model.name.c_str(), mode.name, f32.x, f64.x, q31.x, ud.x, f32.P, f64.P, q31.P, ud.P,
                 f32.eigenvalue, q31.eigenvalue);
@@ -157,16 +183,16 @@ double testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, s
     checkSound(verdict, q31, sequence.name + ", q31", eigenvalueRounding<Q31>(n));
     checkAccuracy(verdict, f32, ud, model, sequence.name);
     if (model.ordinary) checkFixed(verdict, q31, ud, model, sequence.name + ", q31");
-    return ud.x / q31.x;
+    return advantage;
 }
 
 void checkAdvantage(Verdict &verdict, std::vector<double> advantages)
 {
     std::sort(advantages.begin(), advantages.end());
-    const double median = advantages[advantages.size() / 2], least = advantages.front();
+    const double middle = median(advantages), least = advantages.front();
     std::printf("error of x, UD over q31, %zu runs: median %.0f, least %.2g, most %.2g\n",
-                advantages.size(), median, least, advantages.back());
-    verdict.expectAtLeast(median, medianAdvantage, "q31: median advantage over UD in x");
+                advantages.size(), middle, least, advantages.back());
+    verdict.expectAtLeast(middle, medianAdvantage, "q31: median advantage over UD in x");
     verdict.expectAtLeast(least, leastAdvantage, "q31: least advantage over UD in x");
 }
 
