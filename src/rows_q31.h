@@ -163,8 +163,9 @@ KQ_SHARED int32_t fitted_exponent(const scaled *entries, int width)
     }
     int64_t square = 0; /* of 16 words below 2^27 */
     for (int k = 0; k < width; k++) {
+        if (entries[k].mantissa == 0) continue;
         const int32_t word = lower(entries[k].mantissa, top + 4 - entries[k].exponent);
-        square = entries[k].mantissa ? accumulate(square, word, word, 58) : square;
+        square = accumulate(square, word, word, 58);
     }
     if (square == 0) return lowest_exponent;
     return top + 4 - ((leading_zeros_wide((uint64_t)square) - 4) >> 1);
