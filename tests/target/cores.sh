@@ -54,7 +54,10 @@ core_select() {
     avr | atmega*) core_is_avr ;;
     esac
     case ${2:-gcc} in
-    gcc) compiler=$gcc ;;
+    gcc)
+        compiler=$gcc
+        profile="$profile $(sed -n 's/^set(KALMANQ_PROFILE_GNU \(.*\))$/\1/p' "$root/CMakeLists.txt")"
+        ;;
     clang) core_takes_clang ;;
     *) core_unknown "compiler $2" ;;
     esac
