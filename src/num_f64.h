@@ -86,7 +86,7 @@ static inline num num_upper(num a)
     return both.value;
 }
 
-/* r below this share of s is taken in stages */
+/* After a measurement with r below this share of s the root is matched (sharp.inc). */
 static inline num sharp_share(num s) { return s * 0x1p-48; }
 static const num num_sure_share = 0x1p-47; /* twice that */
 

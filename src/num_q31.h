@@ -26,7 +26,7 @@ static inline uint32_t scaled_bits(scaled a)
     return (uint32_t)a.mantissa ^ (uint32_t)a.exponent * UINT32_C(0x9e3779b1);
 }
 
-/* r below this share of s is taken in stages */
+/* After a measurement with r below this share of s the root is matched (sharp.inc). */
 static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
 
 /* Is s above r > 0, by less than 64 of its last bits? */

@@ -202,15 +202,16 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  *   z        m
  * Cost: 2 n^2 multiplications, n square roots and 2n divisions a component; a correlated R
  * adds m n / 2 multiplications a component, a row of H that takes one state as it is saves n^2 / 2.
- * A measurement whose noise is far below the state's
- * uncertainty (R below 2^-16 S in f32, 2^-48 in f64) is taken in stages, each at that cost.
+ * One that is far sharper than what was known (R below 2^-16 S in f32, 2^-48 in f64), and those that
+ * follow it, are taken with more care, in one pass whatever R and P are: an update costs 4 times as
+ * much at most up to n = 3, and 6 times up to n = 9 (instructions_worst in tools/cost.csv).
  * Accuracy of P: each component is exact for rows of S perturbed by a few eps of their norm (2^-24
  * in f32), so that what it tells of a state has to be well above that.  Where nothing moves the
  * states (Q = 0) it tells 1 / N after N of them: in f32 sigma is off by 0.4 % at N = 4e5, by 4 %
  * at 5e6 and by 16 % at 1.5e7; soon after it stays where it is, twice too large at N = 1e8.  In f64
  * that begins beyond 1e13.  Give such states a process noise, or use f64 or q31 (below).
  * Events: KQ_EVENT_RESOLUTION: this is so of a component, H P H' was within the last four bits of
- * S.  KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 16 eps of
+ * S.  KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 64 eps of
  * the terms that H x is the sum of, where a noise-free or very sharp measurement came before,
  * or 8 times the sigma that rounding has left in those terms of a noise-free component before it in
  * the same z, if that is more; and an innovation variance of 2^-96 (f32) or 2^-360 (f64) always:
@@ -444,8 +445,9 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
  * off by 0.2 % after 5e6 measurements and by 0.7 % after 2e7; KQ_EVENT_RESOLUTION: H P H' was within
  * the last six bits of S, which is from there on.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A
- * correlated R is decorrelated at every update, and a measurement with R below 2^-8 S is taken in
- * stages.
+ * correlated R is decorrelated at every update.  One with R below 2^-8 S, and those that follow it, are
+ * taken with more care, in one pass: an update costs 8 times as much at most up to n = 3, and 14
+ * times up to n = 9 (instructions_worst in tools/cost.csv).
  */
 kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
 kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
