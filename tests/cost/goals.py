@@ -61,12 +61,9 @@ STEPS = (
     ("m3", "q31", RUNTIME, {2: 2750, 4: 6754, 9: 21894}),
     ("m0", "q31", RUNTIME, {4: 16635, 9: 58631}),
     ("m4f", "f32", FIXED, {3: 225, 4: 500}),
-    ("m3", "q31", FIXED, {4: 3900, 9: 14000}),
+    ("m3", "q31", FIXED, {2: 1300, 4: 3900, 9: 14000}),
 )
-STEPS_AHEAD = (
-    ("m4f", "f32", FIXED, {2: 130, 3: 215}),
-    ("m3", "q31", FIXED, {2: 1300}),
-)
+STEPS_AHEAD = (("m4f", "f32", FIXED, {2: 130, 3: 215}),)
 # The dearest update, times the settled one
 WORST = (("m4f", "f32", 4), ("m3", "q31", 8), ("m0", "q31", 8))
 
