@@ -133,14 +133,9 @@ static inline void root_grow(num *S, scaled c, int n)
     for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] += c * S[k];
 }
 
-static inline void row_of(num *row, const scaled *entries, int width)
-{
-    for (int k = 0; k < width; k++) row[k] = entries[k];
-}
-
 static inline void row_fitted(num *row, const scaled *entries, int width)
 {
-    row_of(row, entries, width);
+    for (int k = 0; k < width; k++) row[k] = entries[k];
 }
 
 /* Row i of S through the rotations of cosines c and sines t.  Answers entry i of S f / sqrt(s). */

@@ -137,20 +137,6 @@ static inline void root_grow(int32_t *S, scaled c, int n)
     }
 }
 
-/* Numbers into one row: 16 of them below 2^31 2^-4 have a norm below 2^29. */
-static inline void row_of(int32_t *row, const scaled *entries, int width)
-{
-    int32_t top = lowest_exponent;
-    for (int k = 0; k < width; k++) {
-        if (entries[k].mantissa && entries[k].exponent > top) top = entries[k].exponent;
-    }
-    for (int k = 0; k < width; k++) {
-        row[k] =
-            entries[k].mantissa ? lower(entries[k].mantissa, top + 4 - entries[k].exponent) : 0;
-    }
-    row[width] = top + 4;
-}
-
 /*
  * The exponent of a row of these entries as long as it may be: its norm is in 2^29 .. 2^30, but for
  * rounding.
