@@ -10,7 +10,7 @@ library=$(sh "$root/tests/target/library.sh" m3 gcc -O2)
 work=$1/linked
 mkdir -p "$work"
 
-names='^(history_record_update|take_correlated|root_of)$'
+names='^(history_record_update|take_correlated|begin_root)$'
 expect() { # what of these is linked with the flags that follow
     wanted=$1
     shift
@@ -23,4 +23,4 @@ expect() { # what of these is linked with the flags that follow
 }
 expect ''
 expect 'history_record_update ' -DWITH_HISTORY
-expect 'root_of take_correlated ' -DWITH_CORRELATION
+expect 'begin_root take_correlated ' -DWITH_CORRELATION
