@@ -24,6 +24,7 @@
 #include "sharp.inc"
 #include "care.inc"
 #include "take.inc"
+#include "independent.inc"
 #include "correlated.inc"
 #include "step.inc"
 #include "gain.inc"
@@ -91,7 +92,12 @@ kq_status kq_sensor_init_f32(kq_sensor_f32 *s, const float *H, const float *R)
 
 kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r)
 {
-    return sensor_init_diagonal(s, H, r);
+    return sensor_init_diagonal(s, &SENSOR_INDEPENDENT, H, r);
+}
+
+kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r)
+{
+    return sensor_init_diagonal(s, &SENSOR_LEAN, H, r);
 }
 
 kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H)

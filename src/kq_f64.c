@@ -27,6 +27,7 @@
 #include "sharp.inc"
 #include "care.inc"
 #include "take.inc"
+#include "independent.inc"
 #include "correlated.inc"
 #include "step.inc"
 #include "gain.inc"
@@ -94,7 +95,12 @@ kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R)
 
 kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r)
 {
-    return sensor_init_diagonal(s, H, r);
+    return sensor_init_diagonal(s, &SENSOR_INDEPENDENT, H, r);
+}
+
+kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r)
+{
+    return sensor_init_diagonal(s, &SENSOR_LEAN, H, r);
 }
 
 kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H)

@@ -23,6 +23,7 @@
 #include "sharp.inc"
 #include "care.inc"
 #include "take.inc"
+#include "independent.inc"
 #include "correlated.inc"
 #include "step.inc"
 #include "gain.inc"
@@ -71,7 +72,13 @@ kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
 kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                                       kq_misfit_q31 *misfit)
 {
-    return sensor_init_diagonal(s, table, misfit);
+    return sensor_init_diagonal(s, table, &SENSOR_INDEPENDENT, misfit);
+}
+
+kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                                  kq_misfit_q31 *misfit)
+{
+    return sensor_init_diagonal(s, table, &SENSOR_LEAN, misfit);
 }
 
 kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H)

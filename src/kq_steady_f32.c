@@ -27,7 +27,6 @@
 
 #include "sharp.inc"
 #include "care.inc"
-#include "take.inc"
 #include "step.inc"
 #include "gain.inc"
 #include "smooth_kernels.inc"

@@ -298,6 +298,9 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
     return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
 }
 
+/* May a sensor without the careful path take it? */
+static inline int is_blunt(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+
 /* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
 static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
 

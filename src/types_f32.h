@@ -14,7 +14,7 @@ typedef kq_likelihood_f32 likelihood;
 typedef kq_likelihood_run_f32 likelihood_run;
 typedef kq_history_f32 history;
 typedef struct kq_recorder_f32 recorder;
-typedef struct kq_correlation_f32 correlation;
+typedef struct kq_sensor_kind_f32 sensor_kind;
 typedef kq_smooth_extras_f32 smooth_extras;
 typedef kq_tally_f32 tally;
 typedef kq_least_squares_f32 least_squares;
@@ -37,7 +37,10 @@ typedef kq_adaptation_rule_f32 adaptation_rule;
 typedef num score;
 
 #define RECORDER kq_recorder_f32
-#define CORRELATION kq_correlation_f32
+#define SENSOR_KIND kq_sensor_kind_f32
+#define SENSOR_INDEPENDENT kq_sensor_independent_f32
+#define SENSOR_CORRELATED kq_sensor_correlated_f32
+#define SENSOR_LEAN kq_sensor_lean_f32
 
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32

@@ -14,7 +14,7 @@ typedef kq_likelihood_f64 likelihood;
 typedef kq_likelihood_run_f64 likelihood_run;
 typedef kq_history_f64 history;
 typedef struct kq_recorder_f64 recorder;
-typedef struct kq_correlation_f64 correlation;
+typedef struct kq_sensor_kind_f64 sensor_kind;
 typedef kq_smooth_extras_f64 smooth_extras;
 typedef kq_tally_f64 tally;
 typedef kq_least_squares_f64 least_squares;
@@ -37,7 +37,10 @@ typedef kq_adaptation_rule_f64 adaptation_rule;
 typedef num score;
 
 #define RECORDER kq_recorder_f64
-#define CORRELATION kq_correlation_f64
+#define SENSOR_KIND kq_sensor_kind_f64
+#define SENSOR_INDEPENDENT kq_sensor_independent_f64
+#define SENSOR_CORRELATED kq_sensor_correlated_f64
+#define SENSOR_LEAN kq_sensor_lean_f64
 
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64

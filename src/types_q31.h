@@ -14,7 +14,7 @@ typedef kq_likelihood_q31 likelihood;
 typedef kq_likelihood_run_q31 likelihood_run;
 typedef kq_history_q31 history;
 typedef struct kq_recorder_q31 recorder;
-typedef struct kq_correlation_q31 correlation;
+typedef struct kq_sensor_kind_q31 sensor_kind;
 typedef kq_smooth_extras_q31 smooth_extras;
 typedef kq_tally_q31 tally;
 typedef kq_least_squares_q31 least_squares;
@@ -31,7 +31,10 @@ typedef kq_adaptation_rule_q31 adaptation_rule;
 typedef int64_t score;
 
 #define RECORDER kq_recorder_q31
-#define CORRELATION kq_correlation_q31
+#define SENSOR_KIND kq_sensor_kind_q31
+#define SENSOR_INDEPENDENT kq_sensor_independent_q31
+#define SENSOR_CORRELATED kq_sensor_correlated_q31
+#define SENSOR_LEAN kq_sensor_lean_q31
 
 #define FILTER_LEN KQ_FILTER_LEN_Q31
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_Q31

@@ -94,9 +94,9 @@ typedef struct {
 typedef struct {
     uint8_t states;  /* n */
     uint8_t ready;   /* 0: not initialised, 1, or 2: after a very sharp measurement */
-    uint8_t events;  /* KQ_EVENT_... */
+    uint16_t events; /* KQ_EVENT_... */
     uint8_t plain;   /* n where ready is 1 and there is no history, otherwise 0 */
-    uint32_t length; /* words at memory */
+    uint16_t length; /* words at memory */
     float *memory;   /* the caller's: mean, then root */
     struct kq_history_f32 *history; /* where predict and update record, or NULL */
     kq_likelihood_f32 last;         /* of the last update */
@@ -106,9 +106,9 @@ typedef struct {
 typedef struct {
     uint8_t states;
     uint8_t ready;
-    uint8_t events;
+    uint16_t events;
     uint8_t plain;
-    uint32_t length;
+    uint16_t length;
     double *memory;
     struct kq_history_f64 *history;
     kq_likelihood_f64 last;
@@ -391,9 +391,9 @@ typedef struct {
 typedef struct {
     uint8_t states;
     uint8_t ready;
-    uint8_t events;
+    uint16_t events;
     uint8_t plain;
-    uint32_t length;
+    uint16_t length;
     int32_t *memory;
     struct kq_history_q31 *history;
     const kq_format_q31 *state_format;

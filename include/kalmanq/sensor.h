@@ -34,7 +34,7 @@ typedef struct {
     const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
     uint16_t plain;               /* n + 256 m where R is diagonal and has noise, otherwise 0 */
-    const struct kq_correlation_f32 *correlation; /* what takes a correlated R apart, or NULL */
+    const struct kq_sensor_kind_f32 *kind; /* what an update does with it */
 } kq_sensor_f32;
 
 typedef struct {
@@ -47,7 +47,7 @@ typedef struct {
     const double *covariance;
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
-    const struct kq_correlation_f64 *correlation;
+    const struct kq_sensor_kind_f64 *kind;
 } kq_sensor_f64;
 
 /** A sensor `name` of m components for n states with its storage, in static memory. */
@@ -60,15 +60,23 @@ typedef struct {
     static kq_sensor_f64 name = {                                                                  \
         n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 
+/** What an init does with a sensor of independent components; for the tables that follow. */
+extern const struct kq_sensor_kind_f32 kq_sensor_independent_f32;
+extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64;
+
 /**
  * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE):
  *   H        m x n
  *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
  * Nothing of it is checked, and H is taken for dense.
  */
-#define KQ_SENSOR_TABLE(n, m, H, r)                                                                \
+#define KQ_SENSOR_TABLE_F32(n, m, H, r)                                                            \
     {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, NULL                                       \
+        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f32                 \
+    }
+#define KQ_SENSOR_TABLE_F64(n, m, H, r)                                                            \
+    {                                                                                              \
+        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f64                 \
     }
 
 /** The same with the memory of a diagonal R only. */
@@ -119,6 +127,20 @@ kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const fl
 kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /**
+ * The same for a program without flash to spare: the careful path for sharp measurements is not linked
+ * (2 kB f32, 4 kB q31; kq_update in filter.h), nor what sums the log-likelihood.
+ * A component with r < 2^-16 S (f32, q31) or 2^-48 S (f64), S = H P H' + r, or without noise, is not
+ * taken: kq_update and kq_step answer KQ_SHARP and set KQ_EVENT_SHARP, the other components are taken.
+ * So is one whose innovation is beyond the numbers, or that comes after a sharp one at the same
+ * instant.  Choose P0 below 2^16 r (2^48 r) in the units of z.
+ * Accuracy where it is taken: as kq_update, q31: 2^-22 of S.  kq_nis is as ever, kq_log_likelihood knows
+ * nothing of its measurements.  Those of robust.h and start.h are taken with all care.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
+ */
+kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
+kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
+
+/**
  * Another H with the noise as it is: a regression with changing regressors, or a linearised
  * measurement.  The same array with new content counts as another H.
  *   s        initialised before
@@ -154,7 +176,7 @@ typedef struct {
     const kq_scaled_q31 *noise; /* NULL until initialised */
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
-    const struct kq_correlation_q31 *correlation;
+    const struct kq_sensor_kind_q31 *kind;
 } kq_sensor_q31;
 
 /**
@@ -174,6 +196,13 @@ kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
  */
 kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                                       kq_misfit_q31 *misfit);
+
+/**
+ * As kq_sensor_init_lean_f32, for a table whose R is diagonal (KQ_ERR_TABLE).  The errors of
+ * kq_sensor_init_q31.
+ */
+kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                                  kq_misfit_q31 *misfit);
 
 /**
  * As kq_sensor_change_measurement_f32; H in words, checked as by init.

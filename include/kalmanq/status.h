@@ -18,6 +18,8 @@ extern "C" {
 #endif
 
 typedef enum {
+    /** A measurement of a lean sensor is sharp (kq_sensor_init_lean_<T>) and was not taken. */
+    KQ_SHARP = 3,
     /** q31: a result that no object keeps events for was held at the end of its word. */
     KQ_SATURATED = 2,
     /** EM: the free parameters are not all determined by data. */
@@ -109,7 +111,9 @@ enum {
         states.  Or one without noise is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma from
         its prediction: it contradicts what noise-free ones before it have said, and what is left of
         its variance may be rounding. */
-    KQ_EVENT_RESOLUTION = 128
+    KQ_EVENT_RESOLUTION = 128,
+    /** A measurement was not taken, because it is sharp and its sensor lean (KQ_SHARP). */
+    KQ_EVENT_SHARP = 256
 };
 
 #ifdef __cplusplus

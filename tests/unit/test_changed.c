@@ -364,7 +364,7 @@ static void a_start_smooths_what_has_not_changed(void)
 static const num table_A[] = {1, 0.5, 0, 1}, table_G[] = {0.5, 0.25, 0.5};
 static const num table_Q[] = {0.3125, 0.125, 0.125, 0.25};
 static const K(process) table = KQ_PROCESS_TABLE(2, 0, table_A, NULL, table_G);
-static const K(sensor) radar_table = KQ_SENSOR_TABLE(2, 1, H, R);
+static const K(sensor) radar_table = SENSOR_TABLE(2, 1, H, R);
 
 static void a_const_table_is_a_process(void)
 {

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases import CALLS, FIXED, FIXED_DENSE, GCC, MODULES, REGIONS, RUNTIME, TEXTBOOK, Program
+from cases import (
+    CALLS, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, REGIONS, ROOTS, RUNTIME, TEXTBOOK, Program,
+)  # fmt: skip
 from commands import run
 from cores import BY_NAME, ROOT, Core, toolchain
 
@@ -17,6 +19,7 @@ HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 MODULE_HEADERS = ("adaptation.h", "em.h", "lag.h", "point.h", "robust.h", "steady.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
+    "lean": "step",
     "smooth": "smooth_step",
     "hard_update": "update",
     "hard_step": "step",
@@ -29,6 +32,10 @@ CALLED = {
     "jump": "update_jump",
     "em": "em_iterate",
     "em_state": "em_iterate",
+}
+BEGINNINGS = {
+    ROOTS: ("process.h", "kq_process_init_root_f32"),
+    LEAN: ("sensor.h", "kq_sensor_init_lean_f32"),
 }
 PARTS = ("", "steady_", "adaptation_", "em_")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/samples.c
@@ -62,9 +69,13 @@ class Place:
         return all((folder / name).exists() for name in MODULE_HEADERS)
 
     @property
-    def has_roots(self) -> bool:
-        header = self.source / "include" / "kalmanq" / "process.h"
-        return "kq_process_init_root_f32" in header.read_text(encoding="utf-8")
+    def lacks(self) -> tuple[str, ...]:
+        """Programs that begin otherwise, of a library that does not have what they begin with."""
+        return tuple(what for what, begin in BEGINNINGS.items() if not self.declares(*begin))
+
+    def declares(self, header: str, name: str) -> bool:
+        path = self.source / "include" / "kalmanq" / header
+        return name in path.read_text(encoding="utf-8")
 
     def has(self, wanted: Program) -> bool:
         if wanted.group == MODULES and not self.has_modules:
@@ -173,7 +184,8 @@ def program_text(place: Place, wanted: Program) -> str:
         f"#define CONTROLS {wanted.controls}",
         *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
         *["#define KQ_COST_MODULES"] * (wanted.group == MODULES),
-        *["#define KQ_COST_ROOTS"] * wanted.begins_from_roots,
+        *["#define KQ_COST_ROOTS"] * wanted.has(ROOTS),
+        *["#define KQ_COST_LEAN"] * wanted.has(LEAN),
         f'#include "{subject}.h"',
         *['#include "modules.h"'] * (wanted.group == MODULES),
     ]

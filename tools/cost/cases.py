@@ -9,7 +9,8 @@ from errors import CostError
 from row import Row
 
 ROOTS = "roots"  # step, of a program that begins from the roots of Q and P0
-FILTER = ("predict", "update", "step", ROOTS, "smooth")
+LEAN = "lean"  # step by a lean sensor, of a program that begins from roots and has no other sensor
+FILTER = ("predict", "update", "step", ROOTS, LEAN, "smooth")
 MODULES = (
     "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
     "adapted", "em", "em_state",
@@ -18,7 +19,12 @@ FLOAT_ONLY = ("em", "em_state")
 WHAT = (*FILTER, *MODULES)
 # the worst of these, over hard inputs; and whole programs, for their stack
 HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
-CALLS = {"step": "filter_calls", ROOTS: "root_calls", "smooth": "smoother_calls"}
+CALLS = {
+    "step": "filter_calls",
+    ROOTS: "root_calls",
+    LEAN: "lean_calls",
+    "smooth": "smoother_calls",
+}
 HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
 COUNTED = tuple(what for what in WHAT if what != ROOTS)
 REGIONS = (*COUNTED, *HIDDEN)  # the order of COST_... in target/marks.h
@@ -42,7 +48,7 @@ class Program:
     dimensions: tuple[tuple[int, int], ...]  # (n, m)
     group: tuple[str, ...] = FILTER  # or MODULES: so the filter's program is what it always was
     controls: int = 0
-    has_roots: bool = True  # the library that is measured
+    lacks: tuple[str, ...] = ()  # of ROOTS and LEAN, the library that is measured
 
     @property
     def name(self) -> str:
@@ -54,23 +60,26 @@ class Program:
         """What is called at n states; `smooths` says where smooth is no row."""
         if self.group == FILTER:
             every = FILTER[:3] if self.arithmetic in TEXTBOOK else FILTER
-            return tuple(what for what in every if what != ROOTS or self.begins_from_roots)
+            return tuple(what for what in every if self.has(what))
         if self.sizes != RUNTIME:
             return MODULES[:1]
         return tuple(w for w in MODULES if self.arithmetic != "q31" or w not in FLOAT_ONLY)
 
-    @property
-    def begins_from_roots(self) -> bool:
-        """As well; q31's tables are roots always."""
-        is_float = self.arithmetic in ("f32", "f64")
-        return self.has_roots and is_float and self.sizes == RUNTIME and self.group == FILTER
+    def has(self, what: str) -> bool:
+        """A program that begins otherwise; q31's tables are roots always."""
+        if what not in (ROOTS, LEAN):
+            return True
+        if what in self.lacks or (what == ROOTS and self.arithmetic == "q31"):
+            return False
+        return self.sizes == RUNTIME and self.group == FILTER
 
     def regions(self, n: int) -> tuple[str, ...]:
         """What is counted at n states."""
         own = tuple(what for what in self.what(n) if what != ROOTS)
         if self.group == MODULES or self.arithmetic in TEXTBOOK:
             return own
-        return own + tuple(each for each in HIDDEN if each != CALLS[ROOTS] or self.begins_from_roots)
+        left_out = tuple(CALLS[what] for what in (ROOTS, LEAN) if not self.has(what))
+        return own + tuple(each for each in HIDDEN if each not in left_out)
 
     def smooths(self, n: int) -> bool:
         """Not at known sizes where the smoother's unrolled code is no sensible size."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import avr
 import build
 from build import Place
-from cases import CALLS, HARD, ROOTS, Program
+from cases import CALLS, HARD, LEAN, ROOTS, Program
 from cores import BY_NAME
 from counted import Counted
 from elf import Elf, flash_and_ram
@@ -74,7 +74,9 @@ def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
     """Of all that a program calls which does `what`."""
     if CALLS.get(what) not in calls:
         return None
-    without = {*CALLS.values()} - {CALLS[what]}
+    if what == LEAN:  # whatever has another sensor is not of it
+        return max(calls[name].stack for name in (LEAN, CALLS[LEAN]))
+    without = {LEAN, *CALLS.values()} - {CALLS[what]}
     if what == "smooth":
         without.remove(CALLS["step"])  # and so does this one
     else:

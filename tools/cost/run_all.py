@@ -30,7 +30,7 @@ def run_all(source: Path, wanted: list[Program]) -> list[Measured]:
     with tempfile.TemporaryDirectory(prefix="kalmanq-cost-") as folder:
         place = Place(source, Path(folder))
         wanted = [
-            replace(program, has_roots=place.has_roots) for program in wanted if place.has(program)
+            replace(program, lacks=place.lacks) for program in wanted if place.has(program)
         ]
         make_tools(place, wanted)
         keys = sorted({build.library_key(program) for program in wanted})
