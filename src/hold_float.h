@@ -10,36 +10,25 @@
 #include "kalmanq/status.h"
 #include "rows_float.h"
 
-/* The largest entry of row i, or infinity where one of them is not a number */
-static inline num row_largest(const num *S, int n, int i)
-{
-    num largest = 0;
-    for (int j = i; j < n; j++) {
-        const num size = num_magnitude(S[column(j) + i]);
-        if (!(size <= num_max)) return (num)INFINITY;
-        if (size > largest) largest = size;
-    }
-    return largest;
-}
-
-/* sigma_i, of a row whose largest entry is finite and not 0: no square leaves the numbers */
-static inline num row_norm(const num *S, int n, int i, num largest)
+/* sigma_i in units of num_hold_unit, so that no square of a finite entry leaves the numbers; not finite
+   where an entry is not */
+static inline num row_norm(const num *S, int n, int i)
 {
     num total = 0;
     for (int j = i; j < n; j++) {
-        const num share = S[column(j) + i] / largest;
-        total += share * share;
+        const num entry = S[column(j) + i] / num_hold_unit;
+        total += entry * entry;
     }
-    return largest * num_root(total);
+    return num_root(total);
 }
 
-/* Row i at the limit: shorter, with the correlations that it has, or of its own where they are lost */
-static inline void row_hold(num *S, int n, int i, num norm)
+/* Row i at the limit: shorter by a factor, with the correlations that it has, or of its own where they
+   are lost (0) */
+static inline void row_hold(num *S, int n, int i, num factor)
 {
-    const int is_known = num_is_finite(norm);
     for (int j = i; j < n; j++) {
         num *entry = S + column(j) + i;
-        *entry = is_known ? *entry * (num_most_sigma / norm) : j == i ? num_most_sigma : 0;
+        *entry = factor > 0 ? *entry * factor : j == i ? num_most_sigma : 0;
     }
 }
 
@@ -54,13 +43,13 @@ static inline int mean_is_kept(num *x, int n, int i)
 
 KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
 {
+    const num most = num_most_sigma / num_hold_unit;
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
-        const num largest = row_largest(S, n, i);
-        num norm = largest > 0 && num_is_finite(largest) ? row_norm(S, n, i, largest) : largest;
-        if (!mean_is_kept(x, n, i)) norm = (num)INFINITY;
-        if (norm <= num_most_sigma) continue;
-        row_hold(S, n, i, norm);
+        const num norm = row_norm(S, n, i);
+        const int is_known = mean_is_kept(x, n, i) && num_is_finite(norm);
+        if (is_known && norm <= most) continue;
+        row_hold(S, n, i, is_known ? most / norm : 0);
         events = KQ_EVENT_OVERFLOW;
     }
     return events;

@@ -29,19 +29,18 @@
 
 /* The unusual measurement and those that follow it: the library takes them, and what it keeps of the
    likelihood is joined.  A copy of a filter is left as one that is not ready. */
-static kq_status take_rest(filter *f, const reading *z, int c, int mode)
+static void take_rest(filter *f, const reading *z, int c, int mode)
 {
     if (f->states <= states_in_registers) {
         f->ready = 0;
-        return KQ_OK;
+        return;
     }
     const likelihood before = f->last;
     const likelihood_run run = f->run;
-    const kq_status status = kq_update_subset_f64(f, z->sensor, z->z, ~UINT32_C(0) << c);
+    kq_update_subset_f64(f, z->sensor, z->z, ~UINT32_C(0) << c);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;
     else likelihood_join(&f->last, &before);
-    return status;
 }
 
 #include "take.inc"
@@ -83,8 +82,7 @@ KQ_INLINE kq_status kq_fixed_predict_f64(kq_filter_f64 *f, const kq_process_f64 
 KQ_INLINE kq_status kq_fixed_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                                         int n, int m, int options)
 {
-    const int done = fixed_update(f, s, z, n, m, options);
-    if (KQ_MOSTLY(done != NOT_PLAIN)) return (kq_status)done;
+    if (KQ_MOSTLY(fixed_update(f, s, z, n, m, options) == KQ_OK)) return KQ_OK;
     return options & KQ_BARE ? update_bare(f, s, z) : kq_update_f64(f, s, z);
 }
 
@@ -92,8 +90,7 @@ KQ_INLINE kq_status kq_fixed_step_f64(kq_filter_f64 *f, const kq_process_f64 *p,
                                       const kq_sensor_f64 *s, const double *z, int n, int m, int l,
                                       int options)
 {
-    const int done = fixed_step(f, p, u, s, z, n, m, l, options);
-    if (KQ_MOSTLY(done != NOT_PLAIN)) return (kq_status)done;
+    if (KQ_MOSTLY(fixed_step(f, p, u, s, z, n, m, l, options) == KQ_OK)) return KQ_OK;
     return options & KQ_BARE ? step_bare(f, p, u, s, z) : kq_step_f64(f, p, u, s, z);
 }
 

@@ -30,21 +30,20 @@
 /* The unusual measurement and those that follow it: the library takes them, and what it keeps of the
    likelihood is joined.  A copy of a filter is left as one that is not ready.  A
    mean beyond its word it leaves as it is. */
-static kq_status take_rest(filter *f, const reading *z, int c, int mode)
+static void take_rest(filter *f, const reading *z, int c, int mode)
 {
     if (f->states <= states_in_registers) {
         f->ready = 0;
-        return KQ_OK;
+        return;
     }
     const likelihood before = f->last;
     const likelihood_run run = f->run;
     filter_set_ready(f, f->ready | FILTER_OPEN);
-    const kq_status status = kq_update_subset_q31(f, z->sensor, z->z, ~UINT32_C(0) << c);
+    kq_update_subset_q31(f, z->sensor, z->z, ~UINT32_C(0) << c);
     filter_set_ready(f, f->ready & ~FILTER_OPEN);
     f->run = run;
     if (mode == MODE_BARE) f->last = before;
     else likelihood_join(&f->last, &before);
-    return status;
 }
 
 #include "take.inc"
@@ -86,8 +85,7 @@ KQ_INLINE kq_status kq_fixed_predict_q31(kq_filter_q31 *f, const kq_process_q31 
 KQ_INLINE kq_status kq_fixed_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                                         int n, int m, int options)
 {
-    const int done = fixed_update(f, s, z, n, m, options);
-    if (KQ_MOSTLY(done != NOT_PLAIN)) return (kq_status)done;
+    if (KQ_MOSTLY(fixed_update(f, s, z, n, m, options) == KQ_OK)) return KQ_OK;
     return options & KQ_BARE ? update_bare(f, s, z) : kq_update_q31(f, s, z);
 }
 
@@ -95,8 +93,7 @@ KQ_INLINE kq_status kq_fixed_step_q31(kq_filter_q31 *f, const kq_process_q31 *p,
                                       const kq_sensor_q31 *s, const int32_t *z, int n, int m, int l,
                                       int options)
 {
-    const int done = fixed_step(f, p, u, s, z, n, m, l, options);
-    if (KQ_MOSTLY(done != NOT_PLAIN)) return (kq_status)done;
+    if (KQ_MOSTLY(fixed_step(f, p, u, s, z, n, m, l, options) == KQ_OK)) return KQ_OK;
     return options & KQ_BARE ? step_bare(f, p, u, s, z) : kq_step_q31(f, p, u, s, z);
 }
 

@@ -134,7 +134,8 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
  * So is one whose innovation is beyond the numbers, or that comes after a sharp one at the same
  * instant.  Choose P0 below 2^16 r (2^48 r) in the units of z.
  * Accuracy where it is taken: as kq_update, q31: 2^-22 of S.  kq_nis is as ever, kq_log_likelihood knows
- * nothing of its measurements.  Those of robust.h and start.h are taken with all care.
+ * nothing of its measurements.  Those of robust.h and start.h are taken with all care, and the functions
+ * for known sizes (fixed_sizes.h) leave it to these here.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
  */
 kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);

@@ -22,10 +22,14 @@ core_unknown() {
     exit 1
 }
 
+core_flags() { # of a list in CMakeLists.txt
+    sed -n "s/^set($1 \([^)]*\)).*/\1/p" "$root/CMakeLists.txt"
+}
+
 core_select() {
     core=${1%+port} boards="$root/port/boards" port= libraries=-lm
     sources=$(cd "$root/src" && echo *.c) floating="f32 f64"
-    profile=$(sed -n 's/^set(KALMANQ_PROFILE \(.*\))$/\1/p' "$root/CMakeLists.txt")
+    profile=$(core_flags KALMANQ_PROFILE)
     case $core in
     host) ;;
     m0 | m0-4k) machine="-mcpu=cortex-m0" triple=thumbv6m-none-eabi board=mps2-an385 port=armv6m ;;
@@ -56,7 +60,7 @@ core_select() {
     case ${2:-gcc} in
     gcc)
         compiler=$gcc
-        profile="$profile $(sed -n 's/^set(KALMANQ_PROFILE_GNU \(.*\))$/\1/p' "$root/CMakeLists.txt")"
+        profile="$profile $(core_flags KALMANQ_PROFILE_GNU)"
         ;;
     clang) core_takes_clang ;;
     *) core_unknown "compiler $2" ;;
@@ -110,6 +114,7 @@ core_is_avr() {
     fi
     linker="$gcc -mrelax -Wl,--gc-sections $memory $boards/avr.c"
     floating=f32 # a double has 32 bits in avr-gcc 5
+    profile="$profile $(core_flags KALMANQ_PROFILE_AVR)"
     nm=avr-nm
 }
 

@@ -250,7 +250,7 @@ def compiled(
     if tools.port and (place.source / "port" / tools.port).is_dir():
         includes.insert(0, place.source / "port" / tools.port)
     flags += ("-mno-global-merge",) * (name == "clang")  # or no variable would be dropped alone
-    own = [*FLAGS, *tools.profile, f"-{level}", *flags, *(f"-I{path}" for path in includes)]
+    own = [*FLAGS, f"-{level}", *tools.profile, *flags, *(f"-I{path}" for path in includes)]
     run([*tools.compiler, *own, "-c", str(source), "-o", str(target)])
 
 
