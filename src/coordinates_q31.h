@@ -122,7 +122,7 @@ static inline int64_t mean_moved(const int32_t *x, int n, int i, const scaled *r
 }
 
 /* x_i += row i of the root times a, held */
-static inline unsigned mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
+KQ_SHARED unsigned mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
 {
     return wide_set_held(x, n, i, mean_moved(x, n, i, row, a));
 }
@@ -159,7 +159,7 @@ static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scal
 
 /* The row [row T, beta], beta (n words behind) being in units of 2^one_exponent: both parts of one
    exponent, `exponent` by align */
-static inline void row_join(int32_t *row, int n, int32_t exponent)
+KQ_SHARED void row_join(int32_t *row, int n, int32_t exponent)
 {
     for (int k = n; k < 2 * n; k++) row[k] = lower(row[k], exponent - one_exponent);
     row[2 * n] = exponent;
@@ -214,7 +214,7 @@ static inline int32_t rotation_word(scaled f, scaled before, scaled after)
     return word >> 31 ? -(int32_t)(UINT32_MAX - word) - 1 : (int32_t)word;
 }
 
-static inline void rotation_of(int32_t word, scaled *c, scaled *s)
+KQ_SHARED void rotation_of(int32_t word, scaled *c, scaled *s)
 {
     const scaled one = {INT32_C(1) << 30, -30};
     const uint32_t bits = (uint32_t)word;
@@ -288,7 +288,7 @@ static inline void unit_rotation(rotor *t, int32_t f, int32_t *c, int32_t *s)
 }
 
 /* The columns a and b of units: (a, b) <- (c a - s b, s a + c b) */
-static inline void unit_turn(int32_t *restrict a, int32_t *restrict b, int32_t c, int32_t s, int n)
+KQ_SHARED void unit_turn(int32_t *restrict a, int32_t *restrict b, int32_t c, int32_t s, int n)
 {
     const int32_t back = -s;
     for (int k = 0; k < n; k++) {
@@ -313,7 +313,7 @@ static inline unsigned coordinate_move(int32_t *a, int n, int i, int32_t unit, s
 }
 
 /* shift_k + row k of J a, J by columns; |row| <= 1: at most 16 2^57, and that of a word more */
-static inline wide coordinate_through(const int32_t *J, int k, const int32_t *a,
+KQ_SHARED wide coordinate_through(const int32_t *J, int k, const int32_t *a,
                                       const int32_t *shift, int n)
 {
     int64_t total = 0;

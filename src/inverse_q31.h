@@ -40,7 +40,7 @@ static inline uint32_t improved(uint32_t y, int32_t error, int shift)
  * y = 1 / sqrt(v 2^-32) in Q31, for 2^30 <= v < 2^32: 2^31 <= y < 2^32 (1/sqrt(1/4) = 2 is held
  * just below).  y <- y + y (1 - v y^2) / 2, each step doubling 6 bits, 11, 22.
  */
-static inline uint32_t inverse_root(uint32_t v)
+KQ_SHARED uint32_t inverse_root(uint32_t v)
 {
     uint32_t y = inverse_root_start[(v >> 26) - 16] + UINT32_C(256);        /* Q8, y <= 504 */
     const uint32_t square8 = ((y * y >> 3) * (v >> 17)) >> 9;               /* v y^2: Q19, < 2^20 */
@@ -64,7 +64,7 @@ static inline uint32_t inverse_root(uint32_t v)
 static inline uint32_t root_by_inverse(uint32_t v, uint32_t y) { return product_high(v, y); }
 
 /* 2^63 / d for 2^31 <= d < 2^32, held below 2^32 */
-static inline uint32_t reciprocal(uint32_t d)
+KQ_SHARED uint32_t reciprocal(uint32_t d)
 {
     uint32_t y = quotient(d >> 16) << 15; /* to 15 bits; the quotient is below 2^17 */
     for (int k = 0; k < 2; k++) {

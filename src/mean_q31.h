@@ -42,7 +42,7 @@ static inline wide wide_held(int64_t value)
 }
 
 /* Held within the word; answers whether it had to be.  The top word alone tells most. */
-static inline unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
+KQ_SHARED unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
 {
     const int32_t top = (int32_t)(value >> 32), most = (INT32_C(1) << 23) - 1;
     const wide held = top >= -most && top <= most ? value : wide_held(value);
@@ -101,7 +101,7 @@ static inline int64_t wide_product(scaled c, int32_t high, int32_t low)
 }
 
 /* x_i as one word, and what that leaves */
-static inline int32_t mean_get(const int32_t *x, int n, int i)
+KQ_SHARED int32_t mean_get(const int32_t *x, int n, int i)
 {
     const wide rounded = (wide_get(x, n, i) + (INT32_C(1) << 23)) >> 24;
     return rounded > INT32_MAX ? INT32_MAX : rounded < -INT32_MAX ? -INT32_MAX : (int32_t)rounded;
@@ -158,7 +158,7 @@ KQ_INLINE void mean_copy(int32_t *t, const int32_t *x, int n)
 
 /* sum_k row_k u_k, in units of 2^-26.  Init has checked that sum |A_ik| + sum |B_ik| <= 16, so
    all sums of a row stay below 16 2^57 = 2^61, and their rounding. */
-static inline int64_t control_drive(const scaled *row, const int32_t *u, int count)
+KQ_SHARED int64_t control_drive(const scaled *row, const int32_t *u, int count)
 {
     int64_t sum = 0;
     for (int k = 0; k < count; k++) {

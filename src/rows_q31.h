@@ -114,7 +114,7 @@ static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
 
 /* S <- c S, c > 0 normalised, so that rows become no longer in a unit of 2^31; the caller
    renormalises it.  A power of 2 moves the exponents alone. */
-static inline void root_scale(int32_t *S, scaled c, int n)
+KQ_SHARED void root_scale(int32_t *S, scaled c, int n)
 {
     const int unit = scaled_is_unit(c);
     for (int k = 0; !unit && k < KQ_TRIANGLE(n); k++) {
@@ -380,7 +380,7 @@ KQ_APART void renormalise(int32_t *S, int n)
 /* ------------------------------------------------------------------ update */
 
 /* h'h 2^-48: what the mean's last bit of 2^-24 word in each state makes of h'P h */
-static inline scaled mean_resolution(const scaled *h, int n)
+KQ_SHARED scaled mean_resolution(const scaled *h, int n)
 {
     scaled total = {0, 0};
     for (int k = 0; k < n; k++) total = scaled_plus(total, scaled_times(h[k], h[k]));

@@ -78,7 +78,7 @@ typedef struct {
  */
 #define KQ_PROCESS_TABLE(n, l, A, B, G)                                                            \
     {                                                                                              \
-        n, l, 0, NULL, G, A, B, {0}, n + 64, 0                                                        \
+        n, l, 0, NULL, G, A, B, {0}, (n) + 64, 0                                                   \
     }
 
 /**
@@ -197,6 +197,19 @@ typedef struct {
  */
 kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
                               kq_misfit_q31 *misfit);
+
+/**
+ * A process as a constant, in flash, that is not checked where it runs: what stands behind the = of a
+ * static const kq_process_q31.  The arguments are the fields of a kq_process_table_q31 of the same
+ * arrays, which kq_process_init_q31 must accept: let a test on the host call it.  What it refuses may
+ * overflow here unseen.
+ *   l, control_format, B    0, NULL, NULL where there is no control
+ * A is taken for dense: a triangular one costs more than by init.
+ */
+#define KQ_PROCESS_TABLE_Q31(n, l, state_format, control_format, A, B, G)                          \
+    {                                                                                              \
+        n, l, {0}, n, 0, state_format, control_format, A, B, G                                     \
+    }
 
 /**
  * As kq_process_change_transition_f32; A in words, checked as by init.

@@ -60,12 +60,13 @@ typedef struct {
     static kq_sensor_f64 name = {                                                                  \
         n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
 
-/** What an init does with a sensor of independent components; for the tables that follow. */
-extern const struct kq_sensor_kind_f32 kq_sensor_independent_f32;
-extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64;
+/** What an update does with a sensor; for the tables that follow. */
+extern const struct kq_sensor_kind_f32 kq_sensor_independent_f32, kq_sensor_lean_f32;
+extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean_f64;
 
 /**
- * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE):
+ * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE), and a lean one
+ * (kq_sensor_init_lean_f32):
  *   H        m x n
  *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
  * Nothing of it is checked, and H is taken for dense.
@@ -77,6 +78,14 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64;
 #define KQ_SENSOR_TABLE_F64(n, m, H, r)                                                            \
     {                                                                                              \
         n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f64                 \
+    }
+#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, r)                                                       \
+    {                                                                                              \
+        n, m, 0, NULL, r, H, NULL, {0}, 0, &kq_sensor_lean_f32                                     \
+    }
+#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, r)                                                       \
+    {                                                                                              \
+        n, m, 0, NULL, r, H, NULL, {0}, 0, &kq_sensor_lean_f64                                     \
     }
 
 /** The same with the memory of a diagonal R only. */
@@ -204,6 +213,24 @@ kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q3
  */
 kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                                   kq_misfit_q31 *misfit);
+
+/** What an update does with a sensor; for the tables that follow. */
+extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean_q31;
+
+/**
+ * A sensor with independent noises as a constant, in flash, that is not checked where it runs
+ * (KQ_PROCESS_TABLE_Q31), and a lean one: kq_sensor_init_diagonal_q31 must accept the same arrays.  H is
+ * taken for dense.
+ */
+#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, r)                          \
+    {                                                                                              \
+        n, m, 0, state_format, measurement_format, H, r, {0}, (n) | (m) << 8,                      \
+            &kq_sensor_independent_q31                                                             \
+    }
+#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, r)                     \
+    {                                                                                              \
+        n, m, 0, state_format, measurement_format, H, r, {0}, 0, &kq_sensor_lean_q31               \
+    }
 
 /**
  * As kq_sensor_change_measurement_f32; H in words, checked as by init.

@@ -55,6 +55,9 @@ PROGRAMS = (
     ("avr", "f32", 12000, 20000, 400),
     ("avr", "q31", 25000, None, 900),
 )
+# The same with lean sensors, of constant tables: bytes of flash
+LEAN = (("m4f", "f32", 5000), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12000),
+        ("avr", "q31", 25000))  # fmt: skip
 # Instructions of a step at n states
 STEPS = (
     ("m4f", "f32", RUNTIME, {2: 850, 4: 1989, 9: 7120}),
@@ -104,6 +107,7 @@ def of_worst(sizes: tuple[int, ...]) -> list[Goal]:
 GOALS = (
     *of_steps(STEPS),
     *of_stacks(),
+    *(Goal(core, kind, 2, RUNTIME, "lean", most, "flash_program") for core, kind, most in LEAN),
     *of_worst((1, 2, 3)),
     Goal("m4f", "f32", 4, FIXED, "steady", 90),
     Goal("m3", "q31", 4, FIXED, "steady", 500),

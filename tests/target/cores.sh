@@ -11,6 +11,7 @@
 #   $sources                       the library's files, without src/: all of them, on every core
 #   $floating                      the arithmetics in floating point that the core has
 #   $profile                       the flags that the library is built with, as CMakeLists.txt has them
+#   $user_profile                  those for functions of known sizes, in a user's own files
 #
 # CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and
 # leaves out the float sources, which do not include them.  clang
@@ -57,10 +58,12 @@ core_select() {
     rv32) core_is_riscv ;;
     avr | atmega*) core_is_avr ;;
     esac
+    user_profile=$profile
     case ${2:-gcc} in
     gcc)
         compiler=$gcc
-        profile="$profile $(core_flags KALMANQ_PROFILE_GNU)"
+        user_profile="$profile $(core_flags KALMANQ_PROFILE_GNU)"
+        profile="$user_profile $(core_flags KALMANQ_PROFILE_COMPACT)"
         ;;
     clang) core_takes_clang ;;
     *) core_unknown "compiler $2" ;;

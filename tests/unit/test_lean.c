@@ -179,6 +179,31 @@ static void robust_updates_take_it(void)
     ASSERT_SAME_FILTER(&track, &twin, 2);
 }
 
+/* The same as constants: the root of Q by columns; A and H are taken for dense */
+static const num table_A[] = {1, 0.5, 0, 1}, table_G[] = {0.5, 0.25, 0.5};
+static const num table_Q[] = {0.3125, 0.125, 0.125, 0.25}, table_r[] = {0.5, 1, 2};
+static const K(process) table = KQ_PROCESS_TABLE(2, 0, table_A, NULL, table_G);
+static const K(sensor) lean_table = SENSOR_LEAN_TABLE(2, 3, H, table_r);
+
+static void a_const_table_is_a_lean_sensor(void)
+{
+    uint32_t seed = 1;
+    ASSERT_OK(K(process_init)(&motion, table_A, NULL, table_Q));
+    for (int t = 0; t < STEPS; t++) {
+        reading expected, now;
+        for (int c = 0; c < 3; c++) z[c] = noise(&seed);
+        ASSERT_OK(K(step)(&track, &motion, NULL, &full, z));
+        ASSERT_OK(K(step)(&twin, &table, NULL, &lean_table, z));
+        read_filter(&expected, &track, 2);
+        read_filter(&now, &twin, 2);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(expected.mean[i], now.mean[i], 4);
+            ASSERT_CLOSE(expected.sigma[i], now.sigma[i], 2);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(0, K(events)(&twin));
+}
+
 static void bad_inputs(void)
 {
     const num negative[] = {1, -1, 1}, nan[] = {1, (num)NAN, 1};
@@ -204,6 +229,7 @@ int main(void)
     RUN_TEST(beyond_the_numbers);
     RUN_TEST(a_refused_one_is_recorded_as_nothing);
     RUN_TEST(robust_updates_take_it);
+    RUN_TEST(a_const_table_is_a_lean_sensor);
     RUN_TEST(bad_inputs);
     return UNITY_END();
 }

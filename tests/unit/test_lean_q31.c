@@ -142,6 +142,31 @@ static void robust_updates_take_it(void)
     ASSERT_SAME_Q31(&track, &twin);
 }
 
+/* The arrays as constants' initialisers, with the careful path and without */
+static void const_tables(void)
+{
+    const kq_process_q31 table = KQ_PROCESS_TABLE_Q31(2, 0, motion.state_format, NULL,
+                                                      motion.transition, NULL, motion.noise_root);
+    const kq_sensor_q31 lean_table = KQ_SENSOR_LEAN_TABLE_Q31(
+        2, 2, lean.state_format, lean.measurement_format, lean.measurement, lean.noise);
+    const kq_sensor_q31 full_table = KQ_SENSOR_TABLE_Q31(
+        2, 2, full.state_format, full.measurement_format, full.measurement, full.noise);
+    const kq_sensor_q31 *const sensors[] = {&full_table, &lean_table};
+    for (int k = 0; k < 2; k++) {
+        uint32_t seed = 1;
+        begin();
+        for (int t = 0; t < 12; t++) {
+            double values[2];
+            random_words(values, &seed);
+            ASSERT_OK(kq_step_q31(&twin, &table, NULL, sensors[k], measured(values)));
+            ASSERT_OK(K(step)(&track_f64, &motion_f64, NULL, &radar_f64, values));
+            ASSERT_LIKE(&track_f64, &twin, 0x1p-24);
+        }
+        TEST_ASSERT_EQUAL_UINT(0, kq_events_q31(&twin));
+        TEST_ASSERT_EQUAL_INT(k == 0, kq_log_likelihood_q31(&twin) != 0);
+    }
+}
+
 static void bad_inputs(void)
 {
     put_sensor(&correlated, 2, 2, range, measured_range, H, correlated_R);
@@ -160,6 +185,7 @@ int main(void)
     RUN_TEST(what_is_a_little_sharp_is_taken);
     RUN_TEST(what_is_sharp_is_refused);
     RUN_TEST(robust_updates_take_it);
+    RUN_TEST(const_tables);
     RUN_TEST(bad_inputs);
     return UNITY_END();
 }

@@ -166,7 +166,7 @@ def user(place: Place, wanted: Program, n: int, m: int) -> None:
     )
     target = place.work / wanted.name / f"user_{n}_{m}.o"
     core = BY_NAME[wanted.core]
-    compiled(place, core, wanted.profile, TARGET / "user.c", target, flags)
+    compiled(place, core, wanted.profile, TARGET / "user.c", target, flags, is_user=True)
 
 
 def objects(place: Place, wanted: Program) -> list[Path]:
@@ -242,7 +242,13 @@ def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path
 
 
 def compiled(
-    place: Place, core: Core, profile: str, source: Path, target: Path, flags: tuple[str, ...] = ()
+    place: Place,
+    core: Core,
+    profile: str,
+    source: Path,
+    target: Path,
+    flags: tuple[str, ...] = (),
+    is_user: bool = False,
 ) -> None:
     name, level = profile.split("-")
     tools = toolchain(core, name)
@@ -250,7 +256,8 @@ def compiled(
     if tools.port and (place.source / "port" / tools.port).is_dir():
         includes.insert(0, place.source / "port" / tools.port)
     flags += ("-mno-global-merge",) * (name == "clang")  # or no variable would be dropped alone
-    own = [*FLAGS, f"-{level}", *tools.profile, *flags, *(f"-I{path}" for path in includes)]
+    of_profile = tools.user_profile if is_user else tools.profile
+    own = [*FLAGS, f"-{level}", *of_profile, *flags, *(f"-I{path}" for path in includes)]
     run([*tools.compiler, *own, "-c", str(source), "-o", str(target)])
 
 

@@ -11,7 +11,7 @@ from commands import run
 ROOT = Path(__file__).resolve().parents[2]
 ASK = (
     'root=$0; . "$root/tests/target/cores.sh"; core_select "$1" "$2"; '
-    'printf "%s\\n" "$compiler" "$gcc" "$profile" "$port"'
+    'printf "%s\\n" "$compiler" "$gcc" "$profile" "$user_profile" "$port"'
 )
 
 
@@ -31,6 +31,7 @@ class Toolchain:
     compiler: list[str]
     linker: list[str]  # gcc's
     profile: list[str]  # the library's own flags
+    user_profile: list[str]  # and those for functions of known sizes
     port: str  # folder of port/ whose headers replace the portable ones, if there is one
 
     @property
