@@ -23,7 +23,7 @@ static const int64_t wide_max = (INT64_C(1) << 55) - 1;
 static const int64_t carried_max = (INT64_C(1) << 61) - 1;
 
 /* Among events: a mean has a carry, and is to be held within its word when the call ends. */
-enum { MEAN_WIDE = 0x8000, mean_widens = 1 };
+enum { MEAN_WIDE = 0x4000, mean_widens = 1 };
 
 static inline wide wide_get(const int32_t *x, int n, int i)
 {

@@ -5,7 +5,7 @@
 #define MEAN_PLANES 1
 
 /* No mean ever leaves its word (mean_q31.h). */
-enum { MEAN_WIDE = 0x8000, mean_widens = 0 };
+enum { MEAN_WIDE = 0x4000, mean_widens = 0 };
 
 /* x_i as one number, and what that leaves */
 static inline num mean_get(const num *x, int n, int i)

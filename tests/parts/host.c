@@ -2,12 +2,13 @@
  * The host's side of the tests on small parts: the model, the measurements, and the same filter in
  * double.
  *   host voltages                     what lies at the ADC, in millivolts
- *   host tables f32|q31 N             the model and the measurements as C for program.c
- *   host check f32|q31 N LIMIT <LOG   the log of program.c against the filter in double; prints the
+ *   host tables f32|q31 N WHAT        the model and the measurements as C for program.c
+ *   host check f32|q31 N WHAT LIMIT <LOG
+ *                                     the log of program.c against the filter in double; prints the
  *                                     stack that it says beside LIMIT bytes
  * A voltage that rises, in counts of a 10-bit ADC: its level (n = 1), or level and slope (n = 2).
  * The prior knows nothing, the first measurement is a reference without noise: that is where the
- * stack is deepest.
+ * stack is deepest.  Where WHAT begins with "lean" the prior knows the supply, and there is no reference.
  */
 #include <kalmanq/kalmanq.h>
 #include <kalmanq/prepare.h>
@@ -22,7 +23,7 @@ static const double tolerance = 1e-4; /* of sigma, and of `least` */
 static const double least = 0.01;     /* counts: where sigma is 0 */
 
 typedef struct {
-    int n;
+    int n, is_lean;
     double A[STATES * STATES], Q[STATES * STATES], P0[STATES * STATES], H[STATES], R;
     kq_format_q31 state[STATES], measured;
 } model;
@@ -38,7 +39,7 @@ static void need(int is_so, const char *what)
     exit(1);
 }
 
-static model model_of(int n)
+static model model_of(int n, int is_lean)
 {
     const model level = {.n = 1, .A = {1}, .Q = {0.09}, .P0 = {1e8}, .H = {1}, .R = 4};
     const model slope = {.n = 2,
@@ -49,6 +50,8 @@ static model model_of(int n)
                          .R = 4};
     model M = n == 1 ? level : slope;
     need(n == 1 || n == 2, "n is 1 or 2");
+    M.is_lean = is_lean;
+    if (is_lean) M.P0[0] = 1e5;
     for (int i = 0; i < n; i++) {
         need(!kq_format_prepare_q31(M.state + i, i ? 100 : 2 * FULL_SCALE), "a state's format");
     }
@@ -71,6 +74,14 @@ static void print_floats(const char *name, const double *values, int count)
     printf("static const float %s[] = {", name);
     for (int k = 0; k < count; k++) printf("%.9g, ", values[k]);
     printf("};\n");
+}
+
+/* The root of P, upper triangle by columns */
+static void print_float_root(const char *name, const double *P, int n)
+{
+    const double last = sqrt(P[n * n - 1]), across = n == 1 ? 0 : P[1] / last;
+    const double roots[] = {sqrt(P[0] - across * across), across, last};
+    print_floats(name, n == 1 ? &last : roots, n == 1 ? 1 : 3);
 }
 
 static void print_scaled(const char *name, const kq_scaled_q31 *values, int count)
@@ -122,8 +133,13 @@ static void print_tables(const model *M, int is_float)
         return;
     }
     print_floats("A", M->A, M->n * M->n);
-    print_floats("Q", M->Q, M->n * M->n);
-    print_floats("P0", M->P0, M->n * M->n);
+    if (M->is_lean) {
+        print_float_root("G", M->Q, M->n);
+        print_float_root("S0", M->P0, M->n);
+    } else {
+        print_floats("Q", M->Q, M->n * M->n);
+        print_floats("P0", M->P0, M->n * M->n);
+    }
     print_floats("H", M->H, M->n);
     print_floats("R", &M->R, 1);
 }
@@ -244,7 +260,7 @@ static void check(const model *M, int is_float, unsigned long limit)
         need(scanf("%7s %lx", kind, &word) == 2 && !strcmp(kind, "step"), "a step is missing");
         need(word == (unsigned long)count_of(t), "the ADC has measured something else");
         if (t) now = ahead[t] = predicted(&now, M);
-        filtered[t] = now = updated(&now, M, t ? M->R : 0, (double)word);
+        filtered[t] = now = updated(&now, M, t || M->is_lean ? M->R : 0, (double)word);
         filter_error = fmax(filter_error, error_of(&now, M, is_float));
     }
     last = now;
@@ -267,10 +283,10 @@ int main(int count, char **arguments)
         for (int t = 0; t < STEPS; t++) printf("%u\n", voltage(t));
         return 0;
     }
-    need(count >= 4, "host voltages | tables T N | check T N LIMIT");
-    const model M = model_of(atoi(arguments[3]));
+    need(count >= 5, "host voltages | tables T N WHAT | check T N WHAT LIMIT");
+    const model M = model_of(atoi(arguments[3]), !strncmp(arguments[4], "lean", 4));
     const int is_float = !strcmp(arguments[2], "f32");
     if (!strcmp(what, "tables")) print_tables(&M, is_float);
-    else if (count == 5) check(&M, is_float, strtoul(arguments[4], NULL, 10));
+    else if (count == 6) check(&M, is_float, strtoul(arguments[5], NULL, 10));
     return 0;
 }

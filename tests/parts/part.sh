@@ -2,7 +2,8 @@
 # part.sh PART T N WHAT HOST WORK [TABLE]: links program.c for a small part with its real memory, runs it on
 # the emulator, and compares what it prints with the filter in double.
 #   PART   atmega328p or m0-4k (tests/target/cores.sh);  T: f32 or q31;  N: states
-#   WHAT   step, or smooth: with a smoother over the whole run
+#   WHAT   step; smooth: with a smoother over the whole run; lean, lean_smooth: of constant tables and a lean
+#          sensor
 #   HOST   host.c, built
 #   TABLE  tools/cost.csv: the painted stack may be as deep as its stack_worst, and 32 bytes deeper for the
 #          program's own frames (a function that calls the library, a return address); it must not be
@@ -21,11 +22,12 @@ mkdir -p "$work"
 
 "$host" voltages >"$work/voltages"
 export KQ_AVR_VOLTAGES="$work/voltages"
-"$host" tables "$arithmetic" "$n" >"$work/tables.h"
-record=
-[ "$what" = step ] || record=-DRECORD
+"$host" tables "$arithmetic" "$n" "$what" >"$work/tables.h"
+flags=
+case $what in lean*) flags=-DLEAN ;; esac
+case $what in *smooth) flags="$flags -DRECORD" ;; esac
 library=$(sh "$root/tests/target/library.sh" "$name" gcc -O2)
-$compiler -std=c11 -O2 $profile -Wall -Wextra -Werror $include "-I$work" -DPART_$arithmetic $record \
+$compiler -std=c11 -O2 $profile -Wall -Wextra -Werror $include "-I$work" -DPART_$arithmetic $flags \
     -c "$root/tests/parts/program.c" -o "$work/program.o"
 if ! $linker "$work/program.o" "$library"/*.o $libraries -o "$work/program" 2>"$work/link"; then
     grep -o "region .* overflowed by .*" "$work/link" || cat "$work/link"
@@ -37,12 +39,12 @@ if ! sh "$root/tests/target/run.sh" "$part" "$work/program" >"$work/run"; then
     exit 1
 fi
 
-worst=$(awk -F , -v key="$(echo "$part" | sed 's/^atmega.*/avr/; s/-.*//'),$arithmetic,$n,1,runtime,gcc-O2,$what" '
+worst=$(awk -F , -v key="$(echo "$part" | sed 's/^atmega.*/avr/; s/-.*//'),$arithmetic,$n,1,runtime,gcc-O2,${what#lean_}" '
     $1 == "core" { for (k = 1; k <= NF; k++) if ($k == "stack_worst") column = k }
     column && index($0, key ",") == 1 { print $column }' "$table")
 [ -n "$worst" ] || { echo "$table: has no stack_worst of $part, $arithmetic, n = $n, $what"; exit 1; }
 echo "$part, $arithmetic, n = $n, $what:"
-"$host" check "$arithmetic" "$n" "$worst" <"$work/run"
+"$host" check "$arithmetic" "$n" "$what" "$worst" <"$work/run"
 depth=$(printf '%d' "0x$(sed -n 's/^stack //p' "$work/run" | tr -d '\r')")
 [ "$depth" -le $((worst + own)) ] || { echo "the stack is deeper than $worst + $own"; exit 1; }
 [ $((4 * depth)) -ge $((3 * worst)) ] || { echo "the stack is less than 3/4 of $worst"; exit 1; }

@@ -1,6 +1,6 @@
 /*
- * A filter on a small part: 50 measurements, on an AVR by its ADC, else recorded ones; with RECORD
- * and a smoother.  Prints a line for each estimate, its words in hexadecimal, and how deep the
+ * A filter on a small part: 50 measurements, on an AVR by its ADC, else recorded ones; with LEAN of
+ * constant tables and a lean sensor, with RECORD and a smoother.  Prints a line for each estimate, its words in hexadecimal, and how deep the
  * stack has been.  tables.h is host.c's.
  */
 #include "stack.h"
@@ -14,9 +14,19 @@
 #ifdef PART_f32
 #define TYPED(name) name##_f32
 typedef float word;
+KQ_FILTER_F32(filter, N);
+#ifdef LEAN
+static const kq_process_f32 process = KQ_PROCESS_TABLE(N, 0, A, NULL, G);
+static const kq_sensor_f32 sensor = KQ_SENSOR_LEAN_TABLE_F32(N, 1, H, R);
+
+static kq_status begin(void)
+{
+    static const float x0[N];
+    return kq_filter_init_root_f32(&filter, x0, S0);
+}
+#else
 KQ_PROCESS_F32(process, N, 0);
 KQ_SENSOR_DIAGONAL_F32(sensor, N, 1);
-KQ_FILTER_F32(filter, N);
 
 static kq_status begin(void)
 {
@@ -30,12 +40,24 @@ static kq_status begin_sensor(int is_reference)
     static const float none;
     return kq_sensor_init_diagonal_f32(&sensor, H, is_reference ? &none : R);
 }
+#endif
 #else
 #define TYPED(name) name##_q31
 typedef int32_t word;
+KQ_FILTER_Q31(filter, N);
+#ifdef LEAN
+static const kq_process_q31 process = KQ_PROCESS_TABLE_Q31(N, 0, state, NULL, A, NULL, G);
+static const kq_sensor_q31 sensor = KQ_SENSOR_LEAN_TABLE_Q31(N, 1, state, measured, H, R);
+
+static kq_status begin(void)
+{
+    static const int32_t x0[N];
+    static const kq_prior_table_q31 prior = {N, state, x0, S0};
+    return kq_filter_init_q31(&filter, &prior, NULL);
+}
+#else
 static kq_process_q31 process;
 static kq_sensor_q31 sensor;
-KQ_FILTER_Q31(filter, N);
 
 static kq_status begin(void)
 {
@@ -52,7 +74,16 @@ static kq_status begin_sensor(int is_reference)
     static const kq_scaled_q31 none = {0, 0};
     static const kq_sensor_table_q31 table = {N, 1, 0, state, measured, H, R},
                                      reference = {N, 1, 0, state, measured, H, &none};
-    return kq_sensor_init_q31(&sensor, is_reference ? &reference : &table, NULL);
+    return kq_sensor_init_diagonal_q31(&sensor, is_reference ? &reference : &table, NULL);
+}
+#endif
+#endif
+
+#ifdef LEAN
+static kq_status begin_sensor(int is_reference)
+{
+    (void)is_reference;
+    return KQ_OK;
 }
 #endif
 

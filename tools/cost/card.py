@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Iterable, Iterator, Sequence
 
-from cases import CLANG, GCC, ROOTS, RUNTIME
+from cases import CLANG, GCC, LEAN, ROOTS, RUNTIME
 from cores import BY_NAME
 from row import Row
 
@@ -16,8 +16,8 @@ MEMORIES = (1, 2, 4, 8, 16, 32, 64)  # kB of RAM
 START_UP = 1024  # bytes of flash: vectors and what a C library does before main
 
 TITLES = (
-    "core", "", "n, m", "flash", "from roots", "with smoother", "RAM", "with tape",
-    "worst stack", "from roots", "with smoother", "step", "worst update", "part", "with smoother",
+    "core", "", "n, m", "flash", "from roots", "lean", "with smoother", "RAM", "lean", "with tape",
+    "worst stack", "lean", "with smoother", "step", "worst update", "part", "lean", "with smoother",
 )  # fmt: skip
 
 EXPLAINED = f"""\
@@ -25,8 +25,9 @@ A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and
 `kq_step`, `kq_mean`, `kq_sigma`; "smoother": a history of 30 steps, `kq_smooth` and its readings as well.
 Bytes. Flash is code, constants and initial values with what libc and libgcc add, less the same program without
 a filter: gcc `-O2`, then clang `-Oz`; all other columns are gcc's. From roots: where Q and P0 are given by
-their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. RAM: the objects and the tape, on AVR also the
-constants. Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements
+their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. Lean: process and
+sensor are constant tables, P0 is given by its root, and the sensor is one that refuses sharp measurements
+(`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). RAM: the objects and the tape, on AVR also the constants. Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements
 included. Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R
 from 0 to P0, sigmas 14 decades apart, P0 standing for infinity). Part: flash + RAM of the smallest that holds it,
 with {START_UP} bytes of flash for the start-up, and objects, tape and worst stack in RAM.
@@ -44,26 +45,31 @@ class Card:
     smooth: Row
     update: Row
     roots: Row | None  # q31's tables are roots
+    lean: Row
     clang_step: Row | None
+    clang_lean: Row | None
     clang_smooth: Row | None
 
     def cells(self) -> list[str]:
-        step, smooth = self.step, self.smooth
+        step, lean, smooth = self.step, self.lean, self.smooth
         return [
             BY_NAME[step.core].description,
             step.arithmetic,
             f"{step.n}, {step.m}",
             flash(step, self.clang_step),
             str(self.roots.flash_program) if self.roots else "",
+            flash(lean, self.clang_lean),
             flash(smooth, self.clang_smooth),
             str(step.ram_program),
+            str(lean.ram_program),
             str(smooth.ram_program),
             str(step.stack_worst),
-            str(self.roots.stack_worst) if self.roots else "",
+            str(lean.stack_worst),
             str(smooth.stack_worst),
             str(step.instructions),
             str(self.update.instructions_worst),
             part(step),
+            part(lean),
             part(smooth),
         ]
 
@@ -76,13 +82,15 @@ def cards(rows: Iterable[Row]) -> Iterator[Card]:
             filter_ = (row.core, row.arithmetic, row.n, row.m)
             found.setdefault(filter_, {})[row.profile, row.what] = row
     for of in found.values():
-        if {(GCC, "step"), (GCC, "smooth"), (GCC, "update")} <= set(of):
+        if {(GCC, "step"), (GCC, LEAN), (GCC, "smooth"), (GCC, "update")} <= set(of):
             yield Card(
                 of[GCC, "step"],
                 of[GCC, "smooth"],
                 of[GCC, "update"],
                 of.get((GCC, ROOTS)),
+                of[GCC, LEAN],
                 of.get((CLANG, "step")),
+                of.get((CLANG, LEAN)),
                 of.get((CLANG, "smooth")),
             )
 
