@@ -20,7 +20,7 @@ import outputs
 import plot
 import readme
 import table
-from cases import CLANG, FILTER, GCC, MODULES, REGIONS, Choice, Own, own_programs, programs
+from cases import CLANG, FILTER, GCC, LEAN, MODULES, REGIONS, Choice, Own, own_programs, programs
 from compare import compare
 from counted import Counted, most
 from errors import CostError
@@ -154,6 +154,9 @@ class Calls(unittest.TestCase):
         calls["filter_calls"], calls["root_calls"] = Counted(stack=200), Counted(stack=95)
         self.assertEqual(stack_worst(calls, "roots"), 95)
         self.assertEqual(stack_worst(calls, "step"), 200)
+        calls["lean"], calls["lean_calls"] = Counted(stack=50), Counted(stack=60)
+        self.assertEqual(stack_worst(calls, "lean"), 60)
+        self.assertEqual(stack_worst(calls, "step"), 200)
         self.assertIsNone(stack_worst(calls, "predict"))
 
     def test_avr_counter_may_call_a_region_again(self) -> None:
@@ -221,11 +224,12 @@ class Cards(unittest.TestCase):
         smooth = replace(ROW, what="smooth", ram_program=5000, stack_worst=850, flash_program=16000)
         update = replace(ROW, what="update", instructions_worst=7777)
         clang = replace(ROW, profile=CLANG, flash_program=11000)
-        (line,) = card.cards((ROW, smooth, update, clang))
+        lean = replace(ROW, what=LEAN, flash_program=7000, ram_program=100, stack_worst=400)
+        (line,) = card.cards((ROW, lean, smooth, update, clang))
         self.assertEqual(
             line.cells(),
-            ["Cortex-M3", "q31", "4, 2", "12000, 11000", "", "16000", "300", "5000", "800", "", "850",
-             "1000", "7777", "16 + 2 kB", "32 + 8 kB"],
+            ["Cortex-M3", "q31", "4, 2", "12000, 11000", "", "7000", "16000", "300", "100", "5000",
+             "800", "400", "850", "1000", "7777", "16 + 2 kB", "16 + 1 kB", "32 + 8 kB"],
         )  # fmt: skip
         self.assertEqual(len(line.cells()), len(card.TITLES))
         self.assertEqual(list(card.cards((ROW, update))), [])
