@@ -313,8 +313,8 @@ static inline unsigned coordinate_move(int32_t *a, int n, int i, int32_t unit, s
 }
 
 /* shift_k + row k of J a, J by columns; |row| <= 1: at most 16 2^57, and that of a word more */
-KQ_SHARED wide coordinate_through(const int32_t *J, int k, const int32_t *a,
-                                      const int32_t *shift, int n)
+KQ_SHARED wide coordinate_through(const int32_t *J, int k, const int32_t *a, const int32_t *shift,
+                                  int n)
 {
     int64_t total = 0;
     for (int i = 0; i < n; i++) {

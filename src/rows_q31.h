@@ -436,11 +436,12 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
 }
 
-/* May a sensor without the careful path take it?  r >= 2^-16 s: 8 more of its 31 bits are lost. */
+/* May a sensor without the careful path take it?  It may where r >= 2^-16 s, and where r < 2^-17 s it
+   may not: up to 9 more of 31 bits are lost than to what is ordinary. */
 static inline int is_blunt(scaled r, scaled s, scaled e)
 {
     (void)e;
-    return r.mantissa > 0 && r.exponent > s.exponent - 16 && s.exponent > num_zero_variance.exponent;
+    return r.mantissa > 0 && r.exponent >= s.exponent - 16 && s.exponent > num_zero_variance.exponent;
 }
 
 static inline int noise_is_ordinary(scaled r) { return r.mantissa > 0; }

@@ -97,7 +97,7 @@ kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory,
  * x[t+1] = A x[t] + B u[t] + w,  w ~ N(0, Q).  Checks the model and factors Q = G G'.
  *   p        read: sizes, memory.  Written: the rest.
  *   A        n x n, kept by reference
- *   B        n x l, kept by reference; NULL if l = 0 (and only then)
+ *   B        n x l, kept by reference; ignored if l = 0
  *   Q        n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
  *            compared, the upper one is used; not kept
  * May be called again with another model, between steps too.  A history that refers to p is then

@@ -119,7 +119,9 @@ kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, s
  * A correlated R is decorrelated once, here: R = U D U', U unit upper triangular, and the
  * components of U^-1 z are independent.
  * Cost: about 2 m^3 multiplications, 2m square roots; stack: 424 words.
- * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32) or 2^-400 (f64).
+ * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32) or 2^-400 (f64).  What the other
+ * components leave of one counts as none below 8 m eps of it (f32: 2^-20 for two): such a combination is
+ * free of noise then.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
  * KQ_ERR_NOT_SEMIDEFINITE.
  */
@@ -138,13 +140,16 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
 /**
  * The same for a program without flash to spare: the careful path for sharp measurements is not linked
  * (2 kB f32, 4 kB q31; kq_update in filter.h), nor what sums the log-likelihood.
- * A component with r < 2^-16 S (f32, q31) or 2^-48 S (f64), S = H P H' + r, or without noise, is not
- * taken: kq_update and kq_step answer KQ_SHARP and set KQ_EVENT_SHARP, the other components are taken.
- * So is one whose innovation is beyond the numbers, or that comes after a sharp one at the same
- * instant.  Choose P0 below 2^16 r (2^48 r) in the units of z.
+ * A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), S = H P H' + r, or without
+ * noise, is not taken: kq_update, kq_update_subset and kq_step, and what calls them, answer KQ_SHARP and
+ * set KQ_EVENT_SHARP; the others are taken.  Nor is one taken whose innovation is beyond the numbers, that
+ * comes after a sharp one of another sensor at the same instant, or, in q31, after a component that has
+ * led a state out of its word.  Choose P0 below 2^16 r (2^48 r) in the units of z.
  * Accuracy where it is taken: as kq_update, q31: 2^-22 of S.  kq_nis is as ever, kq_log_likelihood knows
- * nothing of its measurements.  Those of robust.h and start.h are taken with all care, and the functions
- * for known sizes (fixed_sizes.h) leave it to these here.
+ * nothing of its measurements.
+ * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, start.h while a state is unknown, which
+ * take what is sharp with care; to kq_gain and steady.h, whose gain has it taken.  The functions for known
+ * sizes (fixed_sizes.h) leave it to those here.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
  */
 kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);

@@ -108,9 +108,9 @@ enum {
     /** A measurement said so little of the state, in the last bits of its innovation variance, that
         rounding is a visible part of what P has got of it: P is no longer narrowed as it should be
         (filter.h, kq_update).  Of no consequence where other measurements say more of the same
-        states.  Or one without noise is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma from
-        its prediction: it contradicts what noise-free ones before it have said, and what is left of
-        its variance may be rounding. */
+        states.  Or a sharp one (kq_update) is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma
+        from its prediction: it contradicts what was known, and what is left of its variance, or what it
+        makes of other states, may be rounding. */
     KQ_EVENT_RESOLUTION = 128,
     /** A measurement was not taken, because it is sharp and its sensor lean (KQ_SHARP). */
     KQ_EVENT_SHARP = 256

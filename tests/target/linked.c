@@ -17,6 +17,8 @@ int main(void)
     kq_status status = kq_process_init_root_f32(&motion, A, NULL, G);
 #ifdef WITH_CORRELATION
     if (!status) status = kq_sensor_init_f32(&ranger, H, R);
+#elif defined LEAN
+    if (!status) status = kq_sensor_init_lean_f32(&ranger, H, R);
 #else
     if (!status) status = kq_sensor_init_diagonal_f32(&ranger, H, R);
 #endif

@@ -1,6 +1,7 @@
 #!/bin/sh
 # linked.sh WORK: what a program does not use is not linked: the recording of a history, what takes a
-# correlated R apart, the roots of Q and P0.  What it does use is, so that the names are right.
+# correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp measurement.  What it does
+# use is, so that the names are right.
 # shellcheck disable=SC2086
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -10,7 +11,7 @@ library=$(sh "$root/tests/target/library.sh" m3 gcc -O2)
 work=$1/linked
 mkdir -p "$work"
 
-names='^(history_record_update|take_correlated|begin_root)$'
+names='^(history_record_update|take_correlated|begin_root|take_with_care)$'
 expect() { # what of these is linked with the flags that follow
     wanted=$1
     shift
@@ -21,6 +22,7 @@ expect() { # what of these is linked with the flags that follow
     echo "linked $*: $found"
     [ "$found" = "$wanted" ] || { echo "expected: $wanted"; exit 1; }
 }
-expect ''
-expect 'history_record_update ' -DWITH_HISTORY
-expect 'begin_root take_correlated ' -DWITH_CORRELATION
+expect 'take_with_care '
+expect 'history_record_update take_with_care ' -DWITH_HISTORY
+expect 'begin_root take_correlated take_with_care ' -DWITH_CORRELATION
+expect '' -DLEAN

@@ -179,6 +179,59 @@ static void robust_updates_take_it(void)
     ASSERT_SAME_FILTER(&track, &twin, 2);
 }
 
+/* Far more bits from the prediction than a number has */
+static void what_is_far_off_is_found_again(void)
+{
+    static const num one_state[] = {1, 0}, noise_now[] = {0.0625}, far[] = {0, 0};
+    static const num correlated_P0[] = {1, 0.5, 0.5, 1};
+    for (int power = 20; power < 100; power += 8) {
+        num wide_P0[4], start[2];
+        for (int k = 0; k < 4; k++) wide_P0[k] = correlated_P0[k] * N(ldexp(1, power));
+        for (int k = 0; k < 2; k++) start[k] = far[k] + N(ldexp(1.2345678, power / 2));
+        const num near_by[] = {7};
+        ASSERT_OK(K(sensor_init_diagonal)(&sharp, one_state, noise_now));
+        ASSERT_OK(K(filter_init)(&track, start, wide_P0));
+        ASSERT_OK(K(update)(&track, &sharp, near_by));
+        ASSERT_WITHIN(0.01, 7, K(mean)(&track, 0));
+        TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
+        /* 2^13 sigma off */
+        for (int k = 0; k < 2; k++) start[k] *= 8192;
+        ASSERT_OK(K(filter_init)(&track, start, wide_P0));
+        const double rest = (double)start[0] * 0.0625 / ((double)wide_P0[0] + 0.0625);
+        ASSERT_OK(K(update)(&track, &sharp, near_by));
+        ASSERT_WITHIN(0.01, 7 + rest, K(mean)(&track, 0));
+    }
+}
+
+static void what_contradicts_is_told(void)
+{
+    static const num one_state[] = {1, 0}, noise_now[] = {SHARP}, away[] = {NUM_MAX > 1e100 ? 1e9 : 1e5};
+    ASSERT_OK(K(sensor_init_diagonal)(&sharp, one_state, noise_now));
+    ASSERT_OK(K(update)(&track, &sharp, away));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_RESOLUTION, K(events)(&track));
+}
+
+ADAPTATION(taught, 2, 3);
+ADAPTATION(taught_lean, 2, 3);
+
+/* What is learnt from is taken: by a lean sensor, too. */
+static void an_adaptation_takes_it(void)
+{
+    static const K(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, 0.125, 0.0625, 16, 0.125, 8};
+    uint32_t seed = 1;
+    sharpen(1, SHARP);
+    ASSERT_OK(K(adaptation_init)(&taught, &motion, &full, &rule));
+    ASSERT_OK(K(adaptation_init)(&taught_lean, &motion, &lean, &rule));
+    for (int t = 0; t < STEPS; t++) {
+        for (int c = 0; c < 3; c++) z[c] = noise(&seed);
+        ASSERT_OK(K(adaptation_predict)(&taught, &track, NULL));
+        ASSERT_OK(K(adaptation_predict)(&taught_lean, &twin, NULL));
+        ASSERT_OK(K(adaptation_update)(&taught, &track, z, 7));
+        ASSERT_OK(K(adaptation_update)(&taught_lean, &twin, z, 7));
+        ASSERT_SAME_FILTER(&track, &twin, 2);
+    }
+}
+
 /* The same as constants: the root of Q by columns; A and H are taken for dense */
 static const num table_A[] = {1, 0.5, 0, 1}, table_G[] = {0.5, 0.25, 0.5};
 static const num table_Q[] = {0.3125, 0.125, 0.125, 0.25}, table_r[] = {0.5, 1, 2};
@@ -230,6 +283,9 @@ int main(void)
     RUN_TEST(a_refused_one_is_recorded_as_nothing);
     RUN_TEST(robust_updates_take_it);
     RUN_TEST(a_const_table_is_a_lean_sensor);
+    RUN_TEST(what_is_far_off_is_found_again);
+    RUN_TEST(what_contradicts_is_told);
+    RUN_TEST(an_adaptation_takes_it);
     RUN_TEST(bad_inputs);
     return UNITY_END();
 }
