@@ -389,7 +389,8 @@ KQ_SHARED scaled mean_resolution(const scaled *h, int n)
 
 /*
  * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
- * beside others has but a few.  What they lack is in `rests`, n words, in units of 2^-31.  Answers
+ * beside others has but a few.  What they lack is in `rests`, n words of at most 2^26, in units of 2^-27:
+ * its product with 16 words of a column is below 2^60.  Answers
  * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
  * below either says nothing.
  */
@@ -401,14 +402,14 @@ static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scal
     const int32_t scale = exponent - 30;
     for (int k = 0; k < n; k++) {
         const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
-        const int64_t all = raise_wide(h[k].mantissa, 31, 62); /* 2^-down is still to come */
+        const int64_t all = raise_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
         const int known = h[k].mantissa == 0 || down <= 0 || down >= 62;
-        low[k] = known ? 0 : (int32_t)(lower_wide(all, down) - raise_wide(c[k], 31, 62));
+        low[k] = known ? 0 : (int32_t)(lower_wide(all, down) - raise_wide(c[k], 27, 58));
         size += magnitude(c[k]);
     }
     for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
         const int32_t *s = S + column(j);
-        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 31);
+        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 27);
         f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
     }
     const scaled length = scaled_of(size, scale);

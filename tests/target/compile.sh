@@ -29,10 +29,11 @@ m0 | m3) # lmul: lengths are counted in 64 bits
 avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy constants into RAM
     more='__((mul|add|sub|neg|cmp)di[23](_s8)?|mulsi3|(us?)?mulhisi3|mulohisi3|u?divmod[hs]i4'
     more="$more|do_(copy_data|clear_bss))$"
-    integers="$integers|^$more"
+    integers="$integers|^$more|^__(prologue_saves|epilogue_restores)__$"
     # lengths are counted in 64 bits
     floats="$floats|^__((mul|add|sub|neg|cmp)di[23](_s8)?|(ashl|ashr|lshr)di3|u?mulsidi3"
-    floats="$floats|mulsi3|(us?)?mulhisi3|mulohisi3|u?divmodhi4|do_(copy_data|clear_bss))$"
+    floats="$floats|mulsi3|(us?)?mulhisi3|mulohisi3|u?divmodhi4|do_(copy_data|clear_bss)|prologue_saves__"
+    floats="$floats|epilogue_restores__)$"
     ;;
 esac
 
@@ -57,7 +58,7 @@ check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
 check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
 check_object misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
-check_object kq_adaptation_q31 "$integers|^kq_(predict|update_subset)_q31$"
+check_object kq_adaptation_q31 "$integers|^kq_(predict|update_subset)_q31$|^kq_sensor_independent_q31$"
 check_object kq_self_test_q31 "$integers|^kq_((process|sensor|filter)_init|filter_assign|step|log_likelihood)_q31$"
 case $sources in
 *kq_f32*)
@@ -65,10 +66,10 @@ case $sources in
     self_test="$self_test|^kq_(predict|update|mean|mean_low|log_likelihood)_f32$"
     check_object kq_self_test_f32 "$floats|$self_test"
     check_object kq_f32 "$floats"
-    check_object kq_statistics_f32 "$floats|^kq_update_f32$"
-    check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$"
+    check_object kq_statistics_f32 "$floats|^kq_update_f32$|^kq_sensor_independent_f32$"
+    check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$|^kq_sensor_independent_f32$"
     check_object kq_models_f32 "$floats"
-    check_object kq_em_f32 "$floats|^kq_(predict_f32|update_subset_f32|correlation_f32)$"
+    check_object kq_em_f32 "$floats|^kq_(predict|update_subset|sensor_(independent|correlated))_f32$"
     ;;
 esac
 echo "$name: clean"
