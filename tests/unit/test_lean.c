@@ -205,7 +205,8 @@ static void what_is_far_off_is_found_again(void)
 
 static void what_contradicts_is_told(void)
 {
-    static const num one_state[] = {1, 0}, noise_now[] = {SHARP}, away[] = {NUM_MAX > 1e100 ? 1e9 : 1e5};
+    static const num one_state[] = {1, 0}, noise_now[] = {SHARP};
+    const num away[] = {EPS > 1e-10 ? N(1e5) : N(1e9)};
     ASSERT_OK(K(sensor_init_diagonal)(&sharp, one_state, noise_now));
     ASSERT_OK(K(update)(&track, &sharp, away));
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_RESOLUTION, K(events)(&track));
