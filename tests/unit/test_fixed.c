@@ -214,6 +214,27 @@ static void a_history_records(void)
     ASSERT_SAME();
 }
 
+/* The library takes its measurements, and says which are sharp. */
+static void a_lean_sensor_is_left_to_the_library(void)
+{
+    static const num noises[][2] = {{1, 1}, {1, 0}};
+    const num z[2] = {1, 2};
+    for (size_t k = 0; k < sizeof dense / sizeof dense[0]; k++) {
+        if (dense[k].m != 2) continue;
+        for (int sharp = 0; sharp < 2; sharp++) {
+            begin(dense[k].n, 2, 0);
+            ASSERT_OK(K(sensor_init_lean)(&sensor_of, H, noises[sharp]));
+            const kq_status status = sharp ? KQ_SHARP : KQ_OK;
+            TEST_ASSERT_EQUAL_INT(
+                status, dense[k].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+            TEST_ASSERT_EQUAL_INT(
+                status, K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
+            ASSERT_SAME();
+            TEST_ASSERT_EQUAL_UINT(sharp ? KQ_EVENT_SHARP : 0, K(events)(&ours.filter));
+        }
+    }
+}
+
 /* Sharp, noise-free and repeated: the library's own function takes what is unusual. */
 static void an_unusual_measurement_is_taken_with_care(void)
 {
@@ -427,6 +448,7 @@ int main(void)
     RUN_TEST(bare_leaves_the_likelihood_as_it_was);
     RUN_TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too);
     RUN_TEST(a_history_records);
+    RUN_TEST(a_lean_sensor_is_left_to_the_library);
     RUN_TEST(an_unusual_measurement_is_taken_with_care);
     RUN_TEST(a_correlated_R_is_decorrelated);
     RUN_TEST(errors_are_those_of_the_library);

@@ -182,12 +182,12 @@ static void robust_updates_take_it(void)
 /* Far more bits from the prediction than a number has */
 static void what_is_far_off_is_found_again(void)
 {
-    static const num one_state[] = {1, 0}, noise_now[] = {0.0625}, far[] = {0, 0};
+    static const num one_state[] = {1, 0}, noise_now[] = {0.0625};
     static const num correlated_P0[] = {1, 0.5, 0.5, 1};
     for (int power = 20; power < 100; power += 8) {
         num wide_P0[4], start[2];
         for (int k = 0; k < 4; k++) wide_P0[k] = correlated_P0[k] * N(ldexp(1, power));
-        for (int k = 0; k < 2; k++) start[k] = far[k] + N(ldexp(1.2345678, power / 2));
+        for (int k = 0; k < 2; k++) start[k] = N(ldexp(1.2345678, power / 2));
         const num near_by[] = {7};
         ASSERT_OK(K(sensor_init_diagonal)(&sharp, one_state, noise_now));
         ASSERT_OK(K(filter_init)(&track, start, wide_P0));

@@ -133,6 +133,24 @@ static void what_is_sharp_is_refused(void)
     }
 }
 
+/* S is 64 + r: at 2^-16 of it and above taken, below 2^-17 refused, whatever the mantissas are */
+static void where_sharp_begins(void)
+{
+    static const double taken[] = {1.001, 1.3, 1.7, 2.6}, refused[] = {0.499, 0.37, 0.26};
+    for (int k = 0; k < COUNT(taken); k++) {
+        setUp();
+        put_sensors(0x1p-10 * taken[k], 1);
+        ASSERT_OK(kq_update_subset_q31(&twin, &lean.sensor, measured(z), 1));
+        ASSERT_OK(K(update_subset)(&track_f64, &radar_f64, z, 1));
+        ASSERT_LIKE(&track_f64, &twin, 0x1p-20);
+    }
+    for (int k = 0; k < COUNT(refused); k++) {
+        setUp();
+        put_sensors(0x1p-10 * refused[k], 1);
+        TEST_ASSERT_EQUAL_INT(KQ_SHARP, kq_update_subset_q31(&twin, &lean.sensor, measured(z), 1));
+    }
+}
+
 static void robust_updates_take_it(void)
 {
     const kq_scaled_q31 two = {1 << 30, -29};
@@ -184,6 +202,7 @@ int main(void)
     RUN_TEST(what_is_not_sharp_is_taken_as_ever);
     RUN_TEST(what_is_a_little_sharp_is_taken);
     RUN_TEST(what_is_sharp_is_refused);
+    RUN_TEST(where_sharp_begins);
     RUN_TEST(robust_updates_take_it);
     RUN_TEST(const_tables);
     RUN_TEST(bad_inputs);
