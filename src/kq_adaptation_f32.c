@@ -3,40 +3,30 @@
  * who does not call it has the code that there was without it.
  */
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f32.h"
 
-#include "types_f32.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
 
-#include "process.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_float.inc"
-#include "sensor.inc"
-#include "likelihood.inc"
-#include "filter.inc"
-
-#include "predict.inc"
-#include "root.inc"
-#include "model.inc"
-#include "read.inc"
+#include "model/advance.h"
+#include "model/factor.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
+#include "filter/checks.h"
+#include "filter/readings.h"
 
 /* The steps are the library's. */
-static kq_status filter_predict(filter *f, const process *p, const num *u)
-{
-    return kq_predict_f32(f, p, u);
-}
 
-static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, uint32_t present)
-{
-    return kq_update_subset_f32(f, s, z, present);
-}
 
-#include "robust_float.inc"
-#include "adaptation_float.inc"
-#include "adaptation.inc"
+#include "robust/parameters.h"
+#include "adaptation/scaled.h"
+#include "adaptation/adaptation.h"
 
 kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory, size_t length)
 {

@@ -2,44 +2,34 @@
  * kalmanq in double: the adaptation of the noise scales, and its public names.  A file of its own:
  * who does not call it has the code that there was without it.
  */
-#include "has_double.h"
+#include "arithmetic/has_double.h"
 
 #if KQ_HAS_DOUBLE
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f64.h"
 
-#include "types_f64.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
 
-#include "process.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_float.inc"
-#include "sensor.inc"
-#include "likelihood.inc"
-#include "filter.inc"
-
-#include "predict.inc"
-#include "root.inc"
-#include "model.inc"
-#include "read.inc"
+#include "model/advance.h"
+#include "model/factor.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
+#include "filter/checks.h"
+#include "filter/readings.h"
 
 /* The steps are the library's. */
-static kq_status filter_predict(filter *f, const process *p, const num *u)
-{
-    return kq_predict_f64(f, p, u);
-}
 
-static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, uint32_t present)
-{
-    return kq_update_subset_f64(f, s, z, present);
-}
 
-#include "robust_float.inc"
-#include "adaptation_float.inc"
-#include "adaptation.inc"
+#include "robust/parameters.h"
+#include "adaptation/scaled.h"
+#include "adaptation/adaptation.h"
 
 kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
                                    size_t length)

@@ -3,37 +3,27 @@
  * own: who does not call it has the code that there was without it.
  */
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/q31.h"
 
-#include "types_q31.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
 
-#include "process.inc"
-
-#include "fit_q31.inc"
-#include "sensor.inc"
-#include "likelihood_q31.inc"
-#include "filter.inc"
-#include "table.inc"
-#include "read.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
+#include "filter/checks.h"
+#include "filter/readings.h"
 
 /* The steps are the library's. */
-static kq_status filter_predict(filter *f, const process *p, const num *u)
-{
-    return kq_predict_q31(f, p, u);
-}
 
-static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, uint32_t present)
-{
-    return kq_update_subset_q31(f, s, z, present);
-}
 
-#include "robust_q31.inc"
-#include "adaptation_q31.inc"
-#include "adaptation.inc"
+#include "robust/parameters.h"
+#include "adaptation/scaled.h"
+#include "adaptation/adaptation.h"
 
 kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
                                    size_t length, int32_t *root)

@@ -3,48 +3,37 @@
  * of it.
  */
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f32.h"
 
-#include "types_f32.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
+#include "model/advance.h"
+#include "filter/rotate.h"
 
-#include "process.inc"
-#include "predict.inc"
-#include "update.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_float.inc"
-#include "sensor.inc"
-#include "likelihood.inc"
-#include "filter.inc"
+#include "model/factor.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
 
-#include "root.inc"
-#include "model.inc"
-
-#include "history.inc"
+#include "filter/tape.h"
 
 /* Predict and update are the library's. */
-static kq_status filter_predict(filter *f, const process *p, const num *u)
-{
-    return kq_predict_f32(f, p, u);
-}
 
-static kq_status filter_update_subset(filter *f, const sensor *s, const num *z, uint32_t present)
-{
-    return kq_update_subset_f32(f, s, z, present);
-}
 
-#include "smooth_kernels.inc"
-#include "smoother.inc"
+#include "smoother/whitened.h"
+#include "smoother/smoother.h"
 
-#include "em_sums.inc"
-#include "em_expect.inc"
-#include "em_filter.inc"
-#include "em_model.inc"
-#include "em_maximise.inc"
-#include "em.inc"
+#include "em/sums.h"
+#include "em/expect.h"
+#include "em/filter.h"
+#include "em/model.h"
+#include "em/maximise.h"
+#include "em/em.h"
 
 kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length)
 {

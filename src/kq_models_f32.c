@@ -1,22 +1,15 @@
 /*
  * kalmanq in float: the model builders' public names.
  */
-/* Of the included files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f32.h"
 
-#include "types_f32.h"
+#include "arithmetic/root.h"
 
-typedef kq_model_f32 model;
+#include "model/process.h"
 
-#include "triangle.inc"
+#include "model/units.h"
 
-#include "process.inc"
-
-#include "fit_float.inc"
-
-#include "models.inc"
+#include "statistics/models_float.h"
 
 kq_status kq_model_assign_f32(kq_model_f32 *model, int n, int r, int m, float *memory,
                               size_t length)

@@ -1,25 +1,18 @@
 /*
  * kalmanq in double: the model builders' public names.
  */
-#include "has_double.h"
+#include "arithmetic/has_double.h"
 
 #if KQ_HAS_DOUBLE
-/* Of the included files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f64.h"
 
-#include "types_f64.h"
+#include "arithmetic/root.h"
 
-typedef kq_model_f64 model;
+#include "model/process.h"
 
-#include "triangle.inc"
+#include "model/units.h"
 
-#include "process.inc"
-
-#include "fit_float.inc"
-
-#include "models.inc"
+#include "statistics/models_float.h"
 
 kq_status kq_model_assign_f64(kq_model_f64 *model, int n, int r, int m, double *memory,
                               size_t length)

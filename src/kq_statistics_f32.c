@@ -3,35 +3,29 @@
  * does not call them has the code that there was without them.
  */
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f32.h"
 
-#include "types_f32.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
 
-#include "process.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_float.inc"
-#include "sensor.inc"
-#include "likelihood.inc"
-#include "filter.inc"
-
-#include "predict.inc"
-#include "root.inc"
-#include "model.inc"
-#include "read.inc"
+#include "model/advance.h"
+#include "model/factor.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
+#include "filter/checks.h"
+#include "filter/readings.h"
 
 /* The update is the library's. */
-static kq_status filter_update(filter *f, const sensor *s, const num *z)
-{
-    return kq_update_f32(f, s, z);
-}
 
-#include "statistics_float.inc"
-#include "least_squares.inc"
-#include "consistency.inc"
+#include "statistics/statistics.h"
+#include "statistics/least_squares.h"
+#include "statistics/consistency.h"
 
 kq_status kq_fade_f32(kq_filter_f32 *f, float lambda) { return filter_fade(f, lambda); }
 

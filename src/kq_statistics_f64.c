@@ -2,39 +2,33 @@
  * kalmanq in double: least squares and consistency, and their public names.  A file of its own: who
  * does not call them has the code that there was without them.
  */
-#include "has_double.h"
+#include "arithmetic/has_double.h"
 
 #if KQ_HAS_DOUBLE
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/f64.h"
 
-#include "types_f64.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
 
-#include "process.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_float.inc"
-#include "sensor.inc"
-#include "likelihood.inc"
-#include "filter.inc"
-
-#include "predict.inc"
-#include "root.inc"
-#include "model.inc"
-#include "read.inc"
+#include "model/advance.h"
+#include "model/factor.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
+#include "filter/checks.h"
+#include "filter/readings.h"
 
 /* The update is the library's. */
-static kq_status filter_update(filter *f, const sensor *s, const num *z)
-{
-    return kq_update_f64(f, s, z);
-}
 
-#include "statistics_float.inc"
-#include "least_squares.inc"
-#include "consistency.inc"
+#include "statistics/statistics.h"
+#include "statistics/least_squares.h"
+#include "statistics/consistency.h"
 
 kq_status kq_fade_f64(kq_filter_f64 *f, double lambda) { return filter_fade(f, lambda); }
 

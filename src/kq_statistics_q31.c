@@ -3,32 +3,26 @@
  * own: who does not call them has the code that there was without them.
  */
 /* Of these files a part is used. */
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function"
-#endif
+#include "arithmetic/q31.h"
 
-#include "types_q31.h"
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
 
-#include "process.inc"
-
-#include "fit_q31.inc"
-#include "sensor.inc"
-#include "likelihood_q31.inc"
-#include "filter.inc"
-#include "table.inc"
-#include "read.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
+#include "filter/checks.h"
+#include "filter/readings.h"
 
 /* The update is the library's. */
-static kq_status filter_update(filter *f, const sensor *s, const num *z)
-{
-    return kq_update_q31(f, s, z);
-}
 
-#include "statistics_q31.inc"
-#include "least_squares.inc"
-#include "consistency.inc"
+#include "statistics/statistics.h"
+#include "statistics/least_squares.h"
+#include "statistics/consistency.h"
 
 kq_status kq_fade_q31(kq_filter_q31 *f, kq_scaled_q31 lambda) { return filter_fade(f, lambda); }
 

@@ -2,54 +2,45 @@
  * kalmanq in float: steady states.  A file of its own, so that the code of the filter is compiled
  * without regard to it; what it needs of that is compiled here again.
  */
-#include "types_f32.h"
+#include "arithmetic/f32.h"
 
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function" /* of the filter */
-#endif
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
+#include "model/advance.h"
+#include "filter/rotate.h"
 
-#include "process.inc"
-#include "predict.inc"
-#include "update.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_float.inc"
-#include "sensor.inc"
-#include "likelihood.inc"
-#include "filter.inc"
+#include "model/factor.h"
+#include "model/definitions.h"
+#include "filter/prior.h"
 
-#include "root.inc"
-#include "model.inc"
+#include "filter/checks.h"
+#include "filter/readings.h"
+#include "filter/tape.h"
 
-#include "read.inc"
-#include "history.inc"
+#include "filter/match.h"
+#include "filter/sharp.h"
+#include "filter/step.h"
+#include "filter/gain.h"
+#include "smoother/whitened.h"
+#include "smoother/smoother.h"
 
-#include "sharp.inc"
-#include "care.inc"
-#include "step.inc"
-#include "gain.inc"
-#include "smooth_kernels.inc"
-#include "smoother.inc"
-
-#include "trial.inc"
-#include "steady_checks_float.inc"
-#include "doubling.inc"
-#include "steady.inc"
-#include "steady_api.inc"
+#include "steady/checks.h"
+#include "steady/riccati_float.h"
+#include "steady/kernel.h"
+#include "steady/steady.h"
+#include "steady/schedule.h"
+#include "steady/smoother.h"
 
 /* The switch moves a filter as a caller does. */
-static kq_status switch_predict(filter *f, const process *p, const num *u)
-{
-    return kq_predict_f32(f, p, u);
-}
 
-static kq_status switch_update(filter *f, const sensor *s, const num *z)
-{
-    return kq_update_f32(f, s, z);
-}
 
-#include "switch.inc"
+#include "steady/switch.h"
 
 kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
                               size_t length, const kq_steady_solution_f32 *out)

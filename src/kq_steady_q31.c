@@ -2,52 +2,43 @@
  * kalmanq in fixed point: steady states.  A file of its own, so that the code of the filter is
  * compiled without regard to it; what it needs of that is compiled here again.
  */
-#include "types_q31.h"
+#include "arithmetic/q31.h"
 
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function" /* of the filter */
-#endif
+#include "arithmetic/root.h"
 
-#include "triangle.inc"
+#include "model/process.h"
+#include "model/advance.h"
+#include "filter/rotate.h"
 
-#include "process.inc"
-#include "predict.inc"
-#include "update.inc"
+#include "model/units.h"
+#include "model/sensor.h"
+#include "filter/likelihood.h"
+#include "filter/filter.h"
 
-#include "fit_q31.inc"
-#include "sensor.inc"
-#include "likelihood_q31.inc"
-#include "filter.inc"
+#include "model/definitions.h"
+#include "filter/prior.h"
 
-#include "table.inc"
+#include "filter/checks.h"
+#include "filter/readings.h"
+#include "filter/tape.h"
 
-#include "read.inc"
-#include "history.inc"
+#include "filter/match.h"
+#include "filter/sharp.h"
+#include "filter/step.h"
+#include "filter/gain.h"
+#include "smoother/whitened.h"
+#include "smoother/smoother.h"
 
-#include "sharp.inc"
-#include "care.inc"
-#include "step.inc"
-#include "gain.inc"
-#include "smooth_kernels.inc"
-#include "smoother.inc"
-
-#include "trial.inc"
-#include "steady_checks_q31.inc"
-#include "steady.inc"
-#include "steady_api.inc"
+#include "steady/checks.h"
+#include "steady/kernel.h"
+#include "steady/steady.h"
+#include "steady/schedule.h"
+#include "steady/smoother.h"
 
 /* The switch moves a filter as a caller does. */
-static kq_status switch_predict(filter *f, const process *p, const num *u)
-{
-    return kq_predict_q31(f, p, u);
-}
 
-static kq_status switch_update(filter *f, const sensor *s, const num *z)
-{
-    return kq_update_q31(f, s, z);
-}
 
-#include "switch.inc"
+#include "steady/switch.h"
 
 kq_status kq_steady_schedule_q31(const kq_filter_q31 *f, const kq_process_q31 *p,
                                  const kq_sensor_q31 *s, int32_t *memory, size_t length, int bits,

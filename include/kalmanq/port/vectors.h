@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 /* total + a'b.  For rows of norm below 2^30 it is below 2^60, and so is every part of it. */
-KQ_INLINE int64_t dot(int64_t total, const int32_t *a, const int32_t *b, int count)
+KQ_KERNEL int64_t dot(int64_t total, const int32_t *a, const int32_t *b, int count)
 {
     KQ_UNROLL
     for (int k = 0; k < count; k++) total = accumulate(total, a[k], b[k], 62);
@@ -18,13 +18,13 @@ KQ_INLINE int64_t dot(int64_t total, const int32_t *a, const int32_t *b, int cou
 }
 
 /* total + a'a, the same */
-KQ_INLINE int64_t squares(int64_t total, const int32_t *a, int count)
+KQ_KERNEL int64_t squares(int64_t total, const int32_t *a, int count)
 {
     return dot(total, a, a, count);
 }
 
 /* The same of a row of a triangle by columns, from its diagonal entry in column i on */
-KQ_INLINE int64_t row_squares(const int32_t *s, int i, int n)
+KQ_KERNEL int64_t row_squares(const int32_t *s, int i, int n)
 {
     int64_t total = 0;
     KQ_UNROLL
@@ -36,7 +36,7 @@ KQ_INLINE int64_t row_squares(const int32_t *s, int i, int n)
 }
 
 /* w -= V d 2^-30; |V_k| <= 2^30 + 2, |d| < 2^31 */
-KQ_INLINE void subtract_multiple(int32_t *restrict w, const int32_t *restrict V, int32_t d,
+KQ_KERNEL void subtract_multiple(int32_t *restrict w, const int32_t *restrict V, int32_t d,
                                  int count)
 {
     KQ_UNROLL
@@ -46,7 +46,7 @@ KQ_INLINE void subtract_multiple(int32_t *restrict w, const int32_t *restrict V,
 }
 
 /* w <- w 2^up factor 2^-31; |w_k| 2^up < 2^31, factor >= 0 */
-KQ_INLINE void scale(int32_t *w, int up, int32_t factor, int count)
+KQ_KERNEL void scale(int32_t *w, int up, int32_t factor, int count)
 {
     KQ_UNROLL
     for (int k = 0; k < count; k++) w[k] = narrow_product(raise(w[k], up, 31), factor, 31, 31);
@@ -54,7 +54,7 @@ KQ_INLINE void scale(int32_t *w, int up, int32_t factor, int count)
 
 /* s <- c s - t b,  b <- c b + t s, with b_last = 0 before.  c and t are a cosine >= 0 and a sine in
    Q31; |s_i| and |b_i| are, and stay, at most 2^30. */
-KQ_INLINE void rotate_words(int32_t *restrict s, int32_t *restrict b, int32_t c, int32_t t, int last)
+KQ_KERNEL void rotate_words(int32_t *restrict s, int32_t *restrict b, int32_t c, int32_t t, int last)
 {
     const int32_t back = -t;
     KQ_UNROLL

@@ -98,7 +98,7 @@ static inline int32_t shift_rounded(int32_t a, int shift)
 }
 
 /* Where the shift is known: 1 .. 31 */
-KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
+KQ_KERNEL int32_t shift_rounded_wide(int64_t a, int shift)
 {
     if (!__builtin_constant_p(shift) || shift > 31) {
         return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
@@ -156,12 +156,12 @@ static inline int64_t multiply_add(int64_t total, int32_t a, int32_t b)
 }
 
 /* shift_rounded_wide of products, and of the sum of two */
-KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+KQ_KERNEL int32_t product_rounded(int32_t a, int32_t b, int shift)
 {
     return shift_rounded_wide(product(a, b), shift);
 }
 
-KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+KQ_KERNEL int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
 {
     return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
 }

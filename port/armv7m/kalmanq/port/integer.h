@@ -14,35 +14,35 @@ static inline uint32_t upper_word(uint64_t a) { return (uint32_t)(a >> 32); }
  * product of it; elsewhere it knows SMULL and SMLAL better than this.
  */
 #ifdef KALMANQ_FIXED_SIZES_H
-KQ_INLINE int64_t product(int32_t a, int32_t b)
+KQ_KERNEL int64_t product(int32_t a, int32_t b)
 {
     int64_t p;
     __asm("smull %Q0, %R0, %1, %2" : "=r"(p) : "r"(a), "r"(b));
     return p;
 }
 
-KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)
+KQ_KERNEL int64_t multiply_add(int64_t total, int32_t a, int32_t b)
 {
     __asm("smlal %Q0, %R0, %1, %2" : "+r"(total) : "r"(a), "r"(b));
     return total;
 }
 #else
-KQ_INLINE int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
+KQ_KERNEL int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
 
-KQ_INLINE int64_t multiply_add(int64_t total, int32_t a, int32_t b)
+KQ_KERNEL int64_t multiply_add(int64_t total, int32_t a, int32_t b)
 {
     return total + (int64_t)a * b;
 }
 #endif
 
-KQ_INLINE uint64_t product_unsigned(uint32_t a, uint32_t b) { return (uint64_t)a * b; }
+KQ_KERNEL uint64_t product_unsigned(uint32_t a, uint32_t b) { return (uint64_t)a * b; }
 
-KQ_INLINE uint32_t product_high(uint32_t a, uint32_t b)
+KQ_KERNEL uint32_t product_high(uint32_t a, uint32_t b)
 {
     return (uint32_t)(((uint64_t)a * b) >> 32);
 }
 
-KQ_INLINE int32_t shift_rounded(int32_t a, int shift)
+KQ_KERNEL int32_t shift_rounded(int32_t a, int shift)
 {
     __asm("asrs %0, %0, %1\n\t"
           "adc %0, %0, #0"
@@ -53,7 +53,7 @@ KQ_INLINE int32_t shift_rounded(int32_t a, int shift)
 }
 
 /* Where the shift is known: 1 .. 31 */
-KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
+KQ_KERNEL int32_t shift_rounded_wide(int64_t a, int shift)
 {
     if (!__builtin_constant_p(shift) || shift > 31) {
         return (int32_t)((a + (INT64_C(1) << (shift - 1))) >> shift);
@@ -71,7 +71,7 @@ KQ_INLINE int32_t shift_rounded_wide(int64_t a, int shift)
 /*
  * Those of products, in one piece, of which one register is left: gcc moves pairs of registers about.
  */
-KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+KQ_KERNEL int32_t product_rounded(int32_t a, int32_t b, int shift)
 {
     if (__builtin_constant_p(shift) && shift <= 31) {
         uint32_t low, high;
@@ -86,7 +86,7 @@ KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
     return shift_rounded_wide(product(a, b), shift);
 }
 
-KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+KQ_KERNEL int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
 {
     if (__builtin_constant_p(shift) && shift <= 31) {
         uint32_t low, high;

@@ -131,12 +131,12 @@ static inline int64_t multiply_add(int64_t total, int32_t a, int32_t b)
 }
 
 /* shift_rounded_wide of products, and of the sum of two */
-KQ_INLINE int32_t product_rounded(int32_t a, int32_t b, int shift)
+KQ_KERNEL int32_t product_rounded(int32_t a, int32_t b, int shift)
 {
     return shift_rounded_wide(product(a, b), shift);
 }
 
-KQ_INLINE int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
+KQ_KERNEL int32_t products_rounded(int32_t a, int32_t b, int32_t c, int32_t d, int shift)
 {
     return shift_rounded_wide(multiply_add(product(a, b), c, d), shift);
 }

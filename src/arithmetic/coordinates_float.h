@@ -1,0 +1,224 @@
+/* The smoother's numbers in floating point: the twin of coordinates_q31.h. */
+#ifndef KQ_SRC_ARITHMETIC_COORDINATES_FLOAT_H
+#define KQ_SRC_ARITHMETIC_COORDINATES_FLOAT_H
+
+#include <stdint.h>
+
+#include "arithmetic.h"
+#include "compiler.h"
+#include "mean.h"
+#include "rotor.h"
+#include "rows.h"
+#include "scaled.h"
+#include "triangle.h"
+
+#define COORDINATE_PLANES 1
+
+typedef num wide;
+
+static inline wide coordinate_get(const num *a, int n, int i)
+{
+    (void)n;
+    return a[i];
+}
+
+/* The events that it answers: none, here as below. */
+static inline unsigned coordinate_set(num *a, int n, int i, wide value)
+{
+    (void)n;
+    a[i] = value;
+    return 0;
+}
+
+static inline scaled coordinate_scaled(wide a) { return a; }
+
+static inline unsigned coordinate_of(wide *a, scaled value)
+{
+    *a = value;
+    return 0;
+}
+
+/* row'a, and b more of it */
+static inline wide coordinate_row(const scaled *row, const num *a, int n)
+{
+    return dot(0, row, a, n);
+}
+
+static inline unsigned coordinate_add(wide *a, scaled b)
+{
+    *a += b;
+    return 0;
+}
+
+/* The first `count` >= 1 terms of a row's product with a */
+KQ_KERNEL wide coordinate_dot(const num *row, const num *a, int n, int count)
+{
+    (void)n;
+    return dot(row[0] * a[0], row + 1, a + 1, count - 1);
+}
+
+static inline unsigned coordinate_turn(num *a, int n, int i, wide *b, scaled c, scaled s)
+{
+    (void)n;
+    const num old = a[i];
+    a[i] = c * old + s * *b;
+    *b = c * *b - s * old;
+    return 0;
+}
+
+static inline unsigned reflect_back(num *xi, int n, int first, wide alpha, const num *r,
+                                    const num *pq)
+{
+    const num along = dot(0, r, xi + first, n - first) * pq[1];
+    for (int k = first; k < n; k++) xi[k] += (alpha - along) * pq[0] * r[k - first];
+    return 0;
+}
+
+/* Row i of a root times a */
+KQ_KERNEL scaled mean_part(const scaled *row, const num *a, int n, int i)
+{
+    return dot(row[0] * a[i], row + 1, a + i + 1, n - 1 - i);
+}
+
+KQ_KERNEL unsigned mean_move(num *x, int n, int i, const scaled *row, const num *a)
+{
+    return mean_correct_exactly(x, n, i, mean_part(row, a, n, i), 1);
+}
+
+KQ_KERNEL unsigned mean_gather(num *x, int n, int i, const scaled *row, const num *a)
+{
+    return mean_move(x, n, i, row, a);
+}
+
+KQ_KERNEL void turn_row(num *T, int n, int i, num *u, scaled c, scaled s)
+{
+    num *t = T + column(i) + i;
+    u[i] = -s * *t;
+    *t *= c;
+    KQ_UNROLL
+    for (int j = i + 1; j < n; j++) {
+        t += j;
+        const num old = *t;
+        *t = c * old + s * u[j];
+        u[j] = c * u[j] - s * old;
+    }
+}
+
+static inline void row_join(num *row, int n, int32_t exponent)
+{
+    (void)row, (void)n, (void)exponent;
+}
+
+/* s / 2 where |s| < c, otherwise +-2 / c with the sign of s (Stewart, The economical storage of
+   plane rotations, Numer. Math. 25, 1976) */
+static inline num rotation_word(scaled f, scaled before, scaled after)
+{
+    if (num_magnitude(f) < before) return num_half * (f / after);
+    return (f < 0 ? -2 : 2) * (after / before);
+}
+
+static inline void rotation_of(num word, scaled *c, scaled *s)
+{
+    if (num_magnitude(word) < 1) {
+        *s = 2 * word;
+        *c = num_root(1 - *s * *s);
+    } else {
+        *c = 2 / num_magnitude(word);
+        *s = num_root(1 - *c * *c);
+        if (word < 0) *s = -*s;
+    }
+}
+
+/* An entry of a row of Theta */
+static inline scaled unit_entry(num entry) { return entry; }
+
+static inline int32_t row_exponent(const num *row, int width)
+{
+    (void)row, (void)width;
+    return 0;
+}
+
+static inline void root_set_unit(num *T, int n, int k)
+{
+    (void)n;
+    T[column(k) + k] = 1;
+}
+
+static inline void store_scaled(num *word, scaled a) { *word = a; }
+static inline scaled load_scaled(const num *word) { return *word; }
+
+/* Mean and variance of a measurement noise into the update record that they come from */
+static inline void store_noise(num *record, scaled mean, scaled variance)
+{
+    record[0] = mean;
+    record[1] = variance;
+}
+
+static inline void load_noise(const num *record, scaled *mean, scaled *variance)
+{
+    *mean = record[0];
+    *variance = record[1];
+}
+
+/* ------------------------------------------------------------------ maps of coordinates */
+
+/* A sum of products with a unit (smoother/map.h) in units of the other factors */
+static inline num unit_of(sum total) { return total; }
+
+/* The units of a map have exponents of their own: no need to raise them. */
+static inline int unit_room(const num *units, int count)
+{
+    (void)units, (void)count;
+    return 0;
+}
+
+static inline void units_raise(num *units, int up, int count)
+{
+    (void)units, (void)up, (void)count;
+}
+
+static inline void root_lower(num *S, int down, int n) { (void)S, (void)down, (void)n; }
+
+/* Cosine and sine of the next rotation of an update, by entry f of its row */
+static inline void unit_rotation(rotor *t, num f, num *c, num *s)
+{
+    const num before = t->a;
+    t->a += f * f;
+    *c = num_root(before / t->a);
+    *s = f / num_root(t->a);
+}
+
+/* The columns a and b of units: (a, b) <- (c a - s b, s a + c b) */
+static inline void unit_turn(num *restrict a, num *restrict b, num c, num s, int n)
+{
+    for (int k = 0; k < n; k++) {
+        const num old = a[k];
+        a[k] = c * old - s * b[k];
+        b[k] = s * old + c * b[k];
+    }
+}
+
+/* nu = e / sqrt(s) */
+static inline scaled unit_innovation(const rotor *t, scaled e, scaled s)
+{
+    (void)t;
+    return e / num_root(s);
+}
+
+/* a_i += unit times b */
+static inline unsigned coordinate_move(num *a, int n, int i, num unit, scaled b)
+{
+    (void)n;
+    a[i] += unit * b;
+    return 0;
+}
+
+/* shift_k + row k of J a, J by columns */
+static inline wide coordinate_through(const num *J, int k, const num *a, const num *shift, int n)
+{
+    num total = shift[k];
+    for (int i = 0; i < n; i++) total += J[i * n + k] * a[i];
+    return total;
+}
+
+#endif

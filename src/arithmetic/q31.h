@@ -1,0 +1,70 @@
+/*
+ * Fixed point: 32-bit words, in rows with an exponent (rows_q31.h), numbers of any size (scaled_q31.h),
+ * the mean in 56 bits (mean_q31.h).  Integer operations only; what could lose a bit is in fixed.h, where
+ * tests/checked watches it.
+ */
+#ifndef KQ_SRC_ARITHMETIC_Q31_H
+#define KQ_SRC_ARITHMETIC_Q31_H
+
+#include "kalmanq/kalmanq.h"
+
+#include "scaled_q31.h"
+
+/* The public name of this arithmetic */
+#define T(name) name##_q31
+
+#define KQ_FLOATING 0
+
+typedef int32_t num;
+
+static const scaled num_tiny = {0, 0}; /* a noise of it is none */
+static const scaled num_left_over = {0, 0};
+static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says that the sigma is
+                                                              rounding */
+static const scaled num_zero_variance = {INT32_C(1) << 30,
+                                         -230}; /* 2^-200 words squared counts as 0 */
+static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fading stops there */
+
+/* What tells a number from others, in 32 bits */
+static inline uint32_t num_bits(num a) { return (uint32_t)a; }
+
+static inline uint32_t scaled_bits(scaled a)
+{
+    return (uint32_t)a.mantissa ^ (uint32_t)a.exponent * UINT32_C(0x9e3779b1);
+}
+
+/* After a measurement with r below this share of s the root is matched (filter/match.h). */
+static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
+
+/* Is s above r > 0, by less than 64 of its last bits? */
+static inline int is_faint(scaled r, scaled s)
+{
+    return s.exponent == r.exponent && (uint32_t)(s.mantissa - r.mantissa) - 1 < 63;
+}
+
+static inline num num_nan(void) { return KQ_NOT_A_WORD_Q31; }
+
+enum { settled_bits_max = KQ_SETTLED_BITS_MAX_Q31 };
+
+typedef int64_t score;
+
+/* Lengths of memory, in numbers (kalmanq/) */
+#define FILTER_LEN KQ_FILTER_LEN_Q31
+#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_Q31
+#define HISTORY_LEN KQ_HISTORY_LEN_Q31
+#define HISTORY_CHANGE_LEN KQ_HISTORY_CHANGE_LEN_Q31
+#define HISTORY_WORKSPACE_LEN KQ_HISTORY_WORKSPACE_LEN_Q31
+#define STEADY_LEN KQ_STEADY_LEN_Q31
+#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_Q31
+#define SWITCH_LEN KQ_SWITCH_LEN_Q31
+#define MAP_LEN KQ_MAP_LEN_Q31
+#define ON_LINE_LEN KQ_ON_LINE_LEN_Q31
+#define LAG_COLUMNS_LEN KQ_LAG_COLUMNS_LEN
+#define LAG_LEN KQ_LAG_LEN_Q31
+#define POINT_COLUMNS_LEN KQ_POINT_COLUMNS_LEN
+#define POINT_LEN KQ_POINT_LEN_Q31
+#define START_LEN KQ_START_LEN_Q31
+#define ADAPTATION_LEN KQ_ADAPTATION_LEN_Q31
+#define START_PAST_LEN KQ_START_PAST_LEN_Q31
+
+#endif

@@ -1,0 +1,105 @@
+#ifndef KQ_SRC_ARITHMETIC_ROTOR_FLOAT_H
+#define KQ_SRC_ARITHMETIC_ROTOR_FLOAT_H
+
+#include "arithmetic.h"
+#include "compiler.h"
+#include "scaled.h"
+
+/* ------------------------------------------------------------------ update */
+
+static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
+{
+    (void)s, (void)h, (void)n;
+    return r;
+}
+
+/* Is there nothing that the careful update is for: rounding, sharpness, overflow? */
+static inline int is_ordinary(scaled r, scaled s, scaled e)
+{
+    return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
+}
+
+/* May a sensor without the careful path take it? */
+static inline int is_blunt(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+
+/* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
+static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
+
+/* The same for such a noise in one comparison, which some ordinary ones fail, too: r is not below twice
+   its share of s, and e^2 / s is below 2^16 or, in double, 2^48. */
+static inline int is_surely_ordinary(scaled r, scaled s, scaled e)
+{
+    return r > num_sure_share * (s + e * e);
+}
+
+typedef struct {
+    num a;
+} rotor;
+
+typedef struct {
+    num c, g, f;
+} rotation;
+
+static inline rotor rotor_begin(scaled r, scaled s, const num *f, int n)
+{
+    (void)s, (void)f, (void)n;
+    return (rotor){.a = r};
+}
+
+/* A turn by 0 costs less than the question. */
+static inline int is_no_turn(num f)
+{
+    (void)f;
+    return 0;
+}
+
+/* Two divisions, not one reciprocal: its rounding would add up in steady operation. */
+KQ_KERNEL rotation rotor_turn(rotor *t, num f)
+{
+    const num before = t->a;
+    t->a += f * f;
+    const num c = num_root(before / t->a);
+    return (rotation){.c = c, .g = c * (f / before), .f = f};
+}
+
+/* Column s of S, b_last being 0 before: s <- c s - g b,  b <- b + f s, which is S f so far. */
+KQ_KERNEL void rotate(num *restrict s, num *restrict b, rotation turn, int last)
+{
+    KQ_UNROLL
+    for (int i = 0; i < last; i++) {
+        const num old = s[i];
+        s[i] = turn.c * old - turn.g * b[i];
+        b[i] += turn.f * old;
+    }
+    b[last] = turn.f * s[last];
+    s[last] *= turn.c;
+}
+
+/* With b in units of it, S f is complete. */
+static inline scaled rotor_unit(const rotor *t)
+{
+    (void)t;
+    return 1;
+}
+
+/* The x of the state is to move by b times this. */
+static inline scaled rotor_weight(const rotor *t, scaled e, scaled s)
+{
+    (void)t;
+    return e / s;
+}
+
+static inline scaled weight_nis(scaled w, scaled e) { return w * e; }
+
+static inline scaled column_entry(const num *b, const num *S, int n, int i)
+{
+    (void)S, (void)n;
+    return b[i];
+}
+
+static inline void renormalise_if_strong(num *S, scaled r, scaled s, int n)
+{
+    (void)S, (void)r, (void)s, (void)n;
+}
+
+#endif

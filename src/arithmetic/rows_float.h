@@ -1,0 +1,205 @@
+/*
+ * Rows of a matrix in floating point, where a row needs no exponent: the twin of rows_q31.h, which
+ * says what each operation is.
+ */
+#ifndef KQ_SRC_ARITHMETIC_ROWS_FLOAT_H
+#define KQ_SRC_ARITHMETIC_ROWS_FLOAT_H
+
+#include <stdint.h>
+
+#include "kalmanq/size.h"
+
+#include "arithmetic.h"
+#include "compiler.h"
+#include "scaled.h"
+#include "triangle.h"
+
+typedef num sum;
+
+#define ROW_LEN(width) (width)
+#define ROOT_LEN(n) KQ_TRIANGLE(n)
+#define SCALED_WORDS 1
+
+static const int32_t lowest_exponent = 0;
+static const int32_t one_exponent = 0;
+static const num num_one = 1;
+
+static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
+
+/* Two rows at a time save loads, which count; in fixed point multiplications do. */
+enum { rows_in_pairs = 1 };
+
+/* Where sizes are known, S is in registers: a row of it cannot be selected.  Up to so many states a
+   step works on a copy that is in registers, and up to so many its components are unrolled. */
+enum { select_always = 0, states_in_registers = 3, states_unrolled = 4 };
+
+static inline int32_t entry_exponent(scaled h, const num *E)
+{
+    (void)h, (void)E;
+    return 0;
+}
+
+static inline void row_set_exponent(num *row, int width, int32_t exponent)
+{
+    (void)row, (void)width, (void)exponent;
+}
+
+static inline scaled row_entry(const num *row, int width, int k)
+{
+    (void)width;
+    return row[k];
+}
+
+static inline sum add_product(sum total, num a, num b) { return total + a * b; }
+
+KQ_KERNEL sum dot(sum total, const num *a, const num *b, int count)
+{
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) total = add_product(total, a[k], b[k]);
+    return total;
+}
+
+/* rows_q31.h */
+KQ_KERNEL void row_times_triangle(num *out, const num *c, const num *s, int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        out[j - from] = dot(c[0] * s[0], c + 1, s + 1, j - from);
+        s -= j;
+    }
+}
+
+KQ_KERNEL void short_row_times_triangle(num *out, const num *c, int count, const num *s, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= 0; j--) {
+        out[j] = dot(c[0] * s[0], c + 1, s + 1, (j < count ? j + 1 : count) - 1);
+        s -= j;
+    }
+}
+
+/* A column is loaded once for both. */
+KQ_KERNEL void two_rows_times_triangle(num *w, num *v, const num *a, const num *b, const num *s,
+                                       int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        num of_a = a[0] * s[0], of_b = b[0] * s[0];
+        KQ_UNROLL
+        for (int k = 1; k <= j - from; k++) {
+            of_a = add_product(of_a, a[k], s[k]);
+            of_b = add_product(of_b, b[k], s[k]);
+        }
+        w[j - from] = of_a;
+        v[j - from] = of_b;
+        s -= j;
+    }
+}
+
+static inline scaled row_product(const num *a, const num *b, int width)
+{
+    return dot(0, a, b, width);
+}
+
+/* r + f'f */
+static inline scaled add_square(scaled r, const num *f, int n)
+{
+    const num first = n > 0 ? f[0] * f[0] : 0; /* not added to 0 */
+    return r + dot(first, f + 1, f + 1, n - 1);
+}
+
+static inline const num *align(num *c, const scaled *row, const num *E, int stride, int count,
+                               int32_t *exponent)
+{
+    (void)c, (void)E, (void)stride, (void)count, (void)exponent;
+    return row;
+}
+
+static inline scaled root_entry(const num *S, int n, int i, int k)
+{
+    (void)n;
+    return S[column(k) + i];
+}
+
+static inline scaled root_sum(sum total, const num *S, int n, int i, int j)
+{
+    (void)S, (void)n, (void)i, (void)j;
+    return total;
+}
+
+/* S <- c S; the caller renormalises it */
+static inline void root_scale(num *S, scaled c, int n)
+{
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] *= c;
+}
+
+/* S <- S + c S, c >= 0, rounded at the increment; the caller renormalises it */
+static inline void root_grow(num *S, scaled c, int n)
+{
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] += c * S[k];
+}
+
+static inline void row_fitted(num *row, const scaled *entries, int width)
+{
+    for (int k = 0; k < width; k++) row[k] = entries[k];
+}
+
+/* Row i of S through the rotations of cosines c and sines t.  Answers entry i of S f / sqrt(s). */
+static inline scaled turn_root_row(num *S, const scaled *c, const scaled *t, scaled *scratch, int n,
+                                   int i)
+{
+    num *s = S + column(i) + i, b = 0;
+    (void)scratch;
+    for (int j = i; j < n; j++) {
+        const num old = *s;
+        *s = c[j] * old - t[j] * b;
+        b = c[j] * b + t[j] * old;
+        s += j + 1;
+    }
+    return b;
+}
+
+/* Row i of S, columns i .. end - 1, += rest / h */
+static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *scratch, int n, int i,
+                                 int end)
+{
+    num *s = S + column(i) + i;
+    (void)scratch, (void)n;
+    for (int j = i; j < end; j++) {
+        *s += rest[j] / h;
+        s += j + 1;
+    }
+}
+
+/*
+ * f = S'h in numbers.  Answers what rounding alone makes of f'f, squared sums of its terms' sizes: a
+ * variance below it says nothing.  (64 eps)^2: f's own rounding, and that of S
+ * from earlier updates, whose rows were longer.
+ */
+static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
+{
+    num total = 0;
+    (void)rests;
+    for (int j = 0; j < n; j++) {
+        num sum = 0, size = 0;
+        for (int i = 0; i <= j; i++) {
+            const num term = h[i] * *S++;
+            sum += term;
+            size += num_magnitude(term);
+        }
+        f[j] = sum;
+        total += size * size;
+    }
+    return 4096 * num_epsilon * num_epsilon * total;
+}
+
+static inline num combined(sum total) { return total; }
+
+static inline void root_take_exponent(num *S, int n, int l, const num *row, int width)
+{
+    (void)S, (void)n, (void)l, (void)row, (void)width;
+}
+
+static inline void renormalise(num *S, int n) { (void)S, (void)n; }
+
+#endif

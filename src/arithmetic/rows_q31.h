@@ -1,0 +1,331 @@
+/*
+ * Rows of mantissas with one exponent: the root S and everything that is made of it.
+ *
+ * A ROW of a dense matrix is its `width` words and, behind them, its exponent.  A ROOT is its
+ * triangle by columns and, behind it, the exponents of its n rows.  The norm of a row, in units of
+ * 2^exponent, is below 2^30; orthogonal maps keep it, and that is the bound of everything here.
+ */
+#ifndef KQ_SRC_ARITHMETIC_ROWS_Q31_H
+#define KQ_SRC_ARITHMETIC_ROWS_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/size.h"
+
+#include "q31.h"
+#include "compiler.h"
+#include "fixed.h"
+#include "inverse_q31.h"
+#include "scaled.h"
+#include "triangle.h"
+
+#include "kalmanq/port/integer.h"
+#include "kalmanq/port/vectors.h"
+
+typedef int64_t sum;
+
+#define ROW_LEN(width) ((width) + 1)
+#define ROOT_LEN(n) KQ_ROOT_LEN_Q31(n)
+#define SCALED_WORDS 2
+
+/* One in a row of coordinates: those have norm 1 at most */
+static const int32_t num_one = INT32_C(1) << 29;
+static const int32_t one_exponent = -29;
+
+/* rows_float.h */
+enum { rows_in_pairs = 0 };
+
+static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
+/* Up to how many states a step of known size works on a copy, and up to how many it unrolls components */
+enum { select_always = 1, states_in_registers = 0, states_unrolled = 1 };
+
+/* Of words of a row of exponent *E times h, where h is 2^k */
+static inline int32_t entry_exponent(scaled h, const int32_t *E) { return h.exponent + 30 + *E; }
+
+static inline void row_set_exponent(int32_t *row, int width, int32_t exponent)
+{
+    row[width] = exponent;
+}
+
+/* Entry k of a row as a number of its own */
+static inline scaled row_entry(const int32_t *row, int width, int k)
+{
+    return scaled_of(row[k], row[width]);
+}
+
+KQ_KERNEL sum add_product(sum total, int32_t a, int32_t b) { return accumulate(total, a, b, 62); }
+
+/* a'b of two rows as a number */
+static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
+{
+    return scaled_of(dot(0, a, b, width), a[width] + b[width]);
+}
+
+/* r + f'f, r > 0: mostly in one sum, with r in units of the square */
+static inline scaled add_square(scaled r, const int32_t *f, int n)
+{
+    const sum square = squares(0, f, n); /* < 2^60.4 */
+    const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
+    if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
+    return scaled_of_positive((uint64_t)sum_of(square, raise_word(r.mantissa, (int)up, 60), 62),
+                              exponent);
+}
+
+static inline int32_t moved(int32_t a, int32_t down)
+{
+    return down >= 0 ? lower(a, down) : raise(a, (int)-down, 30);
+}
+
+/*
+ * The coefficients of a combination sum_k row_k R_k of rows R_k on one scale:
+ *     c_k = row_k 2^(E_k - scale),  sum |c_k| <= 2^30,
+ * E_k (`stride` apart) being the exponents of the rows.  Then |sum_k c_k R_k| < 2^60: narrowed by
+ * 30 it is a row of norm up to 2^30 with the exponent scale + 30, which is left in *exponent and is
+ * not below what was there.
+ */
+KQ_OUTLINE const int32_t *align(int32_t *c, const scaled *row, const int32_t *E, int stride,
+                              int count, int32_t *exponent)
+{
+    int32_t top = lowest_exponent;
+    uint32_t total = 0; /* of the sizes in units of 2^(top + 4) */
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) {
+        if (row[k].mantissa == 0) continue;
+        const int32_t own = row[k].exponent + E[k * stride];
+        if (own > top) {
+            total = own - top < 32 ? total >> (own - top) : 0;
+            top = own;
+        }
+        if (top - own < 28) total += magnitude(row[k].mantissa) >> 4 >> (top - own);
+    }
+    total += (uint32_t)(2 * count); /* >= what the shifts and the rounding leave out */
+    const int32_t fit = top + 4 + (32 - leading_zeros(total)) - 30;
+    const int32_t scale = fit > *exponent - 30 ? fit : *exponent - 30;
+    KQ_UNROLL
+    for (int k = 0; k < count; k++) {
+        const int32_t mantissa = row[k].mantissa;
+        c[k] = mantissa ? moved(mantissa, scale - row[k].exponent - E[k * stride]) : 0;
+    }
+    *exponent = scale + 30;
+    return c;
+}
+
+static inline scaled root_entry(const int32_t *S, int n, int i, int k)
+{
+    return (scaled){S[column(k) + i], S[KQ_TRIANGLE(n) + i]};
+}
+
+/* A sum of products of the entries of rows i and j as a number */
+static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
+{
+    return scaled_of(total, S[KQ_TRIANGLE(n) + i] + S[KQ_TRIANGLE(n) + j]);
+}
+
+/* S <- c S, c > 0 normalised, so that rows become no longer in a unit of 2^31; the caller
+   renormalises it.  A power of 2 moves the exponents alone. */
+KQ_SHARED void root_scale(int32_t *S, scaled c, int n)
+{
+    const int unit = scaled_is_unit(c);
+    for (int k = 0; !unit && k < KQ_TRIANGLE(n); k++) {
+        S[k] = narrow(product(S[k], c.mantissa), 31, 31);
+    }
+    for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] += c.exponent + (unit ? 30 : 31);
+}
+
+/* S <- S + c S, c >= 0, rounded at the increment; the caller renormalises it.  c < 1/2, or it is a
+   factor: the norm of a row stays below 1.5 2^30. */
+static inline void root_grow(int32_t *S, scaled c, int n)
+{
+    if (c.exponent > -32) {
+        root_scale(S, scaled_plus(scaled_one, c), n);
+        return;
+    }
+    for (int k = 0; k < KQ_TRIANGLE(n); k++) {
+        const int64_t increment = lower_wide(product(S[k], c.mantissa), -c.exponent);
+        S[k] = (int32_t)sum_of(S[k], increment, 31);
+    }
+}
+
+/*
+ * The exponent of a row of these entries as long as it may be: its norm is in 2^29 .. 2^30, but for
+ * rounding.
+ */
+KQ_SHARED int32_t fitted_exponent(const scaled *entries, int width)
+{
+    int32_t top = lowest_exponent;
+    for (int k = 0; k < width; k++) {
+        if (entries[k].mantissa && entries[k].exponent > top) top = entries[k].exponent;
+    }
+    int64_t square = 0; /* of 16 words below 2^27 */
+    for (int k = 0; k < width; k++) {
+        if (entries[k].mantissa == 0) continue;
+        const int32_t word = lower(entries[k].mantissa, top + 4 - entries[k].exponent);
+        square = accumulate(square, word, word, 58);
+    }
+    if (square == 0) return lowest_exponent;
+    return top + 4 - ((leading_zeros_wide((uint64_t)square) - 4) >> 1);
+}
+
+static inline int32_t fitted_word(scaled entry, int32_t exponent)
+{
+    return entry.mantissa ? lower(entry.mantissa, exponent - entry.exponent) : 0;
+}
+
+/* Numbers into one row as long as it may be */
+static inline void row_fitted(int32_t *row, const scaled *entries, int width)
+{
+    const int32_t exponent = fitted_exponent(entries, width);
+    for (int k = 0; k < width; k++) row[k] = fitted_word(entries[k], exponent);
+    row[width] = exponent;
+}
+
+/* Row i of S <- its n - i entries */
+static inline void root_set_row(int32_t *S, const scaled *entries, int n, int i)
+{
+    const int32_t exponent = fitted_exponent(entries, n - i);
+    int32_t *s = S + column(i) + i;
+    for (int j = i; j < n; j++) {
+        *s = fitted_word(entries[j - i], exponent);
+        s += j + 1;
+    }
+    S[KQ_TRIANGLE(n) + i] = exponent;
+}
+
+/* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
+static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
+                                 int i, int end)
+{
+    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
+    for (int j = i; j < n; j++) {
+        entries[j - i] = scaled_of(*s, exponent);
+        if (j < end) entries[j - i] = scaled_plus(entries[j - i], scaled_over(rest[j], h));
+        s += j + 1;
+    }
+    root_set_row(S, entries, n, i);
+}
+
+/* A cosine or sine in Q31 */
+static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31)); }
+
+/* Row i of S through the rotations of cosines c and sines t, its exponent becoming that of what is
+   left of it.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
+static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
+                                   int n, int i)
+{
+    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
+    int32_t b = 0;
+    for (int j = i; j < n; j++) {
+        const scaled old = {*s, exponent}, other = {-b, exponent};
+        entries[j - i] = scaled_products(c[j], old, t[j], other);
+        b = narrow_products(turn_word(c[j]), b, turn_word(t[j]), *s, 31, 30);
+        s += j + 1;
+    }
+    root_set_row(S, entries, n, i);
+    return scaled_of(b, exponent);
+}
+
+/* One entry of a combination as align has prepared it */
+KQ_KERNEL int32_t combined(sum total) { return narrow(total, 30, 31); }
+
+/* out_j = c'(column j) for j = n-1 .. from, the columns' entries from row `from` on; s: the last
+   column's.  Downwards, because c may be in out. */
+KQ_OUTLINE void row_times_triangle(int32_t *out, const int32_t *c, const int32_t *s, int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        out[j - from] = combined(dot(0, c, s, j + 1 - from));
+        s -= j;
+    }
+}
+
+/* The same for all columns and a c that is 0 from `count` >= 1 on */
+KQ_KERNEL void short_row_times_triangle(int32_t *out, const int32_t *c, int count, const int32_t *s,
+                                        int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= 0; j--) {
+        out[j] = combined(dot(0, c, s, j < count ? j + 1 : count));
+        s -= j;
+    }
+}
+
+/* Two of them, into w and v */
+KQ_KERNEL void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
+                                       const int32_t *s, int from, int n)
+{
+    row_times_triangle(w, a, s, from, n);
+    row_times_triangle(v, b, s, from, n);
+}
+
+/* The row's result takes the exponent of the row it was made in. */
+static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *row, int width)
+{
+    S[KQ_TRIANGLE(n) + l] = row[width];
+}
+
+/* Brings every row's norm into [2^29, 2^30), the mantissas as long as they may be. */
+KQ_OUTLINE void renormalise(int32_t *S, int n)
+{
+    int32_t *E = S + KQ_TRIANGLE(n), *row = S; /* at its diagonal entry */
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) {
+        const sum square = row_squares(row, i, n);                      /* < 2^60.4 */
+        const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
+        if (square == 0) E[i] = lowest_exponent;
+        if (E[i] > high_exponent) E[i] = high_exponent;
+        if (square != 0 && up != 0 && E[i] >= low_exponent) {
+            int32_t *t = row;
+            KQ_UNROLL
+            for (int j = i; j < n; j++) {
+                *t = up > 0 ? raise(*t, up, 30) : lower(*t, 1);
+                t += j + 1;
+            }
+            E[i] -= up;
+        }
+        row += i + 2;
+    }
+}
+
+/* ------------------------------------------------------------------ update */
+
+/* h'h 2^-48: what the mean's last bit of 2^-24 word in each state makes of h'P h */
+KQ_SHARED scaled mean_resolution(const scaled *h, int n)
+{
+    scaled total = {0, 0};
+    for (int k = 0; k < n; k++) total = scaled_plus(total, scaled_times(h[k], h[k]));
+    return scaled_shift(total, -48);
+}
+
+/*
+ * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
+ * beside others has but a few.  What they lack is in `rests`, n words of at most 2^26, in units of 2^-27:
+ * its product with 16 words of a column is below 2^60.  Answers
+ * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
+ * below either says nothing.
+ */
+static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
+{
+    int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
+    uint32_t size = 0;
+    align(c, h, exponents_of(S, n), 1, n, &exponent);
+    const int32_t scale = exponent - 30;
+    for (int k = 0; k < n; k++) {
+        const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
+        const int64_t all = raise_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
+        const int known = h[k].mantissa == 0 || down <= 0 || down >= 62;
+        low[k] = known ? 0 : (int32_t)(lower_wide(all, down) - raise_wide(c[k], 27, 58));
+        size += magnitude(c[k]);
+    }
+    for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
+        const int32_t *s = S + column(j);
+        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 27);
+        f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
+    }
+    const scaled length = scaled_of(size, scale);
+    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
+    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
+    return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
+}
+
+#endif

@@ -1,0 +1,181 @@
+/*
+ * Numbers of any size in integers: mantissa 2^exponent, 2^30 <= |mantissa| < 2^31, or 0.  For
+ * what has no bound known beforehand: variances, gains, coefficients.  Each operation is
+ * correct to about 2^-30.
+ */
+#ifndef KQ_SRC_ARITHMETIC_SCALED_Q31_H
+#define KQ_SRC_ARITHMETIC_SCALED_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/status.h"
+
+#include "compiler.h"
+#include "fixed.h"
+#include "inverse_q31.h"
+
+#include "kalmanq/port/integer.h"
+
+typedef kq_scaled_q31 scaled;
+
+static const scaled scaled_one = {INT32_C(1) << 30, -30};
+
+/* A row that holds nothing; what is below it is not followed further down. */
+static const int32_t lowest_exponent = -16384;
+static const int32_t low_exponent = -8192;
+static const int32_t high_exponent = 8192;
+
+static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
+
+/* a 2^exponent, rounded, a > 0 */
+KQ_SHARED scaled scaled_of_positive(uint64_t a, int32_t exponent)
+{
+    const int zeros = leading_zeros_wide(a);
+    const uint32_t top = upper_word_raised(a, zeros);
+    uint32_t mantissa = (top >> 1) + (top & 1); /* 2^30 .. 2^31 */
+    exponent += 33 - zeros;
+    if (mantissa >> 31) {
+        mantissa >>= 1;
+        exponent++;
+    }
+    return (scaled){(int32_t)mantissa, exponent};
+}
+
+/* a 2^exponent, rounded */
+KQ_SHARED scaled scaled_of(int64_t a, int32_t exponent)
+{
+    if (a == 0) return (scaled){0, 0};
+    if (a > 0) return scaled_of_positive((uint64_t)a, exponent);
+    return scaled_negative(scaled_of_positive(0 - (uint64_t)a, exponent));
+}
+
+/* The same number with a normalised mantissa */
+static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
+
+static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }
+/* Does a factor of a leave every bit as it is?  2^k, k any */
+static inline int scaled_is_unit(scaled a) { return a.mantissa == INT32_C(1) << 30; }
+
+static inline int scaled_is_negative(scaled a) { return a.mantissa < 0; }
+
+/* a whole number */
+static inline scaled scaled_of_count(int32_t count) { return scaled_of(count, 0); }
+
+/* a 2^shift */
+static inline scaled scaled_shift(scaled a, int32_t shift)
+{
+    return (scaled){a.mantissa, a.mantissa ? a.exponent + shift : 0};
+}
+
+/* a b 2^exponent for normalised mantissas, or 0: the product is in [2^60, 2^62) */
+KQ_SHARED scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
+{
+    const int64_t p = product(a, b);
+    const int32_t long_one = narrow(p, 31, 31);
+    if (p == 0) return (scaled){0, 0};
+    if (magnitude(long_one) >> 30) return (scaled){long_one, exponent + 31};
+    return (scaled){narrow(p, 30, 31), exponent + 30};
+}
+
+static inline scaled scaled_times(scaled a, scaled b)
+{
+    return scaled_of_product(a.mantissa, b.mantissa, a.exponent + b.exponent);
+}
+
+/* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62 */
+KQ_SHARED scaled scaled_over(scaled a, scaled b)
+{
+    const int32_t inverse = (int32_t)(reciprocal(magnitude(b.mantissa) << 1) >> 1);
+    return scaled_of_product(b.mantissa < 0 ? -a.mantissa : a.mantissa, inverse,
+                             a.exponent - b.exponent - 61);
+}
+
+KQ_SHARED scaled scaled_plus(scaled a, scaled b)
+{
+    if (scaled_is_zero(a)) return b;
+    if (scaled_is_zero(b)) return a;
+    if (a.exponent < b.exponent) {
+        const scaled larger = b;
+        b = a;
+        a = larger;
+    }
+    const int64_t high = raise_wide(a.mantissa, 30, 61), low = raise_wide(b.mantissa, 30, 61);
+    const int32_t down = a.exponent - b.exponent;
+    return scaled_of(sum_of(high, down < 63 ? low >> down : 0, 62), a.exponent - 30);
+}
+
+static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
+
+/* a b + c d, rounded once; the mantissas need not be normalised */
+KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+{
+    int64_t high = product(a.mantissa, b.mantissa), low = product(c.mantissa, d.mantissa);
+    int32_t exponent = a.exponent + b.exponent, down = exponent - c.exponent - d.exponent;
+    if (high == 0 || (low != 0 && down < 0)) {
+        const int64_t other = high;
+        high = low;
+        low = other;
+        exponent -= down;
+        down = -down;
+    }
+    if (low != 0) high = sum_of(high, down < 63 ? low >> down : 0, 63);
+    return scaled_of(high, exponent);
+}
+
+/* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
+KQ_SHARED scaled scaled_root(scaled a)
+{
+    if (a.mantissa <= 0) return (scaled){0, 0};
+    const int odd = a.exponent & 1;
+    const uint32_t v = (uint32_t)a.mantissa << odd;
+    const uint32_t root = root_by_inverse(v, inverse_root(v)); /* sqrt(v) 2^15 < 2^31 */
+    const uint32_t least = UINT32_C(1) << 30;                  /* 1 is held just below */
+    return (scaled){(int32_t)(root < least ? least : root), (a.exponent - odd) / 2 - 15};
+}
+
+static inline scaled scaled_of_word(int32_t a) { return scaled_of(a, 0); }
+
+/* a < b, for a, b >= 0 */
+static inline int scaled_is_less(scaled a, scaled b)
+{
+    if (a.mantissa == 0 || b.mantissa == 0) return a.mantissa < b.mantissa;
+    return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
+}
+
+static inline scaled scaled_magnitude(scaled a)
+{
+    return (scaled){a.mantissa < 0 ? -a.mantissa : a.mantissa, a.exponent};
+}
+
+static inline int scaled_is_finite(scaled a)
+{
+    (void)a;
+    return 1;
+}
+
+/* More than an operation rounds a number by, of its size: 16 units, as in rounding_floor */
+static inline scaled scaled_rounding(void) { return (scaled){INT32_C(1) << 30, -56}; }
+
+/* An exponent that nothing lets grow without end */
+static inline scaled scaled_held(scaled a)
+{
+    if (a.exponent < low_exponent) return (scaled){0, 0};
+    return (scaled){a.mantissa, a.exponent > high_exponent ? high_exponent : a.exponent};
+}
+
+/* a as a word, rounded, held at +-(2^31 - 1) */
+static inline int32_t word_of(scaled a)
+{
+    if (a.exponent > 0) return a.mantissa < 0 ? -INT32_MAX : a.mantissa ? INT32_MAX : 0;
+    return lower(a.mantissa, -a.exponent);
+}
+
+/* *word <- a; answers KQ_EVENT_SATURATED if it had to be held */
+static inline unsigned word_take(int32_t *word, scaled a)
+{
+    *word = word_of(a);
+    return a.exponent > 0 ? KQ_EVENT_SATURATED : 0;
+}
+
+#endif

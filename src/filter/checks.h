@@ -1,0 +1,48 @@
+#ifndef KQ_SRC_FILTER_CHECKS_H
+#define KQ_SRC_FILTER_CHECKS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../model/process.h"
+#include "../model/sensor.h"
+#include "../model/types.h"
+#include "../model/units.h"
+#include "filter.h"
+
+static kq_status sensor_check_for(const filter *f, const sensor *s)
+{
+    kq_status status = filter_check(f);
+    if (status) return status;
+    status = sensor_check(s);
+    if (status) return status;
+    return sensor_fits(s, f) ? KQ_OK : KQ_ERR_MISMATCH;
+}
+
+static kq_status update_check(const filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    const kq_status status = sensor_check_for(f, s);
+    if (status) return status;
+    if (!z) return KQ_ERR_NULL;
+    return sensor_check_values(s, z, s->components, present);
+}
+
+static kq_status predict_check(const filter *f, const process *p, const num *u)
+{
+    kq_status status = filter_check(f);
+    if (status) return status;
+    status = process_check(p);
+    if (status) return status;
+    if (!process_fits(p, f)) return KQ_ERR_MISMATCH;
+    return u ? process_check_controls(p, u) : KQ_OK;
+}
+
+static int index_is_valid(const filter *f, int i)
+{
+    return f && f->ready && i >= 0 && i < f->states;
+}
+
+#endif

@@ -1,0 +1,116 @@
+/* The filter object and its memory: the mean, then the root. */
+#ifndef KQ_SRC_FILTER_FILTER_H
+#define KQ_SRC_FILTER_FILTER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/scaled.h"
+#include "../arithmetic/triangle.h"
+#include "../model/process.h"
+#include "../model/sensor.h"
+#include "../model/types.h"
+#include "../model/units.h"
+
+static num *filter_root(const filter *f) { return f->memory + MEAN_PLANES * f->states; }
+
+/* Bits of `ready`, beside which an unusual update may be in progress or done.  SHARP: one has been
+   sharp since the last predict.  WIDE: the mean has carries (mean_q31.h), until the call ends.
+   OPEN: the call that will end it is the caller's. */
+enum { FILTER_READY = 1, FILTER_SHARP = 2, FILTER_WIDE = 4, FILTER_OPEN = 8 };
+
+/* plain is what the steps of known sizes look at. */
+KQ_INLINE void filter_set_ready(filter *f, int ready)
+{
+    f->ready = (uint8_t)ready;
+    f->plain = ready == FILTER_READY && !f->history ? f->states : 0;
+}
+
+KQ_KERNEL void filter_note(filter *f, unsigned events)
+{
+    const unsigned inner = mean_widens ? MEAN_WIDE : 0; /* is told to nobody */
+    if (events) f->events = (uint16_t)(f->events | (events & ~inner));
+}
+
+/* Those of a move of its mean, MEAN_WIDE among them */
+KQ_KERNEL void filter_note_move(filter *f, unsigned events)
+{
+    filter_note(f, events);
+    if (mean_widens && (events & MEAN_WIDE)) filter_set_ready(f, f->ready | FILTER_WIDE);
+}
+
+/* The mean that the call leaves is held within its words. */
+KQ_COLD KQ_NOINLINE static void filter_hold(filter *f)
+{
+    unsigned events = 0;
+    if (f->ready & FILTER_OPEN) return;
+    for (int i = 0; i < f->states; i++) events |= mean_hold(f->memory, f->states, i);
+    filter_note(f, events);
+    filter_set_ready(f, f->ready & ~FILTER_WIDE);
+}
+
+KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
+
+/* What was attached before is not looked at: it may be gone. */
+KQ_COLD static void filter_set_history(filter *f, history *h)
+{
+    f->history = h;
+    filter_set_ready(f, f->ready);
+}
+
+KQ_COLD static kq_status filter_assign(filter *f, int n, num *memory, size_t length)
+{
+    if (!f || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n)) return KQ_ERR_SIZE;
+    if (length < (size_t)FILTER_LEN(n)) return KQ_ERR_MEMORY;
+    *f = (filter){.states = (uint8_t)n, .length = (uint16_t)FILTER_LEN(n), .memory = memory};
+    return KQ_OK;
+}
+
+KQ_INLINE kq_status filter_check(const filter *f)
+{
+    if (!f) return KQ_ERR_NULL;
+    return f->ready ? KQ_OK : KQ_ERR_NOT_READY;
+}
+
+KQ_COLD static kq_status filter_check_memory(const filter *f)
+{
+    if (!f) return KQ_ERR_NULL;
+    if (!size_is_valid(f->states)) return KQ_ERR_SIZE;
+    return f->memory && f->length >= FILTER_LEN((uint32_t)f->states) ? KQ_OK : KQ_ERR_MEMORY;
+}
+
+/* Component c of z - H x */
+KQ_COLD static scaled component_innovation(const filter *f, const reading *z, int c)
+{
+    const int n = f->states;
+    const scaled *h = z->sensor->measurement + c * n;
+    if (filter_is_wide(f)) return mean_residual_carried(z->z[c], h, f->memory, n);
+    return mean_residual(z->z[c], h, f->memory, n, 0, n);
+}
+
+/* Its innovation, decorrelated */
+KQ_COLD static scaled correlated_innovation(const filter *f, const reading *z, int c)
+{
+    const sensor *s = z->sensor;
+    scaled e = component_innovation(f, z, c);
+    for (int j = c + 1; j < s->components; j++) {
+        if (!(z->present >> j & 1)) continue;
+        const scaled other = component_innovation(f, z, j);
+        e = scaled_plus(e, scaled_times(z->noise[column(j) + c], other));
+    }
+    return e;
+}
+
+KQ_COLD static scaled scalar_innovation(const filter *f, const reading *z, int c)
+{
+    if (sensor_is_correlated(z->sensor)) return z->sensor->kind->innovation(f, z, c);
+    return component_innovation(f, z, c);
+}
+
+#endif

@@ -1,0 +1,69 @@
+/* The update by components of independent noise: what a sensor of them refers to. */
+#ifndef KQ_SRC_FILTER_INDEPENDENT_H
+#define KQ_SRC_FILTER_INDEPENDENT_H
+
+#include <stdint.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/scaled.h"
+#include "../model/sensor.h"
+#include "../model/types.h"
+#include "filter.h"
+#include "likelihood.h"
+#include "sharp.h"
+#include "take.h"
+
+/* The components present from c on, as long as there is nothing unusual about them.  Answers the first
+   one that has not been taken. */
+KQ_NOINLINE static int take_ordinary(filter *f, const reading *z, int c)
+{
+    const int n = z->sensor->states, m = z->sensor->components;
+    for (; c < m; c++) {
+        if (z->present >> c & 1 && !take_component(f, z, c, n, MODE_GENERAL)) return c;
+    }
+    return m;
+}
+
+static void update_independent(filter *f, const reading *z)
+{
+    const scaled *H = z->sensor->measurement;
+    const int n = z->sensor->states, m = z->sensor->components;
+    likelihood_clear(&f->last);
+    for (int c = 0; (c = take_ordinary(f, z, c)) < m; c++) {
+        take_with_care(f, z, c, H + c * n, component_innovation(f, z, c));
+    }
+    update_end(f);
+}
+
+static kq_status take_independent(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    const reading now = {s, s->noise, z, present};
+    update_independent(f, &now);
+    return KQ_OK;
+}
+
+const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .plain = 1};
+
+/* Without the careful path: what would need it is not taken, and told. */
+static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    const reading now = {s, s->noise, z, present};
+    const int n = s->states, m = s->components;
+    kq_status status = KQ_OK;
+    likelihood_clear(&f->last);
+    for (int c = 0; c < m; c++) {
+        if (!(present >> c & 1) || take_component(f, &now, c, n, MODE_LEAN)) continue;
+        if (f->history) f->history->recorder->nothing(f);
+        f->events |= KQ_EVENT_SHARP;
+        status = KQ_SHARP;
+    }
+    settle(f, n);
+    return status;
+}
+
+const sensor_kind T(kq_sensor_lean) = {.take = take_lean};
+
+#endif

@@ -1,0 +1,183 @@
+/*
+ * In floating point: NIS and det S as sums and products over scalar measurements; the logarithm is
+ * taken when it is asked for.
+ */
+#ifndef KQ_SRC_FILTER_LIKELIHOOD_FLOAT_H
+#define KQ_SRC_FILTER_LIKELIHOOD_FLOAT_H
+
+#include <stdint.h>
+
+#include "kalmanq/filter.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+
+typedef T(kq_likelihood) likelihood;
+typedef T(kq_likelihood_run) likelihood_run;
+typedef T(kq_tally) tally;
+
+static num not_a_score(void) { return num_nan(); }
+
+/* ------------------------------------------------------------------ sums over a run */
+
+static void tally_clear(tally *t)
+{
+    t->high = 0;
+    t->sum = 0;
+    t->low = 0;
+}
+
+static num tally_value(const tally *t) { return (t->low + t->sum) + t->high; }
+
+/* What the rounding of total = a + b has left */
+static num sum_rest(num a, num b, num total)
+{
+    const num moved = total - a;
+    return (a - (total - moved)) + (b - moved);
+}
+
+/* Each part is left below the last bit of the part before it: nothing is lost that is not below the
+   last bit of the third. */
+static void tally_add(tally *t, num a)
+{
+    const num some = t->sum + a, rest = t->low + sum_rest(t->sum, a, some);
+    const num sum = some + rest, low = sum_rest(some, rest, sum);
+    const num high = t->high + sum;
+    t->sum = sum_rest(t->high, sum, high);
+    t->low = low;
+    t->high = high;
+}
+
+/* The same into the lower two parts alone, at a fifth of the additions: `a` loses what is below its
+   own last bit or that of `low`, an eps of it as long as tally_carry is called now and then. */
+KQ_KERNEL void tally_add_next(tally *t, num a)
+{
+    const num low = t->low + a, sum = t->sum + low;
+    t->low = low - (sum - t->sum);
+    t->sum = sum;
+}
+
+KQ_KERNEL void tally_carry(tally *t)
+{
+    const num high = t->high + t->sum;
+    t->sum -= high - t->high;
+    t->high = high;
+}
+
+/* ------------------------------------------------------------------ an update */
+
+static void likelihood_clear(likelihood *p)
+{
+    p->nis = 0;
+    p->exponent = 0;
+    p->determinant = 1;
+    p->count = 0;
+}
+
+/* Is an innovation variance infinite, or not a number? */
+KQ_INLINE int variance_overflows(num s) { return !(s <= num_max); }
+
+/* Can the arithmetic not hold an innovation e, its variance s or e^2 / s? */
+KQ_INLINE int likelihood_overflows(num e, num s)
+{
+    return variance_overflows(s) || !(e * (e / s) <= num_most_nis);
+}
+
+/* The determinant is kept within 1/2 .. 1, so that the product with any s is within the numbers. */
+KQ_KERNEL void likelihood_multiply(likelihood *p, num s)
+{
+    p->determinant = num_split(p->determinant * s, &p->exponent);
+}
+
+/* One scalar measurement of innovation variance s, of the few of an update */
+KQ_KERNEL void likelihood_add(likelihood *p, num nis, num s)
+{
+    p->nis += nis;
+    likelihood_multiply(p, s);
+    p->count++;
+}
+
+KQ_KERNEL void likelihood_join(likelihood *p, const likelihood *other)
+{
+    p->nis += other->nis;
+    likelihood_multiply(p, other->determinant);
+    p->exponent += other->exponent;
+    p->count += other->count;
+}
+
+/* log a for a > 0: a = m 2^e with m in [1/sqrt 2, sqrt 2), log m = 2 artanh((m - 1)/(m + 1)),
+   |t| < 0.172: the first term left out is below t^25 / 25 < 4e-21 */
+static num log_of(num a, int32_t exponent)
+{
+    while (a >= 2 * num_root_half) {
+        a *= num_half;
+        exponent++;
+    }
+    while (a < num_root_half) {
+        a *= 2;
+        exponent--;
+    }
+    const num t = (a - 1) / (a + 1);
+    num sum = 0;
+    for (int k = 23; k >= 1; k -= 2) sum = sum * t * t + 1 / (num)k;
+    return 2 * t * sum + (num)exponent * num_log_2;
+}
+
+static num likelihood_nis(const likelihood *p) { return p->nis; }
+
+static num likelihood_log(const likelihood *p)
+{
+    if (p->count == 0) return 0;
+    const num log_determinant = log_of(p->determinant, p->exponent);
+    return -num_half * (((num)p->count * num_log_2_pi + log_determinant) + p->nis);
+}
+
+/* ------------------------------------------------------------------ a run */
+
+static void likelihood_run_clear(likelihood_run *p)
+{
+    tally_clear(&p->sum);
+    p->exponent = 0;
+    p->determinant = 1;
+    p->count = 0;
+}
+
+/* Scalar measurements and powers of 2 that are taken into the sum at once, so that their counts do
+   not wrap: so many measurements change the exponent by less than 2200 each, 2^27 together. */
+static const int32_t likelihood_part = INT32_C(1) << 15;
+static const int32_t likelihood_powers = INT32_C(1) << 28;
+
+KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
+{
+    num part = (num)likelihood_part * num_log_2_pi;
+    p->count -= likelihood_part;
+    if (p->exponent > likelihood_powers) {
+        p->exponent -= likelihood_powers;
+        part += (num)likelihood_powers * num_log_2;
+    } else if (p->exponent < -likelihood_powers) {
+        p->exponent += likelihood_powers;
+        part -= (num)likelihood_powers * num_log_2;
+    }
+    tally_add_next(&p->sum, part);
+    tally_carry(&p->sum);
+}
+
+KQ_KERNEL void likelihood_run_add(likelihood_run *p, const likelihood *last)
+{
+    tally_add_next(&p->sum, last->nis);
+    p->determinant = num_split(p->determinant * last->determinant, &p->exponent);
+    p->exponent += last->exponent;
+    p->count += last->count;
+    if (p->count >= likelihood_part) likelihood_run_fold(p);
+}
+
+static num likelihood_run_log(const likelihood_run *p)
+{
+    tally sum = p->sum;
+    tally_add(&sum, (num)p->count * num_log_2_pi);
+    tally_add(&sum, (num)p->exponent * num_log_2);
+    tally_add(&sum, log_of(p->determinant, 0));
+    return 0 - num_half * tally_value(&sum);
+}
+
+#endif

@@ -1,0 +1,196 @@
+/*
+ * In fixed point: NIS as Q39.24 and det S as a number of any size; the logarithm is taken when
+ * it is asked for.
+ */
+#ifndef KQ_SRC_FILTER_LIKELIHOOD_Q31_H
+#define KQ_SRC_FILTER_LIKELIHOOD_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/filter.h"
+#include "kalmanq/fixed_point.h"
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/fixed.h"
+#include "../arithmetic/scaled.h"
+
+typedef T(kq_likelihood) likelihood;
+typedef T(kq_likelihood_run) likelihood_run;
+
+static const int64_t score_max = INT64_C(1) << 61; /* two of them add up below 2^63 */
+
+static score not_a_score(void) { return KQ_NOT_A_SCORE_Q31; }
+
+static void likelihood_clear(likelihood *p)
+{
+    p->nis = 0;
+    p->determinant = (scaled){INT32_C(1) << 30, -30};
+    p->count = 0;
+}
+
+KQ_INLINE int variance_overflows(scaled s)
+{
+    (void)s;
+    return 0;
+}
+
+/* Nothing overflows: an innovation is below 2^63, a variance above 2^-200. */
+KQ_INLINE int likelihood_overflows(scaled e, scaled s)
+{
+    (void)e, (void)s;
+    return 0;
+}
+
+static int64_t score_held(int64_t a)
+{
+    return a > score_max ? score_max : a < -score_max ? -score_max : a;
+}
+
+/* a as Q39.24 */
+static int64_t score_of(scaled a)
+{
+    const int32_t shift = a.exponent + 24;
+    if (shift <= 0) return lower_wide(a.mantissa, -shift);
+    if (shift > 30) return a.mantissa < 0 ? -score_max : a.mantissa ? score_max : 0;
+    return score_held(raise_wide(a.mantissa, (int)shift, 61));
+}
+
+static void likelihood_multiply(likelihood *p, scaled s)
+{
+    p->determinant = scaled_times(p->determinant, s);
+}
+
+/* One scalar measurement of innovation variance s */
+static void likelihood_add(likelihood *p, scaled nis, scaled s)
+{
+    p->nis = score_held(sum_of(p->nis, score_of(nis), 62));
+    if (p->count++ == 0) p->determinant = s;
+    else likelihood_multiply(p, s);
+}
+
+KQ_KERNEL void likelihood_join(likelihood *p, const likelihood *other)
+{
+    p->nis = score_held(sum_of(p->nis, other->nis, 62));
+    likelihood_multiply(p, other->determinant);
+    p->count += other->count;
+}
+
+static score likelihood_nis(const likelihood *p) { return p->nis; }
+
+/* log2 m of m in [1, 2), given and returned in Q30: each squaring gives one bit more */
+static int32_t log2_of(uint32_t mantissa)
+{
+    uint32_t m = mantissa << 1; /* Q31 */
+    int32_t bits = 0;
+    for (int k = 0; k < 30; k++) {
+        const uint64_t square = (uint64_t)m * m; /* Q62, in [1, 4) */
+        const int above = (int)(square >> 63);
+        m = (uint32_t)(square >> (31 + above));
+        bits = bits << 1 | above;
+    }
+    return bits;
+}
+
+/* count times a constant given in Q39, |count| <= 2^32, in Q24 */
+static int64_t times_constant(int64_t count, int64_t constant)
+{
+    return count * (constant >> 15) + ((count * (constant & 0x7fff)) >> 15);
+}
+
+static const int64_t log_2 = INT64_C(381061692393), log_2_pi = INT64_C(1010383602470); /* Q39 */
+
+/* a > 0; in Q24 */
+static int64_t log_of_number(scaled a)
+{
+    const int32_t fraction = log2_of((uint32_t)a.mantissa);
+    return times_constant(a.exponent + 30, log_2) +
+           ((fraction * (log_2 >> 9)) >> 36); /* Q30 Q30 = Q60 */
+}
+
+static int64_t log_of_units(int32_t count) { return times_constant(count, log_2_pi); }
+
+static score likelihood_log(const likelihood *p)
+{
+    if (p->count == 0) return 0;
+    return -((log_of_units(p->count) + log_of_number(p->determinant) + p->nis) / 2);
+}
+
+/* ------------------------------------------------------------------ a run */
+
+static void likelihood_run_clear(likelihood_run *p)
+{
+    p->sum = 0;
+    p->carried = 0;
+    p->count = 0;
+    p->determinant = scaled_one;
+}
+
+/* Scalar measurements and powers of 2 that are taken into the sum at once, so that their counts do
+   not wrap: a variance is within 2^+-18800, so that so many measurements change the exponent by
+   less than 2^30. */
+static const int32_t likelihood_part = INT32_C(1) << 15;
+static const int32_t likelihood_powers = INT32_C(1) << 30;
+
+/* 2^15 times log 2 pi, and 2^30 times log 2 or none, in Q24 */
+static int64_t likelihood_run_part(likelihood_run *p)
+{
+    const int64_t powers = raise_wide(log_2, 15, 54);
+    const int32_t exponent = p->determinant.exponent;
+    p->count -= likelihood_part;
+    if (exponent > -likelihood_powers && exponent < likelihood_powers) return log_2_pi;
+    p->determinant.exponent -= exponent < 0 ? -likelihood_powers : likelihood_powers;
+    return log_2_pi + (exponent < 0 ? -powers : powers);
+}
+
+/* What is full is emptied.  2^68 is as far as `carried` reaches: a NIS of 2^23 at every one of 2^45
+   updates, 10 kHz for 100 years.  At its end it stays there.  Downwards it takes 2^53 scalar
+   measurements or more. */
+KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
+{
+    if (p->count >= likelihood_part) p->sum = sum_of(p->sum, likelihood_run_part(p), 62);
+    if (p->sum >= score_max) {
+        p->sum -= score_max;
+        if (p->carried < INT32_MAX) p->carried++;
+    } else if (p->sum <= -score_max) {
+        p->sum += score_max;
+        p->carried--;
+    }
+}
+
+/* A NIS is 2^61 at most. */
+KQ_KERNEL void likelihood_run_add(likelihood_run *p, const likelihood *last)
+{
+    p->sum = sum_of(p->sum, last->nis, 62);
+    p->determinant = scaled_times(p->determinant, last->determinant);
+    p->count += last->count;
+    if (p->sum >= score_max || p->count >= likelihood_part) likelihood_run_fold(p);
+}
+
+/* With everything in the sum */
+static likelihood_run likelihood_run_whole(const likelihood_run *p)
+{
+    likelihood_run whole = *p;
+    const int64_t logs = log_of_units(p->count) + log_of_number(p->determinant);
+    whole.sum = sum_of(p->sum, logs, 62);
+    likelihood_run_fold(&whole);
+    return whole;
+}
+
+/* Held at +-2^61 */
+static score likelihood_run_log(const likelihood_run *p)
+{
+    const likelihood_run whole = likelihood_run_whole(p);
+    if (whole.carried > 2) return -score_max;
+    if (whole.carried < -2) return score_max;
+    return score_held(-((whole.carried * score_max + whole.sum) / 2)); /* < 3 2^61 / 2 */
+}
+
+static scaled likelihood_run_log_scaled(const likelihood_run *p)
+{
+    const likelihood_run whole = likelihood_run_whole(p);
+    const scaled high = scaled_of(whole.carried, 61 - 25), low = scaled_of(whole.sum, -25);
+    return scaled_negative(scaled_plus(high, low));
+}
+
+#endif

@@ -1,0 +1,93 @@
+/*
+ * The update of the root by a measurement that may be far sharper than what was known: the rotations
+ * of Carlson's form in numbers of any size, row by row, so that a row that becomes short gets its
+ * new exponent before it is rounded.  One pass, however sharp it is.
+ */
+#ifndef KQ_SRC_FILTER_MATCH_H
+#define KQ_SRC_FILTER_MATCH_H
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+
+/* Scratch, n numbers each */
+typedef struct {
+    scaled *f;       /* S'h; then the sines t_j = f_j / sqrt(a_j) */
+    scaled *b;       /* S f */
+    scaled *c;       /* the cosines c_j = sqrt(a_{j-1} / a_j) */
+    scaled *left;    /* what must be left of f */
+    scaled *entries; /* a row of S */
+    scaled *floor;   /* all but f, before they are needed */
+} sharp_work;
+
+enum { SHARP_PARTS = 5 };
+
+static sharp_work sharp_work_at(scaled *memory, int n)
+{
+    return (sharp_work){.f = memory,
+                        .b = memory + n,
+                        .c = memory + 2 * n,
+                        .left = memory + 3 * n,
+                        .entries = memory + 4 * n,
+                        .floor = memory + n};
+}
+
+static scaled square_of(const scaled *f, int n)
+{
+    scaled total = scaled_times(f[0], f[0]);
+    for (int j = 1; j < n; j++) total = scaled_products(total, scaled_one, f[j], f[j]);
+    return total;
+}
+
+/*
+ * f becomes the rotations of a measurement of noise r, and what S'h must be after them is
+ *     f_j r / sqrt(a_{j-1} a_j),
+ * in which nothing cancels.  Answers sqrt(s).
+ */
+KQ_COLD static scaled turns_of(const sharp_work *w, scaled r, int n)
+{
+    scaled variance = r, sigma = scaled_root(r);
+    for (int j = 0; j < n; j++) {
+        const scaled entry = w->f[j];
+        variance = scaled_products(variance, scaled_one, entry, entry);
+        const scaled next = scaled_root(variance);
+        w->c[j] = scaled_over(sigma, next);
+        w->f[j] = scaled_over(entry, next);
+        w->left[j] = scaled_times(w->f[j], scaled_over(r, sigma));
+        sigma = next;
+    }
+    return sigma;
+}
+
+/*
+ * After a sharp update the row of a measured state is the difference of numbers that agree to
+ * sqrt(r / s), and rounding is as large as they are.  What S'h must be is known without it: what each
+ * column lacks goes into the entry of the state that has most part in h'P h of those up to it.
+ */
+KQ_COLD static void match_root(num *S, const scaled *h, const sharp_work *w, int n)
+{
+    scaled *part = w->c, *rest = w->f; /* the rotations are done */
+    project_exactly(rest, S, h, w->entries, n);
+    for (int i = 0; i < n; i++) {
+        part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
+        rest[i] = scaled_minus(w->left[i], rest[i]);
+    }
+    for (int i = 0, end; i < n; i = end) {
+        for (end = i + 1; end < n && !scaled_is_less(part[i], part[end]); end++) {}
+        if (!scaled_is_zero(h[i])) mend_root_row(S, rest, h[i], w->entries, n, i, end);
+    }
+}
+
+/* By h with noise r, f being S'h */
+KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scaled r,
+                                                  const sharp_work *w, int sharp, int n)
+{
+    const scaled sigma = turns_of(w, r, n);
+    for (int i = 0; i < n; i++) {
+        w->b[i] = scaled_times(sigma, turn_root_row(S, w->c, w->f, w->entries, n, i));
+    }
+    if (sharp) match_root(S, h, w, n);
+}
+
+#endif

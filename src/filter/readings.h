@@ -1,0 +1,105 @@
+/* What is checked before a step, and what can be read of a filter. */
+#ifndef KQ_SRC_FILTER_READINGS_H
+#define KQ_SRC_FILTER_READINGS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/definitions.h"
+#include "../model/types.h"
+#include "checks.h"
+#include "filter.h"
+#include "likelihood.h"
+
+static num filter_mean(const filter *f, int i)
+{
+    return index_is_valid(f, i) ? mean_get(f->memory, f->states, i) : num_nan();
+}
+
+static num filter_mean_low(const filter *f, int i)
+{
+    return index_is_valid(f, i) ? mean_low(f->memory, f->states, i) : num_nan();
+}
+
+static num filter_sigma(const filter *f, int i)
+{
+    if (!index_is_valid(f, i)) return num_nan();
+    return word_of(scaled_root(root_product(filter_root(f), f->states, i, i)));
+}
+
+static score filter_nis(const filter *f)
+{
+    return f && f->ready ? likelihood_nis(&f->last) : not_a_score();
+}
+
+static int filter_taken(const filter *f) { return f && f->ready ? (int)f->last.count : -1; }
+
+static score filter_log_likelihood(const filter *f, int whole_run)
+{
+    if (!f || !f->ready) return not_a_score();
+    return whole_run ? likelihood_run_log(&f->run) : likelihood_log(&f->last);
+}
+
+KQ_COLD static kq_status filter_covariance(const filter *f, scaled *P)
+{
+    const kq_status status = filter_check(f);
+    if (status) return status;
+    if (!P) return KQ_ERR_NULL;
+    root_square(P, filter_root(f), f->states);
+    return KQ_OK;
+}
+
+/* S_cj = h_j'P h_c + R_cj for j <= c */
+KQ_COLD static void innovation_covariance(scaled *out, const filter *f, const sensor *s)
+{
+    num F[ROW_LEN(KQ_SIZE_MAX)], other[ROW_LEN(KQ_SIZE_MAX)];
+    const int n = f->states, m = s->components;
+    for (int c = 0; c < m; c++) {
+        project(F, filter_root(f), s->measurement + c * n, n);
+        for (int j = 0; j <= c; j++) {
+            project(other, filter_root(f), s->measurement + j * n, n);
+            out[c * m + j] = out[j * m + c] =
+                scaled_plus(row_product(F, other, n), noise_covariance(s, j, c));
+        }
+    }
+}
+
+/* h_c'x.  Compiled once, so that what it leaves (measured_float.h) is of the same rounding. */
+KQ_NOINLINE static num measured(const filter *f, const sensor *s, int c)
+{
+    const int n = f->states;
+    const scaled below = mean_residual(0, s->measurement + c * n, f->memory, n, 0, n);
+    return word_of(scaled_negative(below));
+}
+
+KQ_COLD static kq_status filter_measurement(const filter *f, const sensor *s, num *z, scaled *S)
+{
+    const kq_status status = sensor_check_for(f, s);
+    if (status) return status;
+    for (int c = 0; z && c < s->components; c++) z[c] = measured(f, s, c);
+    if (S) innovation_covariance(S, f, s);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status filter_innovation(const filter *f, const sensor *s, const num *z, num *e)
+{
+    const kq_status status = update_check(f, s, z, UINT32_MAX);
+    if (status) return status;
+    if (!e) return KQ_ERR_NULL;
+    const int n = f->states;
+    for (int c = 0; c < s->components; c++) {
+        e[c] = word_of(mean_residual(z[c], s->measurement + c * n, f->memory, n, 0, n));
+    }
+    return KQ_OK;
+}
+
+#endif

@@ -1,0 +1,88 @@
+/* The update by scalar measurements, one after the other. */
+#ifndef KQ_SRC_FILTER_TAKE_H
+#define KQ_SRC_FILTER_TAKE_H
+
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rotor.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/sensor.h"
+#include "../model/types.h"
+#include "../model/units.h"
+#include "filter.h"
+#include "likelihood.h"
+#include "rotate.h"
+#include "tape.h"
+
+/* x += b w */
+KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
+{
+    unsigned events = 0;
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) {
+        events |= mean_correct(f->memory, n, i, column_entry(b, S, n, i), w);
+    }
+    filter_note_move(f, events);
+}
+
+/* Takes component c of a reading, of row h, noise r and innovation e, into the filter.  selected: 1
+   + the state that h takes alone, as it is, or 0.  Answers 0 where there is something unusual about
+   it (sharp.h), or, for a lean sensor, sharp: then nothing has been done. */
+KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
+                          scaled r, scaled e, int n, int mode)
+{
+    num row[ROW_LEN(KQ_SIZE_MAX)], *S = f->memory + MEAN_PLANES * n;
+    if (selected) project_selected(row, S, h[selected - 1], selected - 1, n);
+    else project(row, S, h, n);
+    const scaled s = add_square(r, row, n);
+    const int may_be_unusual = is_general(mode) || (mean_widens && c > 0);
+    const int is_copy = !is_general(mode) && n <= states_in_registers;
+    const int surely = !is_general(mode) && KQ_MOSTLY(is_surely_ordinary(r, s, e));
+    const int as_given = mode == MODE_LEAN ? is_blunt(r, s, e) : is_ordinary(r, s, e);
+    const int ordinary = surely || (!is_copy && as_given);
+    if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
+    if (is_general(mode) && f->history) f->history->recorder->update(f, row, 0, r, e, s);
+    const rotor end = rotate_root(S, row, r, s, n);
+    const scaled w = rotor_weight(&end, e, s);
+    KQ_IN_ORDER;
+    move_mean(f, row, S, w, n);
+    renormalise_if_strong(S, r, s, n);
+    if (mode == MODE_BARE) return 1;
+    if (is_faint(r, s)) f->events |= KQ_EVENT_RESOLUTION;
+    likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
+    return 1;
+}
+
+/* What is left to the end of an update */
+KQ_INLINE void settle(filter *f, int n)
+{
+    mean_settle(f->memory, n);
+    if (filter_is_wide(f)) filter_hold(f);
+    renormalise(f->memory + MEAN_PLANES * n, n);
+}
+
+/* What ends an update */
+KQ_INLINE void update_end(filter *f)
+{
+    settle(f, f->states);
+    likelihood_run_add(&f->run, &f->last);
+}
+
+/* Component c of a sensor whose components are independent.  Where the mean has carries e is not yet
+   its innovation: that is unusual. */
+KQ_KERNEL int take_component(filter *f, const reading *z, int c, int n, int mode)
+{
+    const scaled *h = z->sensor->measurement + c * n;
+    const int selected = is_general(mode) || select_always ? z->sensor->selects[c] : 0;
+    const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
+    const scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
+    return take_scalar(f, z, c, h, selected, z->noise[c], e, n, mode);
+}
+
+#endif

@@ -1,0 +1,272 @@
+/*
+ * The history: a tape of words behind the smoother's workspace.  predict and update append,
+ * the smoother takes records off its end.
+ *
+ *   update   n words: its n rotations;  1 number: nu = e / sqrt(s), the normalised innovation
+ *   predict  the filtered mean and root;  pointer and fingerprint of the process before, only if
+ *            this predict has another one;  1 word: +-(1 + number of update records since the predict
+ *            before it), negative if a process pointer comes before
+ *
+ * A smoothed step is a slot of mean and root, no larger than its predict record; the slots
+ * fill the tape's memory from its far end down, behind the records still to be read.
+ */
+#ifndef KQ_SRC_FILTER_TAPE_H
+#define KQ_SRC_FILTER_TAPE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/coordinates.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/process.h"
+#include "../model/types.h"
+#include "filter.h"
+
+typedef struct T(kq_recorder) recorder;
+
+enum {
+    HISTORY_UNUSED,
+    HISTORY_FULL,
+    HISTORY_SMOOTHING,
+    HISTORY_STATES,
+    HISTORY_RECORDING,
+    HISTORY_ROWS /* recording for a smoother on line: of one step, what its updates were made of */
+};
+
+KQ_KERNEL void history_note(history *h, unsigned events)
+{
+    if (events) h->events = (uint8_t)(h->events | events);
+}
+
+KQ_KERNEL num *history_tape(const history *h, int n)
+{
+    return h->memory + HISTORY_WORKSPACE_LEN(n);
+}
+
+KQ_KERNEL size_t history_tape_length(const history *h, int n)
+{
+    return h->length - HISTORY_WORKSPACE_LEN(n);
+}
+
+/* One step without a measurement is the least that there must be room for. */
+KQ_KERNEL size_t history_least_length(int n)
+{
+    return HISTORY_WORKSPACE_LEN(n) + (size_t)FILTER_LEN(n) + 1;
+}
+
+/* Nothing that comes after this can be smoothed, and nothing before it with what comes after. */
+static void history_end(filter *f)
+{
+    f->history->phase = HISTORY_FULL;
+    f->events |= KQ_EVENT_HISTORY_FULL;
+}
+
+/* What predict and update call where a history is attached: by reference, so that a program that
+   attaches none does not link it. */
+struct T(kq_recorder) {
+    void (*predict)(filter *f, const process *p);
+    void (*update)(filter *f, const num *row, const scaled *exact, scaled r, scaled e,
+                   scaled s);
+    void (*nothing)(filter *f);
+};
+
+/* `words` more at the end of the tape, with room left for the slot of the last step; or NULL,
+   and the history is full for good. */
+KQ_COLD static num *history_extend(filter *f, size_t words)
+{
+    history *h = f->history;
+    if (h->filter != f) { /* it was assigned anew, or f is a copy of its filter */
+        filter_set_history(f, 0);
+        f->events |= KQ_EVENT_HISTORY_FULL;
+        return 0;
+    }
+    const size_t last = (size_t)FILTER_LEN(h->states);
+    if (h->phase < HISTORY_RECORDING || h->records == UINT16_MAX ||
+        h->used + words + last > history_tape_length(h, h->states)) {
+        history_end(f);
+        return 0;
+    }
+    num *end = history_tape(h, h->states) + h->used;
+    h->used += words;
+    return end;
+}
+
+KQ_COLD static void copy_bytes(void *to, const void *from, size_t count)
+{
+    unsigned char *t = to;
+    const unsigned char *f = from;
+    for (size_t k = 0; k < count; k++) t[k] = f[k];
+}
+
+KQ_COLD static void history_record_predict(filter *f, const process *p)
+{
+    history *h = f->history;
+    const int change = h->process && h->process != p;
+    const size_t state = (size_t)FILTER_LEN(h->states);
+    num *record = history_extend(f, state + (change ? HISTORY_CHANGE_LEN : 0) + 1);
+    if (!record) return;
+    copy(record, f->memory, (int)state);
+    record += state;
+    if (change) {
+        unsigned char *before = (unsigned char *)record;
+        copy_bytes(before, &h->process, sizeof h->process);
+        copy_bytes(before + sizeof h->process, &h->fingerprint, sizeof h->fingerprint);
+        record += HISTORY_CHANGE_LEN;
+    }
+    const int mixed = h->process == p && h->fingerprint != p->fingerprint;
+    h->fingerprint = mixed ? process_mixed : p->fingerprint;
+    const num count = (num)h->records + 1; /* uint16_t may be unsigned int: no minus in it */
+    *record = change ? -count : count;
+    h->process = p;
+    h->records = 0;
+    h->steps++;
+    h->step = h->steps;
+}
+
+#define UPDATE_RECORD_LEN(n) ((size_t)(n) + SCALED_WORDS)
+#define ROW_RECORD_LEN(n) ((size_t)ROW_LEN(n) + 3 * SCALED_WORDS)
+
+typedef struct {
+    scaled r, e, s;
+} row_record;
+
+KQ_KERNEL row_record load_row_record(const num *record, int n)
+{
+    record += ROW_LEN(n);
+    return (row_record){load_scaled(record), load_scaled(record + SCALED_WORDS),
+                        load_scaled(record + 2 * SCALED_WORDS)};
+}
+
+KQ_COLD static void history_record_update(filter *f, const num *row, const scaled *exact,
+                                          scaled r, scaled e, scaled s)
+{
+    const int n = f->states;
+    num *record = history_extend(f, UPDATE_RECORD_LEN(n));
+    if (!record) return;
+    scaled variance = r, sigma = scaled_root(r);
+    for (int i = 0; i < n; i++) {
+        const scaled entry = row ? row_entry(row, n, i) : exact[i];
+        variance = scaled_plus(variance, scaled_times(entry, entry));
+        const scaled next = scaled_root(variance);
+        record[i] = rotation_word(entry, sigma, next);
+        sigma = next;
+    }
+    store_scaled(record + n, scaled_over(e, scaled_root(s)));
+    f->history->records++;
+}
+
+/* A measurement that was not taken: n rotations by nothing */
+KQ_COLD static void history_record_nothing(filter *f)
+{
+    num *record = history_extend(f, UPDATE_RECORD_LEN(f->states));
+    if (!record) return;
+    for (size_t i = 0; i < UPDATE_RECORD_LEN(f->states); i++) record[i] = 0;
+    f->history->records++;
+}
+
+/* ------------------------------------------------------------------ the object */
+
+static const recorder records_of_steps = {history_record_predict, history_record_update,
+                                          history_record_nothing};
+
+KQ_COLD static kq_status history_assign(history *h, int n, num *memory, size_t length)
+{
+    if (!h || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n)) return KQ_ERR_SIZE;
+    if (length < history_least_length(n)) return KQ_ERR_MEMORY;
+    *h = (history){.states = (uint8_t)n, .length = length, .memory = memory,
+                   .recorder = &records_of_steps};
+    return KQ_OK;
+}
+
+/*
+ * Is it the history of a filter?  What that filter has to say of it is not asked: a filter that
+ * was initialised again, or is gone, has not told its history.  So a history that has a filter goes
+ * to another one by kq_history_detach alone.
+ */
+static kq_status history_check_owner(const history *h, const filter *f)
+{
+    if (h->states != f->states) return KQ_ERR_MISMATCH;
+    return h->filter && h->filter != f ? KQ_ERR_RECORDING : KQ_OK;
+}
+
+/* h is empty, and records f from now on: they have been found to fit. */
+static void history_begin(history *h, filter *f)
+{
+    h->phase = HISTORY_RECORDING;
+    h->records = 0;
+    h->steps = 1;
+    h->step = 1;
+    h->used = 0;
+    h->events = 0;
+    h->process = 0;
+    h->filter = f;
+    h->recorder = &records_of_steps;
+    filter_set_history(f, h);
+}
+
+KQ_COLD static kq_status history_attach(history *h, filter *f)
+{
+    if (!h) return KQ_ERR_NULL;
+    kq_status status = filter_check(f);
+    if (status) return status;
+    if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
+    if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
+    status = history_check_owner(h, f);
+    if (status) return status;
+    history_begin(h, f);
+    return KQ_OK;
+}
+
+/* What has been smoothed stays to be read. */
+static kq_status history_detach(history *h)
+{
+    if (!h) return KQ_ERR_NULL;
+    if (h->filter && h->filter->history == h) filter_set_history(h->filter, 0);
+    h->filter = 0;
+    if (h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES) return KQ_OK;
+    h->phase = HISTORY_UNUSED;
+    h->steps = 0;
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ what is on the tape */
+
+/* Is the process at the tape's end what it was at all predicts in a row that it was recorded at? */
+KQ_KERNEL int history_knows_process(const history *h)
+{
+    return h->process->fingerprint == h->fingerprint;
+}
+
+/* Takes the predict record off the tape's end: the filtered mean and root, still in place.
+   `before` gets the process of the step before it, h the fingerprint that this had. */
+KQ_KERNEL num *history_pop_predict(history *h, const process **before, int n)
+{
+    num *end = history_tape(h, n) + h->used - 1;
+    const int change = *end < 0;
+    h->records = (uint16_t)((change ? -*end : *end) - 1);
+    *before = h->process;
+    size_t words = (size_t)FILTER_LEN(n) + 1;
+    if (change) {
+        const unsigned char *words_before = (const unsigned char *)(end - HISTORY_CHANGE_LEN);
+        copy_bytes(before, words_before, sizeof *before);
+        copy_bytes(&h->fingerprint, words_before + sizeof *before, sizeof h->fingerprint);
+        words += HISTORY_CHANGE_LEN;
+    }
+    h->used -= words;
+    return history_tape(h, n) + h->used;
+}
+
+/* Where smoothed step t is kept */
+KQ_KERNEL num *history_slot(const history *h, int n, size_t t)
+{
+    return h->memory + h->length - (h->steps - t) * (size_t)FILTER_LEN(n);
+}
+
+#endif

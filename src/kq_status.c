@@ -1,0 +1,2 @@
+/* The statuses in words. */
+#include "messages/status.h"

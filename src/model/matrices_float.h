@@ -1,0 +1,302 @@
+/*
+ * Models in floating point: process, sensor and prior checked, the roots of their noises made.
+ * (The q31 arithmetic has tables instead: tables_q31.h.)
+ */
+#ifndef KQ_SRC_MODEL_MATRICES_FLOAT_H
+#define KQ_SRC_MODEL_MATRICES_FLOAT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/process.h"
+#include "kalmanq/sensor.h"
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/triangle.h"
+#include "factor.h"
+#include "process.h"
+#include "sensor.h"
+#include "types.h"
+#include "units.h"
+
+/* Is P a covariance?  Entries finite, variances >= 0, P = P' up to 8 eps of sigma_i sigma_j. */
+KQ_COLD static kq_status covariance_check(const num *P, int n)
+{
+    if (!all_finite(P, n * n)) return KQ_ERR_NOT_FINITE;
+    for (int i = 0; i < n; i++) {
+        if (P[i * n + i] < 0) return KQ_ERR_NOT_SEMIDEFINITE;
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = i + 1; j < n; j++) {
+            const num scale = num_root(P[i * n + i]) * num_root(P[j * n + j]);
+            const num difference = num_magnitude(P[i * n + j] - P[j * n + i]);
+            if (difference > 8 * num_epsilon * scale) return KQ_ERR_NOT_SYMMETRIC;
+        }
+    }
+    return KQ_OK;
+}
+
+/* Of a process or a prior: no variance is beyond what predict holds (arithmetic/hold_float.h). */
+KQ_COLD static kq_status largest_variance_check(const num *P, int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (P[i * n + i] > num_most_sigma * num_most_sigma) return KQ_ERR_RANGE;
+    }
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status state_covariance_check(const num *P, int n)
+{
+    const kq_status status = covariance_check(P, n);
+    return status ? status : largest_variance_check(P, n);
+}
+
+/* The same of F F', F n x r; a square that is infinite is beyond it, too. */
+KQ_COLD static kq_status factor_check(const num *F, int n, int r)
+{
+    if (!all_finite(F, n * r)) return KQ_ERR_NOT_FINITE;
+    for (int i = 0; i < n; i++) {
+        if (!(dot(0, F + i * r, F + i * r, r) <= num_most_sigma * num_most_sigma))
+            return KQ_ERR_RANGE;
+    }
+    return KQ_OK;
+}
+
+/* A root: finite, its diagonal not negative, no sigma beyond what predict holds */
+KQ_COLD static kq_status root_check(const num *S, int n)
+{
+    if (!all_finite(S, KQ_TRIANGLE(n))) return KQ_ERR_NOT_FINITE;
+    for (int i = 0; i < n; i++) {
+        if (S[column(i) + i] < 0) return KQ_ERR_NOT_SEMIDEFINITE;
+        if (!(root_product(S, n, i, i) <= num_most_sigma * num_most_sigma)) return KQ_ERR_RANGE;
+    }
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ process */
+
+KQ_COLD static kq_status process_assign(process *p, int n, int l, num *memory, size_t length)
+{
+    if (!p || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || l < 0 || l > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    if (length < (size_t)KQ_PROCESS_LEN(n)) return KQ_ERR_MEMORY;
+    *p = (process){.states = (uint8_t)n,
+                   .controls = (uint8_t)l,
+                   .length = (uint16_t)KQ_PROCESS_LEN(n),
+                   .memory = memory};
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status process_check_model(const process *p, const num *A, const num *B)
+{
+    if (!p || !A) return KQ_ERR_NULL;
+    const int n = p->states, l = p->controls;
+    if (!size_is_valid(n) || l > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    if (!p->memory || p->length < (unsigned)KQ_PROCESS_LEN(n)) return KQ_ERR_MEMORY;
+    if (l && !B) return KQ_ERR_NULL;
+    if (!all_finite(A, n * n) || (l && !all_finite(B, n * l))) return KQ_ERR_NOT_FINITE;
+    return KQ_OK;
+}
+
+/* With the noise's root, which is in its memory.  A pivot of it is never 0: predict divides by what it
+   leads to. */
+KQ_COLD static void process_set_model(process *p, const num *A, const num *B)
+{
+    const int n = p->states;
+    for (int i = 0; i < n; i++) {
+        num *pivot = p->memory + column(i) + i;
+        if (*pivot < num_tiny_root) *pivot = num_tiny_root;
+    }
+    p->noise_root = p->memory;
+    p->control = p->controls ? B : 0;
+    process_set_transition(p, A);
+}
+
+KQ_COLD static kq_status process_init(process *p, const num *A, const num *B, const num *Q)
+{
+    kq_status status = process_check_model(p, A, B);
+    if (status) return status;
+    if (!Q) return KQ_ERR_NULL;
+    status = state_covariance_check(Q, p->states);
+    if (!status) status = root_or_refuse(p->memory, Q, p->states);
+    if (!status) process_set_model(p, A, B);
+    return status;
+}
+
+KQ_COLD static kq_status process_init_root(process *p, const num *A, const num *B, const num *G)
+{
+    kq_status status = process_check_model(p, A, B);
+    if (status) return status;
+    if (!G) return KQ_ERR_NULL;
+    status = root_check(G, p->states);
+    if (status) return status;
+    copy(p->memory, G, KQ_TRIANGLE(p->states));
+    process_set_model(p, A, B);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status process_init_factor(process *p, const num *A, const num *B, const num *F,
+                                             int r)
+{
+    num W[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    kq_status status = process_check_model(p, A, B);
+    if (status) return status;
+    if (r < 0 || r > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    if (r && !F) return KQ_ERR_NULL;
+    if (r) status = factor_check(F, p->states, r);
+    if (status) return status;
+    if (r) copy(W, F, p->states * r);
+    root_of_factor(p->memory, W, p->states, r);
+    process_set_model(p, A, B);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status process_change_transition(process *p, const num *A)
+{
+    const kq_status status = process_check(p);
+    if (status) return status;
+    if (!A) return KQ_ERR_NULL;
+    if (!all_finite(A, p->states * p->states)) return KQ_ERR_NOT_FINITE;
+    process_set_transition(p, A);
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ sensor */
+
+KQ_COLD static kq_status sensor_assign(sensor *s, int n, int m, num *memory, size_t length)
+{
+    if (!s || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
+    if (length < KQ_SENSOR_DIAGONAL_LEN((size_t)m)) return KQ_ERR_MEMORY;
+    const size_t most = KQ_SENSOR_LEN((size_t)m);
+    *s = (sensor){.states = (uint8_t)n,
+                  .components = (uint8_t)m,
+                  .length = (uint16_t)(length < most ? length : most),
+                  .memory = memory};
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status sensor_check_model(const sensor *s, const num *H, const num *R, int length)
+{
+    if (!s || !H || !R) return KQ_ERR_NULL;
+    if (!size_is_valid(s->states) || !size_is_valid(s->components)) return KQ_ERR_SIZE;
+    if (!s->memory || s->length < (unsigned)length) return KQ_ERR_MEMORY;
+    if (!all_finite(H, s->components * s->states)) return KQ_ERR_NOT_FINITE;
+    return KQ_OK;
+}
+
+/* A root of R into M and D; a variance is at least num_tiny. */
+KQ_COLD static void decorrelate_root(num *M, int m)
+{
+    for (int j = 0; j < m; j++) {
+        const num root = M[column(j) + j];
+        for (int i = 0; i < j && root > 0; i++) M[column(j) + i] /= root;
+        M[column(j) + j] = root * root > num_tiny ? root * root : num_tiny;
+    }
+    invert_unit(M, m);
+}
+
+/* A root of R into M and D.  R's variances are rounded to eps, and so is what the other components
+   leave of one: up to 8 m eps of it there is no noise. */
+KQ_COLD static void decorrelate(num *M, int m)
+{
+    drop_pivots(M, m, num_root((num)(8 * m) * num_epsilon));
+    decorrelate_root(M, m);
+}
+
+KQ_COLD static int is_diagonal(const num *R, int m)
+{
+    for (int i = 0; i < m; i++) {
+        for (int j = 0; j < m; j++) {
+            if (i != j && R[i * m + j] != 0) return 0;
+        }
+    }
+    return 1;
+}
+
+/* variances: m of them, `stride` apart */
+KQ_COLD static void sensor_set_diagonal(sensor *s, const sensor_kind *kind, const num *H,
+                                        const num *variances, int stride)
+{
+    for (int c = 0; c < s->components; c++) {
+        const num r = variances[c * stride];
+        s->memory[c] = r > num_tiny ? r : num_tiny;
+    }
+    s->noise = s->memory;
+    sensor_set_measurement(s, H);
+    s->covariance = 0;
+    s->kind = kind;
+    sensor_set_plain(s);
+}
+
+/* Its memory has R decorrelated, M and D. */
+KQ_COLD static void sensor_set_correlated(sensor *s, const num *H, const num *R)
+{
+    s->noise = s->memory;
+    sensor_set_measurement(s, H);
+    s->covariance = R;
+    s->kind = &T(kq_sensor_correlated);
+    sensor_set_plain(s);
+}
+
+KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const sensor_kind *kind, const num *H,
+                                              const num *r)
+{
+    const kq_status status = sensor_check_model(s, H, r, s ? s->components : 0);
+    if (status) return status;
+    if (!all_finite(r, s->components)) return KQ_ERR_NOT_FINITE;
+    for (int c = 0; c < s->components; c++) {
+        if (r[c] < 0) return KQ_ERR_NOT_SEMIDEFINITE;
+    }
+    sensor_set_diagonal(s, kind, H, r, 1);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status sensor_init(sensor *s, const num *H, const num *R)
+{
+    const int m = s ? s->components : 0;
+    kq_status status = sensor_check_model(s, H, R, KQ_SENSOR_LEN(m));
+    if (status) return status;
+    status = covariance_check(R, m);
+    if (status) return status;
+    if (is_diagonal(R, m)) {
+        sensor_set_diagonal(s, &T(kq_sensor_independent), H, R, m + 1);
+        return KQ_OK;
+    }
+    status = root_or_refuse(s->memory, R, m);
+    if (status) return status;
+    decorrelate(s->memory, m);
+    sensor_set_correlated(s, H, R);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status sensor_change_measurement(sensor *s, const num *H)
+{
+    const kq_status status = sensor_check(s);
+    if (status) return status;
+    if (!H) return KQ_ERR_NULL;
+    if (!all_finite(H, s->components * s->states)) return KQ_ERR_NOT_FINITE;
+    sensor_set_measurement(s, H);
+    return KQ_OK;
+}
+
+/* R_jc */
+KQ_COLD static num noise_covariance(const sensor *s, int j, int c)
+{
+    if (s->covariance) return s->covariance[j * s->components + c];
+    return j == c ? s->noise[c] : 0;
+}
+
+/* That of the components present, made anew */
+KQ_COLD static void noise_of_present(num *noise, const sensor *s, uint32_t present)
+{
+    root_of_covariance(noise, s->covariance, s->components, present);
+    decorrelate(noise, s->components);
+}
+
+#endif

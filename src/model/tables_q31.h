@@ -1,0 +1,296 @@
+/*
+ * Models in fixed point: process, sensor and prior as const tables, checked once, so that no
+ * table, however corrupted, can lead to an overflow or to a loop that does not end.
+ * (In floating point models are made from matrices: matrices_float.h.)
+ */
+#ifndef KQ_SRC_MODEL_TABLES_Q31_H
+#define KQ_SRC_MODEL_TABLES_Q31_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/process.h"
+#include "kalmanq/sensor.h"
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/fixed.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../arithmetic/triangle.h"
+#include "process.h"
+#include "sensor.h"
+#include "types.h"
+
+/* ------------------------------------------------------------------ checks of the parts */
+
+KQ_COLD static kq_status formats_check(const kq_format_q31 *format, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const int32_t fraction = format[i].fraction;
+        if (fraction < KQ_FRACTION_MIN_Q31 || fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_TABLE;
+        if (format[i].range < 1) return KQ_ERR_TABLE;
+    }
+    return KQ_OK;
+}
+
+/* Coefficients are normalised, or 0: what is smaller would lose bits of the mean. */
+KQ_COLD static kq_status coefficients_check(const scaled *a, int count)
+{
+    const int32_t most = KQ_EXPONENT_MAX_Q31;
+    for (int k = 0; k < count; k++) {
+        const uint32_t size = magnitude(a[k].mantissa);
+        if (size > INT32_MAX || (size && size < UINT32_C(1) << 30)) return KQ_ERR_COEFFICIENT;
+        if (size == 0 && a[k].exponent != 0) return KQ_ERR_COEFFICIENT;
+        if (a[k].exponent > most || a[k].exponent < -most) return KQ_ERR_COEFFICIENT;
+    }
+    return KQ_OK;
+}
+
+/* A sum of magnitudes in units of 2^-20, rounded up and held at 2^60 */
+KQ_COLD static int64_t add_magnitude(int64_t total, scaled a)
+{
+    const int32_t shift = a.exponent + 20;
+    const int64_t size = magnitude(a.mantissa);
+    int64_t part = INT64_C(1) << 59;
+    if (size == 0) part = 0;
+    else if (shift <= 0) part = shift < -31 ? 1 : (size + (INT64_C(1) << -shift) - 1) >> -shift;
+    else if (shift <= 28) part = raise_wide(size, (int)shift, 59);
+    return total + part > INT64_C(1) << 60 ? INT64_C(1) << 60 : total + part;
+}
+
+/*
+ * A full word of every x_k must leave row i's sum of products within 16 words (mean_q31.h).  If it
+ * does not, component i needs more integer bits: one halves the coefficients of the others, but
+ * not that of the component itself.
+ */
+KQ_COLD static kq_status gain_check(int64_t own, int64_t others, kq_quantity quantity, int i,
+                            kq_misfit_q31 *misfit)
+{
+    const int64_t most = INT64_C(16) << 20;
+    int32_t bits = 0;
+    if (own > most) return KQ_ERR_COEFFICIENT;
+    for (; own + others > most; others >>= 1) bits++;
+    if (bits == 0) return KQ_OK;
+    if (misfit) *misfit = (kq_misfit_q31){.quantity = quantity, .component = i, .bits = bits};
+    return KQ_ERR_RANGE;
+}
+
+/* Row norms within 2^30, exponents within their limits, pivots >= 0 */
+KQ_COLD static kq_status root_check(const num *S, int n)
+{
+    for (int i = 0; i < n; i++) {
+        const int32_t exponent = exponents_of(S, n)[i];
+        uint64_t square = 0; /* in units of 16: <= 16 2^56 */
+        for (int j = i; j < n; j++) {
+            const uint32_t size = magnitude(S[column(j) + i]);
+            if (size > UINT32_C(1) << 30) return KQ_ERR_TABLE;
+            square += ((uint64_t)size * size + 15) >> 4;
+        }
+        const int32_t least = square ? -KQ_EXPONENT_MAX_Q31 : lowest_exponent;
+        if (square > UINT64_C(1) << 56 || S[column(i) + i] < 0) return KQ_ERR_TABLE;
+        if (exponent > KQ_EXPONENT_MAX_Q31 || exponent < least) return KQ_ERR_TABLE;
+    }
+    return KQ_OK;
+}
+
+/* What was found of a table that is taken */
+static void say_all_fit(kq_misfit_q31 *misfit)
+{
+    if (misfit) *misfit = (kq_misfit_q31){.quantity = KQ_ALL_FIT};
+}
+
+/* ------------------------------------------------------------------ process */
+
+KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int n, int l,
+                                  kq_misfit_q31 *misfit)
+{
+    kq_status status = coefficients_check(A, n * n);
+    if (!status && l) status = coefficients_check(B, n * l);
+    for (int i = 0; i < n && !status; i++) {
+        const int64_t own = add_magnitude(0, A[i * n + i]);
+        int64_t others = 0;
+        for (int k = 0; k < n; k++) {
+            if (k != i) others = add_magnitude(others, A[i * n + k]);
+        }
+        for (int k = 0; k < l; k++) others = add_magnitude(others, B[i * l + k]);
+        status = gain_check(own, others, KQ_STATE, i, misfit);
+    }
+    return status;
+}
+
+KQ_COLD static kq_status process_init(process *p, const kq_process_table_q31 *table,
+                                      kq_misfit_q31 *misfit)
+{
+    if (!p || !table) return KQ_ERR_NULL;
+    if (table->states < 1 || table->states > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    if (table->controls < 0 || table->controls > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    const int n = (int)table->states, l = (int)table->controls;
+    if (!table->state_format || !table->transition || !table->noise_root) return KQ_ERR_NULL;
+    if (l && (!table->control_format || !table->control)) return KQ_ERR_NULL;
+    kq_status status = formats_check(table->state_format, n);
+    if (!status) status = formats_check(table->control_format, l);
+    if (!status) status = root_check(table->noise_root, n);
+    if (!status) status = transition_check(table->transition, table->control, n, l, misfit);
+    if (status) return status;
+    *p = (process){.states = (uint8_t)n,
+                   .controls = (uint8_t)l,
+                   .state_format = table->state_format,
+                   .control_format = table->control_format,
+                   .control = l ? table->control : 0,
+                   .noise_root = table->noise_root};
+    process_set_transition(p, table->transition);
+    say_all_fit(misfit);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status process_change_transition(process *p, const scaled *A)
+{
+    kq_status status = process_check(p);
+    if (status) return status;
+    if (!A) return KQ_ERR_NULL;
+    status = transition_check(A, p->control, p->states, p->controls, 0);
+    if (status) return status;
+    process_set_transition(p, A);
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ sensor */
+
+KQ_COLD static kq_status measurement_check(const scaled *H, int m, int n, kq_misfit_q31 *misfit)
+{
+    kq_status status = coefficients_check(H, m * n);
+    for (int c = 0; c < m && !status; c++) {
+        int64_t total = 0;
+        for (int k = 0; k < n; k++) total = add_magnitude(total, H[c * n + k]);
+        status = gain_check(0, total, KQ_MEASUREMENT, c, misfit);
+    }
+    return status;
+}
+
+/* Coefficients, and variances >= 0 */
+KQ_COLD static kq_status noise_check(const scaled *noise, int m, int correlated)
+{
+    const kq_status status = coefficients_check(noise, correlated ? KQ_TRIANGLE(m) : m);
+    for (int c = 0; c < m && !status; c++) {
+        if (noise[correlated ? column(c) + c : c].mantissa < 0) return KQ_ERR_TABLE;
+    }
+    return status;
+}
+
+KQ_COLD static kq_status sensor_init_table(sensor *s, const kq_sensor_table_q31 *table,
+                                           const sensor_kind *kind, kq_misfit_q31 *misfit)
+{
+    if (!s || !table) return KQ_ERR_NULL;
+    if (table->states < 1 || table->states > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    if (table->components < 1 || table->components > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    const int n = (int)table->states, m = (int)table->components;
+    if (!table->state_format || !table->measurement_format) return KQ_ERR_NULL;
+    if (!table->measurement || !table->noise) return KQ_ERR_NULL;
+    if (table->correlated != 0 && table->correlated != 1) return KQ_ERR_TABLE;
+    kq_status status = formats_check(table->state_format, n);
+    if (!status) status = formats_check(table->measurement_format, m);
+    if (!status) status = noise_check(table->noise, m, table->correlated == 1);
+    if (!status) status = measurement_check(table->measurement, m, n, misfit);
+    if (status) return status;
+    *s = (sensor){.states = (uint8_t)n,
+                  .components = (uint8_t)m,
+                  .correlated = (uint8_t)table->correlated,
+                  .state_format = table->state_format,
+                  .measurement_format = table->measurement_format,
+                  .noise = table->noise,
+                  .kind = kind};
+    sensor_set_measurement(s, table->measurement);
+    sensor_set_plain(s);
+    say_all_fit(misfit);
+    return KQ_OK;
+}
+
+KQ_COLD static kq_status sensor_init(sensor *s, const kq_sensor_table_q31 *table,
+                                     kq_misfit_q31 *misfit)
+{
+    const sensor_kind *kind =
+        table && table->correlated ? &T(kq_sensor_correlated) : &T(kq_sensor_independent);
+    return sensor_init_table(s, table, kind, misfit);
+}
+
+KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const kq_sensor_table_q31 *table,
+                                              const sensor_kind *kind, kq_misfit_q31 *misfit)
+{
+    if (!s || !table) return KQ_ERR_NULL;
+    return table->correlated ? KQ_ERR_TABLE : sensor_init_table(s, table, kind, misfit);
+}
+
+KQ_COLD static kq_status sensor_change_measurement(sensor *s, const scaled *H)
+{
+    kq_status status = sensor_check(s);
+    if (status) return status;
+    if (!H) return KQ_ERR_NULL;
+    status = measurement_check(H, s->components, s->states, 0);
+    if (status) return status;
+    sensor_set_measurement(s, H);
+    return KQ_OK;
+}
+
+/* R_jc = sum over k of U_jk D_k U_ck */
+KQ_COLD static scaled noise_covariance(const sensor *s, int j, int c)
+{
+    static const scaled zero;
+    if (!s->correlated) return j == c ? s->noise[c] : zero;
+    scaled total = zero;
+    for (int k = j > c ? j : c; k < s->components; k++) {
+        scaled part = s->noise[column(k) + k];
+        if (j < k) part = scaled_times(part, s->noise[column(k) + j]);
+        if (c < k) part = scaled_times(part, s->noise[column(k) + c]);
+        total = scaled_plus(total, part);
+    }
+    return total;
+}
+
+/*
+ * U D U' + d v v' for the first `count` components, U and D in place, v is used up (Agee and
+ * Turner): nothing is subtracted from D.
+ */
+KQ_COLD static void noise_add(scaled *U, scaled d, scaled *v, int count)
+{
+    for (int j = count - 1; j >= 0 && !scaled_is_zero(d); j--) {
+        const scaled old = U[column(j) + j], along = scaled_times(d, v[j]);
+        const scaled now = scaled_plus(old, scaled_times(along, v[j]));
+        if (scaled_is_zero(now)) continue;
+        const scaled share = scaled_over(along, now);
+        for (int i = 0; i < j; i++) {
+            scaled *u = U + column(j) + i;
+            v[i] = scaled_minus(v[i], scaled_times(v[j], *u));
+            *u = scaled_plus(*u, scaled_times(share, v[i]));
+        }
+        d = scaled_times(d, scaled_over(old, now));
+        U[column(j) + j] = now;
+    }
+}
+
+/*
+ * The decorrelation M = U^-1 and D of the components present.  A component that is missing is taken
+ * out of R = U D U': its column is a part of the others' covariance and is added to them.
+ */
+KQ_COLD static void noise_of_present(scaled *noise, const sensor *s, uint32_t present)
+{
+    static const scaled zero;
+    const int m = s->components;
+    scaled v[KQ_SIZE_MAX];
+    for (int k = 0; k < KQ_TRIANGLE(m); k++) noise[k] = s->noise[k];
+    for (int c = 0; c < m; c++) {
+        if (present >> c & 1) continue;
+        for (int i = 0; i < c; i++) {
+            v[i] = noise[column(c) + i];
+            noise[column(c) + i] = zero;
+        }
+        noise_add(noise, noise[column(c) + c], v, c);
+        for (int j = c + 1; j < m; j++) noise[column(j) + c] = zero;
+    }
+    invert_unit(noise, m);
+}
+
+#endif

@@ -1,0 +1,103 @@
+/* Do an object, the numbers given with it and a filter fit together?  In floating point. */
+#ifndef KQ_SRC_MODEL_UNITS_FLOAT_H
+#define KQ_SRC_MODEL_UNITS_FLOAT_H
+
+#include <stdint.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "types.h"
+
+static int all_finite(const num *a, int count)
+{
+    for (int k = 0; k < count; k++) {
+        if (!num_is_finite(a[k])) return 0;
+    }
+    return 1;
+}
+
+static int process_fits(const process *p, const filter *f) { return p->states == f->states; }
+
+static int processes_agree(const process *p, const process *recorded)
+{
+    (void)p, (void)recorded;
+    return 1;
+}
+
+KQ_KERNEL kq_status controls_check(const process *p, const num *u, int l)
+{
+    (void)p;
+    KQ_UNROLL
+    for (int k = 0; k < l; k++) {
+        if (!num_is_finite(u[k])) return KQ_ERR_NOT_FINITE;
+    }
+    return KQ_OK;
+}
+
+static kq_status process_check_controls(const process *p, const num *u)
+{
+    return controls_check(p, u, p->controls);
+}
+
+static int sensor_is_correlated(const sensor *s) { return s->covariance != 0; }
+
+static int sensor_fits(const sensor *s, const filter *f) { return s->states == f->states; }
+
+/* z of m components, of which `present` are read */
+KQ_KERNEL kq_status sensor_check_values(const sensor *s, const num *z, int m, uint32_t present)
+{
+    (void)s;
+    KQ_UNROLL
+    for (int c = 0; c < m; c++) {
+        if (present >> c & 1 && !num_is_finite(z[c])) return KQ_ERR_NOT_FINITE;
+    }
+    return KQ_OK;
+}
+
+/* The same, a finite z of huge sum counting as not finite */
+KQ_KERNEL int sensor_check_together(const sensor *s, const num *z, int m)
+{
+    num total = 0;
+    (void)s;
+    KQ_UNROLL
+    for (int c = 0; c < m; c++) total = c ? total + z[c] : z[c];
+    return !num_is_finite(total);
+}
+
+/* Do two objects of the same number of states have the same units?  They always do. */
+KQ_KERNEL int process_is_of(const process *p, const filter *f)
+{
+    (void)p, (void)f;
+    return 1;
+}
+
+KQ_KERNEL int sensor_is_of(const sensor *s, const filter *f)
+{
+    (void)s, (void)f;
+    return 1;
+}
+
+/* Is the sensor's noise as it stands not that of the components present? */
+KQ_INLINE int noise_is_of_others(const sensor *s, uint32_t present)
+{
+    const uint32_t all = (UINT32_C(1) << s->components) - 1;
+    return s->covariance && (present & all) != all;
+}
+
+/* A variance in the unit of component c, squared */
+static num physical_variance(const sensor *s, int c, num variance)
+{
+    (void)s, (void)c;
+    return variance;
+}
+
+/* What 1 in the unit of state i is here */
+static num physical_unit(const filter *f, int i)
+{
+    (void)f, (void)i;
+    return 1;
+}
+
+#endif

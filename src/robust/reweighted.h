@@ -1,0 +1,109 @@
+/* The smoother with a process noise that is scaled step by step. */
+#ifndef KQ_SRC_ROBUST_REWEIGHTED_H
+#define KQ_SRC_ROBUST_REWEIGHTED_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/coordinates.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/advance.h"
+#include "../model/process.h"
+#include "../model/types.h"
+#include "../model/units.h"
+#include "../filter/tape.h"
+#include "../smoother/smoother.h"
+#include "../smoother/whitened.h"
+#include "parameters.h"
+#include "student_step.h"
+
+/* Does coordinate k of the noise move the state? */
+static int noise_is_live(const process *p, int k)
+{
+    for (int i = 0; i <= k; i++) {
+        const scaled entry = scaled_normal(root_entry(p->noise_root, p->states, i, k));
+        if (scaled_is_less(num_tiny, scaled_times(entry, entry))) return 1;
+    }
+    return 0;
+}
+
+/* E[eta'eta | T] of the step that is being undone, eta in units of m's G; `rank` gets the number of
+   its coordinates that move the state, which alone are counted */
+static scaled noise_square(const process *m, const process *source, const workspace *v, int *rank)
+{
+    static const scaled zero;
+    const int n = m->states;
+    scaled total = zero;
+    *rank = 0;
+    for (int k = 0; k < n; k++) {
+        if (!noise_is_live(source, k)) continue;
+        num *theta = v->M; /* one row after the other in the place of the first */
+        theta_noise_row(theta, m, v, k);
+        const scaled mean = coordinate_scaled(row_times_root(theta, v->T, v->a, n, n));
+        total = scaled_plus(total, scaled_times(mean, mean));
+        total = scaled_plus(total, row_product(theta, theta, 2 * n));
+        ++*rank;
+    }
+    return total;
+}
+
+/* smooth_back by m, the source scaled by q; answers the q that the smoothed noise asks for. */
+static scaled smooth_back_reweighted(history *h, const process *m, const process *source, scaled nu,
+                                     scaled q)
+{
+    const process *before;
+    const int n = h->states;
+    int rank;
+    const workspace v = workspace_at(h->memory, n);
+    num *state = history_pop_predict(h, &before, n);
+    h->process = before;
+    predict_root(v.predicted, state + MEAN_PLANES * n, m, v.W, v.pq);
+    const scaled square = scaled_times(q, noise_square(m, source, &v, &rank));
+    history_note(h, theta_times_root(m, &v, n, SHAPE_AS_FOUND));
+    take_coordinates(&v, n);
+    history_note(h, smoothed_state(state, v.a, v.T, n));
+    keep_state(h, state, n);
+    h->step--;
+    undo_updates(h, n, 0);
+    return scaled_over(scaled_plus(nu, square), scaled_plus(nu, scaled_of_count(rank)));
+}
+
+static kq_status smooth_reweighted_check(const history *h, const process *target,
+                                         const process *source, num *root, scaled nu,
+                                         const scaled *q)
+{
+    kq_status status = smooth_check(h, 0);
+    if (!status) status = process_check(source);
+    if (!status) status = parameter_check(nu);
+    if (status) return status;
+    if (!target || !q) return KQ_ERR_NULL;
+    if (source->states != h->states || !processes_agree(source, h->process)) {
+        return KQ_ERR_MISMATCH;
+    }
+    for (uint32_t t = 0; t + 1 < h->steps && !status; t++) {
+        status = process_scale_check(target, source, q[t], root);
+    }
+    return status;
+}
+
+/* q[t]: of the predict from step t to t + 1 */
+static kq_status smooth_reweighted(history *h, process *target, const process *source, num *root,
+                                   scaled nu, scaled *q)
+{
+    const kq_status status = smooth_reweighted_check(h, target, source, root, nu, q);
+    if (status) return status;
+    smooth_one(h, 0, 0, HISTORY_SMOOTHING);
+    while (h->step > 0) {
+        scaled *now = q + (h->step - 1);
+        set_scaled_noise(target, source, root, scaled_root(*now)); /* has been checked */
+        *now = smooth_back_reweighted(h, target, source, nu, *now);
+    }
+    return KQ_OK;
+}
+
+#endif

@@ -1,0 +1,252 @@
+/*
+ * The fixed-lag smoother.
+ *
+ * A ring of slots holds, of each of the last L steps, the filtered state and the map of its
+ * coordinates from those of the step after it (map.h).  A slot's AGE is how many
+ * steps ago its step was; the youngest, of age 1, is still open: it takes the updates since.
+ *
+ * So that L does not count, maps are composed beforehand, at most two a predict.  Slots make
+ * blocks of h = (L + 1) / 2.  Of the block that is being filled there is one map of all its closed
+ * slots, the HEAD.  Of the block before there is one map of all of it, the MIDDLE, while its
+ * slots become, one a predict and the youngest first, maps of all of the block from there on.  In
+ * the block before that they all are.  So it takes at most four maps from the newest coordinates to
+ * a slot of age L, and no more than h + 1 to any other.
+ */
+#ifndef KQ_SRC_SMOOTHER_LAG_H
+#define KQ_SRC_SMOOTHER_LAG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/lag.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/root.h"
+#include "../model/process.h"
+#include "../model/types.h"
+#include "../filter/checks.h"
+#include "../filter/filter.h"
+#include "../filter/tape.h"
+#include "estimate.h"
+#include "map.h"
+#include "on_line.h"
+#include "whitened.h"
+
+typedef T(kq_lag) lag_smoother;
+
+/* ------------------------------------------------------------------ the ring */
+
+KQ_KERNEL backward_map lag_head(const lag_smoother *lag, int n)
+{
+    return map_at(lag->tape.memory + lag->tape.length + LAG_COLUMNS_LEN(n), n);
+}
+
+KQ_KERNEL backward_map lag_middle(const lag_smoother *lag, int n)
+{
+    return map_at(lag_head(lag, n).columns + MAP_LEN(n), n);
+}
+
+/* The filtered state of the slot of an age, 1 .. L; its map is behind it */
+KQ_KERNEL num *lag_slot(const lag_smoother *lag, uint32_t age, int n)
+{
+    const uint32_t place = (lag->next >= age ? lag->next : lag->next + lag->most) - age;
+    const size_t slot_length = (size_t)(FILTER_LEN(n) + MAP_LEN(n));
+    return lag_middle(lag, n).columns + MAP_LEN(n) + place * slot_length;
+}
+
+KQ_KERNEL backward_map lag_map(const lag_smoother *lag, uint32_t age, int n)
+{
+    return map_at(lag_slot(lag, age, n) + FILTER_LEN(n), n);
+}
+
+/* The youngest slot's step is over.  Answers the events. */
+KQ_KERNEL unsigned lag_close(lag_smoother *lag, const workspace *v, int n)
+{
+    unsigned events = 0;
+    const backward_map youngest = lag_map(lag, 1, n), head = lag_head(lag, n);
+    map_take_tape(youngest, &lag->tape, n);
+    if (lag->head == 1) copy(head.columns, youngest.columns, MAP_LEN(n));
+    else events = map_compose(head, youngest, v, n);
+    if (lag->head == lag->block) {
+        copy(lag_middle(lag, n).columns, head.columns, MAP_LEN(n));
+        lag->head = 0;
+        lag->joined = 1;
+    } else if (lag->joined && lag->joined < lag->head + lag->block &&
+               lag->joined + 2 <= lag->most) { /* the next slot will be of use */
+        const backward_map older = lag_map(lag, lag->joined + 1, n);
+        events |= map_compose(older, lag_map(lag, lag->joined, n), v, n);
+        lag->joined++;
+    }
+    return events;
+}
+
+/* A slot for the step that is being left; it takes the place of one that is too old. */
+KQ_KERNEL backward_map lag_open(lag_smoother *lag, const filter *f, int n)
+{
+    if (lag->steps < lag->most) lag->steps++;
+    lag->next = lag->next + 1 < lag->most ? lag->next + 1 : 0;
+    lag->head++;
+    if (lag->joined) lag->joined++;
+    copy(lag_slot(lag, 1, n), f->memory, FILTER_LEN(n));
+    return lag_map(lag, 1, n);
+}
+
+KQ_KERNEL void lag_move_of(lag_smoother *lag, const process *p, const num *u, int n)
+{
+    filter *f = lag->tape.filter;
+    const workspace v = workspace_at(lag->tape.memory, n);
+    if (lag->steps) filter_note(f, lag_close(lag, &v, n));
+    lag->tape.used = 0;
+    lag->tape.records = 0;
+    predict_by_map(f, p, u, lag->most ? lag_open(lag, f, n) : lag_head(lag, n), &v, n);
+}
+
+KQ_NOINLINE static void lag_move_1(lag_smoother *lag, const process *p, const num *u)
+{
+    lag_move_of(lag, p, u, 1);
+}
+
+KQ_NOINLINE static void lag_move_2(lag_smoother *lag, const process *p, const num *u)
+{
+    lag_move_of(lag, p, u, 2);
+}
+
+KQ_NOINLINE static void lag_move_3(lag_smoother *lag, const process *p, const num *u)
+{
+    lag_move_of(lag, p, u, 3);
+}
+
+static kq_status lag_predict(lag_smoother *lag, const process *p, const num *u)
+{
+    if (!lag) return KQ_ERR_NULL;
+    kq_status status = on_line_check(&lag->tape);
+    if (status) return status;
+    const int n = lag->tape.states;
+    status = predict_check(lag->tape.filter, p, u);
+    if (status) return status;
+    if (n > KQ_STATES_APART) lag_move_of(lag, p, u, n);
+    else if (n == 1) lag_move_1(lag, p, u);
+    else if (n == 2) lag_move_2(lag, p, u);
+    else lag_move_3(lag, p, u);
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ the estimate of age k */
+
+/* From the newest coordinates, which are those of the open slot's map, to the slot of age k.
+   Answers the events. */
+KQ_KERNEL unsigned lag_walk(const lag_smoother *lag, estimate *now, uint32_t k, int n)
+{
+    unsigned events = 0;
+    const workspace v = workspace_at(lag->tape.memory, n);
+    const uint32_t middle_end = lag->head + lag->block;
+    uint32_t age = 1;
+    if (lag->head > 1 && k >= lag->head) {
+        events = estimate_map(now, lag_head(lag, n), &v, n);
+        age = lag->head;
+    }
+    if (k >= middle_end) {
+        events |= estimate_map(now, lag_middle(lag, n), &v, n);
+        if (k > middle_end) events |= estimate_map(now, lag_map(lag, k, n), &v, n);
+        return events;
+    }
+    if (k > lag->head) {
+        age = k < lag->joined ? k : lag->joined;
+        events |= estimate_map(now, lag_map(lag, age, n), &v, n);
+    }
+    while (age < k) events |= estimate_map(now, lag_map(lag, ++age, n), &v, n);
+    return events;
+}
+
+KQ_KERNEL int lag_estimate_of(lag_smoother *lag, uint32_t k, int states_only, int n)
+{
+    estimate now = answer_of(&lag->tape, 0, n);
+    if (k == 0) {
+        estimate_filtered(&now, lag->tape.filter->memory, states_only, n);
+        return now.count;
+    }
+    const backward_map newest = lag_map(lag, 1, n);
+    map_take_tape(newest, &lag->tape, n);
+    estimate_begin(&now, newest, states_only, n);
+    const unsigned walked = lag_walk(lag, &now, k, n);
+    filter_note(lag->tape.filter, walked | estimate_end(&now, lag_slot(lag, k, n), n));
+    return now.count;
+}
+
+KQ_NOINLINE static int lag_estimate_1(lag_smoother *lag, uint32_t k, int states_only)
+{
+    return lag_estimate_of(lag, k, states_only, 1);
+}
+
+KQ_NOINLINE static int lag_estimate_2(lag_smoother *lag, uint32_t k, int states_only)
+{
+    return lag_estimate_of(lag, k, states_only, 2);
+}
+
+KQ_NOINLINE static int lag_estimate_3(lag_smoother *lag, uint32_t k, int states_only)
+{
+    return lag_estimate_of(lag, k, states_only, 3);
+}
+
+static int lag_estimate(lag_smoother *lag, uint32_t k, int states_only)
+{
+    const int n = lag->tape.states;
+    if (n > KQ_STATES_APART) return lag_estimate_of(lag, k, states_only, n);
+    if (n == 1) return lag_estimate_1(lag, k, states_only);
+    return n == 2 ? lag_estimate_2(lag, k, states_only) : lag_estimate_3(lag, k, states_only);
+}
+
+static kq_status lag_smooth(lag_smoother *lag, int k, int states_only)
+{
+    if (!lag) return KQ_ERR_NULL;
+    const kq_status status = on_line_check(&lag->tape);
+    if (status) return status;
+    if (k < 0 || (uint32_t)k > lag->steps) return KQ_ERR_SIZE;
+    lag->columns = (uint8_t)lag_estimate(lag, (uint32_t)k, states_only);
+    lag->smoothed = 1;
+    return KQ_OK;
+}
+
+/* ------------------------------------------------------------------ the object */
+
+static kq_status lag_assign(lag_smoother *lag, int n, int m, int most, num *memory, size_t length)
+{
+    if (!lag || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || m < 1 || most < 0) return KQ_ERR_SIZE;
+    if (length < LAG_LEN(n, m, most)) return KQ_ERR_MEMORY;
+    *lag = (lag_smoother){
+        .tape = {.states = (uint8_t)n, .length = (size_t)ON_LINE_LEN(n, m), .memory = memory},
+        .most = (uint32_t)most};
+    return KQ_OK;
+}
+
+static kq_status lag_attach(lag_smoother *lag, filter *f)
+{
+    if (!lag) return KQ_ERR_NULL;
+    const kq_status status = on_line_attach(&lag->tape, f);
+    if (status) return status;
+    lag->block = (lag->most + 1) / 2;
+    lag->steps = 0;
+    lag->next = 0;
+    lag->head = 0;
+    lag->joined = 0;
+    lag->smoothed = 0;
+    lag->columns = 0;
+    return KQ_OK;
+}
+
+static kq_status lag_detach(lag_smoother *lag)
+{
+    return lag ? history_detach(&lag->tape) : KQ_ERR_NULL;
+}
+
+static int lag_steps(const lag_smoother *lag)
+{
+    return lag && !on_line_check(&lag->tape) ? (int)lag->steps : -1;
+}
+
+static int lag_is_smoothed(const lag_smoother *lag) { return lag && lag->smoothed; }
+
+#endif

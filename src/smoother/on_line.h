@@ -1,0 +1,103 @@
+#ifndef KQ_SRC_SMOOTHER_ON_LINE_H
+#define KQ_SRC_SMOOTHER_ON_LINE_H
+
+#include <stddef.h>
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/coordinates.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/types.h"
+#include "../filter/tape.h"
+#include "estimate.h"
+#include "whitened.h"
+
+/* Of what both smoothers on line have: the tape of the current step, behind it what they answer */
+KQ_KERNEL num *answer_state(const history *h, int n)
+{
+    return h->memory + h->length - FILTER_LEN(n);
+}
+
+/* The update as it is, its rotations to be made later: the row, then r, e and s */
+static void history_record_row(filter *f, const num *row, const scaled *exact, scaled r,
+                               scaled e, scaled s)
+{
+    num *record = history_extend(f, ROW_RECORD_LEN(f->states));
+    if (!record) return;
+    if (row) copy(record, row, ROW_LEN(f->states));
+    else row_fitted(record, exact, f->states);
+    record += ROW_LEN(f->states);
+    store_scaled(record, r);
+    store_scaled(record + SCALED_WORDS, e);
+    store_scaled(record + 2 * SCALED_WORDS, s);
+    f->history->records++;
+}
+
+/* A measurement that was not taken moves no coordinate. */
+static void history_record_no_row(filter *f) { (void)f; }
+
+static const recorder records_of_rows = {history_record_predict, history_record_row,
+                                         history_record_no_row};
+
+/* Records updates, for map_take_tape */
+static kq_status on_line_attach(history *h, filter *f)
+{
+    const kq_status status = history_attach(h, f);
+    if (status) return status;
+    h->phase = HISTORY_ROWS;
+    h->recorder = &records_of_rows;
+    return KQ_OK;
+}
+
+/* Is it attached, with nothing recorded that it could not hold and no predict but its own? */
+static kq_status on_line_check(const history *h)
+{
+    if (!h->filter || h->filter->history != h) return KQ_ERR_HISTORY_EMPTY;
+    return h->phase == HISTORY_ROWS && h->steps == 1 ? KQ_OK : KQ_ERR_HISTORY_FULL;
+}
+
+KQ_KERNEL estimate answer_of(const history *h, int count, int n)
+{
+    const workspace v = workspace_at(h->memory, n);
+    return (estimate){.state = answer_state(h, n),
+                      .columns = h->memory + h->length,
+                      .next = v.a,
+                      .after = v.spare,
+                      .count = count};
+}
+
+/* What can be read of an answer; `count` columns, 0 where there is the mean alone */
+static num answer_mean(const history *h, int i)
+{
+    if (i < 0 || i >= h->states) return num_nan();
+    return mean_get(answer_state(h, h->states), h->states, i);
+}
+
+static num answer_mean_low(const history *h, int i)
+{
+    if (i < 0 || i >= h->states) return num_nan();
+    return mean_low(answer_state(h, h->states), h->states, i);
+}
+
+static num answer_sigma(const history *h, int count, int i)
+{
+    if (count == 0 || i < 0 || i >= h->states) return num_nan();
+    const estimate now = answer_of(h, count, h->states);
+    return word_of(scaled_root(estimate_product(&now, h->states, i, i)));
+}
+
+static kq_status answer_covariance(const history *h, int count, scaled *P)
+{
+    if (!P) return KQ_ERR_NULL;
+    if (count == 0) return KQ_ERR_NOT_READY;
+    const estimate now = answer_of(h, count, h->states);
+    estimate_covariance(&now, P, h->states);
+    return KQ_OK;
+}
+
+#endif

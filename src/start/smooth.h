@@ -1,0 +1,150 @@
+/* The unknown start: the smoother through it. */
+#ifndef KQ_SRC_START_SMOOTH_H
+#define KQ_SRC_START_SMOOTH_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/coordinates.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/types.h"
+#include "../filter/filter.h"
+#include "../filter/tape.h"
+#include "../smoother/smoother.h"
+#include "../smoother/whitened.h"
+#include "columns.h"
+#include "entries.h"
+#include "past.h"
+#include "start.h"
+#include "unknown.h"
+
+/* What stays unknown is no result. */
+static void past_mark_lost(const unknown_start *s, const past_state *q)
+{
+    for (int i = 0; i < s->states; i++) {
+        const num *row = unknown_row(q->unknown, s->states, i);
+        if (row_is_zero(row, entry_get(q->error, i), s->unknowns)) continue;
+        *q->lost = (num)(lost_rows(q) | UINT32_C(1) << i);
+    }
+}
+
+/* x' given all data: coordinates of mean a and root T, or where these are NULL of 0 and I.  E
+   becomes the root. */
+static void past_finish(const unknown_start *s, uint32_t t, const num *a, const num *T)
+{
+    static const scaled zero;
+    const start_memory v = start_memory_of(s);
+    const past_state q = past_at(s, t);
+    const int n = s->states;
+    num w[ROW_LEN(KQ_SIZE_MAX)];
+    scaled row[KQ_SIZE_MAX] = {0};
+    past_mark_lost(s, &q);
+    for (int i = 0; i < n; i++) {
+        scaled move = zero;
+        for (int k = 0; k < n; k++) {
+            row[k] = load_scaled(along_at(&q, n, i, k));
+            if (!a) continue;
+            const scaled mean = coordinate_scaled(coordinate_get(a, n, k));
+            move = scaled_plus(move, scaled_times(row[k], mean));
+        }
+        const unsigned moved = mean_correct_exactly(q.mean, n, i, move, scaled_one);
+        const unsigned held = mean_hold(q.mean, n, i);
+        if (!(lost_rows(&q) >> i & 1)) filter_note(s->filter, moved | held);
+        if (T) project(w, T, row, n);
+        else row_fitted(w, row, n);
+        past_join_row(v.joined, &q, n, i, w, n);
+    }
+    root_of_rows(q.root, v.joined, 2 * n, n, v.spare);
+}
+
+/* Has the tape been smoothed, or can it be now? */
+static kq_status start_smooth_tape(history *h, const filter *f)
+{
+    const int done = h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES;
+    if (done && h->step == 0) return KQ_OK;
+    if (h->filter != f) return KQ_ERR_HISTORY_EMPTY;
+    return smooth_all(h, HISTORY_SMOOTHING);
+}
+
+static kq_status start_smooth(unknown_start *s)
+{
+    const kq_status status = start_check(s);
+    if (status) return status;
+    if (!s->tape || s->phase != START_WAITING) return KQ_ERR_HISTORY_EMPTY;
+    const num *a = 0, *T = 0;
+    uint8_t phase = START_SMOOTHED;
+    if (start_is_open(s)) { /* nothing follows: the present is the last of the early instants */
+        if (!start_is_recording(s) || s->early == 0) return KQ_ERR_HISTORY_EMPTY;
+        past_push(s);
+        s->tape = 0; /* nothing was recorded on it */
+    } else {
+        const kq_status wrong = start_smooth_tape(s->tape, s->filter);
+        if (wrong) return wrong;
+        const workspace v = workspace_at(s->tape->memory, s->states);
+        a = v.a;
+        if (s->tape->phase == HISTORY_SMOOTHING) T = v.T;
+        else phase = START_STATES;
+    }
+    for (uint32_t t = start_first(s); t < s->steps; t++) past_finish(s, t, a, T);
+    s->phase = phase;
+    return KQ_OK;
+}
+
+static int past_is_valid(const unknown_start *s, size_t t, int i)
+{
+    if (start_check(s) || i < 0 || i >= s->states) return 0;
+    if (s->phase != START_SMOOTHED && s->phase != START_STATES) return 0;
+    if (t >= s->steps || t < start_first(s)) return 0;
+    const past_state q = past_at(s, (uint32_t)t);
+    return !(lost_rows(&q) >> i & 1);
+}
+
+/* Is step t one of the tape's? */
+static int start_is_on_tape(const unknown_start *s, size_t t)
+{
+    return !start_check(s) && s->tape && s->phase != START_WAITING && t >= s->steps;
+}
+
+static num start_smoothed_mean(const unknown_start *s, size_t t, int i)
+{
+    if (start_is_on_tape(s, t)) return smoothed_mean(s->tape, t - (size_t)s->steps, i);
+    if (!past_is_valid(s, t, i)) return num_nan();
+    return mean_get(past_at(s, (uint32_t)t).mean, s->states, i);
+}
+
+static num start_smoothed_mean_low(const unknown_start *s, size_t t, int i)
+{
+    if (start_is_on_tape(s, t)) return smoothed_mean_low(s->tape, t - (size_t)s->steps, i);
+    if (!past_is_valid(s, t, i)) return num_nan();
+    return mean_low(past_at(s, (uint32_t)t).mean, s->states, i);
+}
+
+static num start_smoothed_sigma(const unknown_start *s, size_t t, int i)
+{
+    if (start_is_on_tape(s, t)) return smoothed_sigma(s->tape, t - (size_t)s->steps, i);
+    if (!past_is_valid(s, t, i) || s->phase == START_STATES) return num_nan();
+    return word_of(scaled_root(root_product(past_at(s, (uint32_t)t).root, s->states, i, i)));
+}
+
+static kq_status start_smoothed_covariance(const unknown_start *s, size_t t, scaled *P)
+{
+    const kq_status status = start_check(s);
+    if (status) return status;
+    if (start_is_on_tape(s, t)) return smoothed_covariance(s->tape, t - (size_t)s->steps, P);
+    if (!P) return KQ_ERR_NULL;
+    if (t >= s->steps) return KQ_ERR_SIZE;
+    for (int i = 0; i < s->states; i++) {
+        if (!past_is_valid(s, t, i) || s->phase == START_STATES) return KQ_ERR_NOT_READY;
+    }
+    root_square(P, past_at(s, (uint32_t)t).root, s->states);
+    return KQ_OK;
+}
+
+#endif

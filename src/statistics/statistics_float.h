@@ -1,0 +1,53 @@
+/*
+ * What least squares and consistency have of their own in floating point: scores (NIS, normalised
+ * innovations), sums of them, a row of H as a sensor.  statistics_q31.h is the twin.
+ */
+#ifndef KQ_SRC_STATISTICS_STATISTICS_FLOAT_H
+#define KQ_SRC_STATISTICS_STATISTICS_FLOAT_H
+
+#include "kalmanq/least_squares.h"
+#include "kalmanq/sensor.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/scaled.h"
+#include "../model/definitions.h"
+#include "../model/types.h"
+#include "../filter/likelihood.h"
+
+typedef T(kq_least_squares) least_squares;
+
+static score score_of(scaled a) { return a; }
+static scaled score_number(score a) { return a; }
+static int score_is_finite(score a) { return num_is_finite(a); }
+
+/* Words of memory of a score */
+#define SCORE_WORDS 1
+
+static void store_score(num *word, score a) { *word = a; }
+static score load_score(const num *word) { return *word; }
+
+/* c < 1; rounded at the increment, so that a long memory does not drift */
+static void tally_fade(tally *t, scaled c) { tally_add(t, (c - 1) * tally_value(t)); }
+
+static score tally_score(const tally *t) { return tally_value(t); }
+
+/* A normalised innovation as a word, or "none" where it is beyond the numbers */
+static num unit_word(scaled a) { return num_is_finite(a) ? a : num_nan(); }
+static int unit_is_none(num a) { return a != a; }
+static score unit_score(num a) { return a; }
+static score unit_product(num a, num b) { return a * b; }
+
+/* ------------------------------------------------------------------ least squares */
+
+static kq_status number_check(num a) { return num_is_finite(a) ? KQ_OK : KQ_ERR_NOT_FINITE; }
+
+/* A row of H with noise r, for as long as `memory` (1) and h are there */
+static kq_status row_sensor(sensor *row, num *memory, const least_squares *q, const num *h, num r)
+{
+    const kq_status status =
+        sensor_assign(row, q->filter->states, 1, memory, KQ_SENSOR_DIAGONAL_LEN(1));
+    return status ? status : sensor_init_diagonal(row, &T(kq_sensor_independent), h, &r);
+}
+
+#endif

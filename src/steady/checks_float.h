@@ -1,0 +1,39 @@
+/* What comes with a steady state, checked: in floating point. */
+#ifndef KQ_SRC_STEADY_CHECKS_FLOAT_H
+#define KQ_SRC_STEADY_CHECKS_FLOAT_H
+
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../model/types.h"
+#include "../model/units.h"
+
+/* Numbers that come with a model: gains, means and innovations, the smoother's constants */
+static kq_status numbers_check(const num *a, int count)
+{
+    return all_finite(a, count) ? KQ_OK : KQ_ERR_NOT_FINITE;
+}
+
+static kq_status words_check(const num *a, int count) { return numbers_check(a, count); }
+static kq_status contraction_check(const num *a, int count) { return numbers_check(a, count); }
+
+static kq_status smoother_root_check(const num *S, int n)
+{
+    return numbers_check(S, KQ_TRIANGLE(n));
+}
+
+static kq_status mean_check(const sensor *s, const num *x, int n)
+{
+    (void)s;
+    return numbers_check(x, n);
+}
+
+/* Have the two, of the same number of states, the same units? */
+static int sensor_is_for(const sensor *s, const process *p)
+{
+    (void)s, (void)p;
+    return 1;
+}
+
+#endif

@@ -1,0 +1,50 @@
+/* What comes with a steady state, checked: in fixed point. */
+#ifndef KQ_SRC_STEADY_CHECKS_Q31_H
+#define KQ_SRC_STEADY_CHECKS_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/scaled.h"
+#include "../model/definitions.h"
+#include "../model/types.h"
+#include "../model/units.h"
+
+/* Gains and the smoother's constants are coefficients. */
+static kq_status numbers_check(const scaled *a, int count) { return coefficients_check(a, count); }
+
+/* Entries below 2 */
+static kq_status contraction_check(const scaled *a, int count)
+{
+    for (int k = 0; k < count; k++) {
+        if (a[k].mantissa && a[k].exponent > -30) return KQ_ERR_COEFFICIENT;
+    }
+    return coefficients_check(a, count);
+}
+
+static kq_status smoother_root_check(const num *S, int n) { return root_check(S, n); }
+
+static kq_status mean_check(const sensor *s, const num *x, int n)
+{
+    return ranges_check(x, s->state_format, n, UINT32_MAX);
+}
+
+/* Every word is a number but the one that means none. */
+static kq_status words_check(const num *a, int count)
+{
+    for (int k = 0; k < count; k++) {
+        if (a[k] == KQ_NOT_A_WORD_Q31) return KQ_ERR_RANGE;
+    }
+    return KQ_OK;
+}
+
+/* Have the two, of the same number of states, the same units? */
+static int sensor_is_for(const sensor *s, const process *p)
+{
+    return formats_agree(s->state_format, p->state_format, p->states);
+}
+
+#endif

@@ -1,0 +1,162 @@
+/* A filter that leaves its covariance alone while that has settled. */
+#ifndef KQ_SRC_STEADY_SWITCH_H
+#define KQ_SRC_STEADY_SWITCH_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/filter.h"
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+#include "kalmanq/steady.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../model/advance.h"
+#include "../model/process.h"
+#include "../model/types.h"
+#include "../filter/checks.h"
+#include "../filter/filter.h"
+#include "../filter/gain.h"
+#include "schedule.h"
+
+typedef T(kq_switch) settling;
+
+/* What the last step was: one that moved the root; one that hardly did, after which the gain is
+   kept; one that hardly did and has kept it; one of the mean alone. */
+enum { SWITCH_MOVING, SWITCH_CALM, SWITCH_KEEPING, SWITCH_SETTLED };
+
+static kq_status switch_assign(settling *w, int n, int m, num *memory, size_t length, scaled *gain)
+{
+    if (!w || !memory || !gain) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
+    if (length < (size_t)SWITCH_LEN(n)) return KQ_ERR_MEMORY;
+    *w = (settling){.states = (uint8_t)n,
+                    .components = (uint8_t)m,
+                    .length = (uint16_t)SWITCH_LEN(n),
+                    .memory = memory,
+                    .gain = gain};
+    return KQ_OK;
+}
+
+static kq_status switch_init(settling *w, int bits)
+{
+    if (!w) return KQ_ERR_NULL;
+    if (!size_is_valid(w->states) || !size_is_valid(w->components)) return KQ_ERR_SIZE;
+    if (!w->memory || !w->gain || w->length < SWITCH_LEN((unsigned)w->states)) return KQ_ERR_MEMORY;
+    if (bits < 1 || bits > settled_bits_max) return KQ_ERR_SIZE;
+    w->bits = (uint8_t)bits;
+    w->phase = SWITCH_MOVING;
+    w->process = 0;
+    w->sensor = 0;
+    return KQ_OK;
+}
+
+static kq_status switch_check(const settling *w)
+{
+    if (!w) return KQ_ERR_NULL;
+    return w->bits ? KQ_OK : KQ_ERR_NOT_READY;
+}
+
+static kq_status switch_release(settling *w)
+{
+    const kq_status status = switch_check(w);
+    if (!status) w->phase = SWITCH_MOVING;
+    return status;
+}
+
+static int switch_knows(const settling *w, const process *p, const sensor *s)
+{
+    return w->process == p && w->sensor == s && w->transition == p->transition &&
+           w->measurement == s->measurement;
+}
+
+static int roots_are_same(const num *a, const num *b, int n)
+{
+    for (int k = 0; k < ROOT_LEN(n); k++) {
+        if (a[k] != b[k]) return 0;
+    }
+    return 1;
+}
+
+/* Is everything as it was when the last step ended? */
+static int switch_goes_on(const settling *w, const filter *f, const process *p, const sensor *s)
+{
+    return w->phase != SWITCH_MOVING && !f->history && switch_knows(w, p, s) &&
+           roots_are_same(w->memory, filter_root(f), f->states);
+}
+
+/* predict and update of the mean */
+static void switch_move_mean(const settling *w, filter *f, const process *p, const num *u,
+                             const sensor *s, const num *z)
+{
+    num t[MEAN_PLANES * KQ_SIZE_MAX];
+    scaled e[KQ_SIZE_MAX];
+    const int n = f->states, m = s->components;
+    num *x = f->memory;
+    unsigned events = predict_mean(x, p, p->controls ? u : 0, t, n, SHAPE_AS_FOUND);
+    for (int c = 0; c < m; c++) e[c] = mean_residual(z[c], s->measurement + c * n, x, n, 0, n);
+    for (int i = 0; i < n; i++) {
+        for (int c = 0; c < m; c++) {
+            events |= mean_correct_exactly(x, n, i, w->gain[i * m + c], e[c]);
+        }
+        events |= mean_hold(x, n, i);
+    }
+    filter_note(f, events);
+}
+
+/* predict and update; has the root settled by it? */
+static kq_status switch_move_all(settling *w, filter *f, const process *p, const num *u,
+                                 const sensor *s, const num *z)
+{
+    const int n = f->states, may_settle = !f->history && switch_knows(w, p, s);
+    const int keep = w->phase == SWITCH_CALM;
+    kq_status status = T(kq_predict)(f, p, u);
+    if (!status && keep) status = filter_gain(f, s, w->gain);
+    if (!status) status = T(kq_update)(f, s, z);
+    if (status) return status;
+    const int calm = may_settle && root_has_settled(filter_root(f), w->memory, n, w->bits);
+    w->phase = (uint8_t)(!calm ? SWITCH_MOVING : keep ? SWITCH_KEEPING : SWITCH_CALM);
+    copy(w->memory, filter_root(f), ROOT_LEN(n));
+    w->process = p;
+    w->sensor = s;
+    w->transition = p->transition;
+    w->measurement = s->measurement;
+    return KQ_OK;
+}
+
+static kq_status switch_step_check(const settling *w, const filter *f, const process *p,
+                                   const num *u, const sensor *s, const num *z)
+{
+    kq_status status = switch_check(w);
+    if (!status) status = predict_check(f, p, u);
+    if (status) return status;
+    if (z) status = update_check(f, s, z, UINT32_MAX);
+    else status = sensor_check_for(f, s);
+    if (status) return status;
+    return w->states == f->states && w->components == s->components ? KQ_OK : KQ_ERR_MISMATCH;
+}
+
+static kq_status switch_step(settling *w, filter *f, const process *p, const num *u,
+                             const sensor *s, const num *z)
+{
+    const kq_status status = switch_step_check(w, f, p, u, s, z);
+    if (status) return status;
+    if (!z) {
+        w->phase = SWITCH_MOVING;
+        w->process = 0;
+        return T(kq_predict)(f, p, u);
+    }
+    if (!switch_goes_on(w, f, p, s)) w->phase = SWITCH_MOVING;
+    if (w->phase < SWITCH_KEEPING) return switch_move_all(w, f, p, u, s, z);
+    switch_move_mean(w, f, p, u, s, z);
+    w->phase = SWITCH_SETTLED;
+    return KQ_OK;
+}
+
+static int switch_is_settled(const settling *w) { return w && w->phase == SWITCH_SETTLED; }
+
+#endif
