@@ -149,7 +149,7 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
  * nothing of its measurements.
  * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, start.h while a state is unknown, which
  * take what is sharp with care; to kq_gain and steady.h, whose gain has it taken.  The functions for known
- * sizes (fixed_sizes.h) leave it to those here.
+ * sizes (src/known_sizes/) leave it to those here.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
  */
 kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);

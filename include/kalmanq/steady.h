@@ -193,7 +193,7 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * A step without a measurement is a predict.  After it the gain is too small, of which this filter
  * knows nothing (kq_switch does); the estimate stays unbiased.
  * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).
- * kq_fixed_steady_step (src/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 85
+ * kq_fixed_steady_step (src/known_sizes/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 85
  * instructions on a Cortex-M4F in f32, 459 on an M3 in q31, A upper triangular, H selecting states
  * (tools/cost.csv; tests/cost/goals.py); more with a dense A or H that scales.
  * Stack: 54 words.

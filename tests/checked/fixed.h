@@ -1,17 +1,17 @@
 /*
- * The checked number layer: the operations of src/fixed.h, which stop the program with the caller's
+ * The checked number layer: the operations of src/arithmetic/fixed.h, which stop the program with the caller's
  * file and line where a promise is not kept.
  *
- * Give it to the compiler by -include: the include guard is that of src/fixed.h, which is then
+ * Give it to the compiler by -include: the include guard is that of src/arithmetic/fixed.h, which is then
  * skipped.  Link checked.c with it.  Every call site also remembers the largest magnitude that it
  * made, and checked_report prints how close each came to its bound.
  */
-#ifndef KALMANQ_FIXED_H
-#define KALMANQ_FIXED_H
+#ifndef KQ_SRC_ARITHMETIC_FIXED_H
+#define KQ_SRC_ARITHMETIC_FIXED_H
 
 #include <stdint.h>
 
-#include "../../src/compiler.h"
+#include "../../src/arithmetic/compiler.h"
 
 #include "kalmanq/port/integer.h"
 

@@ -22,7 +22,7 @@ COMPILE = (
     "arm-none-eabi-gcc -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 "
     "-ffp-contract=fast -fno-math-errno -fno-tree-loop-distribute-patterns -Iinclude "
     "tests/target/pair_cost.c port/boards/cortex_m.c "
-    "src/kq_f32.c --specs=rdimon.specs -nostartfiles -Lport/boards -T port/boards/mps2.ld -lm -o"
+    "src/kq_filter_f32.c --specs=rdimon.specs -nostartfiles -Lport/boards -T port/boards/mps2.ld -lm -o"
 )
 EMULATE = "qemu-system-arm -M mps2-an386 -nographic -semihosting -icount shift=0 -kernel"
 LOOP = range(5, 20)  # instructions of the loop, give or take rounding

@@ -15,7 +15,7 @@ sources_of() { for part in "$@"; do echo "$root/src/$part.c"; done; }
 # What these flags do not concern is compiled once.
 compile_integers() { # OPTION...
     integers=
-    for part in kq_q31 kq_self_test_q31 status; do
+    for part in kq_filter_q31 kq_self_test_q31 kq_status; do
         "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" -c "$root/src/$part.c" \
             -o "$work/$part.o"
         integers="$integers $work/$part.o"
@@ -25,7 +25,7 @@ compile_integers() { # OPTION...
 build() { # OPTION...: the program, or why not
     rm -f "$work/program"
     "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" "$here/self_test.c" \
-        $(sources_of kq_f32 kq_f64 kq_self_test_f32 kq_self_test_f64) $integers -lm \
+        $(sources_of kq_filter_f32 kq_filter_f64 kq_self_test_f32 kq_self_test_f64) $integers -lm \
         -o "$work/program" 2>"$work/refused"
 }
 
@@ -78,7 +78,7 @@ for library in -fshort-enums -fno-short-enums; do
     other=-fshort-enums
     [ $library = $other ] && other=-fno-short-enums
     objects=
-    for part in kq_f64 prepare_q31 misfit_q31 status; do
+    for part in kq_filter_f64 kq_prepare_q31 misfit_q31 kq_status; do
         "$compiler" -std=c11 -O1 -w $library -I"$root/include" -c "$root/src/$part.c" \
             -o "$work/$part.o"
         objects="$objects $work/$part.o"

@@ -11,11 +11,11 @@ trap 'rm -rf "$work"' EXIT
 cc=${CC:-cc}
 flags="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -I$root/include"
 flags="$flags -I$root/tests/checked"
-for name in kq_q31 prepare_q31; do
+for name in kq_filter_q31 kq_prepare_q31; do
     $cc -std=c11 $flags -include "$root/tests/checked/fixed.h" -c "$root/src/$name.c" \
         -o "$work/$name.o"
 done
-$cc -std=c11 $flags -ffp-contract=off -c "$root/src/kq_f64.c" -o "$work/kq_f64.o"
+$cc -std=c11 $flags -ffp-contract=off -c "$root/src/kq_filter_f64.c" -o "$work/kq_filter_f64.o"
 $cc -std=gnu11 $flags "$root/tests/fuzz/fuzz_q31.c" "$root/tests/checked/checked.c" "$work"/*.o \
     -lm -o "$work/fuzz_q31"
 

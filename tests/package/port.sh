@@ -15,7 +15,7 @@ configure() { # PORT
 
 configure armv6m
 cmake --build "$work/armv6m" --target install
-included=$(tr ' ' '\n' <"$(find "$work/armv6m" -name 'kq_q31.c*.d')" | grep 'kalmanq/port/')
+included=$(tr ' ' '\n' <"$(find "$work/armv6m" -name 'kq_filter_q31.c*.d')" | grep 'kalmanq/port/')
 for header in integer vectors; do
     echo "$included" | grep "/port/armv6m/kalmanq/port/$header.h"
     cmp "$root/port/armv6m/kalmanq/port/$header.h" "$work/prefix/include/kalmanq/port/$header.h"

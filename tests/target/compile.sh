@@ -53,19 +53,19 @@ check_object() { # name, what it may refer to
 for level in "$@" -O2; do
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" $level)
 done
-check_object kq_q31 "$integers"
+check_object kq_filter_q31 "$integers"
 check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
 check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
-check_object misfit_q31 "$integers"
+check_object kq_misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
 check_object kq_adaptation_q31 "$integers|^kq_(predict|update_subset)_q31$|^kq_sensor_independent_q31$"
 check_object kq_self_test_q31 "$integers|^kq_((process|sensor|filter)_init|filter_assign|step|log_likelihood)_q31$"
 case $sources in
-*kq_f32*)
+*kq_filter_f32*)
     self_test='^kq_((process|sensor|filter)_(init|assign)|sensor_init_diagonal)_f32$'
     self_test="$self_test|^kq_(predict|update|mean|mean_low|log_likelihood)_f32$"
     check_object kq_self_test_f32 "$floats|$self_test"
-    check_object kq_f32 "$floats"
+    check_object kq_filter_f32 "$floats"
     check_object kq_statistics_f32 "$floats|^kq_update_f32$|^kq_sensor_independent_f32$"
     check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$|^kq_sensor_independent_f32$"
     check_object kq_models_f32 "$floats"

@@ -3,7 +3,7 @@
  * words that are drawn at their bounds: halves of 2^15 and next to it, rotations by an eighth of a turn.
  *   KQ_FALSIFY   one word is wrong: that must be found
  */
-#include "fixed.h"
+#include "arithmetic/fixed.h"
 
 #include "kalmanq/port/vectors.h"
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # library.sh CORE COMPILER OPTIONS: compiles the library for a core, without a warning, and prints
-# the directory of the objects: $KQ_LIBRARIES/CORE-COMPILER.../kq_f32.c.o and so on.  What is there
+# the directory of the objects: $KQ_LIBRARIES/CORE-COMPILER.../kq_filter_f32.c.o and so on.  What is there
 # and not older than any source is not compiled again: many tests link the same objects.
 # shellcheck disable=SC2086
 set -eu

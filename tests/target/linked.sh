@@ -16,7 +16,7 @@ expect() { # what of these is linked with the flags that follow
     wanted=$1
     shift
     $compiler $include -std=c11 -O2 "$@" -c "$root/tests/target/linked.c" -o "$work/program.o"
-    $linker -Wl,--gc-sections "$work/program.o" "$library/kq_f32.c.o" $libraries -o "$work/program"
+    $linker -Wl,--gc-sections "$work/program.o" "$library/kq_filter_f32.c.o" $libraries -o "$work/program"
     found=$($nm "$work/program" | awk '{ print $NF }' | sed 's/[.].*//' | grep -E "$names" |
         sort -u | tr '\n' ' ')
     echo "linked $*: $found"

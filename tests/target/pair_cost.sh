@@ -11,12 +11,12 @@ rm -rf "$work/pair" "$work/plain"
 mkdir -p "$work"
 cp -r "$root/src" "$work/pair"
 cp -r "$root/src" "$work/plain"
-cp "$root/src/mean_single.h" "$work/plain/mean_pair.h"
+cp "$root/src/arithmetic/mean_single.h" "$work/plain/arithmetic/mean_pair.h"
 
 count() {
     # shellcheck disable=SC2086
     $linker -std=c11 -O2 -ffp-contract=fast -fno-math-errno $include \
-        "$root/tests/target/pair_cost.c" "$work/$1/kq_f32.c" $libraries \
+        "$root/tests/target/pair_cost.c" "$work/$1/kq_filter_f32.c" $libraries \
         -o "$work/$1.elf" 2>"$work/$1.log" || { cat "$work/$1.log"; exit 1; }
     # shellcheck disable=SC2086
     timeout 50 $emulator "$work/$1.elf" -icount shift=0 >"$work/$1.txt"

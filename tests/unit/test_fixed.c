@@ -5,9 +5,9 @@
 #include "arithmetic.h"
 
 #ifdef KQ_TEST_F32
-#include "kq_fixed_f32.h"
+#include "known_sizes/kq_fixed_f32.h"
 #else
-#include "kq_fixed_f64.h"
+#include "known_sizes/kq_fixed_f64.h"
 #endif
 
 #include "fixed.h"

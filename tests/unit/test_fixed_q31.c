@@ -4,7 +4,7 @@
 #include "kalmanq/prepare.h"
 #include "unity.h"
 
-#include "kq_fixed_q31.h"
+#include "known_sizes/kq_fixed_q31.h"
 
 #include "fixed.h"
 

@@ -2,15 +2,15 @@
 #include <string.h>
 
 #if defined(KQ_TEST_F32)
-#include "kq_fixed_f32.h"
+#include "known_sizes/kq_fixed_f32.h"
 #define K(name) kq_##name##_f32
 #define STEP_LEN KQ_HISTORY_STEP_LEN_F32
 #elif defined(KQ_TEST_F64)
-#include "kq_fixed_f64.h"
+#include "known_sizes/kq_fixed_f64.h"
 #define K(name) kq_##name##_f64
 #define STEP_LEN KQ_HISTORY_STEP_LEN_F64
 #else
-#include "kq_fixed_q31.h"
+#include "known_sizes/kq_fixed_q31.h"
 #include "kalmanq/prepare.h"
 #define K(name) kq_##name##_q31
 #define STEP_LEN KQ_HISTORY_STEP_LEN_Q31

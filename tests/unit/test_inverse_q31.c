@@ -1,6 +1,6 @@
 /* The numbers of the q31 arithmetic: inverses, roots and numbers of any size, against double. */
 #include "q31.h"
-#include "scaled_q31.h"
+#include "arithmetic/scaled_q31.h"
 
 /* A step through 32-bit numbers that meets all their bits: about 2 million of them */
 #define STRIDE 2111u

@@ -27,7 +27,7 @@ compile_all() {
     library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" "$options")
     for part in $sources; do
         case $part in
-        kq_*q31.c | misfit_q31.c | status.c) objects="$objects $library/$part.o" ;;
+        kq_*q31.c | kq_misfit_q31.c | kq_status.c) objects="$objects $library/$part.o" ;;
         esac
     done
 }

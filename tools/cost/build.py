@@ -61,7 +61,7 @@ class Place:
 
     def fixed_header(self, arithmetic: str) -> Path:
         """What a user includes to have functions of fixed sizes."""
-        return self.source / "src" / f"kq_fixed_{arithmetic}.h"
+        return self.source / "src" / "known_sizes" / f"kq_fixed_{arithmetic}.h"
 
     @property
     def has_modules(self) -> bool:

@@ -1,5 +1,5 @@
 /* The installed kernels: one filter of a size that the compiler knows. */
-#include <kalmanq/kernels/kq_fixed_f32.h>
+#include <kalmanq/kernels/known_sizes/kq_fixed_f32.h>
 #include <stdio.h>
 
 KQ_SENSOR_F32(gauge, 1, 1);

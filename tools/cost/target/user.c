@@ -5,11 +5,11 @@
 #include "library.h"
 
 #if defined(KQ_COST_f32)
-#include "kq_fixed_f32.h"
+#include "known_sizes/kq_fixed_f32.h"
 #elif defined(KQ_COST_f64)
-#include "kq_fixed_f64.h"
+#include "known_sizes/kq_fixed_f64.h"
 #elif defined(KQ_COST_q31)
-#include "kq_fixed_q31.h"
+#include "known_sizes/kq_fixed_q31.h"
 #endif
 
 /* not before: the library's headers have an M of their own */
