@@ -5,11 +5,11 @@
 #ifndef KQ_SRC_ADAPTATION_ADAPTATION_H
 #define KQ_SRC_ADAPTATION_ADAPTATION_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/adaptation.h"
 #include "kalmanq/filter.h"
+#include "kalmanq/sensor.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 

@@ -1,7 +1,6 @@
 #ifndef KQ_SRC_FILTER_CHECKS_H
 #define KQ_SRC_FILTER_CHECKS_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/status.h"

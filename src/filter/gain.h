@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_FILTER_GAIN_H
 #define KQ_SRC_FILTER_GAIN_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/size.h"

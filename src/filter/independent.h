@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "kalmanq/sensor.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -15,6 +16,7 @@
 #include "likelihood.h"
 #include "sharp.h"
 #include "take.h"
+#include "tape.h"
 
 /* The components present from c on, as long as there is nothing unusual about them.  Answers the first
    one that has not been taken. */

@@ -1,8 +1,6 @@
 #ifndef KQ_SRC_FILTER_PRIOR_FLOAT_H
 #define KQ_SRC_FILTER_PRIOR_FLOAT_H
 
-#include <stddef.h>
-
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 

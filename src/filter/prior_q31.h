@@ -1,8 +1,6 @@
 #ifndef KQ_SRC_FILTER_PRIOR_Q31_H
 #define KQ_SRC_FILTER_PRIOR_Q31_H
 
-#include <stddef.h>
-
 #include "kalmanq/filter.h"
 #include "kalmanq/fixed_point.h"
 #include "kalmanq/status.h"

@@ -4,13 +4,16 @@
 #define KQ_SRC_KNOWN_SIZES_API_H
 
 #include "kalmanq/filter.h"
+#include "kalmanq/process.h"
+#include "kalmanq/sensor.h"
 #include "kalmanq/smoother.h"
+#include "kalmanq/status.h"
 #include "kalmanq/steady.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../filter/likelihood.h"
 #include "../model/types.h"
+#include "../filter/likelihood.h"
 #include "options.h"
 #include "steps.h"
 

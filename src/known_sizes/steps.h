@@ -23,7 +23,6 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
-#include "options.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/take.h"
@@ -31,6 +30,7 @@
 #include "../smoother/smoother.h"
 #include "../smoother/whitened.h"
 #include "../steady/kernel.h"
+#include "options.h"
 
 enum { NOT_PLAIN = 1 }; /* no kq_status */
 

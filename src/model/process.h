@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_MODEL_PROCESS_H
 #define KQ_SRC_MODEL_PROCESS_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/size.h"

@@ -8,9 +8,9 @@
 #ifndef KQ_SRC_MODEL_SENSOR_H
 #define KQ_SRC_MODEL_SENSOR_H
 
-#include <stddef.h>
 #include <stdint.h>
 
+#include "kalmanq/sensor.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"

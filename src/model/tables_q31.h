@@ -6,7 +6,6 @@
 #ifndef KQ_SRC_MODEL_TABLES_Q31_H
 #define KQ_SRC_MODEL_TABLES_Q31_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/fixed_point.h"

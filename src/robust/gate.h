@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_ROBUST_GATE_H
 #define KQ_SRC_ROBUST_GATE_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/robust.h"

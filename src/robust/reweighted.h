@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_ROBUST_REWEIGHTED_H
 #define KQ_SRC_ROBUST_REWEIGHTED_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/status.h"

@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_ROBUST_ROBUST_Q31_H
 #define KQ_SRC_ROBUST_ROBUST_Q31_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/fixed_point.h"

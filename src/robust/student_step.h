@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_ROBUST_STUDENT_STEP_H
 #define KQ_SRC_ROBUST_STUDENT_STEP_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/size.h"
@@ -26,7 +25,6 @@
 #include "../filter/take.h"
 #include "../smoother/smoother.h"
 #include "../smoother/whitened.h"
-#include "gate.h"
 #include "parameters.h"
 #include "robust.h"
 #include "student_scale.h"

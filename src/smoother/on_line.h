@@ -1,8 +1,6 @@
 #ifndef KQ_SRC_SMOOTHER_ON_LINE_H
 #define KQ_SRC_SMOOTHER_ON_LINE_H
 
-#include <stddef.h>
-
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"

@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_START_PRIOR_FLOAT_H
 #define KQ_SRC_START_PRIOR_FLOAT_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/size.h"
