@@ -124,8 +124,8 @@ static void begin_anew(adaptation *a)
     a->waiting = (uint8_t)n;
 }
 
-static kq_status adaptation_init(adaptation *a, const process *p, const sensor *s,
-                                 const adaptation_rule *rule)
+kq_status T(kq_adaptation_init)(adaptation *a, const process *p, const sensor *s,
+                                const adaptation_rule *rule)
 {
     static const scaled zero;
     if (!a || !p || !s || !rule) return KQ_ERR_NULL;
@@ -146,7 +146,7 @@ static kq_status adaptation_init(adaptation *a, const process *p, const sensor *
     return KQ_OK;
 }
 
-static kq_status adaptation_restart(adaptation *a)
+kq_status T(kq_adaptation_restart)(adaptation *a)
 {
     const kq_status status = adaptation_check(a);
     if (!status) begin_anew(a);
@@ -166,14 +166,14 @@ static void scale_sensor(adaptation *a)
     a->scaled_sensor.kind = &T(kq_sensor_independent); /* what teaches is taken: a lean one refuses some */
 }
 
-static const process *adaptation_process(adaptation *a)
+const process *T(kq_adaptation_process)(adaptation *a)
 {
     if (adaptation_check(a) || process_at_scale(a, a->process, a->process_scale)) return 0;
     scale_process(a);
     return &a->scaled_process;
 }
 
-static const sensor *adaptation_sensor(adaptation *a)
+const sensor *T(kq_adaptation_sensor)(adaptation *a)
 {
     if (adaptation_check(a) || sensor_at_scale(a, a->sensor, a->sensor_scale)) return 0;
     scale_sensor(a);
@@ -227,7 +227,7 @@ static void advance_covariance(scaled *D, const process *p)
     mirror(D, n);
 }
 
-static kq_status adaptation_predict(adaptation *a, filter *f, const num *u)
+kq_status T(kq_adaptation_predict)(adaptation *a, filter *f, const num *u)
 {
     kq_status status = adaptation_check_for(a, f);
     if (!status) status = process_at_scale(a, a->process, a->process_scale);
@@ -457,7 +457,7 @@ static void take_lesson(adaptation *a, const lesson *l)
     else if (l->count) learn(a, l);
 }
 
-static kq_status adaptation_update(adaptation *a, filter *f, const num *z, uint32_t present)
+kq_status T(kq_adaptation_update)(adaptation *a, filter *f, const num *z, uint32_t present)
 {
     lesson l = {.count = 0};
     kq_status status = adaptation_check_for(a, f);
@@ -472,6 +472,16 @@ static kq_status adaptation_update(adaptation *a, filter *f, const num *z, uint3
     status = T(kq_update_subset)(f, s, z, present);
     take_lesson(a, &l);
     return status;
+}
+
+scaled T(kq_adaptation_process_scale)(const adaptation *a)
+{
+    return adaptation_check(a) ? not_a_scale() : a->process_scale;
+}
+
+scaled T(kq_adaptation_sensor_scale)(const adaptation *a)
+{
+    return adaptation_check(a) ? not_a_scale() : a->sensor_scale;
 }
 
 #endif

@@ -22,7 +22,7 @@
 
 typedef T(kq_adaptation) adaptation;
 
-static kq_status adaptation_assign(adaptation *a, int n, int m, num *memory, size_t length)
+kq_status T(kq_adaptation_assign)(adaptation *a, int n, int m, num *memory, size_t length)
 {
     if (!a || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
@@ -100,5 +100,8 @@ static void set_scaled_sensor(adaptation *a, const sensor *s, num r, num *noise)
     for (int k = 0; k < m * m; k++) R[k] = r * s->covariance[k];
     a->scaled_sensor.covariance = R;
 }
+
+/* The scale of an object that is bad */
+static num not_a_scale(void) { return num_nan(); }
 
 #endif

@@ -22,8 +22,8 @@
 
 typedef T(kq_adaptation) adaptation;
 
-static kq_status adaptation_assign(adaptation *a, int n, int m, scaled *memory, size_t length,
-                                   num *root)
+kq_status T(kq_adaptation_assign)(adaptation *a, int n, int m, scaled *memory, size_t length,
+                                  num *root)
 {
     if (!a || !memory || !root) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
@@ -69,5 +69,8 @@ static void set_scaled_sensor(adaptation *a, const sensor *s, scaled r, scaled *
         *variance = scaled_times(*variance, r);
     }
 }
+
+/* The scale of an object that is bad */
+static scaled not_a_scale(void) { return (scaled){0, 0}; }
 
 #endif

@@ -25,7 +25,7 @@ static kq_status em_check_sizes(const estimation *e)
     return KQ_OK;
 }
 
-static kq_status em_assign(estimation *e, int n, int m, num *memory, size_t length)
+kq_status T(kq_em_assign)(estimation *e, int n, int m, num *memory, size_t length)
 {
     if (!e || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
@@ -51,8 +51,8 @@ static kq_status em_check_recordings(const estimation *e, const parameters *p,
     return measurements < em_count_free(e, choice, noises) ? KQ_ERR_FEW_DATA : KQ_OK;
 }
 
-static kq_status em_init(estimation *e, const parameters *p, const kq_em_choice *choice,
-                         const recording *r, int count)
+kq_status T(kq_em_init)(estimation *e, const parameters *p, const kq_em_choice *choice,
+                        const recording *r, int count)
 {
     if (!e || !p || !r) return KQ_ERR_NULL;
     kq_status status = em_check_sizes(e);
@@ -122,7 +122,7 @@ static void em_take_back(estimation *e)
     e->kept = 0;
 }
 
-static kq_status em_advance(estimation *e)
+kq_status T(kq_em_advance)(estimation *e)
 {
     kq_status status = em_check(e);
     if (status) return status;
@@ -138,7 +138,7 @@ static kq_status em_advance(estimation *e)
     return status;
 }
 
-static num em_log_likelihood(const estimation *e)
+num T(kq_em_log_likelihood)(const estimation *e)
 {
     if (!e || e->phase == EM_UNUSED || em_is_expecting(e)) return num_nan();
     return e->log_likelihood;
@@ -146,7 +146,7 @@ static num em_log_likelihood(const estimation *e)
 
 /* ------------------------------------------------------------------ M-step */
 
-static kq_status em_maximise(estimation *e)
+kq_status T(kq_em_maximise)(estimation *e)
 {
     kq_status status = em_check(e);
     if (status) return status;
@@ -170,15 +170,15 @@ static kq_status em_maximise(estimation *e)
     return KQ_OK;
 }
 
-static kq_status em_iterate(estimation *e)
+kq_status T(kq_em_iterate)(estimation *e)
 {
     kq_status status;
-    do status = em_advance(e);
+    do status = T(kq_em_advance)(e);
     while (!status && e->remaining);
-    return status ? status : em_maximise(e);
+    return status ? status : T(kq_em_maximise)(e);
 }
 
-static num em_change(const estimation *e)
+num T(kq_em_change)(const estimation *e)
 {
     return e && e->phase != EM_UNUSED ? e->change : num_nan();
 }
@@ -186,17 +186,17 @@ static num em_change(const estimation *e)
 /* The gains go with the squares of the changes.  If these shrink by `rate` an M-step, gain rate^2 /
    (1 - rate^2) is left; if they vanish as 1 / k, twice that.  With 1 - rate below it is the latter,
    and not less than the former. */
-static num em_distance(const estimation *e)
+num T(kq_em_distance)(const estimation *e)
 {
     if (!e || e->phase == EM_UNUSED || em_is_expecting(e)) return num_nan();
     return e->rate < 1 ? e->gain * e->rate * e->rate / (1 - e->rate) : num_nan();
 }
 
-static int em_is_settled(const estimation *e, num tolerance) { return em_change(e) <= tolerance; }
+int T(kq_em_is_settled)(const estimation *e, num tolerance) { return T(kq_em_change)(e) <= tolerance; }
 
 /* ------------------------------------------------------------------ gradient */
 
-static kq_status em_gradient(const estimation *e, const gradient *g)
+kq_status T(kq_em_gradient)(const estimation *e, const gradient *g)
 {
     const kq_status status = em_check(e);
     if (status) return status;
@@ -211,5 +211,7 @@ static kq_status em_gradient(const estimation *e, const gradient *g)
     em_part_gradient(e, &w, EM_START, g->x0, g->P0);
     return KQ_OK;
 }
+
+uint32_t T(kq_em_remaining)(const estimation *em) { return em ? em->remaining : 0; }
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "kalmanq/filter.h"
 #include "kalmanq/size.h"
+#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -14,14 +15,13 @@
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/prior.h"
-#include "../filter/tape.h"
 #include "expect.h"
 
 static kq_status em_begin_recording(estimation *e, const em_places *w)
 {
     copy(filter_root(&e->filter), w->of_P0, KQ_TRIANGLE(e->states));
     filter_begin(&e->filter, e->model->x0);
-    return history_attach(&e->history, &e->filter);
+    return T(kq_history_attach)(&e->history, &e->filter);
 }
 
 static kq_status em_predict(estimation *e, const recording *r)

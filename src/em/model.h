@@ -6,9 +6,11 @@
 #include <stdint.h>
 
 #include "kalmanq/em.h"
+#include "kalmanq/filter.h"
 #include "kalmanq/process.h"
 #include "kalmanq/sensor.h"
 #include "kalmanq/size.h"
+#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -19,8 +21,6 @@
 #include "../model/definitions.h"
 #include "../model/factor.h"
 #include "../model/units.h"
-#include "../filter/filter.h"
-#include "../filter/tape.h"
 #include "expect.h"
 #include "sums.h"
 
@@ -236,7 +236,7 @@ static kq_status em_prepare_process(estimation *e, const em_places *w, const par
 {
     const int n = e->states;
     num *G = p->F ? w->work.spare : w->of_Q;
-    const kq_status status = process_assign(&e->process, n, (int)p->controls, w->process,
+    const kq_status status = T(kq_process_assign)(&e->process, n, (int)p->controls, w->process,
                                             KQ_PROCESS_LEN((size_t)n));
     if (status) return status;
     root_of_covariance(w->of_Q, p->Q, em_noises(e), UINT32_MAX);
@@ -251,7 +251,7 @@ static kq_status em_prepare_sensor(estimation *e, const em_places *w, const para
 {
     const int m = e->components;
     const kq_status status =
-        sensor_assign(&e->sensor, e->states, m, w->sensor, KQ_SENSOR_LEN((size_t)m));
+        T(kq_sensor_assign)(&e->sensor, e->states, m, w->sensor, KQ_SENSOR_LEN((size_t)m));
     if (status) return status;
     root_of_covariance(w->of_R, p->R, m, UINT32_MAX);
     if (is_diagonal(p->R, m)) {
@@ -272,9 +272,9 @@ static kq_status em_prepare(estimation *e, const em_places *w, const parameters 
     if (!status) status = em_prepare_sensor(e, w, p);
     if (status) return status;
     root_of_covariance(w->of_P0, p->P0, n, UINT32_MAX);
-    status = filter_assign(&e->filter, n, w->filter, FILTER_LEN((size_t)n));
+    status = T(kq_filter_assign)(&e->filter, n, w->filter, FILTER_LEN((size_t)n));
     if (status) return status;
-    return history_assign(&e->history, n, w->history, (size_t)(e->memory + e->length - w->history));
+    return T(kq_history_assign)(&e->history, n, w->history, (size_t)(e->memory + e->length - w->history));
 }
 
 #endif

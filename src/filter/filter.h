@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_FILTER_FILTER_H
 #define KQ_SRC_FILTER_FILTER_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/status.h"
@@ -61,15 +60,6 @@ KQ_COLD static void filter_set_history(filter *f, history *h)
 {
     f->history = h;
     filter_set_ready(f, f->ready);
-}
-
-KQ_COLD static kq_status filter_assign(filter *f, int n, num *memory, size_t length)
-{
-    if (!f || !memory) return KQ_ERR_NULL;
-    if (!size_is_valid(n)) return KQ_ERR_SIZE;
-    if (length < (size_t)FILTER_LEN(n)) return KQ_ERR_MEMORY;
-    *f = (filter){.states = (uint8_t)n, .length = (uint16_t)FILTER_LEN(n), .memory = memory};
-    return KQ_OK;
 }
 
 KQ_INLINE kq_status filter_check(const filter *f)

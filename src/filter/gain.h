@@ -5,7 +5,6 @@
 #include <stdint.h>
 
 #include "kalmanq/size.h"
-#include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
@@ -16,7 +15,6 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
-#include "checks.h"
 #include "filter.h"
 #include "match.h"
 #include "sharp.h"
@@ -90,16 +88,6 @@ KQ_COLD KQ_NOINLINE static void gain_of_some(const filter *f, const sensor *s, s
     scaled noise[KQ_TRIANGLE(KQ_SIZE_MAX)];
     noise_of_present(noise, s, UINT32_MAX);
     gain_with(f, &(reading){s, noise, 0, UINT32_MAX}, K);
-}
-
-KQ_COLD static kq_status filter_gain(const filter *f, const sensor *s, scaled *K)
-{
-    const kq_status status = sensor_check_for(f, s);
-    if (status) return status;
-    if (!K) return KQ_ERR_NULL;
-    if (noise_is_of_others(s, UINT32_MAX)) gain_of_some(f, s, K);
-    else gain_with(f, &(reading){s, s->noise, 0, UINT32_MAX}, K);
-    return KQ_OK;
 }
 
 /* A copy of a filter to try things on. */

@@ -3,6 +3,7 @@
 #ifndef KQ_SRC_FILTER_MEASURED_FLOAT_H
 #define KQ_SRC_FILTER_MEASURED_FLOAT_H
 
+#include "kalmanq/filter.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -17,7 +18,7 @@
  * are exact, so that a compiler may fuse them with the sums or not; the sum has three times the
  * bits of a number.
  */
-static num filter_measurement_low(const filter *f, const sensor *s, int c)
+num T(kq_measurement_low)(const filter *f, const sensor *s, int c)
 {
     if (sensor_check_for(f, s) != KQ_OK || c < 0 || c >= s->components) return num_nan();
     const int n = f->states;

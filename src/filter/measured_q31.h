@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/q31.h"
@@ -13,11 +14,13 @@
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "checks.h"
+#include "filter.h"
+#include "likelihood.h"
 #include "readings.h"
 
 /* H_c x less the z that kq_measurement answers, in 2^-24 of a word, held at +-(2^31 - 1).  The sum
    is below 2^61, by init's check of H. */
-static num filter_measurement_low(const filter *f, const sensor *s, int c)
+num T(kq_measurement_low)(const filter *f, const sensor *s, int c)
 {
     if (sensor_check_for(f, s) != KQ_OK || c < 0 || c >= s->components) return num_nan();
     const int n = f->states;
@@ -28,6 +31,15 @@ static num filter_measurement_low(const filter *f, const sensor *s, int c)
     }
     const int64_t low = lower_wide(sum, 2) - raise_wide(measured(f, s, c), 24, 55);
     return low > INT32_MAX ? INT32_MAX : low < -INT32_MAX ? -INT32_MAX : (num)low;
+}
+
+kq_status T(kq_log_likelihood_scaled)(const filter *f, scaled *value)
+{
+    const kq_status status = filter_check(f);
+    if (status) return status;
+    if (!value) return KQ_ERR_NULL;
+    *value = likelihood_run_log_scaled(&f->run);
+    return KQ_OK;
 }
 
 #endif

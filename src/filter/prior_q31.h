@@ -7,15 +7,8 @@
 
 #include "../arithmetic/q31.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
 #include "../model/definitions.h"
-#include "../model/types.h"
 #include "../model/units.h"
-#include "filter.h"
-#include "likelihood.h"
 
 /* ------------------------------------------------------------------ prior */
 
@@ -31,27 +24,6 @@ KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_
         *misfit = (kq_misfit_q31){.quantity = KQ_STATE, .component = i, .bits = 0};
     }
     return status;
-}
-
-KQ_COLD static kq_status filter_init(filter *f, const kq_prior_table_q31 *prior,
-                                     kq_misfit_q31 *misfit)
-{
-    kq_status status = filter_check_memory(f);
-    if (status) return status;
-    const int n = f->states;
-    status = prior_check(prior, n, misfit);
-    if (status) return status;
-    for (int i = 0; i < n; i++) wide_set(f->memory, n, i, raise_wide(prior->mean[i], 24, 55));
-    copy(filter_root(f), prior->root, ROOT_LEN(n));
-    renormalise(filter_root(f), n);
-    f->state_format = prior->state_format;
-    f->history = 0; /* not looked at: it may be gone */
-    f->events = 0;
-    likelihood_clear(&f->last);
-    likelihood_run_clear(&f->run);
-    filter_set_ready(f, FILTER_READY);
-    say_all_fit(misfit);
-    return KQ_OK;
 }
 
 #endif

@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
@@ -19,28 +20,28 @@
 #include "filter.h"
 #include "likelihood.h"
 
-static num filter_mean(const filter *f, int i)
+num T(kq_mean)(const filter *f, int i)
 {
     return index_is_valid(f, i) ? mean_get(f->memory, f->states, i) : num_nan();
 }
 
-static num filter_mean_low(const filter *f, int i)
+num T(kq_mean_low)(const filter *f, int i)
 {
     return index_is_valid(f, i) ? mean_low(f->memory, f->states, i) : num_nan();
 }
 
-static num filter_sigma(const filter *f, int i)
+num T(kq_sigma)(const filter *f, int i)
 {
     if (!index_is_valid(f, i)) return num_nan();
     return word_of(scaled_root(root_product(filter_root(f), f->states, i, i)));
 }
 
-static score filter_nis(const filter *f)
+score T(kq_nis)(const filter *f)
 {
     return f && f->ready ? likelihood_nis(&f->last) : not_a_score();
 }
 
-static int filter_taken(const filter *f) { return f && f->ready ? (int)f->last.count : -1; }
+int T(kq_taken)(const filter *f) { return f && f->ready ? (int)f->last.count : -1; }
 
 static score filter_log_likelihood(const filter *f, int whole_run)
 {
@@ -48,7 +49,7 @@ static score filter_log_likelihood(const filter *f, int whole_run)
     return whole_run ? likelihood_run_log(&f->run) : likelihood_log(&f->last);
 }
 
-KQ_COLD static kq_status filter_covariance(const filter *f, scaled *P)
+KQ_COLD kq_status T(kq_covariance)(const filter *f, scaled *P)
 {
     const kq_status status = filter_check(f);
     if (status) return status;
@@ -80,7 +81,7 @@ KQ_NOINLINE static num measured(const filter *f, const sensor *s, int c)
     return word_of(scaled_negative(below));
 }
 
-KQ_COLD static kq_status filter_measurement(const filter *f, const sensor *s, num *z, scaled *S)
+KQ_COLD kq_status T(kq_measurement)(const filter *f, const sensor *s, num *z, scaled *S)
 {
     const kq_status status = sensor_check_for(f, s);
     if (status) return status;
@@ -89,7 +90,7 @@ KQ_COLD static kq_status filter_measurement(const filter *f, const sensor *s, nu
     return KQ_OK;
 }
 
-KQ_COLD static kq_status filter_innovation(const filter *f, const sensor *s, const num *z, num *e)
+KQ_COLD kq_status T(kq_innovation)(const filter *f, const sensor *s, const num *z, num *e)
 {
     const kq_status status = update_check(f, s, z, UINT32_MAX);
     if (status) return status;
@@ -100,5 +101,13 @@ KQ_COLD static kq_status filter_innovation(const filter *f, const sensor *s, con
     }
     return KQ_OK;
 }
+
+score T(kq_log_likelihood_last)(const filter *f) { return filter_log_likelihood(f, 0); }
+
+score T(kq_log_likelihood)(const filter *f) { return filter_log_likelihood(f, 1); }
+
+unsigned T(kq_events)(const filter *f) { return f ? f->events : 0; }
+
+void T(kq_events_clear)(filter *f) { if (f) f->events = 0; }
 
 #endif

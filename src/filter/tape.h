@@ -175,16 +175,6 @@ KQ_COLD static void history_record_nothing(filter *f)
 static const recorder records_of_steps = {history_record_predict, history_record_update,
                                           history_record_nothing};
 
-KQ_COLD static kq_status history_assign(history *h, int n, num *memory, size_t length)
-{
-    if (!h || !memory) return KQ_ERR_NULL;
-    if (!size_is_valid(n)) return KQ_ERR_SIZE;
-    if (length < history_least_length(n)) return KQ_ERR_MEMORY;
-    *h = (history){.states = (uint8_t)n, .length = length, .memory = memory,
-                   .recorder = &records_of_steps};
-    return KQ_OK;
-}
-
 /*
  * Is it the history of a filter?  What that filter has to say of it is not asked: a filter that
  * was initialised again, or is gone, has not told its history.  So a history that has a filter goes
@@ -209,31 +199,6 @@ static void history_begin(history *h, filter *f)
     h->filter = f;
     h->recorder = &records_of_steps;
     filter_set_history(f, h);
-}
-
-KQ_COLD static kq_status history_attach(history *h, filter *f)
-{
-    if (!h) return KQ_ERR_NULL;
-    kq_status status = filter_check(f);
-    if (status) return status;
-    if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
-    if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
-    status = history_check_owner(h, f);
-    if (status) return status;
-    history_begin(h, f);
-    return KQ_OK;
-}
-
-/* What has been smoothed stays to be read. */
-static kq_status history_detach(history *h)
-{
-    if (!h) return KQ_ERR_NULL;
-    if (h->filter && h->filter->history == h) filter_set_history(h->filter, 0);
-    h->filter = 0;
-    if (h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES) return KQ_OK;
-    h->phase = HISTORY_UNUSED;
-    h->steps = 0;
-    return KQ_OK;
 }
 
 /* ------------------------------------------------------------------ what is on the tape */

@@ -9,7 +9,6 @@
 #include <stdint.h>
 
 #include "kalmanq/fixed_point.h"
-#include "kalmanq/process.h"
 #include "kalmanq/sensor.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
@@ -20,7 +19,6 @@
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/triangle.h"
-#include "process.h"
 #include "sensor.h"
 #include "types.h"
 
@@ -121,42 +119,6 @@ KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int 
     return status;
 }
 
-KQ_COLD static kq_status process_init(process *p, const kq_process_table_q31 *table,
-                                      kq_misfit_q31 *misfit)
-{
-    if (!p || !table) return KQ_ERR_NULL;
-    if (table->states < 1 || table->states > KQ_SIZE_MAX) return KQ_ERR_SIZE;
-    if (table->controls < 0 || table->controls > KQ_SIZE_MAX) return KQ_ERR_SIZE;
-    const int n = (int)table->states, l = (int)table->controls;
-    if (!table->state_format || !table->transition || !table->noise_root) return KQ_ERR_NULL;
-    if (l && (!table->control_format || !table->control)) return KQ_ERR_NULL;
-    kq_status status = formats_check(table->state_format, n);
-    if (!status) status = formats_check(table->control_format, l);
-    if (!status) status = root_check(table->noise_root, n);
-    if (!status) status = transition_check(table->transition, table->control, n, l, misfit);
-    if (status) return status;
-    *p = (process){.states = (uint8_t)n,
-                   .controls = (uint8_t)l,
-                   .state_format = table->state_format,
-                   .control_format = table->control_format,
-                   .control = l ? table->control : 0,
-                   .noise_root = table->noise_root};
-    process_set_transition(p, table->transition);
-    say_all_fit(misfit);
-    return KQ_OK;
-}
-
-KQ_COLD static kq_status process_change_transition(process *p, const scaled *A)
-{
-    kq_status status = process_check(p);
-    if (status) return status;
-    if (!A) return KQ_ERR_NULL;
-    status = transition_check(A, p->control, p->states, p->controls, 0);
-    if (status) return status;
-    process_set_transition(p, A);
-    return KQ_OK;
-}
-
 /* ------------------------------------------------------------------ sensor */
 
 KQ_COLD static kq_status measurement_check(const scaled *H, int m, int n, kq_misfit_q31 *misfit)
@@ -208,30 +170,11 @@ KQ_COLD static kq_status sensor_init_table(sensor *s, const kq_sensor_table_q31 
     return KQ_OK;
 }
 
-KQ_COLD static kq_status sensor_init(sensor *s, const kq_sensor_table_q31 *table,
-                                     kq_misfit_q31 *misfit)
-{
-    const sensor_kind *kind =
-        table && table->correlated ? &T(kq_sensor_correlated) : &T(kq_sensor_independent);
-    return sensor_init_table(s, table, kind, misfit);
-}
-
 KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const kq_sensor_table_q31 *table,
                                               const sensor_kind *kind, kq_misfit_q31 *misfit)
 {
     if (!s || !table) return KQ_ERR_NULL;
     return table->correlated ? KQ_ERR_TABLE : sensor_init_table(s, table, kind, misfit);
-}
-
-KQ_COLD static kq_status sensor_change_measurement(sensor *s, const scaled *H)
-{
-    kq_status status = sensor_check(s);
-    if (status) return status;
-    if (!H) return KQ_ERR_NULL;
-    status = measurement_check(H, s->components, s->states, 0);
-    if (status) return status;
-    sensor_set_measurement(s, H);
-    return KQ_OK;
 }
 
 /* R_jc = sum over k of U_jk D_k U_ck */

@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
 #include "kalmanq/robust.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
@@ -20,7 +21,6 @@
 #include "../filter/correlated.h"
 #include "../filter/independent.h"
 #include "../filter/likelihood.h"
-#include "../filter/readings.h"
 #include "parameters.h"
 #include "robust.h"
 
@@ -67,11 +67,11 @@ static void gate_with(filter *f, gate *g, const reading *z, num *memory)
     const history tape = h ? *h : (history){.states = 0};
     copy(memory, f->memory, FILTER_LEN(f->states));
     update_reading(f, z);
-    if (!(g->limit < filter_nis(f))) {
+    if (!(g->limit < T(kq_nis)(f))) {
         if (f->last.count) g->rejected = 0; /* what takes nothing says nothing of the run */
         return;
     }
-    const score nis = filter_nis(f);
+    const score nis = T(kq_nis)(f);
     *f = before;
     copy(f->memory, memory, FILTER_LEN(f->states));
     if (h) *h = tape;
@@ -98,8 +98,7 @@ KQ_NOINLINE static void gate_to_16(filter *f, gate *g, const reading *z)
     gate_with(f, g, z, memory);
 }
 
-static kq_status filter_update_gated(filter *f, gate *g, const sensor *s, const num *z,
-                                     uint32_t present)
+kq_status T(kq_update_gated)(filter *f, gate *g, const sensor *s, const num *z, uint32_t present)
 {
     const kq_status status = update_check(f, s, z, present);
     if (status) return status;
@@ -125,7 +124,7 @@ static const int32_t chi_square[][KQ_SIZE_MAX] = {
     {253951773, 309047740, 354125313, 394478359, 431926607, 467351854, 501261337, 533978990,
      565726858, 596665144, 626914003, 656566347, 685695807, 714361928, 742613686, 770491951}};
 
-static score chi_square_limit(int m, kq_level level)
+score T(kq_chi_square_limit)(int m, kq_level level)
 {
     const unsigned row = (unsigned)level;
     if (!size_is_valid(m) || row > (unsigned)KQ_LEVEL_9999) return not_a_score();

@@ -10,6 +10,7 @@
 
 #include <stdint.h>
 
+#include "kalmanq/robust.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
@@ -269,14 +270,14 @@ static kq_status filter_update_robust(filter *f, const sensor *s, const num *z, 
     return KQ_OK;
 }
 
-static kq_status filter_update_huber(filter *f, const sensor *s, const num *z, uint32_t present,
-                                     scaled k, scaled *weights)
+kq_status T(kq_update_huber)(filter *f, const sensor *s, const num *z, uint32_t present, scaled k,
+                             scaled *weights)
 {
     return filter_update_robust(f, s, z, present, (robustness){ROBUST_HUBER, k, weights});
 }
 
-static kq_status filter_update_student(filter *f, const sensor *s, const num *z, uint32_t present,
-                                       scaled nu, scaled *weights)
+kq_status T(kq_update_student)(filter *f, const sensor *s, const num *z, uint32_t present,
+                               scaled nu, scaled *weights)
 {
     return filter_update_robust(f, s, z, present, (robustness){ROBUST_STUDENT, nu, weights});
 }
@@ -284,8 +285,7 @@ static kq_status filter_update_student(filter *f, const sensor *s, const num *z,
 static int is_recording(const filter *f) { return f->history && f->history->filter == f; }
 
 /* A raised P is no step that the history could undo. */
-static kq_status filter_update_jump(filter *f, const sensor *s, const num *z, uint32_t present,
-                                    scaled g)
+kq_status T(kq_update_jump)(filter *f, const sensor *s, const num *z, uint32_t present, scaled g)
 {
     kq_status status = update_check(f, s, z, present);
     if (!status) status = parameter_check(g);

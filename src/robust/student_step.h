@@ -25,6 +25,7 @@
 #include "../filter/take.h"
 #include "../smoother/smoother.h"
 #include "../smoother/whitened.h"
+#include "gate.h"
 #include "parameters.h"
 #include "robust.h"
 #include "student_scale.h"

@@ -9,6 +9,7 @@
 
 #include "kalmanq/filter.h"
 #include "kalmanq/process.h"
+#include "kalmanq/self_test.h"
 #include "kalmanq/sensor.h"
 #include "kalmanq/status.h"
 
@@ -109,7 +110,7 @@ static int what_is_no_number_is_refused(void)
            T(kq_update)(&t.state, &t.gauge, &no_number) == KQ_ERR_NOT_FINITE;
 }
 
-static kq_status self_test(void)
+kq_status T(kq_self_test)(void)
 {
     const int holds = rounds_to_nearest() && what_is_no_number_is_refused() &&
                       an_update_keeps_small_parts() && a_predict_keeps_small_parts() &&

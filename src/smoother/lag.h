@@ -19,16 +19,17 @@
 #include <stdint.h>
 
 #include "kalmanq/lag.h"
+#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/root.h"
+#include "../arithmetic/scaled.h"
 #include "../model/process.h"
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/tape.h"
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
@@ -118,7 +119,7 @@ KQ_NOINLINE static void lag_move_3(lag_smoother *lag, const process *p, const nu
     lag_move_of(lag, p, u, 3);
 }
 
-static kq_status lag_predict(lag_smoother *lag, const process *p, const num *u)
+kq_status T(kq_lag_predict)(lag_smoother *lag, const process *p, const num *u)
 {
     if (!lag) return KQ_ERR_NULL;
     kq_status status = on_line_check(&lag->tape);
@@ -211,7 +212,7 @@ static kq_status lag_smooth(lag_smoother *lag, int k, int states_only)
 
 /* ------------------------------------------------------------------ the object */
 
-static kq_status lag_assign(lag_smoother *lag, int n, int m, int most, num *memory, size_t length)
+kq_status T(kq_lag_assign)(lag_smoother *lag, int n, int m, int most, num *memory, size_t length)
 {
     if (!lag || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || m < 1 || most < 0) return KQ_ERR_SIZE;
@@ -222,7 +223,7 @@ static kq_status lag_assign(lag_smoother *lag, int n, int m, int most, num *memo
     return KQ_OK;
 }
 
-static kq_status lag_attach(lag_smoother *lag, filter *f)
+kq_status T(kq_lag_attach)(lag_smoother *lag, filter *f)
 {
     if (!lag) return KQ_ERR_NULL;
     const kq_status status = on_line_attach(&lag->tape, f);
@@ -237,16 +238,40 @@ static kq_status lag_attach(lag_smoother *lag, filter *f)
     return KQ_OK;
 }
 
-static kq_status lag_detach(lag_smoother *lag)
+kq_status T(kq_lag_detach)(lag_smoother *lag)
 {
-    return lag ? history_detach(&lag->tape) : KQ_ERR_NULL;
+    return lag ? T(kq_history_detach)(&lag->tape) : KQ_ERR_NULL;
 }
 
-static int lag_steps(const lag_smoother *lag)
+int T(kq_lag_steps)(const lag_smoother *lag)
 {
     return lag && !on_line_check(&lag->tape) ? (int)lag->steps : -1;
 }
 
 static int lag_is_smoothed(const lag_smoother *lag) { return lag && lag->smoothed; }
+
+kq_status T(kq_lag_smooth)(lag_smoother *lag, int k) { return lag_smooth(lag, k, 0); }
+
+kq_status T(kq_lag_smooth_states)(lag_smoother *lag, int k) { return lag_smooth(lag, k, 1); }
+
+num T(kq_lag_mean)(const lag_smoother *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
+}
+
+num T(kq_lag_mean_low)(const lag_smoother *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
+}
+
+num T(kq_lag_sigma)(const lag_smoother *lag, int i)
+{
+    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
+}
+
+kq_status T(kq_lag_covariance)(const lag_smoother *lag, scaled *P)
+{
+    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
+}
 
 #endif

@@ -1,6 +1,7 @@
 #ifndef KQ_SRC_SMOOTHER_ON_LINE_H
 #define KQ_SRC_SMOOTHER_ON_LINE_H
 
+#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -45,7 +46,7 @@ static const recorder records_of_rows = {history_record_predict, history_record_
 /* Records updates, for map_take_tape */
 static kq_status on_line_attach(history *h, filter *f)
 {
-    const kq_status status = history_attach(h, f);
+    const kq_status status = T(kq_history_attach)(h, f);
     if (status) return status;
     h->phase = HISTORY_ROWS;
     h->recorder = &records_of_rows;

@@ -10,6 +10,7 @@
 
 #include "kalmanq/point.h"
 #include "kalmanq/size.h"
+#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -22,7 +23,6 @@
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/tape.h"
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
@@ -63,7 +63,7 @@ static unsigned point_settle(num *state, backward_map map, int n)
     return events;
 }
 
-static kq_status point_assign(point_smoother *point, int n, int m, num *memory, size_t length)
+kq_status T(kq_point_assign)(point_smoother *point, int n, int m, num *memory, size_t length)
 {
     if (!point || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || m < 1) return KQ_ERR_SIZE;
@@ -73,7 +73,7 @@ static kq_status point_assign(point_smoother *point, int n, int m, num *memory, 
     return KQ_OK;
 }
 
-static kq_status point_attach(point_smoother *point, filter *f)
+kq_status T(kq_point_attach)(point_smoother *point, filter *f)
 {
     if (!point) return KQ_ERR_NULL;
     const kq_status status = on_line_attach(&point->tape, f);
@@ -84,7 +84,7 @@ static kq_status point_attach(point_smoother *point, filter *f)
     return KQ_OK;
 }
 
-static kq_status point_predict(point_smoother *point, const process *p, const num *u)
+kq_status T(kq_point_predict)(point_smoother *point, const process *p, const num *u)
 {
     if (!point) return KQ_ERR_NULL;
     kq_status status = on_line_check(&point->tape);
@@ -102,7 +102,7 @@ static kq_status point_predict(point_smoother *point, const process *p, const nu
     return KQ_OK;
 }
 
-static kq_status point_smooth(point_smoother *point)
+kq_status T(kq_point_smooth)(point_smoother *point)
 {
     if (!point) return KQ_ERR_NULL;
     const kq_status status = on_line_check(&point->tape);
@@ -116,11 +116,31 @@ static kq_status point_smooth(point_smoother *point)
     return KQ_OK;
 }
 
-static kq_status point_detach(point_smoother *point)
+kq_status T(kq_point_detach)(point_smoother *point)
 {
-    return point ? history_detach(&point->tape) : KQ_ERR_NULL;
+    return point ? T(kq_history_detach)(&point->tape) : KQ_ERR_NULL;
 }
 
 static int point_is_smoothed(const point_smoother *point) { return point && point->columns; }
+
+num T(kq_point_mean)(const point_smoother *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
+}
+
+num T(kq_point_mean_low)(const point_smoother *point, int i)
+{
+    return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
+}
+
+num T(kq_point_sigma)(const point_smoother *point, int i)
+{
+    return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
+}
+
+kq_status T(kq_point_covariance)(const point_smoother *point, scaled *P)
+{
+    return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
+}
 
 #endif

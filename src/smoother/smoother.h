@@ -211,16 +211,6 @@ static kq_status smooth_check_process(const history *h, const process *p)
     return p->states == h->states && processes_agree(p, h->process) ? KQ_OK : KQ_ERR_MISMATCH;
 }
 
-static kq_status smooth_step(history *h, const process *p, const smooth_extras *extras)
-{
-    kq_status status = smooth_check(h, 1);
-    if (!status && p) status = smooth_check_process(h, p);
-    if (status) return status;
-    if (!p && h->phase == HISTORY_SMOOTHING && !history_knows_process(h)) return KQ_ERR_CHANGED;
-    smooth_one(h, p, extras, HISTORY_SMOOTHING);
-    return KQ_OK;
-}
-
 static kq_status smooth_all(history *h, uint8_t phase)
 {
     const kq_status status = smooth_check(h, 0);
@@ -237,47 +227,6 @@ static int smoothed_is_valid(const history *h, size_t t)
 {
     return h && (h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES) && t >= h->step &&
            t < h->steps;
-}
-
-static num smoothed_mean(const history *h, size_t t, int i)
-{
-    if (!smoothed_is_valid(h, t) || i < 0 || i >= h->states) return num_nan();
-    return mean_get(history_slot(h, h->states, t), h->states, i);
-}
-
-static num smoothed_mean_low(const history *h, size_t t, int i)
-{
-    if (!smoothed_is_valid(h, t) || i < 0 || i >= h->states) return num_nan();
-    return mean_low(history_slot(h, h->states, t), h->states, i);
-}
-
-static num smoothed_sigma(const history *h, size_t t, int i)
-{
-    if (!smoothed_is_valid(h, t) || h->phase == HISTORY_STATES || i < 0 || i >= h->states) {
-        return num_nan();
-    }
-    const num *S = history_slot(h, h->states, t) + MEAN_PLANES * h->states;
-    return word_of(scaled_root(root_product(S, h->states, i, i)));
-}
-
-static kq_status smoothed_covariance(const history *h, size_t t, scaled *P)
-{
-    if (!h || !P) return KQ_ERR_NULL;
-    if (t >= h->steps) return KQ_ERR_SIZE;
-    if (!smoothed_is_valid(h, t) || h->phase == HISTORY_STATES) return KQ_ERR_NOT_READY;
-    root_square(P, history_slot(h, h->states, t) + MEAN_PLANES * h->states, h->states);
-    return KQ_OK;
-}
-
-static kq_status smoothed_measurement_noise(const history *h, int k, scaled *mean, scaled *variance)
-{
-    if (!h || !mean || !variance) return KQ_ERR_NULL;
-    if (h->phase != HISTORY_SMOOTHING) return KQ_ERR_HISTORY_EMPTY;
-    if (k < 0 || (unsigned)k >= h->records) return KQ_ERR_SIZE;
-    const num *record =
-        history_tape(h, h->states) + h->used + (size_t)k * UPDATE_RECORD_LEN(h->states);
-    load_noise(record, mean, variance);
-    return KQ_OK;
 }
 
 #endif

@@ -4,12 +4,13 @@
 
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
 #include "kalmanq/size.h"
+#include "kalmanq/start.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../model/types.h"
-#include "../filter/prior.h"
 #include "start.h"
 #include "unknown.h"
 
@@ -24,8 +25,8 @@ static void known_covariance(num *known, const num *P, int n, uint32_t unknown)
     }
 }
 
-static kq_status start_init(unknown_start *s, filter *f, const num *x0, const num *P0,
-                            uint32_t unknown)
+kq_status T(kq_start_init)(unknown_start *s, filter *f, const num *x0, const num *P0,
+                           uint32_t unknown)
 {
     num P[KQ_SIZE_MAX * KQ_SIZE_MAX];
     kq_status status = start_check_memory(s, f);
@@ -35,7 +36,7 @@ static kq_status start_init(unknown_start *s, filter *f, const num *x0, const nu
     const uint32_t all = (UINT32_C(1) << n) - 1;
     if (!P0 && (unknown & all) != all) return KQ_ERR_NULL;
     known_covariance(P, P0, n, unknown);
-    status = filter_init(f, x0, P);
+    status = T(kq_filter_init)(f, x0, P);
     if (status) return status;
     start_begin(s, f, unknown);
     return KQ_OK;

@@ -7,6 +7,7 @@
 #include "kalmanq/filter.h"
 #include "kalmanq/fixed_point.h"
 #include "kalmanq/size.h"
+#include "kalmanq/start.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/q31.h"
@@ -14,7 +15,6 @@
 #include "../arithmetic/rows.h"
 #include "../arithmetic/triangle.h"
 #include "../model/types.h"
-#include "../filter/prior.h"
 #include "start.h"
 #include "unknown.h"
 
@@ -29,8 +29,8 @@ static void known_root(num *known, const num *root, int n, uint32_t unknown)
     }
 }
 
-static kq_status start_init(unknown_start *s, filter *f, const kq_prior_table_q31 *prior,
-                            uint32_t unknown, kq_misfit_q31 *misfit)
+kq_status T(kq_start_init)(unknown_start *s, filter *f, const kq_prior_table_q31 *prior,
+                           uint32_t unknown, kq_misfit_q31 *misfit)
 {
     num root[ROOT_LEN(KQ_SIZE_MAX)];
     kq_status status = start_check_memory(s, f);
@@ -40,7 +40,7 @@ static kq_status start_init(unknown_start *s, filter *f, const kq_prior_table_q3
     known_root(root, prior->root, s->states, unknown);
     kq_prior_table_q31 known = *prior;
     known.root = root;
-    status = filter_init(f, &known, misfit);
+    status = T(kq_filter_init)(f, &known, misfit);
     if (status) return status;
     start_begin(s, f, unknown);
     return KQ_OK;

@@ -6,6 +6,8 @@
 #include <stdint.h>
 
 #include "kalmanq/size.h"
+#include "kalmanq/smoother.h"
+#include "kalmanq/start.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -73,7 +75,7 @@ static kq_status start_smooth_tape(history *h, const filter *f)
     return smooth_all(h, HISTORY_SMOOTHING);
 }
 
-static kq_status start_smooth(unknown_start *s)
+kq_status T(kq_start_smooth)(unknown_start *s)
 {
     const kq_status status = start_check(s);
     if (status) return status;
@@ -112,32 +114,32 @@ static int start_is_on_tape(const unknown_start *s, size_t t)
     return !start_check(s) && s->tape && s->phase != START_WAITING && t >= s->steps;
 }
 
-static num start_smoothed_mean(const unknown_start *s, size_t t, int i)
+num T(kq_start_smoothed_mean)(const unknown_start *s, size_t t, int i)
 {
-    if (start_is_on_tape(s, t)) return smoothed_mean(s->tape, t - (size_t)s->steps, i);
+    if (start_is_on_tape(s, t)) return T(kq_smoothed_mean)(s->tape, t - (size_t)s->steps, i);
     if (!past_is_valid(s, t, i)) return num_nan();
     return mean_get(past_at(s, (uint32_t)t).mean, s->states, i);
 }
 
-static num start_smoothed_mean_low(const unknown_start *s, size_t t, int i)
+num T(kq_start_smoothed_mean_low)(const unknown_start *s, size_t t, int i)
 {
-    if (start_is_on_tape(s, t)) return smoothed_mean_low(s->tape, t - (size_t)s->steps, i);
+    if (start_is_on_tape(s, t)) return T(kq_smoothed_mean_low)(s->tape, t - (size_t)s->steps, i);
     if (!past_is_valid(s, t, i)) return num_nan();
     return mean_low(past_at(s, (uint32_t)t).mean, s->states, i);
 }
 
-static num start_smoothed_sigma(const unknown_start *s, size_t t, int i)
+num T(kq_start_smoothed_sigma)(const unknown_start *s, size_t t, int i)
 {
-    if (start_is_on_tape(s, t)) return smoothed_sigma(s->tape, t - (size_t)s->steps, i);
+    if (start_is_on_tape(s, t)) return T(kq_smoothed_sigma)(s->tape, t - (size_t)s->steps, i);
     if (!past_is_valid(s, t, i) || s->phase == START_STATES) return num_nan();
     return word_of(scaled_root(root_product(past_at(s, (uint32_t)t).root, s->states, i, i)));
 }
 
-static kq_status start_smoothed_covariance(const unknown_start *s, size_t t, scaled *P)
+kq_status T(kq_start_smoothed_covariance)(const unknown_start *s, size_t t, scaled *P)
 {
     const kq_status status = start_check(s);
     if (status) return status;
-    if (start_is_on_tape(s, t)) return smoothed_covariance(s->tape, t - (size_t)s->steps, P);
+    if (start_is_on_tape(s, t)) return T(kq_smoothed_covariance)(s->tape, t - (size_t)s->steps, P);
     if (!P) return KQ_ERR_NULL;
     if (t >= s->steps) return KQ_ERR_SIZE;
     for (int i = 0; i < s->states; i++) {

@@ -5,6 +5,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
+#include "kalmanq/smoother.h"
+#include "kalmanq/start.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -48,11 +51,11 @@ static void start_close(unknown_start *s)
     if (s->unknowns) filter_set_ready(s->filter, 0);
 }
 
-static kq_status start_predict(unknown_start *s, const process *p, const num *u)
+kq_status T(kq_start_predict)(unknown_start *s, const process *p, const num *u)
 {
     kq_status status = start_check(s);
     if (status) return status;
-    if (!start_is_open(s)) return filter_predict(s->filter, p, u);
+    if (!start_is_open(s)) return T(kq_predict)(s->filter, p, u);
     filter known = *s->filter; /* as if it were ready */
     known.ready = FILTER_READY;
     status = predict_check(&known, p, u);
@@ -68,12 +71,13 @@ static kq_status start_predict(unknown_start *s, const process *p, const num *u)
     return KQ_OK;
 }
 
-static kq_status start_update(unknown_start *s, const sensor *by, const num *z, uint32_t present)
+kq_status T(kq_start_update_subset)(unknown_start *s, const sensor *by, const num *z,
+                                    uint32_t present)
 {
     kq_status status = start_check(s);
     if (status) return status;
     filter *f = s->filter;
-    if (!start_is_open(s)) return filter_update_subset(f, by, z, present);
+    if (!start_is_open(s)) return T(kq_update_subset)(f, by, z, present);
     filter known = *f; /* as if it were ready */
     known.ready = FILTER_READY;
     status = update_check(&known, by, z, present);
@@ -91,7 +95,7 @@ static kq_status start_update(unknown_start *s, const sensor *by, const num *z, 
 
 /* ------------------------------------------------------------------ init */
 
-static kq_status start_assign(unknown_start *s, int n, size_t early, num *memory, size_t length)
+kq_status T(kq_start_assign)(unknown_start *s, int n, size_t early, num *memory, size_t length)
 {
     if (!s || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || early >= UINT16_MAX) return KQ_ERR_SIZE;
@@ -135,7 +139,7 @@ static void start_begin(unknown_start *s, filter *f, uint32_t unknown)
     start_close(s);
 }
 
-static kq_status start_attach(unknown_start *s, history *h)
+kq_status T(kq_start_attach)(unknown_start *s, history *h)
 {
     const kq_status status = start_check(s);
     if (status) return status;
@@ -160,43 +164,43 @@ static kq_status start_attach(unknown_start *s, history *h)
     return KQ_OK;
 }
 
-static kq_status start_detach(unknown_start *s)
+kq_status T(kq_start_detach)(unknown_start *s)
 {
     const kq_status status = start_check(s);
     if (status || !s->tape) return status;
     history *h = s->tape;
     s->tape = 0;
-    return history_detach(h);
+    return T(kq_history_detach)(h);
 }
 
 /* ------------------------------------------------------------------ what is known */
 
-static int start_is_determined(const unknown_start *s, int i)
+int T(kq_start_is_determined)(const unknown_start *s, int i)
 {
     if (start_check(s) || i < 0 || i >= s->states) return 0;
     if (!start_is_open(s)) return s->filter->ready != 0;
     return unknown_is_zero(s, i);
 }
 
-static int start_count(const unknown_start *s)
+int T(kq_start_count)(const unknown_start *s)
 {
     if (start_check(s)) return -1;
     return start_is_open(s) ? s->unknowns : 0;
 }
 
-static num start_mean(const unknown_start *s, int i)
+num T(kq_start_mean)(const unknown_start *s, int i)
 {
-    return start_is_determined(s, i) ? mean_get(s->filter->memory, s->states, i) : num_nan();
+    return T(kq_start_is_determined)(s, i) ? mean_get(s->filter->memory, s->states, i) : num_nan();
 }
 
-static num start_mean_low(const unknown_start *s, int i)
+num T(kq_start_mean_low)(const unknown_start *s, int i)
 {
-    return start_is_determined(s, i) ? mean_low(s->filter->memory, s->states, i) : num_nan();
+    return T(kq_start_is_determined)(s, i) ? mean_low(s->filter->memory, s->states, i) : num_nan();
 }
 
-static num start_sigma(const unknown_start *s, int i)
+num T(kq_start_sigma)(const unknown_start *s, int i)
 {
-    if (!start_is_determined(s, i)) return num_nan();
+    if (!T(kq_start_is_determined)(s, i)) return num_nan();
     return word_of(scaled_root(root_product(filter_root(s->filter), s->states, i, i)));
 }
 
@@ -204,6 +208,22 @@ static score start_log_likelihood(const unknown_start *s, int whole_run)
 {
     if (start_check(s)) return not_a_score();
     return whole_run ? likelihood_run_log(&s->filter->run) : likelihood_log(&s->filter->last);
+}
+
+kq_status T(kq_start_update)(unknown_start *s, const sensor *by, const num *z)
+{
+    return T(kq_start_update_subset)(s, by, z, UINT32_MAX);
+}
+
+score T(kq_start_log_likelihood_last)(const unknown_start *s) { return start_log_likelihood(s, 0); }
+
+score T(kq_start_log_likelihood)(const unknown_start *s) { return start_log_likelihood(s, 1); }
+
+size_t T(kq_start_steps)(const unknown_start *s) { return start_check(s) ? 0 : (size_t)s->steps; }
+
+size_t T(kq_start_first)(const unknown_start *s)
+{
+    return start_check(s) ? 0 : (size_t)start_first(s);
 }
 
 #endif

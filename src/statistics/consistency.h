@@ -42,7 +42,7 @@ static const num *entry_of(const consistency *c, int k)
     return entry_at(c, slot < 0 ? slot + c->window + 1 : slot);
 }
 
-static kq_status consistency_assign(consistency *c, int m, int window, num *memory, size_t length)
+kq_status T(kq_consistency_assign)(consistency *c, int m, int window, num *memory, size_t length)
 {
     if (!c || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(m) || window < 1 || window > KQ_WINDOW_MAX) return KQ_ERR_SIZE;
@@ -57,7 +57,7 @@ static kq_status consistency_check(const consistency *c)
     return c->memory && c->window ? KQ_OK : KQ_ERR_NOT_READY;
 }
 
-static kq_status consistency_clear(consistency *c)
+kq_status T(kq_consistency_clear)(consistency *c)
 {
     const kq_status status = consistency_check(c);
     if (status) return status;
@@ -79,8 +79,8 @@ static num normalised_innovation(const filter *f, const sensor *s, num z, int c)
     return unit_word(scaled_over(mean_residual(z, h, f->memory, n, 0, n), scaled_root(variance)));
 }
 
-static kq_status consistency_watch(consistency *c, const filter *f, const sensor *s, const num *z,
-                                   uint32_t present)
+kq_status T(kq_consistency_watch)(consistency *c, const filter *f, const sensor *s, const num *z,
+                                  uint32_t present)
 {
     kq_status status = consistency_check(c);
     if (status) return status;
@@ -95,7 +95,7 @@ static kq_status consistency_watch(consistency *c, const filter *f, const sensor
     return KQ_OK;
 }
 
-static kq_status consistency_record(consistency *c, const filter *f)
+kq_status T(kq_consistency_record)(consistency *c, const filter *f)
 {
     kq_status status = consistency_check(c);
     if (status) return status;
@@ -134,7 +134,7 @@ static void chi_square_bounds(int32_t degrees, score q, score *low, score *high)
     *high = score_of(cube(scaled_plus(middle, reach)));
 }
 
-static kq_status consistency_nis(const consistency *c, score q, score *nis, score *low, score *high)
+kq_status T(kq_consistency_nis)(const consistency *c, score q, score *nis, score *low, score *high)
 {
     kq_status status = consistency_check(c);
     if (status) return status;
@@ -186,9 +186,9 @@ static void sum_units(unit_sums *sums, const consistency *c, int component)
 
 /* The mean of `count` numbers N(0, 1) has the variance 1 / count; the sum of `pairs` products of
    two of them, over that of their squares, pairs / count^2. */
-static kq_status consistency_innovation(const consistency *c, int component, score q, score *mean,
-                                        score *mean_bound, score *correlation,
-                                        score *correlation_bound)
+kq_status T(kq_consistency_innovation)(const consistency *c, int component, score q, score *mean,
+                                       score *mean_bound, score *correlation,
+                                       score *correlation_bound)
 {
     unit_sums sums;
     kq_status status = consistency_check(c);
@@ -209,5 +209,7 @@ static kq_status consistency_innovation(const consistency *c, int component, sco
     *correlation_bound = score_of(scaled_over(scaled_times(reach, spread), count));
     return KQ_OK;
 }
+
+int T(kq_consistency_count)(const consistency *c) { return c ? c->count : 0; }
 
 #endif

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "kalmanq/filter.h"
+#include "kalmanq/least_squares.h"
 #include "kalmanq/sensor.h"
 #include "kalmanq/status.h"
 
@@ -61,7 +62,7 @@ static void fade_now(filter *f, scaled lambda)
     renormalise(S, n);
 }
 
-static kq_status filter_fade(filter *f, scaled lambda)
+kq_status T(kq_fade)(filter *f, scaled lambda)
 {
     kq_status status = filter_check(f);
     if (status) return status;
@@ -75,7 +76,7 @@ static kq_status filter_fade(filter *f, scaled lambda)
 
 /* ------------------------------------------------------------------ least squares */
 
-static kq_status least_squares_init(least_squares *q, filter *f, scaled lambda)
+static kq_status least_squares_begin(least_squares *q, filter *f, scaled lambda)
 {
     if (!q || !f) return KQ_ERR_NULL;
     const kq_status status = lambda_check(lambda);
@@ -116,8 +117,8 @@ static kq_status least_squares_take(least_squares *q, const sensor *row, num z)
     return KQ_OK;
 }
 
-static kq_status least_squares_add_all(least_squares *q, const scaled *H, const num *z,
-                                       const scaled *r, int count)
+kq_status T(kq_least_squares_add_all)(least_squares *q, const scaled *H, const num *z,
+                                      const scaled *r, int count)
 {
     sensor row;
     scaled memory[KQ_SENSOR_DIAGONAL_LEN(1)];
@@ -136,14 +137,24 @@ static kq_status least_squares_add_all(least_squares *q, const scaled *H, const 
     return status;
 }
 
-static kq_status least_squares_add(least_squares *q, const scaled *h, num z, scaled r)
+kq_status T(kq_least_squares_add)(least_squares *q, const scaled *h, num z, scaled r)
 {
-    return least_squares_add_all(q, h, &z, &r, 1);
+    return T(kq_least_squares_add_all)(q, h, &z, &r, 1);
 }
 
 static score least_squares_score(const least_squares *q, const tally *sum)
 {
     return q && q->filter ? tally_score(sum) : not_a_score();
+}
+
+score T(kq_least_squares_residual)(const least_squares *q)
+{
+    return least_squares_score(q, q ? &q->residual : 0);
+}
+
+score T(kq_least_squares_weight)(const least_squares *q)
+{
+    return least_squares_score(q, q ? &q->weight : 0);
 }
 
 #endif

@@ -22,7 +22,7 @@ typedef T(kq_model) model;
 
 /* ------------------------------------------------------------------ the arrays */
 
-static kq_status model_assign(model *made, int n, int r, int m, num *memory, size_t length)
+kq_status T(kq_model_assign)(model *made, int n, int r, int m, num *memory, size_t length)
 {
     if (!made || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(r) || !size_is_valid(m)) return KQ_ERR_SIZE;
@@ -165,8 +165,8 @@ static kq_status arma_check(const num *coefficients, int count, num variance, nu
     return status ? status : variances_check(&noise, 1);
 }
 
-static kq_status model_arma(model *made, const num *phi, int p, const num *theta, int q,
-                            num variance, num noise)
+kq_status T(kq_model_arma)(model *made, const num *phi, int p, const num *theta, int q,
+                           num variance, num noise)
 {
     num gamma[KQ_SIZE_MAX];
     if (p < 0 || p > KQ_SIZE_MAX || q < 0 || q >= KQ_SIZE_MAX) return KQ_ERR_SIZE;
@@ -189,13 +189,13 @@ static kq_status model_arma(model *made, const num *phi, int p, const num *theta
     return KQ_OK;
 }
 
-static kq_status model_ar(model *made, const num *phi, int p, num variance, num noise)
+kq_status T(kq_model_ar)(model *made, const num *phi, int p, num variance, num noise)
 {
     if (p < 1) return KQ_ERR_SIZE;
-    return model_arma(made, phi, p, 0, 0, variance, noise);
+    return T(kq_model_arma)(made, phi, p, 0, 0, variance, noise);
 }
 
-static kq_status model_ma(model *made, const num *theta, int q, num variance, num noise)
+kq_status T(kq_model_ma)(model *made, const num *theta, int q, num variance, num noise)
 {
     if (q < 0 || q >= KQ_SIZE_MAX) return KQ_ERR_SIZE;
     const int n = q + 1;
@@ -214,8 +214,8 @@ static kq_status model_ma(model *made, const num *theta, int q, num variance, nu
 
 /* ------------------------------------------------------------------ structural models */
 
-static kq_status model_regression(model *made, const num *regressors, int k, const num *drift,
-                                  num noise, const num *mean, const num *variance)
+kq_status T(kq_model_regression)(model *made, const num *regressors, int k, const num *drift,
+                                 num noise, const num *mean, const num *variance)
 {
     kq_status status = model_check(made, k, k, 1);
     if (status) return status;
@@ -236,10 +236,10 @@ static kq_status model_regression(model *made, const num *regressors, int k, con
     return KQ_OK;
 }
 
-static kq_status model_level(model *made, num drift, num noise, num mean, num variance)
+kq_status T(kq_model_level)(model *made, num drift, num noise, num mean, num variance)
 {
     static const num one[] = {1};
-    return model_regression(made, one, 1, &drift, noise, &mean, &variance);
+    return T(kq_model_regression)(made, one, 1, &drift, noise, &mean, &variance);
 }
 
 /* The parts of a structural model: `drifts` noises, n states */
@@ -272,8 +272,8 @@ static void set_season(model *made, int first, int column, num drift)
     made->H[first] = 1;
 }
 
-static kq_status model_trend(model *made, const num *drift, num noise, const num *mean,
-                             const num *variance)
+kq_status T(kq_model_trend)(model *made, const num *drift, num noise, const num *mean,
+                            const num *variance)
 {
     const kq_status status = structure_check(made, 2, drift, 2, noise, mean, variance);
     if (status) return status;
@@ -284,8 +284,8 @@ static kq_status model_trend(model *made, const num *drift, num noise, const num
     return KQ_OK;
 }
 
-static kq_status model_season(model *made, int seasons, num drift, num noise, const num *mean,
-                              const num *variance)
+kq_status T(kq_model_season)(model *made, int seasons, num drift, num noise, const num *mean,
+                             const num *variance)
 {
     if (seasons < 2 || seasons > KQ_SIZE_MAX + 1) return KQ_ERR_SIZE;
     const kq_status status =
@@ -298,8 +298,8 @@ static kq_status model_season(model *made, int seasons, num drift, num noise, co
     return KQ_OK;
 }
 
-static kq_status model_trend_season(model *made, int seasons, const num *drift, num noise,
-                                    const num *mean, const num *variance)
+kq_status T(kq_model_trend_season)(model *made, int seasons, const num *drift, num noise,
+                                   const num *mean, const num *variance)
 {
     if (seasons < 2 || seasons >= KQ_SIZE_MAX) return KQ_ERR_SIZE;
     const kq_status status =
@@ -379,7 +379,7 @@ KQ_NOINLINE static kq_status solve_stationary(num *P, const num *A, num *Q, int 
     return status;
 }
 
-static kq_status stationary_covariance(num *P, const num *A, const num *F, int n, int r)
+kq_status T(kq_stationary_covariance)(num *P, const num *A, const num *F, int n, int r)
 {
     num Q[KQ_SIZE_MAX * KQ_SIZE_MAX] = {0};
     if (!P || !A || (r && !F)) return KQ_ERR_NULL;
@@ -391,8 +391,8 @@ static kq_status stationary_covariance(num *P, const num *A, const num *F, int n
     return solve_stationary(P, A, Q, n);
 }
 
-static kq_status model_factor(model *made, int k, int m, const num *loadings, const num *transition,
-                              const num *drift, const num *noise)
+kq_status T(kq_model_factor)(model *made, int k, int m, const num *loadings, const num *transition,
+                             const num *drift, const num *noise)
 {
     num Q[KQ_SIZE_MAX * KQ_SIZE_MAX] = {0};
     kq_status status = model_check(made, k, k, m);
@@ -478,14 +478,14 @@ static kq_status model_motion(model *made, int order, int d, num dt, const num *
     return KQ_OK;
 }
 
-static kq_status model_velocity(model *made, int d, num dt, const num *density, const num *noise,
-                                const num *mean, const num *variance)
+kq_status T(kq_model_velocity)(model *made, int d, num dt, const num *density, const num *noise,
+                               const num *mean, const num *variance)
 {
     return model_motion(made, 2, d, dt, density, noise, mean, variance);
 }
 
-static kq_status model_acceleration(model *made, int d, num dt, const num *density,
-                                    const num *noise, const num *mean, const num *variance)
+kq_status T(kq_model_acceleration)(model *made, int d, num dt, const num *density, const num *noise,
+                                   const num *mean, const num *variance)
 {
     return model_motion(made, 3, d, dt, density, noise, mean, variance);
 }

@@ -46,7 +46,7 @@ static kq_status number_check(num a) { return num_is_finite(a) ? KQ_OK : KQ_ERR_
 static kq_status row_sensor(sensor *row, num *memory, const least_squares *q, const num *h, num r)
 {
     const kq_status status =
-        sensor_assign(row, q->filter->states, 1, memory, KQ_SENSOR_DIAGONAL_LEN(1));
+        T(kq_sensor_assign)(row, q->filter->states, 1, memory, KQ_SENSOR_DIAGONAL_LEN(1));
     return status ? status : sensor_init_diagonal(row, &T(kq_sensor_independent), h, &r);
 }
 

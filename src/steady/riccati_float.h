@@ -19,6 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 #include "kalmanq/steady.h"
@@ -536,15 +537,15 @@ static kq_status steady_solve_check(const process *p, const sensor *s, const num
     return length < (size_t)STEADY_SOLVE_LEN(p->states, s->components) ? KQ_ERR_MEMORY : KQ_OK;
 }
 
-static kq_status steady_solve(const process *p, const sensor *s, num *memory, size_t length,
-                              const steady_solution *out)
+kq_status T(kq_steady_solve)(const process *p, const sensor *s, num *memory, size_t length,
+                             const steady_solution *out)
 {
     filter f;
     kq_status status = steady_solve_check(p, s, memory, length, out);
     if (status) return status;
     const int n = p->states, m = s->components;
     const steady_work w = steady_work_at(memory, n, m);
-    status = filter_assign(&f, n, w.state, (size_t)FILTER_LEN(n));
+    status = T(kq_filter_assign)(&f, n, w.state, (size_t)FILTER_LEN(n));
     if (!status) status = check_lasting(p, s, &w);
     if (!status) status = doubling(p, s, &w);
     if (!status) status = refine(p, s, &w, &f);

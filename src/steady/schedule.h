@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "kalmanq/status.h"
+#include "kalmanq/steady.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/root.h"
@@ -65,8 +66,8 @@ static kq_status model_check(const filter *f, const process *p, const sensor *s)
     return process_fits(p, f) && sensor_fits(s, f) ? KQ_OK : KQ_ERR_MISMATCH;
 }
 
-static kq_status steady_schedule(const filter *f, const process *p, const sensor *s, num *memory,
-                                 size_t length, int bits, scaled *gains, size_t steps, size_t *used)
+kq_status T(kq_steady_schedule)(const filter *f, const process *p, const sensor *s, num *memory,
+                                size_t length, int bits, scaled *gains, size_t steps, size_t *used)
 {
     filter trial;
     const kq_status status = model_check(f, p, s);

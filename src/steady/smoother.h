@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "kalmanq/size.h"
+#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 #include "kalmanq/steady.h"
 
@@ -115,9 +116,9 @@ static void smoother_constants(const process *p, const reading *z, filter *f, nu
     }
 }
 
-static kq_status steady_smoother_make(const filter *f, const process *p, const sensor *s,
-                                      num *memory, size_t length, num *root, scaled *back,
-                                      scaled *drive)
+kq_status T(kq_steady_smoother_make)(const filter *f, const process *p, const sensor *s,
+                                     num *memory, size_t length, num *root, scaled *back,
+                                     scaled *drive)
 {
     scaled noise[KQ_TRIANGLE(KQ_SIZE_MAX)];
     filter trial;
@@ -135,7 +136,7 @@ static kq_status steady_smoother_make(const filter *f, const process *p, const s
     trial_of(&trial, f, memory);
     num *own = memory + FILTER_LEN(n);
     copy(own, filter_root(f), ROOT_LEN(n));
-    status = history_assign(&h, n, own + ROOT_LEN(n), (size_t)HISTORY_LEN(n, m, 1, 0));
+    status = T(kq_history_assign)(&h, n, own + ROOT_LEN(n), (size_t)HISTORY_LEN(n, m, 1, 0));
     if (status) return status;
     smoother_constants(p, &z, &trial, own, &h, back, drive);
     copy(root, own, ROOT_LEN(n));
@@ -173,7 +174,7 @@ static unsigned smoother_back(num *a, const steady_smoother *c, const num *e)
     return events;
 }
 
-static kq_status steady_smooth(const steady_smoother *c, num *x, const num *e, size_t steps)
+kq_status T(kq_steady_smooth)(const steady_smoother *c, num *x, const num *e, size_t steps)
 {
     num a[COORDINATE_PLANES * KQ_SIZE_MAX];
     scaled row[KQ_SIZE_MAX];

@@ -7,9 +7,11 @@
 
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
+#include "kalmanq/steady.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/gains.h"
+#include "../arithmetic/mean.h"
 #include "../arithmetic/scaled.h"
 #include "../model/process.h"
 #include "../model/sensor.h"
@@ -18,7 +20,7 @@
 #include "checks.h"
 #include "kernel.h"
 
-static kq_status steady_assign(steady *st, int n, int m, num *memory, size_t length)
+kq_status T(kq_steady_assign)(steady *st, int n, int m, num *memory, size_t length)
 {
     if (!st || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
@@ -36,8 +38,8 @@ static kq_status steady_check_memory(const steady *st)
     return st->memory && st->length >= STEADY_LEN((unsigned)st->states) ? KQ_OK : KQ_ERR_MEMORY;
 }
 
-static kq_status steady_init(steady *st, const process *p, const sensor *s, const num *x0,
-                             const scaled *gains, size_t count)
+kq_status T(kq_steady_init)(steady *st, const process *p, const sensor *s, const num *x0,
+                            const scaled *gains, size_t count)
 {
     if (!st || !x0 || !gains) return KQ_ERR_NULL;
     kq_status status = steady_check_memory(st);
@@ -83,7 +85,7 @@ static const num *steady_controls(const steady *st, const num *u)
     return st->process->controls ? u : 0;
 }
 
-static kq_status steady_predict(steady *st, const num *u)
+kq_status T(kq_steady_predict)(steady *st, const num *u)
 {
     steady_word t[KQ_SIZE_MAX];
     const kq_status status = steady_check(st, u);
@@ -101,7 +103,7 @@ static void steady_state(steady_word *t, const steady *st)
     for (int i = 0; i < st->states; i++) t[i] = steady_whole(st->memory, st->states, i);
 }
 
-static kq_status steady_update(steady *st, const num *z)
+kq_status T(kq_steady_update)(steady *st, const num *z)
 {
     steady_word t[KQ_SIZE_MAX];
     const kq_status status = steady_check_measured(st, z);
@@ -113,7 +115,7 @@ static kq_status steady_update(steady *st, const num *z)
     return KQ_OK;
 }
 
-static kq_status steady_step(steady *st, const num *u, const num *z)
+kq_status T(kq_steady_step)(steady *st, const num *u, const num *z)
 {
     kq_status status = steady_check(st, u);
     if (!status) status = steady_check_measured(st, z);
@@ -129,7 +131,7 @@ static int steady_has(const steady *st, int i)
     return st && st->gain && i >= 0 && i < st->states;
 }
 
-static kq_status steady_innovation(const steady *st, const num *z, num *e)
+kq_status T(kq_steady_innovation)(const steady *st, const num *z, num *e)
 {
     steady_word t[KQ_SIZE_MAX];
     const kq_status status = steady_check_measured(st, z);
@@ -145,5 +147,19 @@ static kq_status steady_innovation(const steady *st, const num *z, num *e)
     }
     return KQ_OK;
 }
+
+num T(kq_steady_mean)(const steady *st, int i)
+{
+    return steady_has(st, i) ? steady_get(st->memory, st->states, i) : num_nan();
+}
+
+num T(kq_steady_mean_low)(const steady *st, int i)
+{
+    return steady_has(st, i) ? mean_low(st->memory, st->states, i) : num_nan();
+}
+
+unsigned T(kq_steady_events)(const steady *st) { return st ? st->events : 0; }
+
+void T(kq_steady_events_clear)(steady *st) { if (st) st->events = 0; }
 
 #endif

@@ -20,7 +20,6 @@
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/gain.h"
 #include "schedule.h"
 
 typedef T(kq_switch) settling;
@@ -29,7 +28,7 @@ typedef T(kq_switch) settling;
    kept; one that hardly did and has kept it; one of the mean alone. */
 enum { SWITCH_MOVING, SWITCH_CALM, SWITCH_KEEPING, SWITCH_SETTLED };
 
-static kq_status switch_assign(settling *w, int n, int m, num *memory, size_t length, scaled *gain)
+kq_status T(kq_switch_assign)(settling *w, int n, int m, num *memory, size_t length, scaled *gain)
 {
     if (!w || !memory || !gain) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
@@ -42,7 +41,7 @@ static kq_status switch_assign(settling *w, int n, int m, num *memory, size_t le
     return KQ_OK;
 }
 
-static kq_status switch_init(settling *w, int bits)
+kq_status T(kq_switch_init)(settling *w, int bits)
 {
     if (!w) return KQ_ERR_NULL;
     if (!size_is_valid(w->states) || !size_is_valid(w->components)) return KQ_ERR_SIZE;
@@ -61,7 +60,7 @@ static kq_status switch_check(const settling *w)
     return w->bits ? KQ_OK : KQ_ERR_NOT_READY;
 }
 
-static kq_status switch_release(settling *w)
+kq_status T(kq_switch_release)(settling *w)
 {
     const kq_status status = switch_check(w);
     if (!status) w->phase = SWITCH_MOVING;
@@ -115,7 +114,7 @@ static kq_status switch_move_all(settling *w, filter *f, const process *p, const
     const int n = f->states, may_settle = !f->history && switch_knows(w, p, s);
     const int keep = w->phase == SWITCH_CALM;
     kq_status status = T(kq_predict)(f, p, u);
-    if (!status && keep) status = filter_gain(f, s, w->gain);
+    if (!status && keep) status = T(kq_gain)(f, s, w->gain);
     if (!status) status = T(kq_update)(f, s, z);
     if (status) return status;
     const int calm = may_settle && root_has_settled(filter_root(f), w->memory, n, w->bits);
@@ -140,8 +139,8 @@ static kq_status switch_step_check(const settling *w, const filter *f, const pro
     return w->states == f->states && w->components == s->components ? KQ_OK : KQ_ERR_MISMATCH;
 }
 
-static kq_status switch_step(settling *w, filter *f, const process *p, const num *u,
-                             const sensor *s, const num *z)
+kq_status T(kq_switch_step)(settling *w, filter *f, const process *p, const num *u, const sensor *s,
+                            const num *z)
 {
     const kq_status status = switch_step_check(w, f, p, u, s, z);
     if (status) return status;
@@ -157,6 +156,6 @@ static kq_status switch_step(settling *w, filter *f, const process *p, const num
     return KQ_OK;
 }
 
-static int switch_is_settled(const settling *w) { return w && w->phase == SWITCH_SETTLED; }
+int T(kq_switch_settled)(const settling *w) { return w && w->phase == SWITCH_SETTLED; }
 
 #endif

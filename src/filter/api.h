@@ -1,0 +1,109 @@
+/* The public functions of a filter: what moves it, looks ahead on it and copies it. */
+#ifndef KQ_SRC_FILTER_API_H
+#define KQ_SRC_FILTER_API_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/filter.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/scaled.h"
+#include "../model/process.h"
+#include "../model/sensor.h"
+#include "../model/types.h"
+#include "../model/units.h"
+#include "checks.h"
+#include "correlated.h"
+#include "filter.h"
+#include "forecast.h"
+#include "gain.h"
+#include "independent.h"
+#include "init.h"
+#include "likelihood.h"
+#include "measured.h"
+#include "readings.h"
+#include "step.h"
+
+KQ_COLD kq_status T(kq_filter_assign)(filter *f, int n, num *memory, size_t length)
+{
+    if (!f || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n)) return KQ_ERR_SIZE;
+    if (length < (size_t)FILTER_LEN(n)) return KQ_ERR_MEMORY;
+    *f = (filter){.states = (uint8_t)n, .length = (uint16_t)FILTER_LEN(n), .memory = memory};
+    return KQ_OK;
+}
+
+kq_status T(kq_predict)(filter *f, const process *p, const num *u)
+{
+    const kq_status status = predict_check(f, p, u);
+    if (status) return status;
+    predict_now(f, p, u);
+    return KQ_OK;
+}
+
+kq_status T(kq_update)(filter *f, const sensor *s, const num *z)
+{
+    const kq_status status = update_check(f, s, z, UINT32_MAX);
+    return status ? status : s->kind->take(f, s, z, UINT32_MAX);
+}
+
+kq_status T(kq_update_subset)(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    const kq_status status = update_check(f, s, z, present);
+    if (status) return status;
+    const uint32_t all = (UINT32_C(1) << s->components) - 1;
+    if (present & all) return s->kind->take(f, s, z, present);
+    likelihood_clear(&f->last); /* the state keeps its very bits */
+    return KQ_OK;
+}
+
+kq_status T(kq_step)(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    kq_status status = predict_check(f, p, u);
+    if (status) return status;
+    status = update_check(f, s, z, UINT32_MAX);
+    if (status) return status;
+    predict_now(f, p, u);
+    return s->kind->take(f, s, z, UINT32_MAX);
+}
+
+KQ_COLD kq_status T(kq_gain)(const filter *f, const sensor *s, scaled *K)
+{
+    const kq_status status = sensor_check_for(f, s);
+    if (status) return status;
+    if (!K) return KQ_ERR_NULL;
+    if (noise_is_of_others(s, UINT32_MAX)) gain_of_some(f, s, K);
+    else gain_with(f, &(reading){s, s->noise, 0, UINT32_MAX}, K);
+    return KQ_OK;
+}
+
+KQ_COLD kq_status T(kq_forecast)(const filter *f, const process *p, const num *u, int steps,
+                                 filter *ahead)
+{
+    const kq_status status = predict_check(f, p, 0);
+    if (status) return status;
+    const kq_status unfit = copy_check(ahead, f);
+    if (unfit) return unfit;
+    if (steps < 0) return KQ_ERR_SIZE;
+    const size_t l = p->controls;
+    for (int k = 0; u && k < steps; k++) {
+        const kq_status wrong = process_check_controls(p, u + (size_t)k * l);
+        if (wrong) return wrong;
+    }
+    copy_state(ahead, f);
+    for (int k = 0; k < steps; k++) predict_now(ahead, p, u ? u + (size_t)k * l : 0);
+    return KQ_OK;
+}
+
+kq_status T(kq_filter_copy)(filter *to, const filter *from)
+{
+    kq_status status = filter_check(from);
+    if (!status) status = copy_check(to, from);
+    if (!status) copy_state(to, from);
+    return status;
+}
+
+#endif

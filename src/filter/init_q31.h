@@ -1,0 +1,42 @@
+/* The state before the first measurement, in fixed point. */
+#ifndef KQ_SRC_FILTER_INIT_Q31_H
+#define KQ_SRC_FILTER_INIT_Q31_H
+
+#include "kalmanq/filter.h"
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/fixed.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../model/definitions.h"
+#include "../model/types.h"
+#include "filter.h"
+#include "likelihood.h"
+#include "prior.h"
+
+KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
+                                    kq_misfit_q31 *misfit)
+{
+    kq_status status = filter_check_memory(f);
+    if (status) return status;
+    const int n = f->states;
+    status = prior_check(prior, n, misfit);
+    if (status) return status;
+    for (int i = 0; i < n; i++) wide_set(f->memory, n, i, raise_wide(prior->mean[i], 24, 55));
+    copy(filter_root(f), prior->root, ROOT_LEN(n));
+    renormalise(filter_root(f), n);
+    f->state_format = prior->state_format;
+    f->history = 0; /* not looked at: it may be gone */
+    f->events = 0;
+    likelihood_clear(&f->last);
+    likelihood_run_clear(&f->run);
+    filter_set_ready(f, FILTER_READY);
+    say_all_fit(misfit);
+    return KQ_OK;
+}
+
+#endif

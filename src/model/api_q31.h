@@ -1,0 +1,87 @@
+/* The public functions of processes and sensors in fixed point, made of tables. */
+#ifndef KQ_SRC_MODEL_API_Q31_H
+#define KQ_SRC_MODEL_API_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/process.h"
+#include "kalmanq/sensor.h"
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/scaled.h"
+#include "definitions.h"
+#include "process.h"
+#include "sensor.h"
+#include "types.h"
+
+KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *table,
+                                     kq_misfit_q31 *misfit)
+{
+    if (!p || !table) return KQ_ERR_NULL;
+    if (table->states < 1 || table->states > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    if (table->controls < 0 || table->controls > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    const int n = (int)table->states, l = (int)table->controls;
+    if (!table->state_format || !table->transition || !table->noise_root) return KQ_ERR_NULL;
+    if (l && (!table->control_format || !table->control)) return KQ_ERR_NULL;
+    kq_status status = formats_check(table->state_format, n);
+    if (!status) status = formats_check(table->control_format, l);
+    if (!status) status = root_check(table->noise_root, n);
+    if (!status) status = transition_check(table->transition, table->control, n, l, misfit);
+    if (status) return status;
+    *p = (process){.states = (uint8_t)n,
+                   .controls = (uint8_t)l,
+                   .state_format = table->state_format,
+                   .control_format = table->control_format,
+                   .control = l ? table->control : 0,
+                   .noise_root = table->noise_root};
+    process_set_transition(p, table->transition);
+    say_all_fit(misfit);
+    return KQ_OK;
+}
+
+KQ_COLD kq_status T(kq_process_change_transition)(process *p, const scaled *A)
+{
+    kq_status status = process_check(p);
+    if (status) return status;
+    if (!A) return KQ_ERR_NULL;
+    status = transition_check(A, p->control, p->states, p->controls, 0);
+    if (status) return status;
+    process_set_transition(p, A);
+    return KQ_OK;
+}
+
+KQ_COLD kq_status T(kq_sensor_init)(sensor *s, const kq_sensor_table_q31 *table,
+                                    kq_misfit_q31 *misfit)
+{
+    const sensor_kind *kind =
+        table && table->correlated ? &T(kq_sensor_correlated) : &T(kq_sensor_independent);
+    return sensor_init_table(s, table, kind, misfit);
+}
+
+kq_status T(kq_sensor_init_diagonal)(sensor *s, const kq_sensor_table_q31 *table,
+                                     kq_misfit_q31 *misfit)
+{
+    return sensor_init_diagonal(s, table, &T(kq_sensor_independent), misfit);
+}
+
+kq_status T(kq_sensor_init_lean)(sensor *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit)
+{
+    return sensor_init_diagonal(s, table, &T(kq_sensor_lean), misfit);
+}
+
+KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const scaled *H)
+{
+    kq_status status = sensor_check(s);
+    if (status) return status;
+    if (!H) return KQ_ERR_NULL;
+    status = measurement_check(H, s->components, s->states, 0);
+    if (status) return status;
+    sensor_set_measurement(s, H);
+    return KQ_OK;
+}
+
+#endif

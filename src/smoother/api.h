@@ -1,0 +1,10 @@
+/* The public functions of the smoothers: fixed-interval, fixed-lag, fixed-point. */
+#ifndef KQ_SRC_SMOOTHER_API_H
+#define KQ_SRC_SMOOTHER_API_H
+
+#include "history.h"
+#include "lag.h"
+#include "point.h"
+#include "smooth.h"
+
+#endif

@@ -1,0 +1,11 @@
+/* The public functions of steady states. */
+#ifndef KQ_SRC_STEADY_API_H
+#define KQ_SRC_STEADY_API_H
+
+#include "riccati.h"
+#include "schedule.h"
+#include "smoother.h"
+#include "steady.h"
+#include "switch.h"
+
+#endif
