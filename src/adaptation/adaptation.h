@@ -18,6 +18,7 @@
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
 #include "../model/definitions.h"
 #include "../model/process.h"
 #include "../model/sensor.h"

@@ -16,8 +16,8 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/root.h"
+#include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
-#include "../model/process.h"
 #include "../model/types.h"
 
 typedef T(kq_adaptation) adaptation;

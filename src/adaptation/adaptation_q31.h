@@ -15,8 +15,8 @@
 
 #include "../arithmetic/q31.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
-#include "../model/process.h"
 #include "../model/types.h"
 #include "../model/units.h"
 

@@ -25,8 +25,6 @@
 
 #define COORDINATE_PLANES 2
 
-static const int32_t coordinate_exponent = -40;
-
 static inline wide coordinate_get(const int32_t *a, int n, int i) { return wide_get(a, n, i); }
 
 /* Answers KQ_EVENT_SATURATED if it had to be held. */
@@ -34,6 +32,8 @@ static inline unsigned coordinate_set(int32_t *a, int n, int i, wide value)
 {
     return wide_set_held(a, n, i, value);
 }
+
+static const int32_t coordinate_exponent = -40;
 
 static inline scaled coordinate_scaled(wide a) { return scaled_of(a, coordinate_exponent); }
 
@@ -116,6 +116,18 @@ static inline unsigned reflect_back(int32_t *xi, int n, int first, wide alpha, c
     return events;
 }
 
+/* Row i of a root times a */
+static inline scaled mean_part(const scaled *row, const int32_t *a, int n, int i)
+{
+    scaled total = {0, 0};
+    for (int k = i; k < n; k++) {
+        const scaled entry = scaled_normal(row[k - i]);
+        const scaled mean = coordinate_scaled(coordinate_get(a, n, k));
+        total = scaled_plus(total, scaled_times(entry, mean));
+    }
+    return total;
+}
+
 /*
  * x_i and row i of the root times a, of which no part is held.  The row's mantissas, of one
  * exponent, have a norm below 2^30 and the n <= 16 words of a one below 2^33: no sum of their
@@ -178,29 +190,6 @@ KQ_SHARED void row_join(int32_t *row, int n, int32_t exponent)
     row[2 * n] = exponent;
 }
 
-/* An entry of a row of Theta */
-static inline scaled unit_entry(int32_t entry) { return (scaled){entry, one_exponent}; }
-
-static inline int32_t row_exponent(const int32_t *row, int width) { return row[width]; }
-
-static inline void root_set_unit(int32_t *T, int n, int k)
-{
-    T[column(k) + k] = num_one;
-    T[KQ_TRIANGLE(n) + k] = one_exponent;
-}
-
-/* Row i of a root times a */
-static inline scaled mean_part(const scaled *row, const int32_t *a, int n, int i)
-{
-    scaled total = {0, 0};
-    for (int k = i; k < n; k++) {
-        const scaled entry = scaled_normal(row[k - i]);
-        const scaled mean = coordinate_scaled(coordinate_get(a, n, k));
-        total = scaled_plus(total, scaled_times(entry, mean));
-    }
-    return total;
-}
-
 /* ------------------------------------------------------------------ tape */
 
 /*
@@ -242,6 +231,17 @@ KQ_SHARED void rotation_of(int32_t word, scaled *c, scaled *s)
         *s = (scaled){0, 0};
     }
     if (bits >> 31) *s = scaled_negative(*s);
+}
+
+/* An entry of a row of Theta */
+static inline scaled unit_entry(int32_t entry) { return (scaled){entry, one_exponent}; }
+
+static inline int32_t row_exponent(const int32_t *row, int width) { return row[width]; }
+
+static inline void root_set_unit(int32_t *T, int n, int k)
+{
+    T[column(k) + k] = num_one;
+    T[KQ_TRIANGLE(n) + k] = one_exponent;
 }
 
 static inline void store_scaled(int32_t *word, scaled a)

@@ -14,17 +14,17 @@
 #include "rows.h"
 #include "scaled.h"
 
+static inline unsigned state_hold(int32_t *x, int32_t *S, int n)
+{
+    (void)x, (void)S, (void)n;
+    return 0;
+}
+
 /* A state in fixed point is always held. */
 static inline int state_is_finite(const int32_t *x, const int32_t *S, int n)
 {
     (void)x, (void)S, (void)n;
     return 1;
-}
-
-static inline unsigned state_hold(int32_t *x, int32_t *S, int n)
-{
-    (void)x, (void)S, (void)n;
-    return 0;
 }
 
 KQ_KERNEL int root_is_within(const int32_t *S, int n)

@@ -52,6 +52,8 @@ static inline scaled row_entry(const num *row, int width, int k)
 
 static inline sum add_product(sum total, num a, num b) { return total + a * b; }
 
+static inline num combined(sum total) { return total; }
+
 KQ_KERNEL sum dot(sum total, const num *a, const num *b, int count)
 {
     KQ_UNROLL
@@ -192,8 +194,6 @@ static num project_exactly(num *f, const num *S, const num *h, num *rests, int n
     }
     return 4096 * num_epsilon * num_epsilon * total;
 }
-
-static inline num combined(sum total) { return total; }
 
 static inline void root_take_exponent(num *S, int n, int l, const num *row, int width)
 {

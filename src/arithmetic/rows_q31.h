@@ -33,12 +33,12 @@ typedef int64_t sum;
 static const int32_t num_one = INT32_C(1) << 29;
 static const int32_t one_exponent = -29;
 
-/* rows_float.h */
-enum { rows_in_pairs = 0 };
-
 static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + KQ_TRIANGLE(n); }
 /* Up to how many states a step of known size works on a copy, and up to how many it unrolls components */
 enum { select_always = 1, states_in_registers = 0, states_unrolled = 1 };
+
+/* rows_float.h */
+enum { rows_in_pairs = 0 };
 
 /* Of words of a row of exponent *E times h, where h is 2^k */
 static inline int32_t entry_exponent(scaled h, const int32_t *E) { return h.exponent + 30 + *E; }
@@ -55,6 +55,39 @@ static inline scaled row_entry(const int32_t *row, int width, int k)
 }
 
 KQ_KERNEL sum add_product(sum total, int32_t a, int32_t b) { return accumulate(total, a, b, 62); }
+
+/* One entry of a combination as align has prepared it */
+KQ_KERNEL int32_t combined(sum total) { return narrow(total, 30, 31); }
+
+/* out_j = c'(column j) for j = n-1 .. from, the columns' entries from row `from` on; s: the last
+   column's.  Downwards, because c may be in out. */
+KQ_OUTLINE void row_times_triangle(int32_t *out, const int32_t *c, const int32_t *s, int from, int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= from; j--) {
+        out[j - from] = combined(dot(0, c, s, j + 1 - from));
+        s -= j;
+    }
+}
+
+/* The same for all columns and a c that is 0 from `count` >= 1 on */
+KQ_KERNEL void short_row_times_triangle(int32_t *out, const int32_t *c, int count, const int32_t *s,
+                                        int n)
+{
+    KQ_UNROLL
+    for (int j = n - 1; j >= 0; j--) {
+        out[j] = combined(dot(0, c, s, j < count ? j + 1 : count));
+        s -= j;
+    }
+}
+
+/* Two of them, into w and v */
+KQ_KERNEL void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
+                                       const int32_t *s, int from, int n)
+{
+    row_times_triangle(w, a, s, from, n);
+    row_times_triangle(v, b, s, from, n);
+}
 
 /* a'b of two rows as a number */
 static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
@@ -192,19 +225,6 @@ static inline void root_set_row(int32_t *S, const scaled *entries, int n, int i)
     S[KQ_TRIANGLE(n) + i] = exponent;
 }
 
-/* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
-static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
-                                 int i, int end)
-{
-    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
-    for (int j = i; j < n; j++) {
-        entries[j - i] = scaled_of(*s, exponent);
-        if (j < end) entries[j - i] = scaled_plus(entries[j - i], scaled_over(rest[j], h));
-        s += j + 1;
-    }
-    root_set_row(S, entries, n, i);
-}
-
 /* A cosine or sine in Q31 */
 static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31)); }
 
@@ -225,66 +245,17 @@ static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t,
     return scaled_of(b, exponent);
 }
 
-/* One entry of a combination as align has prepared it */
-KQ_KERNEL int32_t combined(sum total) { return narrow(total, 30, 31); }
-
-/* out_j = c'(column j) for j = n-1 .. from, the columns' entries from row `from` on; s: the last
-   column's.  Downwards, because c may be in out. */
-KQ_OUTLINE void row_times_triangle(int32_t *out, const int32_t *c, const int32_t *s, int from, int n)
+/* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
+static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
+                                 int i, int end)
 {
-    KQ_UNROLL
-    for (int j = n - 1; j >= from; j--) {
-        out[j - from] = combined(dot(0, c, s, j + 1 - from));
-        s -= j;
+    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
+    for (int j = i; j < n; j++) {
+        entries[j - i] = scaled_of(*s, exponent);
+        if (j < end) entries[j - i] = scaled_plus(entries[j - i], scaled_over(rest[j], h));
+        s += j + 1;
     }
-}
-
-/* The same for all columns and a c that is 0 from `count` >= 1 on */
-KQ_KERNEL void short_row_times_triangle(int32_t *out, const int32_t *c, int count, const int32_t *s,
-                                        int n)
-{
-    KQ_UNROLL
-    for (int j = n - 1; j >= 0; j--) {
-        out[j] = combined(dot(0, c, s, j < count ? j + 1 : count));
-        s -= j;
-    }
-}
-
-/* Two of them, into w and v */
-KQ_KERNEL void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a, const int32_t *b,
-                                       const int32_t *s, int from, int n)
-{
-    row_times_triangle(w, a, s, from, n);
-    row_times_triangle(v, b, s, from, n);
-}
-
-/* The row's result takes the exponent of the row it was made in. */
-static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *row, int width)
-{
-    S[KQ_TRIANGLE(n) + l] = row[width];
-}
-
-/* Brings every row's norm into [2^29, 2^30), the mantissas as long as they may be. */
-KQ_OUTLINE void renormalise(int32_t *S, int n)
-{
-    int32_t *E = S + KQ_TRIANGLE(n), *row = S; /* at its diagonal entry */
-    KQ_UNROLL
-    for (int i = 0; i < n; i++) {
-        const sum square = row_squares(row, i, n);                      /* < 2^60.4 */
-        const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
-        if (square == 0) E[i] = lowest_exponent;
-        if (E[i] > high_exponent) E[i] = high_exponent;
-        if (square != 0 && up != 0 && E[i] >= low_exponent) {
-            int32_t *t = row;
-            KQ_UNROLL
-            for (int j = i; j < n; j++) {
-                *t = up > 0 ? raise(*t, up, 30) : lower(*t, 1);
-                t += j + 1;
-            }
-            E[i] -= up;
-        }
-        row += i + 2;
-    }
+    root_set_row(S, entries, n, i);
 }
 
 /* ------------------------------------------------------------------ update */
@@ -326,6 +297,35 @@ static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scal
     const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
     const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
+}
+
+/* The row's result takes the exponent of the row it was made in. */
+static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *row, int width)
+{
+    S[KQ_TRIANGLE(n) + l] = row[width];
+}
+
+/* Brings every row's norm into [2^29, 2^30), the mantissas as long as they may be. */
+KQ_OUTLINE void renormalise(int32_t *S, int n)
+{
+    int32_t *E = S + KQ_TRIANGLE(n), *row = S; /* at its diagonal entry */
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) {
+        const sum square = row_squares(row, i, n);                      /* < 2^60.4 */
+        const int up = (leading_zeros_wide((uint64_t)square) - 4) >> 1; /* -1: down by one */
+        if (square == 0) E[i] = lowest_exponent;
+        if (E[i] > high_exponent) E[i] = high_exponent;
+        if (square != 0 && up != 0 && E[i] >= low_exponent) {
+            int32_t *t = row;
+            KQ_UNROLL
+            for (int j = i; j < n; j++) {
+                *t = up > 0 ? raise(*t, up, 30) : lower(*t, 1);
+                t += j + 1;
+            }
+            E[i] -= up;
+        }
+        row += i + 2;
+    }
 }
 
 #endif

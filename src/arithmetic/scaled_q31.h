@@ -19,12 +19,13 @@
 
 typedef kq_scaled_q31 scaled;
 
-static const scaled scaled_one = {INT32_C(1) << 30, -30};
+/* What tells a number from others, in 32 bits */
+static inline uint32_t scaled_bits(scaled a)
+{
+    return (uint32_t)a.mantissa ^ (uint32_t)a.exponent * UINT32_C(0x9e3779b1);
+}
 
-/* A row that holds nothing; what is below it is not followed further down. */
-static const int32_t lowest_exponent = -16384;
-static const int32_t low_exponent = -8192;
-static const int32_t high_exponent = 8192;
+static const scaled scaled_one = {INT32_C(1) << 30, -30};
 
 static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
 
@@ -156,6 +157,11 @@ static inline int scaled_is_finite(scaled a)
 
 /* More than an operation rounds a number by, of its size: 16 units, as in rounding_floor */
 static inline scaled scaled_rounding(void) { return (scaled){INT32_C(1) << 30, -56}; }
+
+/* A row that holds nothing; what is below it is not followed further down. */
+static const int32_t lowest_exponent = -16384;
+static const int32_t low_exponent = -8192;
+static const int32_t high_exponent = 8192;
 
 /* An exponent that nothing lets grow without end */
 static inline scaled scaled_held(scaled a)

@@ -9,7 +9,7 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../model/process.h"
+#include "../arithmetic/size.h"
 #include "expect.h"
 #include "filter.h"
 #include "maximise.h"

@@ -15,6 +15,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/matrix_float.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/triangle.h"
@@ -269,17 +270,6 @@ static void rows_over_transpose(const num *L, num *M, int n, int width)
                 if (entry != 0) rest -= entry * M[k * width + c];
             }
             M[i * width + c] = is_live(L, i) ? rest / L[column(i) + i] : num_nan();
-        }
-    }
-}
-
-static void transpose(num *M, int n)
-{
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < i; j++) {
-            const num upper = M[j * n + i];
-            M[j * n + i] = M[i * n + j];
-            M[i * n + j] = upper;
         }
     }
 }

@@ -11,7 +11,7 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/scaled.h"
-#include "../model/process.h"
+#include "../arithmetic/size.h"
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"

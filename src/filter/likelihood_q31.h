@@ -8,19 +8,15 @@
 #include <stdint.h>
 
 #include "kalmanq/filter.h"
-#include "kalmanq/fixed_point.h"
 
 #include "../arithmetic/q31.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/fixed.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/scores.h"
 
 typedef T(kq_likelihood) likelihood;
 typedef T(kq_likelihood_run) likelihood_run;
-
-static const int64_t score_max = INT64_C(1) << 61; /* two of them add up below 2^63 */
-
-static score not_a_score(void) { return KQ_NOT_A_SCORE_Q31; }
 
 static void likelihood_clear(likelihood *p)
 {
@@ -40,20 +36,6 @@ KQ_INLINE int likelihood_overflows(scaled e, scaled s)
 {
     (void)e, (void)s;
     return 0;
-}
-
-static int64_t score_held(int64_t a)
-{
-    return a > score_max ? score_max : a < -score_max ? -score_max : a;
-}
-
-/* a as Q39.24 */
-static int64_t score_of(scaled a)
-{
-    const int32_t shift = a.exponent + 24;
-    if (shift <= 0) return lower_wide(a.mantissa, -shift);
-    if (shift > 30) return a.mantissa < 0 ? -score_max : a.mantissa ? score_max : 0;
-    return score_held(raise_wide(a.mantissa, (int)shift, 61));
 }
 
 static void likelihood_multiply(likelihood *p, scaled s)

@@ -8,9 +8,9 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/mean.h"
+#include "../arithmetic/scores.h"
 #include "../model/types.h"
 #include "checks.h"
-#include "likelihood.h"
 #include "readings.h"
 
 /*

@@ -13,6 +13,7 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/root.h"
+#include "../arithmetic/size.h"
 #include "definitions.h"
 #include "factor.h"
 #include "process.h"

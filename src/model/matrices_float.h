@@ -15,6 +15,7 @@
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
+#include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
 #include "factor.h"
 #include "process.h"

@@ -9,6 +9,7 @@
 
 #include "kalmanq/process.h"
 #include "../arithmetic/scaled_q31.h"
+#include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
 
 static int is_finite(double a) { return a - a == 0; }
@@ -43,9 +44,7 @@ static int32_t rounded(double a)
 /* Is |a| 2^31 once it is rounded to 31 bits? 2^30 <= |a| < 2^31 */
 static int is_rounded_up(double a) { return a >= INT32_MAX + 0.5 || a <= -INT32_MAX - 0.5; }
 
-static int size_is_valid(int size) { return size >= 1 && size <= KQ_SIZE_MAX; }
-
-static kq_status formats_check(const kq_format_q31 *format, int count)
+static kq_status fractions_check(const kq_format_q31 *format, int count)
 {
     for (int i = 0; i < count; i++) {
         if (format[i].fraction < KQ_FRACTION_MIN_Q31) return KQ_ERR_SIZE;
@@ -118,7 +117,7 @@ kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
 {
     int32_t made[KQ_SIZE_MAX];
     if (!words || !x || !format) return KQ_ERR_NULL;
-    if (!size_is_valid(count) || formats_check(format, count)) return KQ_ERR_SIZE;
+    if (!size_is_valid(count) || fractions_check(format, count)) return KQ_ERR_SIZE;
     for (int i = 0; i < count; i++) {
         if (!is_finite(x[i])) return KQ_ERR_NOT_FINITE;
     }
@@ -158,7 +157,7 @@ kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows,
     kq_scaled_q31 trial;
     if (!table || !M || !row_format || !column_format) return KQ_ERR_NULL;
     if (!size_is_valid(rows) || !size_is_valid(columns)) return KQ_ERR_SIZE;
-    if (formats_check(row_format, rows) || formats_check(column_format, columns)) {
+    if (fractions_check(row_format, rows) || fractions_check(column_format, columns)) {
         return KQ_ERR_SIZE;
     }
     for (int k = 0; k < rows * columns; k++) {
@@ -218,7 +217,7 @@ static kq_status root_prepare(int32_t *root, const double *P, const double *F, i
     double T[KQ_TRIANGLE(KQ_SIZE_MAX)];
     int32_t made[KQ_ROOT_LEN_Q31(KQ_SIZE_MAX)];
     if (!root || !format) return KQ_ERR_NULL;
-    if (!size_is_valid(n) || formats_check(format, n)) return KQ_ERR_SIZE;
+    if (!size_is_valid(n) || fractions_check(format, n)) return KQ_ERR_SIZE;
     kq_status status = root_of_matrix(T, P, F, n, r);
     for (int i = 0; i < n && !status; i++) status = root_row_of(made, T, n, i, format[i].fraction);
     for (int k = 0; k < KQ_ROOT_LEN_Q31(n) && !status; k++) root[k] = made[k];
@@ -243,7 +242,7 @@ kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, i
 {
     kq_scaled_q31 made[KQ_SIZE_MAX];
     if (!table || !r || !format) return KQ_ERR_NULL;
-    if (!size_is_valid(m) || formats_check(format, m)) return KQ_ERR_SIZE;
+    if (!size_is_valid(m) || fractions_check(format, m)) return KQ_ERR_SIZE;
     for (int c = 0; c < m; c++) {
         if (!is_finite(r[c])) return KQ_ERR_NOT_FINITE;
         if (r[c] < 0) return KQ_ERR_NOT_SEMIDEFINITE;
@@ -258,7 +257,7 @@ kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, i
 
 /* R's variances are rounded, and so is what the other components leave of one: a pivot whose square
    is up to 8 m eps of its row's is none, and what its column holds goes into the others. */
-static kq_status drop_pivots(double *T, int m)
+static kq_status drop_dependent(double *T, int m)
 {
     double F[KQ_SIZE_MAX * KQ_SIZE_MAX];
     kq_status status = KQ_OK;
@@ -279,9 +278,9 @@ kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
     double T[KQ_TRIANGLE(KQ_SIZE_MAX)];
     kq_scaled_q31 made[KQ_TRIANGLE(KQ_SIZE_MAX)];
     if (!table || !R || !format) return KQ_ERR_NULL;
-    if (!size_is_valid(m) || formats_check(format, m)) return KQ_ERR_SIZE;
+    if (!size_is_valid(m) || fractions_check(format, m)) return KQ_ERR_SIZE;
     kq_status status = root_of_matrix(T, R, NULL, m, 0);
-    if (!status) status = drop_pivots(T, m);
+    if (!status) status = drop_dependent(T, m);
     for (int j = 0; j < m && !status; j++) {
         const double pivot = T[column(j) + j];
         for (int i = 0; i < j && !status; i++) {

@@ -4,7 +4,6 @@
 
 #include <stdint.h>
 
-#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -13,8 +12,6 @@
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
 #include "types.h"
-
-static int size_is_valid(int size) { return size >= 1 && size <= KQ_SIZE_MAX; }
 
 KQ_INLINE kq_status process_check(const process *p)
 {

@@ -38,17 +38,6 @@ static int process_fits(const process *p, const filter *f)
     return p->states == f->states && formats_agree(p->state_format, f->state_format, p->states);
 }
 
-/* Do two objects of the same number of states have the same formats, seen at once? */
-KQ_KERNEL int process_is_of(const process *p, const filter *f)
-{
-    return p->state_format == f->state_format;
-}
-
-KQ_KERNEL int sensor_is_of(const sensor *s, const filter *f)
-{
-    return s->state_format == f->state_format;
-}
-
 /* The same states in the same formats?  recorded: NULL if there is none */
 static int processes_agree(const process *p, const process *recorded)
 {
@@ -81,6 +70,17 @@ KQ_KERNEL kq_status sensor_check_values(const sensor *s, const num *z, int m, ui
 KQ_KERNEL int sensor_check_together(const sensor *s, const num *z, int m)
 {
     return sensor_check_values(s, z, m, UINT32_MAX) != KQ_OK;
+}
+
+/* Do two objects of the same number of states have the same formats, seen at once? */
+KQ_KERNEL int process_is_of(const process *p, const filter *f)
+{
+    return p->state_format == f->state_format;
+}
+
+KQ_KERNEL int sensor_is_of(const sensor *s, const filter *f)
+{
+    return s->state_format == f->state_format;
 }
 
 /* The table has U; the decorrelation is made of it at every update. */

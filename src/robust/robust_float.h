@@ -11,6 +11,7 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
+#include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
 #include "../model/process.h"
 #include "../model/types.h"

@@ -10,7 +10,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../model/process.h"
+#include "../arithmetic/size.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
 #include "../filter/tape.h"

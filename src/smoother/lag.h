@@ -26,7 +26,7 @@
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
-#include "../model/process.h"
+#include "../arithmetic/size.h"
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"

@@ -19,7 +19,7 @@
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
-#include "../model/process.h"
+#include "../arithmetic/size.h"
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"

@@ -14,6 +14,7 @@
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/scores.h"
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"

@@ -13,9 +13,10 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/matrix_float.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
-#include "../model/process.h"
+#include "../arithmetic/size.h"
 #include "../model/units.h"
 
 typedef T(kq_model) model;
@@ -62,7 +63,7 @@ static kq_status variances_check(const num *variance, int count)
 }
 
 /* mean: n, or NULL */
-static kq_status prior_check(const num *mean, const num *variance, int n)
+static kq_status prior_values_check(const num *mean, const num *variance, int n)
 {
     if (mean && !all_finite(mean, n)) return KQ_ERR_NOT_FINITE;
     return variances_check(variance, n);
@@ -223,7 +224,7 @@ kq_status T(kq_model_regression)(model *made, const num *regressors, int k, cons
     if (!all_finite(regressors, k)) return KQ_ERR_NOT_FINITE;
     status = variances_check(drift, k);
     if (!status) status = variances_check(&noise, 1);
-    if (!status) status = prior_check(mean, variance, k);
+    if (!status) status = prior_values_check(mean, variance, k);
     if (status) return status;
     model_clear(made);
     for (int i = 0; i < k; i++) {
@@ -249,7 +250,7 @@ static kq_status structure_check(const model *made, int n, const num *drift, int
     kq_status status = model_check(made, n, drifts, 1);
     if (!status) status = variances_check(drift, drifts);
     if (!status) status = variances_check(&noise, 1);
-    return status ? status : prior_check(mean, variance, n);
+    return status ? status : prior_values_check(mean, variance, n);
 }
 
 static void set_trend(model *made, const num *drift)
@@ -315,18 +316,6 @@ kq_status T(kq_model_trend_season)(model *made, int seasons, const num *drift, n
 
 /* ------------------------------------------------------------------ stationary covariance */
 
-/* T = M P, n x n */
-static void multiply(num *restrict T, const num *restrict M, const num *restrict P, int n)
-{
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            num sum = 0;
-            for (int k = 0; k < n; k++) sum += M[i * n + k] * P[k * n + j];
-            T[i * n + j] = sum;
-        }
-    }
-}
-
 /* P <- P + T M', which is symmetric */
 static void add_image(num *restrict P, const num *restrict T, const num *restrict M, int n)
 {
@@ -360,9 +349,9 @@ static int is_nothing(const num *M, int count)
 static kq_status sum_by_doubling(num *P, num *M, num *T, int n)
 {
     for (int k = 0; k < num_doublings && square_is_good(M, n); k++) {
-        multiply(T, M, P, n);
+        multiply(T, M, P, n, n, n);
         add_image(P, T, M, n);
-        multiply(T, M, M, n);
+        multiply(T, M, M, n, n, n);
         copy(M, T, n * n);
         if (is_nothing(M, n * n)) return all_finite(P, n * n) ? KQ_OK : KQ_ERR_NOT_FINITE;
     }
@@ -464,7 +453,7 @@ static kq_status model_motion(model *made, int order, int d, num dt, const num *
     axis axes[3];
     const int n = order * d;
     kq_status status = motion_check(made, order, d, dt, density, noise);
-    if (!status) status = prior_check(mean, variance, n);
+    if (!status) status = prior_values_check(mean, variance, n);
     for (int k = 0; k < d && !status; k++) status = axis_of(&axes[k], order, dt, density[k]);
     if (status) return status;
     model_clear(made);

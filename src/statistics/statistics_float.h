@@ -13,24 +13,8 @@
 #include "../arithmetic/scaled.h"
 #include "../model/definitions.h"
 #include "../model/types.h"
-#include "../filter/likelihood.h"
 
 typedef T(kq_least_squares) least_squares;
-
-static score score_of(scaled a) { return a; }
-static scaled score_number(score a) { return a; }
-static int score_is_finite(score a) { return num_is_finite(a); }
-
-/* Words of memory of a score */
-#define SCORE_WORDS 1
-
-static void store_score(num *word, score a) { *word = a; }
-static score load_score(const num *word) { return *word; }
-
-/* c < 1; rounded at the increment, so that a long memory does not drift */
-static void tally_fade(tally *t, scaled c) { tally_add(t, (c - 1) * tally_value(t)); }
-
-static score tally_score(const tally *t) { return tally_value(t); }
 
 /* A normalised innovation as a word, or "none" where it is beyond the numbers */
 static num unit_word(scaled a) { return num_is_finite(a) ? a : num_nan(); }

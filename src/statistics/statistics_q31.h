@@ -1,13 +1,10 @@
 /*
- * What least squares and consistency have of their own in fixed point: scores (NIS, normalised
- * innovations) in Q39.24, sums of them, a row of H as a sensor.  statistics_float.h is the twin.
+ * What least squares and consistency have of their own in fixed point: normalised innovations as words,
+ * a row of H as a sensor.  statistics_float.h is the twin.
  */
 #ifndef KQ_SRC_STATISTICS_STATISTICS_Q31_H
 #define KQ_SRC_STATISTICS_STATISTICS_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
 #include "kalmanq/fixed_point.h"
 #include "kalmanq/least_squares.h"
 #include "kalmanq/sensor.h"
@@ -18,47 +15,8 @@
 #include "../arithmetic/scaled.h"
 #include "../model/definitions.h"
 #include "../model/types.h"
-#include "../filter/likelihood.h"
 
-typedef T(kq_tally) tally;
 typedef T(kq_least_squares) least_squares;
-
-static scaled score_number(score a) { return scaled_of(a, -24); }
-
-static int score_is_finite(score a)
-{
-    (void)a;
-    return 1;
-}
-
-/* Words of memory of a score: it is within +-2^61. */
-#define SCORE_WORDS 2
-
-static void store_score(num *word, score a)
-{
-    word[0] = (num)(a >> 31);
-    word[1] = (num)(a & INT32_MAX);
-}
-
-static score load_score(const num *word)
-{
-    return sum_of(raise_wide(word[0], 31, 61), word[1], 62);
-}
-
-static void tally_clear(tally *t) { t->sum = 0; }
-static void tally_add(tally *t, score a) { t->sum = score_held(sum_of(t->sum, a, 62)); }
-
-/* c < 1: the upper and the lower bits of the sum apart.  One that was held stays where it is: it is
-   no sum any more, and can be told from one. */
-static void tally_fade(tally *t, scaled c)
-{
-    if (t->sum >= score_max) return;
-    const int64_t high = product((num)(t->sum >> 31), c.mantissa);
-    const int64_t low = lower_wide(product((num)(t->sum & INT32_MAX), c.mantissa), 31);
-    t->sum = lower_wide(sum_of(high, low, 62), -31 - c.exponent);
-}
-
-static score tally_score(const tally *t) { return t->sum; }
 
 /* A normalised innovation as a word in Q7.24 */
 static num unit_word(scaled a) { return word_of(scaled_shift(a, 24)); }

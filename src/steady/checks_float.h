@@ -15,8 +15,9 @@ static kq_status numbers_check(const num *a, int count)
     return all_finite(a, count) ? KQ_OK : KQ_ERR_NOT_FINITE;
 }
 
-static kq_status words_check(const num *a, int count) { return numbers_check(a, count); }
 static kq_status contraction_check(const num *a, int count) { return numbers_check(a, count); }
+
+static kq_status words_check(const num *a, int count) { return numbers_check(a, count); }
 
 static kq_status smoother_root_check(const num *S, int n)
 {

@@ -25,13 +25,6 @@ static kq_status contraction_check(const scaled *a, int count)
     return coefficients_check(a, count);
 }
 
-static kq_status smoother_root_check(const num *S, int n) { return root_check(S, n); }
-
-static kq_status mean_check(const sensor *s, const num *x, int n)
-{
-    return ranges_check(x, s->state_format, n, UINT32_MAX);
-}
-
 /* Every word is a number but the one that means none. */
 static kq_status words_check(const num *a, int count)
 {
@@ -39,6 +32,13 @@ static kq_status words_check(const num *a, int count)
         if (a[k] == KQ_NOT_A_WORD_Q31) return KQ_ERR_RANGE;
     }
     return KQ_OK;
+}
+
+static kq_status smoother_root_check(const num *S, int n) { return root_check(S, n); }
+
+static kq_status mean_check(const sensor *s, const num *x, int n)
+{
+    return ranges_check(x, s->state_format, n, UINT32_MAX);
 }
 
 /* Have the two, of the same number of states, the same units? */

@@ -57,7 +57,7 @@ static size_t run_until_settled(filter *f, const process *p, const sensor *s, in
     return 0;
 }
 
-static kq_status model_check(const filter *f, const process *p, const sensor *s)
+static kq_status steady_model_check(const filter *f, const process *p, const sensor *s)
 {
     kq_status status = filter_check(f);
     if (!status) status = process_check(p);
@@ -70,7 +70,7 @@ kq_status T(kq_steady_schedule)(const filter *f, const process *p, const sensor 
                                 size_t length, int bits, scaled *gains, size_t steps, size_t *used)
 {
     filter trial;
-    const kq_status status = model_check(f, p, s);
+    const kq_status status = steady_model_check(f, p, s);
     if (status) return status;
     if (!memory || !gains || !used) return KQ_ERR_NULL;
     if (length < (size_t)STEADY_WORK_LEN(f->states, s->components)) return KQ_ERR_MEMORY;

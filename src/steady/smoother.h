@@ -123,7 +123,7 @@ kq_status T(kq_steady_smoother_make)(const filter *f, const process *p, const se
     scaled noise[KQ_TRIANGLE(KQ_SIZE_MAX)];
     filter trial;
     history h = {.filter = 0};
-    kq_status status = model_check(f, p, s);
+    kq_status status = steady_model_check(f, p, s);
     if (status) return status;
     if (!memory || !root || !back || !drive) return KQ_ERR_NULL;
     const int n = f->states, m = s->components;

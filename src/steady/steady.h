@@ -13,6 +13,7 @@
 #include "../arithmetic/gains.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
 #include "../model/process.h"
 #include "../model/sensor.h"
 #include "../model/types.h"

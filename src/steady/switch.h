@@ -15,6 +15,7 @@
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"

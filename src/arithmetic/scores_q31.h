@@ -1,0 +1,75 @@
+/* Scores (log-likelihoods, NIS) in fixed point, Q39.24, and sums of many of them. */
+#ifndef KQ_SRC_ARITHMETIC_SCORES_Q31_H
+#define KQ_SRC_ARITHMETIC_SCORES_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/filter.h"
+#include "kalmanq/fixed_point.h"
+
+#include "q31.h"
+#include "compiler.h"
+#include "fixed.h"
+#include "scaled.h"
+
+#include "kalmanq/port/integer.h"
+
+typedef T(kq_tally) tally;
+
+static score not_a_score(void) { return KQ_NOT_A_SCORE_Q31; }
+
+static const int64_t score_max = INT64_C(1) << 61; /* two of them add up below 2^63 */
+
+static int64_t score_held(int64_t a)
+{
+    return a > score_max ? score_max : a < -score_max ? -score_max : a;
+}
+
+/* a as Q39.24 */
+static int64_t score_of(scaled a)
+{
+    const int32_t shift = a.exponent + 24;
+    if (shift <= 0) return lower_wide(a.mantissa, -shift);
+    if (shift > 30) return a.mantissa < 0 ? -score_max : a.mantissa ? score_max : 0;
+    return score_held(raise_wide(a.mantissa, (int)shift, 61));
+}
+
+static scaled score_number(score a) { return scaled_of(a, -24); }
+
+static int score_is_finite(score a)
+{
+    (void)a;
+    return 1;
+}
+
+/* Words of memory of a score: it is within +-2^61. */
+#define SCORE_WORDS 2
+
+static void store_score(num *word, score a)
+{
+    word[0] = (num)(a >> 31);
+    word[1] = (num)(a & INT32_MAX);
+}
+
+static score load_score(const num *word)
+{
+    return sum_of(raise_wide(word[0], 31, 61), word[1], 62);
+}
+
+static void tally_clear(tally *t) { t->sum = 0; }
+
+static void tally_add(tally *t, score a) { t->sum = score_held(sum_of(t->sum, a, 62)); }
+
+/* c < 1: the upper and the lower bits of the sum apart.  One that was held stays where it is: it is
+   no sum any more, and can be told from one. */
+static void tally_fade(tally *t, scaled c)
+{
+    if (t->sum >= score_max) return;
+    const int64_t high = product((num)(t->sum >> 31), c.mantissa);
+    const int64_t low = lower_wide(product((num)(t->sum & INT32_MAX), c.mantissa), 31);
+    t->sum = lower_wide(sum_of(high, low, 62), -31 - c.exponent);
+}
+
+static score tally_score(const tally *t) { return t->sum; }
+
+#endif

@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Checks the rules of src/ (src/README.md): rules.py [ROOT].
+
+Answers 0 where all hold.  Prints what is beyond the guides for sizes, which are no rules.
+"""
+import collections
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+# Left to right: a folder includes those before it.  Folders of one tuple don't include each other.
+LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("robust", "start", "steady"),
+          ("adaptation", "em", "statistics"), ("self_test", "messages", "known_sizes")]
+RANK = {folder: rank for rank, folders in enumerate(LAYERS) for folder in folders}
+COMPILE = ["cc", "-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iinclude"]
+LINES, FUNCTION_LINES, PARAMETERS = 300, 40, 8
+
+
+def without_comments(text):
+    blank = lambda match: re.sub(r"[^\n]", " ", match.group())
+    return re.sub(r'"(\\.|[^"\\\n])*"', '""', re.sub(r"/\*.*?\*/", blank, text, flags=re.S))
+
+
+class House:
+    def __init__(self, root):
+        self.root = root
+        self.src = root / "src"
+        self.faults = []
+        self.headers = {str(path.relative_to(self.src)): path.read_text()
+                        for path in sorted(self.src.glob("*/*.h"))}
+        self.instances = {path.name: path.read_text() for path in sorted(self.src.glob("*.c"))}
+
+    def fault(self, where, what):
+        self.faults.append(f"src/{where}: {what}")
+
+    def included(self, name, text):
+        """The headers of src/ that a file includes"""
+        folder = (self.src / name).parent
+        for line in re.findall(r'^#include "([^"]+)"', text, re.M):
+            if not line.startswith("kalmanq/"):
+                yield str((folder / line).resolve().relative_to(self.src.resolve()))
+
+    def public(self, name):
+        """The public functions that a header defines"""
+        text = without_comments(self.headers[name])
+        return re.findall(r"^(?!static|extern|#|\s)[^\n;={}]*\bT\((kq_\w+)\)\([^;{}]*\)\s*\{", text, re.M)
+
+    def check_guards(self):
+        for name, text in self.headers.items():
+            if name.startswith("known_sizes/kq_"):  # a user's file: its guard is a public name
+                continue
+            guard = "KQ_SRC_" + re.sub(r"\W", "_", name).upper()
+            if f"#ifndef {guard}\n#define {guard}\n" not in text:
+                self.fault(name, f"its guard is not {guard}")
+
+    def check_headers_alone(self):
+        """Each header compiles by itself, without a warning."""
+        with tempfile.TemporaryDirectory() as work:
+            for name in self.headers:
+                file = pathlib.Path(work) / "alone.c"
+                file.write_text(f'#include "{(self.src / name).resolve()}"\ntypedef int alone;\n')
+                done = subprocess.run([*COMPILE, str(file)], cwd=self.root, capture_output=True, text=True)
+                if done.returncode:
+                    self.fault(name, "does not compile alone: " + done.stderr.split("\n")[0])
+
+    def check_layers(self):
+        for name, text in self.headers.items():
+            folder = name.split("/")[0]
+            for other in self.included(name, text):
+                beside = other.split("/")[0]
+                if beside != folder and RANK[beside] >= RANK[folder]:
+                    self.fault(name, f"includes {other}, which is not to its left")
+
+    def check_public_files(self):
+        """What defines public functions is compiled once an arithmetic: through an api.h."""
+        for name, text in self.headers.items():
+            for other in self.included(name, text):
+                if self.public(other) and name.split("/")[0] != other.split("/")[0]:
+                    self.fault(name, f"includes {other}, which defines {self.public(other)[0]}")
+                if other.endswith("/api.h") and not name.startswith("known_sizes/kq_"):
+                    self.fault(name, f"includes {other}, which is for instances")
+
+    def check_names(self):
+        """No function has two texts, but in the headers that one header chooses from."""
+        chooser = {}
+        for name, text in self.headers.items():
+            if "#if" in text and "KQ_FLOATING" in text:
+                chooser.update((other, name) for other in self.included(name, text))
+        places = collections.defaultdict(list)
+        for name, text in self.headers.items():
+            for function in re.findall(r"^(?:[A-Z_]+ )*static [^\n;=]*?(\w+)\([^;]*?\)\s*\{",
+                                       without_comments(text), re.M):
+                places[function].append(name)
+            for function in self.public(name):
+                places[function].append(name)
+        for function, names in places.items():
+            chosen = {chooser.get(name, re.sub("/(f32|f64|q31)[.]h", "/arithmetic.h", name)) for name in names}
+            if len(chosen) > 1:
+                self.fault(names[0], f"{function} is defined in {names[1]}, too")
+
+    def check_arithmetic(self):
+        """Only arithmetic/ knows which arithmetic it is; elsewhere a header of 8 lines chooses twins."""
+        for name, text in self.headers.items():
+            code = without_comments(text)
+            if name.startswith("arithmetic/"):
+                continue
+            if "KQ_FLOATING" in code and re.search(r"^(?!#|\s*$)", code, re.M):
+                self.fault(name, "knows its arithmetic")
+        for name in self.headers:
+            twin = name.replace("_float.h", "_q31.h")
+            if twin == name or twin not in self.headers:
+                continue
+            ours, theirs = self.functions(name), self.functions(twin)
+            for one, other in zip([x for x in ours if x in theirs], [x for x in theirs if x in ours]):
+                if one != other:
+                    self.fault(name, f"{one} is where {twin} has {other}")
+                    break
+
+    def functions(self, name):
+        """What a header defines, in its order"""
+        return re.findall(r"^(?!#|extern|\s)[^\n;={}]*?(\w+|T\(\w+\))\([^;{}]*\)\s*\{",
+                          without_comments(self.headers[name]), re.M)
+
+    def check_macros(self):
+        for name, text in self.headers.items():
+            code = without_comments(text)
+            for line in code.split("\n"):
+                if "##" in line and not re.match(r"#define T\(name\) name##_(f32|f64|q31)$", line):
+                    self.fault(name, "makes a name: " + line.strip())
+            for stem in re.findall(r"\bT\((\w+)\)", code):
+                if not stem.startswith("kq_") and stem != "name":
+                    self.fault(name, f"T({stem}) is no public name")
+
+    def check_instances(self):
+        for name, text in self.instances.items():
+            for line in re.sub(r"/\*.*?\*/", "", text, flags=re.S).split("\n"):
+                if line.strip() and not re.match(r'#include "[^"]+"$|#if KQ_HAS_DOUBLE$|#endif$', line):
+                    self.fault(name, "holds a statement: " + line.strip())
+
+    def guides(self):
+        for name, text in self.headers.items():
+            count = text.count("\n")
+            if count > LINES:
+                yield f"src/{name}: {count} lines"
+            for match in re.finditer(r"^(?!#)[^\n]*\b(\w+)\)?\(([^;{}]*)\)\n\{\n(.*?)^\}", text, re.M | re.S):
+                lines = match.group(3).count("\n") + 2
+                if lines > FUNCTION_LINES:
+                    yield f"src/{name}: {match.group(1)} has {lines} lines"
+                if match.group(2).count(",") >= PARAMETERS:
+                    yield f"src/{name}: {match.group(1)} has {match.group(2).count(',') + 1} parameters"
+
+
+def main():
+    house = House(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else __file__).resolve()
+                  if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parents[2])
+    for check in ("guards", "headers_alone", "layers", "public_files", "names", "arithmetic", "macros",
+                  "instances"):
+        getattr(house, "check_" + check)()
+    for line in house.guides():
+        print("beyond a guide:", line)
+    for line in house.faults:
+        print(line)
+    print(f"{len(house.headers)} headers and {len(house.instances)} instances, {len(house.faults)} faults")
+    return bool(house.faults)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
