@@ -164,7 +164,8 @@ static void scale_sensor(adaptation *a)
 {
     set_scaled_sensor(a, a->sensor, a->sensor_scale, sensor_noise(a));
     if (sensor_is_correlated(a->sensor)) return;
-    a->scaled_sensor.kind = &T(kq_sensor_independent); /* what teaches is taken: a lean one refuses some */
+    /* What teaches is taken: a lean sensor refuses some of it. */
+    a->scaled_sensor.kind = &T(kq_sensor_independent);
 }
 
 const process *T(kq_adaptation_process)(adaptation *a)

@@ -63,7 +63,7 @@ static inline wide coordinate_row(const scaled *row, const int32_t *a, int n)
     for (int k = 0; k < n; k++) {
         total = sum_of(total, coordinate_part(row[k], wide_get(a, n, k)), 62);
     }
-    return lower_wide(total, 2);
+    return shift_down_rounded_wide(total, 2);
 }
 
 /* *a += b: 2^60 and 16 of 2^58 at most, each of them far beyond a coordinate */
@@ -83,7 +83,7 @@ KQ_KERNEL wide coordinate_dot(const int32_t *row, const int32_t *a, int n, int c
         const scaled c = {row[k], one_exponent};
         total = sum_of(total, wide_product(c, a[k], a[n + k]), 62);
     }
-    return lower_wide(total, 2);
+    return shift_down_rounded_wide(total, 2);
 }
 
 /* a <- c a + s b,  b <- c b - s a */
@@ -92,7 +92,8 @@ static inline unsigned coordinate_turn(int32_t *a, int n, int i, wide *b, scaled
     const wide old = wide_get(a, n, i);
     const int64_t now = sum_of(coordinate_part(c, old), coordinate_part(s, *b), 60);
     const int64_t other = sum_of(coordinate_part(c, *b), -coordinate_part(s, old), 60);
-    return coordinate_set(a, n, i, lower_wide(now, 2)) | coordinate_hold(b, lower_wide(other, 2));
+    const unsigned events = coordinate_hold(b, shift_down_rounded_wide(other, 2));
+    return events | coordinate_set(a, n, i, shift_down_rounded_wide(now, 2));
 }
 
 /* One reflector (V, q) backwards: xi += V (alpha - q V'xi); V in Q30, q in Q31, p is not needed */
@@ -106,11 +107,11 @@ static inline unsigned reflect_back(int32_t *xi, int n, int first, wide alpha, c
         along = sum_of(along, wide_product(c, xi[k], xi[n + k]), 62);
     }
     const scaled share = {pq[1], -31};
-    unsigned events = coordinate_hold(&length, lower_wide(along, 2));
-    events |= coordinate_hold(&d, alpha - lower_wide(coordinate_part(share, length), 2));
+    unsigned events = coordinate_hold(&length, shift_down_rounded_wide(along, 2));
+    events |= coordinate_hold(&d, alpha - shift_down_rounded_wide(coordinate_part(share, length), 2));
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
-        const wide move = lower_wide(coordinate_part(c, d), 2);
+        const wide move = shift_down_rounded_wide(coordinate_part(c, d), 2);
         events |= coordinate_set(xi, n, k, sum_of(wide_get(xi, n, k), move, 57));
     }
     return events;
@@ -141,7 +142,7 @@ static inline int64_t mean_moved(const int32_t *x, int n, int i, const scaled *r
     int64_t total = 0;
     for (int k = i; k < n; k++) {
         const int64_t part = word_product(row[k - i], a[k], a[n + k]);
-        total = sum_of(total, up < 0 ? lower_wide(part, -up) : part, 63);
+        total = sum_of(total, up < 0 ? shift_down_rounded_wide(part, -up) : part, 63);
     }
     return sum_of(carried_get(x, n, i), wide_from(total, up > 0 ? up - 2 : -2, 62), 63);
 }
@@ -178,7 +179,7 @@ static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scal
     }
     T[KQ_TRIANGLE(n) + i] = now_exponent;
     const int up = bits ? leading_zeros(bits) - 4 : 0; /* n <= 16 entries of 28 bits */
-    for (int j = i; up > 0 && j < n; j++) u[j] = raise(u[j], up, 30);
+    for (int j = i; up > 0 && j < n; j++) u[j] = shift_up(u[j], up, 30);
     u[n] = bits ? other_exponent - (up > 0 ? up : 0) : lowest_exponent;
 }
 
@@ -186,7 +187,7 @@ static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scal
    exponent, `exponent` by align */
 KQ_SHARED void row_join(int32_t *row, int n, int32_t exponent)
 {
-    for (int k = n; k < 2 * n; k++) row[k] = lower(row[k], exponent - one_exponent);
+    for (int k = n; k < 2 * n; k++) row[k] = shift_down_rounded(row[k], exponent - one_exponent);
     row[2 * n] = exponent;
 }
 
@@ -269,7 +270,7 @@ static inline void load_noise(const int32_t *record, scaled *mean, scaled *varia
 /* ------------------------------------------------------------------ maps of coordinates */
 
 /* A sum of products with a unit (smoother/map.h) in units of the other factors: below 2^60 */
-static inline int32_t unit_of(int64_t total) { return narrow(total, 29, 31); }
+static inline int32_t unit_of(int64_t total) { return round_to_word(total, 29, 31); }
 
 /* By how many bits the units of a map may be raised, all `count` of them: to 2^26 at most, rows of
    32 of them below 2^29 */
@@ -283,7 +284,7 @@ static inline int unit_room(const int32_t *units, int count)
 
 static inline void units_raise(int32_t *units, int up, int count)
 {
-    for (int k = 0; k < count; k++) units[k] = raise(units[k], up, 26);
+    for (int k = 0; k < count; k++) units[k] = shift_up(units[k], up, 26);
 }
 
 /* S <- S 2^-down */
@@ -306,8 +307,8 @@ KQ_SHARED void unit_turn(int32_t *restrict a, int32_t *restrict b, int32_t c, in
     const int32_t back = -s;
     for (int k = 0; k < n; k++) {
         const int32_t old = a[k], other = b[k];
-        a[k] = narrow(accumulate(product(c, old), back, other, 62), 31, 30);
-        b[k] = narrow(accumulate(product(s, old), c, other, 62), 31, 30);
+        a[k] = round_to_word(accumulate(product(c, old), back, other, 62), 31, 30);
+        b[k] = round_to_word(accumulate(product(s, old), c, other, 62), 31, 30);
     }
 }
 
@@ -334,7 +335,7 @@ KQ_SHARED wide coordinate_through(const int32_t *J, int k, const int32_t *a, con
         const scaled c = {J[i * n + k], one_exponent};
         total = sum_of(total, wide_product(c, a[i], a[n + i]), 62);
     }
-    return sum_of(wide_get(shift, n, k), lower_wide(total, 2), 60);
+    return sum_of(wide_get(shift, n, k), shift_down_rounded_wide(total, 2), 60);
 }
 
 #endif

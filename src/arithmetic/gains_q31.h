@@ -24,7 +24,7 @@ static inline int32_t steady_get(const int32_t *x, int n, int i) { return mean_g
 
 static inline void steady_set(int32_t *x, int n, int i, int32_t value)
 {
-    wide_set(x, n, i, raise_wide(value, 24, 55));
+    wide_set(x, n, i, shift_up_wide(value, 24, 55));
 }
 
 static inline void steady_keep(int32_t *x, int n, int i, steady_word value)
@@ -67,7 +67,7 @@ KQ_KERNEL wide steady_times(scaled c, int32_t high, int32_t low)
     const int64_t p = sum_of(product(c.mantissa, high), product(c.mantissa, low) >> 24, 62);
     const int32_t down = -24 - c.exponent;
     if (KQ_MOSTLY((uint32_t)(down - 1) < 31)) return shift_rounded_long(p, (int)down);
-    return lower_wide(p, down);
+    return shift_down_rounded_wide(p, down);
 }
 
 /* total + row'x, where the row is zero left of `first`; a coefficient of 1 is none.  The sum of a
@@ -92,7 +92,7 @@ KQ_KERNEL unsigned steady_row(steady_word *t, int n, const scaled *row, int firs
 KQ_KERNEL unsigned steady_drive(steady_word *t, int n, const scaled *row, int first,
                                 const int32_t *x, int64_t drive)
 {
-    return steady_hold(t, steady_dot(lower_wide(drive, 2), n, row, first, x));
+    return steady_hold(t, steady_dot(shift_down_rounded_wide(drive, 2), n, row, first, x));
 }
 
 /* An innovation: mantissa 2^(-24 - down), so that its product with a number of exponent E is to be
@@ -107,7 +107,7 @@ KQ_KERNEL steady_number steady_mantissa(wide a)
     const int32_t high = (int32_t)(a >> 32), low = (int32_t)(uint32_t)(uint64_t)a;
     if (high == low >> 31) return (steady_number){low, 0};
     const int shift = leading_zeros((uint32_t)(high ^ high >> 31)) - 1;
-    return (steady_number){(int32_t)(raise_wide(a, shift, 63) >> 32), shift - 32};
+    return (steady_number){(int32_t)(shift_up_wide(a, shift, 63) >> 32), shift - 32};
 }
 
 /* h't, at most 16 words */
@@ -128,7 +128,7 @@ KQ_KERNEL steady_number steady_residual(int32_t z, const scaled *h, int selected
 {
     const int alone = selected && h[selected - 1].exponent == -30;
     const wide measured = alone ? t[selected - 1] : steady_sum(h, t, n);
-    return steady_mantissa(sum_of(raise_wide(z, 24, 55), -measured, 61));
+    return steady_mantissa(sum_of(shift_up_wide(z, 24, 55), -measured, 61));
 }
 
 static inline int32_t steady_word_of(steady_number e)

@@ -35,7 +35,7 @@ enum { MEAN_WIDE = 0x4000, mean_widens = 1 };
 
 static inline wide wide_get(const int32_t *x, int n, int i)
 {
-    return raise_wide(x[i], 24, 55) | (uint32_t)x[n + i];
+    return shift_up_wide(x[i], 24, 55) | (uint32_t)x[n + i];
 }
 
 static inline void wide_set(int32_t *x, int n, int i, wide value)
@@ -61,8 +61,8 @@ KQ_SHARED unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
 /* The same where there may be carries, |value| <= 2^61 */
 static inline wide carried_get(const int32_t *x, int n, int i)
 {
-    const wide carry = raise_wide(x[n + i] >> 24, 56, 61);
-    return carry + raise_wide(x[i], 24, 55) + (x[n + i] & 0xffffff);
+    const wide carry = shift_up_wide(x[n + i] >> 24, 56, 61);
+    return carry + shift_up_wide(x[i], 24, 55) + (x[n + i] & 0xffffff);
 }
 
 /* Beyond the word: with a carry, and held where that ends */
@@ -105,7 +105,7 @@ static inline int64_t word_product(scaled c, int32_t high, int32_t low)
 /* The same in units of 2^-26, rounded; |c| <= 16, which is 2^30 2^-26, so nothing is shifted up. */
 static inline int64_t wide_product(scaled c, int32_t high, int32_t low)
 {
-    return lower_wide(word_product(c, high, low), -26 - c.exponent);
+    return shift_down_rounded_wide(word_product(c, high, low), -26 - c.exponent);
 }
 
 /* x_i as one word, and what that leaves */
@@ -117,7 +117,7 @@ KQ_SHARED int32_t mean_get(const int32_t *x, int n, int i)
 
 static inline int32_t mean_low(const int32_t *x, int n, int i)
 {
-    return (int32_t)(wide_get(x, n, i) - raise_wide(mean_get(x, n, i), 24, 55));
+    return (int32_t)(wide_get(x, n, i) - shift_up_wide(mean_get(x, n, i), 24, 55));
 }
 
 /* p 2^shift as a wide number, cut at 2^bits: the sum that it is for has to be beyond its own bound
@@ -128,9 +128,9 @@ KQ_NOINLINE static wide wide_from(int64_t p, int32_t shift, int bits)
     if (p == 0) return 0;
     if (shift > 0) {
         if (shift > bits || p > most >> shift || p < -(most >> shift)) return p < 0 ? -most : most;
-        return raise_wide(p, (int)shift, bits);
+        return shift_up_wide(p, (int)shift, bits);
     }
-    const wide value = lower_wide(p, -shift);
+    const wide value = shift_down_rounded_wide(p, -shift);
     return value > most ? most : value < -most ? -most : value;
 }
 
@@ -145,7 +145,7 @@ KQ_KERNEL unsigned mean_correct(int32_t *x, int n, int i, scaled b, scaled w)
 {
     const int64_t p = product(b.mantissa, w.mantissa);
     const int32_t down = -24 - b.exponent - w.exponent;
-    const wide d = down >= 6 ? lower_wide(p, down) : wide_from(p, -down, 62);
+    const wide d = down >= 6 ? shift_down_rounded_wide(p, down) : wide_from(p, -down, 62);
     return wide_set_carried(x, n, i, sum_of(wide_get(x, n, i), d, 63));
 }
 
@@ -200,7 +200,7 @@ KQ_KERNEL unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int
         if (row[k].mantissa == 0) continue;
         sum = sum_of(sum, wide_product(row[k], t[k], t[n + k]), 62);
     }
-    return wide_set_held(x, n, i, lower_wide(sum, 2));
+    return wide_set_held(x, n, i, shift_down_rounded_wide(sum, 2));
 }
 
 /*
@@ -211,7 +211,7 @@ KQ_KERNEL unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int
 KQ_KERNEL scaled mean_residual(int32_t z, const scaled *h, const int32_t *x, int n, int from,
                                int to)
 {
-    int64_t sum = raise_wide(z, 26, 57);
+    int64_t sum = shift_up_wide(z, 26, 57);
     for (int k = from; k < to; k++) {
         if (h[k].mantissa == 0) continue;
         sum = sum_of(sum, -wide_product(h[k], x[k], x[n + k]), 62);
@@ -226,23 +226,23 @@ KQ_KERNEL scaled mean_residual(int32_t z, const scaled *h, const int32_t *x, int
  */
 KQ_NOINLINE static scaled mean_residual_carried(int32_t z, const scaled *h, const int32_t *x, int n)
 {
-    int64_t low = raise_wide(z, 26, 57), high = 0;
+    int64_t low = shift_up_wide(z, 26, 57), high = 0;
     for (int k = 0; k < n; k++) {
         if (h[k].mantissa == 0) continue;
         const int64_t carry = -product(h[k].mantissa, x[n + k] >> 24);
         const int32_t down = -26 - h[k].exponent; /* >= 0 */
         int64_t rest;
         if (down > 32) {
-            rest = lower_wide(carry, down - 32);
+            rest = shift_down_rounded_wide(carry, down - 32);
         } else {
             high = sum_of(high, carry >> down, 41);
-            rest = raise_wide(carry & ((INT64_C(1) << down) - 1), (int)(32 - down), 32);
+            rest = shift_up_wide(carry & ((INT64_C(1) << down) - 1), (int)(32 - down), 32);
         }
         low = sum_of(low, rest - wide_product(h[k], x[k], x[n + k] & 0xffffff), 62);
     }
     high = sum_of(high, low >> 32, 42);
     if (high > INT32_MAX || high < INT32_MIN) return scaled_of(high, 6);
-    return scaled_of(raise_wide(high, 32, 63) + (int64_t)((uint64_t)low & UINT32_MAX), -26);
+    return scaled_of(shift_up_wide(high, 32, 63) + (int64_t)((uint64_t)low & UINT32_MAX), -26);
 }
 
 #endif

@@ -26,7 +26,10 @@ static inline int32_t noise_shift(const int32_t *G, int n, int l, const int32_t 
     return row[width] - G[KQ_TRIANGLE(n) + l];
 }
 
-static inline int32_t noise_word(const int32_t *g, int32_t shift) { return lower(*g, shift); }
+static inline int32_t noise_word(const int32_t *g, int32_t shift)
+{
+    return shift_down_rounded(*g, shift);
+}
 
 static const int32_t num_no_noise = 0;
 
@@ -47,8 +50,8 @@ KQ_OUTLINE int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restri
                          const int32_t *pq, int count)
 {
     (void)g_pivot;
-    const int32_t entry = narrow(dot(product(g, pq[0]), w, V, count), 30, 31);
-    const int32_t d = narrow_product((int32_t)sum_of(entry, g, 31), pq[1], 31, 31);
+    const int32_t entry = round_to_word(dot(product(g, pq[0]), w, V, count), 30, 31);
+    const int32_t d = round_product_to_word((int32_t)sum_of(entry, g, 31), pq[1], 31, 31);
     subtract_multiple(w, V, d, count);
     return entry;
 }
@@ -57,9 +60,10 @@ KQ_OUTLINE int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restri
 KQ_KERNEL int32_t reflect_unit(int32_t *restrict w, const int32_t *restrict V, const int32_t *pq,
                                int at, int count)
 {
-    const int32_t entry = lower(V[at], 1), d = narrow(product(entry, pq[1]), 31, 31);
+    const int32_t entry = shift_down_rounded(V[at], 1);
+    const int32_t d = round_to_word(product(entry, pq[1]), 31, 31);
     KQ_UNROLL
-    for (int k = 0; k < count; k++) w[k] = -narrow(product(V[k], d), 30, 31);
+    for (int k = 0; k < count; k++) w[k] = -round_to_word(product(V[k], d), 30, 31);
     w[at] += num_one;
     return entry;
 }
@@ -68,13 +72,13 @@ KQ_KERNEL int32_t reflect_unit(int32_t *restrict w, const int32_t *restrict V, c
 KQ_KERNEL int32_t reflect_longer(int32_t *restrict w, const int32_t *restrict V, const int32_t *pq,
                                  int zeros, int count)
 {
-    const int32_t entry = narrow(dot(0, w + zeros, V + zeros, count - zeros), 30, 31);
-    const int32_t d = narrow(product(entry, pq[1]), 31, 31);
+    const int32_t entry = round_to_word(dot(0, w + zeros, V + zeros, count - zeros), 30, 31);
+    const int32_t d = round_to_word(product(entry, pq[1]), 31, 31);
     KQ_UNROLL
-    for (int k = 0; k < zeros; k++) w[k] = -narrow(product(V[k], d), 30, 31);
+    for (int k = 0; k < zeros; k++) w[k] = -round_to_word(product(V[k], d), 30, 31);
     KQ_UNROLL
     for (int k = zeros; k < count; k++) {
-        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
+        w[k] = (int32_t)sum_of(w[k], -round_to_word(product(V[k], d), 30, 31), 31);
     }
     return entry;
 }
@@ -106,12 +110,12 @@ KQ_OUTLINE int32_t close_reflector(int32_t *w, int32_t g, int32_t *pq, int count
     const uint32_t v = upper_word_raised(square, zeros), inverse = inverse_root(v);
     const int32_t half = (int32_t)(inverse >> 1); /* 2^h / s = half 2^-61 */
     scale(w, h, half, count);
-    const int32_t p = narrow_product(raise(g, h, 31), half, 31, 31);
+    const int32_t p = round_product_to_word(shift_up(g, h, 31), half, 31, 31);
     const uint32_t one_plus = (UINT32_C(1) << 30) + (uint32_t)p; /* Q30, 1 .. 2 */
     const uint32_t share = one_plus >> 31 ? UINT32_C(1) << 31 : reciprocal(one_plus << 1);
     pq[0] = p;
     pq[1] = (int32_t)(share >> 1);
-    return lower((int32_t)root_by_inverse(v, inverse), h);
+    return shift_down_rounded((int32_t)root_by_inverse(v, inverse), h);
 }
 
 #endif

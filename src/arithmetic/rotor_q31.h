@@ -78,7 +78,8 @@ KQ_KERNEL rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
     t.exponent = (s.exponent - 29) >> 1;
     t.down = t.exponent - f[n];
     const int32_t up = r.exponent - 2 * t.exponent; /* <= 31, since r <= s */
-    t.a = (uint64_t)(up >= 0 ? raise_word(r.mantissa, (int)up, 62) : lower(r.mantissa, -up));
+    t.a = (uint64_t)(up >= 0 ? shift_up_word(r.mantissa, (int)up, 62)
+                             : shift_down_rounded(r.mantissa, -up));
     if (t.a == 0) t.a = 1;
     rotor_take_root(&t);
     return t;
@@ -100,7 +101,7 @@ static inline int32_t cosine_of(uint64_t p, int down)
 static inline int32_t sine_of(int64_t p)
 {
     const uint32_t most = (UINT32_C(1) << 29) - 2;
-    if (upper_word((uint64_t)p) + most < 2 * most) return narrow(p, 30, 31);
+    if (upper_word((uint64_t)p) + most < 2 * most) return round_to_word(p, 30, 31);
     const int64_t sine = (p + (INT32_C(1) << 29)) >> 30;
     return sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
 }
@@ -111,11 +112,11 @@ static inline rotation rotor_turn(rotor *t, int32_t f)
     const uint32_t root = t->root;
     const int zeros = t->zeros;
     rotation turn;
-    f = t->down >= 0 ? lower(f, t->down) : raise(f, (int)-t->down, 31);
+    f = t->down >= 0 ? shift_down_rounded(f, t->down) : shift_up(f, (int)-t->down, 31);
     t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
     turn.c = cosine_of(product_unsigned(root, t->inverse), (zeros - t->zeros) >> 1);
-    const int32_t tall = raise(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
+    const int32_t tall = shift_up(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
     turn.t = sine_of(product(tall, half));
     return turn;
 }

@@ -57,7 +57,7 @@ static inline scaled row_entry(const int32_t *row, int width, int k)
 KQ_KERNEL sum add_product(sum total, int32_t a, int32_t b) { return accumulate(total, a, b, 62); }
 
 /* One entry of a combination as align has prepared it */
-KQ_KERNEL int32_t combined(sum total) { return narrow(total, 30, 31); }
+KQ_KERNEL int32_t combined(sum total) { return round_to_word(total, 30, 31); }
 
 /* out_j = c'(column j) for j = n-1 .. from, the columns' entries from row `from` on; s: the last
    column's.  Downwards, because c may be in out. */
@@ -101,13 +101,13 @@ static inline scaled add_square(scaled r, const int32_t *f, int n)
     const sum square = squares(0, f, n); /* < 2^60.4 */
     const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
     if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, raise_word(r.mantissa, (int)up, 60), 62),
+    return scaled_of_positive((uint64_t)sum_of(square, shift_up_word(r.mantissa, (int)up, 60), 62),
                               exponent);
 }
 
 static inline int32_t moved(int32_t a, int32_t down)
 {
-    return down >= 0 ? lower(a, down) : raise(a, (int)-down, 30);
+    return down >= 0 ? shift_down_rounded(a, down) : shift_up(a, (int)-down, 30);
 }
 
 /*
@@ -161,7 +161,7 @@ KQ_SHARED void root_scale(int32_t *S, scaled c, int n)
 {
     const int unit = scaled_is_unit(c);
     for (int k = 0; !unit && k < KQ_TRIANGLE(n); k++) {
-        S[k] = narrow(product(S[k], c.mantissa), 31, 31);
+        S[k] = round_to_word(product(S[k], c.mantissa), 31, 31);
     }
     for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] += c.exponent + (unit ? 30 : 31);
 }
@@ -175,7 +175,7 @@ static inline void root_grow(int32_t *S, scaled c, int n)
         return;
     }
     for (int k = 0; k < KQ_TRIANGLE(n); k++) {
-        const int64_t increment = lower_wide(product(S[k], c.mantissa), -c.exponent);
+        const int64_t increment = shift_down_rounded_wide(product(S[k], c.mantissa), -c.exponent);
         S[k] = (int32_t)sum_of(S[k], increment, 31);
     }
 }
@@ -193,7 +193,7 @@ KQ_SHARED int32_t fitted_exponent(const scaled *entries, int width)
     int64_t square = 0; /* of 16 words below 2^27 */
     for (int k = 0; k < width; k++) {
         if (entries[k].mantissa == 0) continue;
-        const int32_t word = lower(entries[k].mantissa, top + 4 - entries[k].exponent);
+        const int32_t word = shift_down_rounded(entries[k].mantissa, top + 4 - entries[k].exponent);
         square = accumulate(square, word, word, 58);
     }
     if (square == 0) return lowest_exponent;
@@ -202,7 +202,7 @@ KQ_SHARED int32_t fitted_exponent(const scaled *entries, int width)
 
 static inline int32_t fitted_word(scaled entry, int32_t exponent)
 {
-    return entry.mantissa ? lower(entry.mantissa, exponent - entry.exponent) : 0;
+    return entry.mantissa ? shift_down_rounded(entry.mantissa, exponent - entry.exponent) : 0;
 }
 
 /* Numbers into one row as long as it may be */
@@ -238,7 +238,7 @@ static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t,
     for (int j = i; j < n; j++) {
         const scaled old = {*s, exponent}, other = {-b, exponent};
         entries[j - i] = scaled_products(c[j], old, t[j], other);
-        b = narrow_products(turn_word(c[j]), b, turn_word(t[j]), *s, 31, 30);
+        b = round_products_to_word(turn_word(c[j]), b, turn_word(t[j]), *s, 31, 30);
         s += j + 1;
     }
     root_set_row(S, entries, n, i);
@@ -283,9 +283,9 @@ static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scal
     const int32_t scale = exponent - 30;
     for (int k = 0; k < n; k++) {
         const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
-        const int64_t all = raise_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
+        const int64_t all = shift_up_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
         const int known = h[k].mantissa == 0 || down <= 0 || down >= 62;
-        low[k] = known ? 0 : (int32_t)(lower_wide(all, down) - raise_wide(c[k], 27, 58));
+        low[k] = known ? 0 : (int32_t)(shift_down_rounded_wide(all, down) - shift_up_wide(c[k], 27, 58));
         size += magnitude(c[k]);
     }
     for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
@@ -319,7 +319,7 @@ KQ_OUTLINE void renormalise(int32_t *S, int n)
             int32_t *t = row;
             KQ_UNROLL
             for (int j = i; j < n; j++) {
-                *t = up > 0 ? raise(*t, up, 30) : lower(*t, 1);
+                *t = up > 0 ? shift_up(*t, up, 30) : shift_down_rounded(*t, 1);
                 t += j + 1;
             }
             E[i] -= up;

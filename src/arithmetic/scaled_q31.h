@@ -73,10 +73,10 @@ static inline scaled scaled_shift(scaled a, int32_t shift)
 KQ_SHARED scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
 {
     const int64_t p = product(a, b);
-    const int32_t long_one = narrow(p, 31, 31);
+    const int32_t long_one = round_to_word(p, 31, 31);
     if (p == 0) return (scaled){0, 0};
     if (magnitude(long_one) >> 30) return (scaled){long_one, exponent + 31};
-    return (scaled){narrow(p, 30, 31), exponent + 30};
+    return (scaled){round_to_word(p, 30, 31), exponent + 30};
 }
 
 static inline scaled scaled_times(scaled a, scaled b)
@@ -101,7 +101,7 @@ KQ_SHARED scaled scaled_plus(scaled a, scaled b)
         b = a;
         a = larger;
     }
-    const int64_t high = raise_wide(a.mantissa, 30, 61), low = raise_wide(b.mantissa, 30, 61);
+    const int64_t high = shift_up_wide(a.mantissa, 30, 61), low = shift_up_wide(b.mantissa, 30, 61);
     const int32_t down = a.exponent - b.exponent;
     return scaled_of(sum_of(high, down < 63 ? low >> down : 0, 62), a.exponent - 30);
 }
@@ -174,7 +174,7 @@ static inline scaled scaled_held(scaled a)
 static inline int32_t word_of(scaled a)
 {
     if (a.exponent > 0) return a.mantissa < 0 ? -INT32_MAX : a.mantissa ? INT32_MAX : 0;
-    return lower(a.mantissa, -a.exponent);
+    return shift_down_rounded(a.mantissa, -a.exponent);
 }
 
 /* *word <- a; answers KQ_EVENT_SATURATED if it had to be held */

@@ -29,9 +29,9 @@ static int64_t score_held(int64_t a)
 static int64_t score_of(scaled a)
 {
     const int32_t shift = a.exponent + 24;
-    if (shift <= 0) return lower_wide(a.mantissa, -shift);
+    if (shift <= 0) return shift_down_rounded_wide(a.mantissa, -shift);
     if (shift > 30) return a.mantissa < 0 ? -score_max : a.mantissa ? score_max : 0;
-    return score_held(raise_wide(a.mantissa, (int)shift, 61));
+    return score_held(shift_up_wide(a.mantissa, (int)shift, 61));
 }
 
 static scaled score_number(score a) { return scaled_of(a, -24); }
@@ -53,7 +53,7 @@ static void store_score(num *word, score a)
 
 static score load_score(const num *word)
 {
-    return sum_of(raise_wide(word[0], 31, 61), word[1], 62);
+    return sum_of(shift_up_wide(word[0], 31, 61), word[1], 62);
 }
 
 static void tally_clear(tally *t) { t->sum = 0; }
@@ -66,8 +66,8 @@ static void tally_fade(tally *t, scaled c)
 {
     if (t->sum >= score_max) return;
     const int64_t high = product((num)(t->sum >> 31), c.mantissa);
-    const int64_t low = lower_wide(product((num)(t->sum & INT32_MAX), c.mantissa), 31);
-    t->sum = lower_wide(sum_of(high, low, 62), -31 - c.exponent);
+    const int64_t low = shift_down_rounded_wide(product((num)(t->sum & INT32_MAX), c.mantissa), 31);
+    t->sum = shift_down_rounded_wide(sum_of(high, low, 62), -31 - c.exponent);
 }
 
 static score tally_score(const tally *t) { return t->sum; }

@@ -274,7 +274,8 @@ static kq_status em_prepare(estimation *e, const em_places *w, const parameters 
     root_of_covariance(w->of_P0, p->P0, n, UINT32_MAX);
     status = T(kq_filter_assign)(&e->filter, n, w->filter, FILTER_LEN((size_t)n));
     if (status) return status;
-    return T(kq_history_assign)(&e->history, n, w->history, (size_t)(e->memory + e->length - w->history));
+    return T(kq_history_assign)(&e->history, n, w->history,
+                                (size_t)(e->memory + e->length - w->history));
 }
 
 #endif

@@ -17,7 +17,7 @@
 #include "filter.h"
 #include "likelihood.h"
 #include "sharp.h"
-#include "take.h"
+#include "update.h"
 
 KQ_COLD KQ_NOINLINE static void take_correlated(filter *f, const reading *z)
 {

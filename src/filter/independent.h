@@ -15,7 +15,7 @@
 #include "filter.h"
 #include "likelihood.h"
 #include "sharp.h"
-#include "take.h"
+#include "update.h"
 #include "tape.h"
 
 /* The components present from c on, as long as there is nothing unusual about them.  Answers the first

@@ -26,7 +26,7 @@ KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
     const int n = f->states;
     status = prior_check(prior, n, misfit);
     if (status) return status;
-    for (int i = 0; i < n; i++) wide_set(f->memory, n, i, raise_wide(prior->mean[i], 24, 55));
+    for (int i = 0; i < n; i++) wide_set(f->memory, n, i, shift_up_wide(prior->mean[i], 24, 55));
     copy(filter_root(f), prior->root, ROOT_LEN(n));
     renormalise(filter_root(f), n);
     f->state_format = prior->state_format;

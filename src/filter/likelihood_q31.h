@@ -117,7 +117,7 @@ static const int32_t likelihood_powers = INT32_C(1) << 30;
 /* 2^15 times log 2 pi, and 2^30 times log 2 or none, in Q24 */
 static int64_t likelihood_run_part(likelihood_run *p)
 {
-    const int64_t powers = raise_wide(log_2, 15, 54);
+    const int64_t powers = shift_up_wide(log_2, 15, 54);
     const int32_t exponent = p->determinant.exponent;
     p->count -= likelihood_part;
     if (exponent > -likelihood_powers && exponent < likelihood_powers) return log_2_pi;

@@ -29,7 +29,7 @@ num T(kq_measurement_low)(const filter *f, const sensor *s, int c)
     for (int k = 0; k < n; k++) {
         sum = sum_of(sum, wide_product(h[k], f->memory[k], f->memory[n + k]), 62);
     }
-    const int64_t low = lower_wide(sum, 2) - raise_wide(measured(f, s, c), 24, 55);
+    const int64_t low = shift_down_rounded_wide(sum, 2) - shift_up_wide(measured(f, s, c), 24, 55);
     return low > INT32_MAX ? INT32_MAX : low < -INT32_MAX ? -INT32_MAX : (num)low;
 }
 

@@ -25,7 +25,7 @@
 #include "../model/units.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
-#include "../filter/take.h"
+#include "../filter/update.h"
 #include "../filter/tape.h"
 #include "../smoother/smoother.h"
 #include "../smoother/whitened.h"

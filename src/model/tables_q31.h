@@ -55,7 +55,7 @@ KQ_COLD static int64_t add_magnitude(int64_t total, scaled a)
     int64_t part = INT64_C(1) << 59;
     if (size == 0) part = 0;
     else if (shift <= 0) part = shift < -31 ? 1 : (size + (INT64_C(1) << -shift) - 1) >> -shift;
-    else if (shift <= 28) part = raise_wide(size, (int)shift, 59);
+    else if (shift <= 28) part = shift_up_wide(size, (int)shift, 59);
     return total + part > INT64_C(1) << 60 ? INT64_C(1) << 60 : total + part;
 }
 

@@ -30,7 +30,7 @@
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/sharp.h"
-#include "../filter/take.h"
+#include "../filter/update.h"
 #include "parameters.h"
 
 enum { ROBUST_HUBER, ROBUST_STUDENT, ROBUST_JUMP };

@@ -1,4 +1,5 @@
-/* The public functions with a process noise that is scaled, in floating point: the scaled process has room for its noise. */
+/* The public functions with a process noise that is scaled, in floating point: the
+   scaled process has room for its noise. */
 #ifndef KQ_SRC_ROBUST_STUDENT_FLOAT_H
 #define KQ_SRC_ROBUST_STUDENT_FLOAT_H
 

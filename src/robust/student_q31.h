@@ -1,4 +1,5 @@
-/* The public functions with a process noise that is scaled, in fixed point: the caller has room for the scaled noise. */
+/* The public functions with a process noise that is scaled, in fixed point: the
+   caller has room for the scaled noise. */
 #ifndef KQ_SRC_ROBUST_STUDENT_Q31_H
 #define KQ_SRC_ROBUST_STUDENT_Q31_H
 

@@ -22,7 +22,7 @@
 #include "../filter/likelihood.h"
 #include "../filter/sharp.h"
 #include "../filter/step.h"
-#include "../filter/take.h"
+#include "../filter/update.h"
 #include "../smoother/smoother.h"
 #include "../smoother/whitened.h"
 #include "gate.h"

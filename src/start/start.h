@@ -24,7 +24,7 @@
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/step.h"
-#include "../filter/take.h"
+#include "../filter/update.h"
 #include "../filter/tape.h"
 #include "columns.h"
 #include "entries.h"

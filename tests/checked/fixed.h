@@ -24,36 +24,36 @@ _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");
     if (!site.seen) checked_enter(&site)
 
 /* Where an argument holds a call itself, that call's `site` is in a block of its own. */
-#define narrow(a, shift, bits)                                                                     \
+#define round_to_word(a, shift, bits)                                                                     \
     __extension__({                                                                                \
-        CHECKED_SITE("narrow");                                                                    \
+        CHECKED_SITE("round_to_word");                                                                    \
         checked_narrow(&site, a, shift, bits);                                                     \
     })
-#define lower(a, shift)                                                                            \
+#define shift_down_rounded(a, shift)                                                                            \
     __extension__({                                                                                \
-        CHECKED_SITE("lower");                                                                     \
+        CHECKED_SITE("shift_down_rounded");                                                                     \
         checked_lower(&site, a, shift);                                                            \
     })
-#define lower_wide(a, shift)                                                                       \
+#define shift_down_rounded_wide(a, shift)                                                                       \
     __extension__({                                                                                \
-        CHECKED_SITE("lower_wide");                                                                \
+        CHECKED_SITE("shift_down_rounded_wide");                                                                \
         checked_lower_wide(&site, a, shift);                                                       \
     })
-#define raise(a, shift, bits)                                                                      \
+#define shift_up(a, shift, bits)                                                                      \
     __extension__({                                                                                \
-        CHECKED_SITE("raise");                                                                     \
+        CHECKED_SITE("shift_up");                                                                     \
         checked_raise(&site, a, shift, bits);                                                      \
     })
-#define raise_wide(a, shift, bits)                                                                 \
+#define shift_up_wide(a, shift, bits)                                                                 \
     __extension__({                                                                                \
-        CHECKED_SITE("raise_wide");                                                                \
+        CHECKED_SITE("shift_up_wide");                                                                \
         checked_raise_wide(&site, a, shift, bits);                                                 \
     })
-#define raise_word(a, shift, bits) raise_wide(a, shift, bits)
+#define shift_up_word(a, shift, bits) shift_up_wide(a, shift, bits)
 #define accumulate(total, a, b, bits) sum_of(total, product(a, b), bits)
-#define narrow_product(a, b, shift, bits) narrow(product(a, b), shift, bits)
-#define narrow_products(a, b, c, d, shift, bits)                                                   \
-    narrow(accumulate(product(a, b), c, d, 62), shift, bits)
+#define round_product_to_word(a, b, shift, bits) round_to_word(product(a, b), shift, bits)
+#define round_products_to_word(a, b, c, d, shift, bits)                                                   \
+    round_to_word(accumulate(product(a, b), c, d, 62), shift, bits)
 #define sum_of(a, b, bits)                                                                         \
     __extension__({                                                                                \
         CHECKED_SITE("sum_of");                                                                    \

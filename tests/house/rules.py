@@ -40,7 +40,11 @@ class House:
         folder = (self.src / name).parent
         for line in re.findall(r'^#include "([^"]+)"', text, re.M):
             if not line.startswith("kalmanq/"):
-                yield str((folder / line).resolve().relative_to(self.src.resolve()))
+                path = str((folder / line).resolve().relative_to(self.src.resolve()))
+                if path in self.headers:
+                    yield path
+                else:
+                    self.fault(name, f"includes {line}, which is not there")
 
     def public(self, name):
         """The public functions that a header defines"""

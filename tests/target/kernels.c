@@ -89,8 +89,8 @@ static void check_words(void)
     check("shift_rounded_wide 30", shift_rounded_wide(p >> 2, 30), plainly(p >> 2, 30));
     check("shift_rounded_wide 31", shift_rounded_wide(p, 31), (int32_t)plainly(p, 31));
     const int32_t c = draw_word(30), d = draw_word(30);
-    check("narrow_product", narrow_product(a, b, 31, 31), (int32_t)plainly(p, 31));
-    check("narrow_products", narrow_products(c, d, d, a, 31, 31),
+    check("narrow_product", round_product_to_word(a, b, 31, 31), (int32_t)plainly(p, 31));
+    check("narrow_products", round_products_to_word(c, d, d, a, 31, 31),
           (int32_t)plainly((int64_t)c * d + (int64_t)d * a, 31));
     for (int shift = 1; shift < 32; shift++) {
         check("shift_rounded", shift_rounded(a, shift), plainly(a, shift));

@@ -41,7 +41,7 @@ KQ_KERNEL void subtract_multiple(int32_t *restrict w, const int32_t *restrict V,
 {
     KQ_UNROLL
     for (int k = 0; k < count; k++) {
-        w[k] = (int32_t)sum_of(w[k], -narrow_product(V[k], d, 30, 31), 31);
+        w[k] = (int32_t)sum_of(w[k], -round_product_to_word(V[k], d, 30, 31), 31);
     }
 }
 
@@ -49,7 +49,7 @@ KQ_KERNEL void subtract_multiple(int32_t *restrict w, const int32_t *restrict V,
 KQ_KERNEL void scale(int32_t *w, int up, int32_t factor, int count)
 {
     KQ_UNROLL
-    for (int k = 0; k < count; k++) w[k] = narrow_product(raise(w[k], up, 31), factor, 31, 31);
+    for (int k = 0; k < count; k++) w[k] = round_product_to_word(shift_up(w[k], up, 31), factor, 31, 31);
 }
 
 /* s <- c s - t b,  b <- c b + t s, with b_last = 0 before.  c and t are a cosine >= 0 and a sine in
@@ -60,12 +60,12 @@ KQ_KERNEL void rotate_words(int32_t *restrict s, int32_t *restrict b, int32_t c,
     KQ_UNROLL
     for (int i = 0; i < last; i++) {
         const int32_t old = s[i], own = b[i];
-        s[i] = narrow_products(c, old, back, own, 31, 30);
-        b[i] = narrow_products(c, own, t, old, 31, 30);
+        s[i] = round_products_to_word(c, old, back, own, 31, 30);
+        b[i] = round_products_to_word(c, own, t, old, 31, 30);
     }
     const int32_t old = s[last];
-    s[last] = narrow_product(c, old, 31, 30);
-    b[last] = narrow_product(t, old, 31, 30);
+    s[last] = round_product_to_word(c, old, 31, 30);
+    b[last] = round_product_to_word(t, old, 31, 30);
 }
 
 #endif

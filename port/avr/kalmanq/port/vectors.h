@@ -36,14 +36,14 @@ KQ_OUT_OF_LINE void subtract_multiple(int32_t *restrict w, const int32_t *restri
                                  int count)
 {
     for (int k = 0; k < count; k++) {
-        w[k] = (int32_t)sum_of(w[k], -narrow(product(V[k], d), 30, 31), 31);
+        w[k] = (int32_t)sum_of(w[k], -round_to_word(product(V[k], d), 30, 31), 31);
     }
 }
 
 /* w <- w 2^up factor 2^-31; |w_k| 2^up < 2^31, factor >= 0 */
 KQ_OUT_OF_LINE void scale(int32_t *w, int up, int32_t factor, int count)
 {
-    for (int k = 0; k < count; k++) w[k] = narrow(product(raise(w[k], up, 31), factor), 31, 31);
+    for (int k = 0; k < count; k++) w[k] = round_to_word(product(shift_up(w[k], up, 31), factor), 31, 31);
 }
 
 /* s <- c s - t b,  b <- c b + t s, with b_last = 0 before.  c and t are a cosine >= 0 and a sine in
@@ -53,12 +53,12 @@ KQ_OUT_OF_LINE void rotate_words(int32_t *restrict s, int32_t *restrict b, int32
     const int32_t back = -t;
     for (int i = 0; i < last; i++) {
         const int32_t old = s[i], own = b[i];
-        s[i] = narrow(sum_of(product(c, old), product(back, own), 62), 31, 30);
-        b[i] = narrow(sum_of(product(c, own), product(t, old), 62), 31, 30);
+        s[i] = round_to_word(sum_of(product(c, old), product(back, own), 62), 31, 30);
+        b[i] = round_to_word(sum_of(product(c, own), product(t, old), 62), 31, 30);
     }
     const int32_t old = s[last];
-    s[last] = narrow(product(c, old), 31, 30);
-    b[last] = narrow(product(t, old), 31, 30);
+    s[last] = round_to_word(product(c, old), 31, 30);
+    b[last] = round_to_word(product(t, old), 31, 30);
 }
 
 #endif

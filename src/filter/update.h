@@ -1,6 +1,6 @@
 /* The update by scalar measurements, one after the other. */
-#ifndef KQ_SRC_FILTER_TAKE_H
-#define KQ_SRC_FILTER_TAKE_H
+#ifndef KQ_SRC_FILTER_UPDATE_H
+#define KQ_SRC_FILTER_UPDATE_H
 
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
@@ -49,9 +49,10 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
     if (is_general(mode) && f->history) f->history->recorder->update(f, row, 0, r, e, s);
     const rotor end = rotate_root(S, row, r, s, n);
+    const num *gain = row; /* b = s K has taken the place of S'h */
     const scaled w = rotor_weight(&end, e, s);
     KQ_IN_ORDER;
-    move_mean(f, row, S, w, n);
+    move_mean(f, gain, S, w, n);
     renormalise_if_strong(S, r, s, n);
     if (mode == MODE_BARE) return 1;
     if (is_faint(r, s)) f->events |= KQ_EVENT_RESOLUTION;
