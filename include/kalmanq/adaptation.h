@@ -139,6 +139,7 @@ typedef struct {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
+    struct kq_attached_f32 attached;
     uint8_t states;                /* n */
     uint8_t components;            /* m */
     uint8_t waiting;               /* scalar measurements to come before learning begins */
@@ -151,9 +152,11 @@ typedef struct {
     float information[3];              /* J: qq, qr, rr */
     kq_process_f32 scaled_process;
     kq_sensor_f32 scaled_sensor;
+    kq_filter_f32 *filter; /* attached to */
 } kq_adaptation_f32;
 
 typedef struct {
+    struct kq_attached_f64 attached;
     uint8_t states;
     uint8_t components;
     uint8_t waiting;
@@ -166,9 +169,11 @@ typedef struct {
     double information[3];
     kq_process_f64 scaled_process;
     kq_sensor_f64 scaled_sensor;
+    kq_filter_f64 *filter; /* attached to */
 } kq_adaptation_f64;
 
 typedef struct {
+    struct kq_attached_q31 attached;
     uint8_t states;
     uint8_t components;
     uint8_t waiting;
@@ -182,16 +187,18 @@ typedef struct {
     kq_scaled_q31 information[3];
     kq_process_q31 scaled_process;
     kq_sensor_q31 scaled_sensor;
+    kq_filter_q31 *filter; /* attached to */
 } kq_adaptation_q31;
 
 /* In floating point, what is behind the memory before init */
 #define KQ_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
     {                                                                                              \
-        n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
+        {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
         {                                                                                          \
             0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL                                          \
-        }                                                                                          \
+        },                                                                                         \
+            NULL                                                                                   \
     }
 
 /** An adaptation `name` for n states and m components with its storage, in static memory. */
@@ -206,7 +213,8 @@ typedef struct {
 #define KQ_ADAPTATION_Q31(name, n, m)                                                              \
     static kq_scaled_q31 name##_memory[KQ_ADAPTATION_LEN_Q31(n, m)];                               \
     static int32_t name##_root[KQ_ROOT_LEN_Q31(n)];                                                \
-    static kq_adaptation_q31 name = {n,                                                            \
+    static kq_adaptation_q31 name = {{NULL},                                                     \
+                                     n,                                                            \
                                      m,                                                            \
                                      0,                                                            \
                                      KQ_ADAPTATION_LEN_Q31(n, m),                                  \
@@ -219,7 +227,8 @@ typedef struct {
                                      {0, 0},                                                       \
                                      {{0, 0}, {0, 0}, {0, 0}},                                     \
                                      {0, 0, {0}, 0, 0, NULL, NULL, NULL, NULL, NULL},              \
-                                     {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL}}
+                                     {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL},              \
+                                     NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -260,9 +269,9 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
  * The filter starts anew (kq_filter_init): D and d are 0 again, scales and information stay.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
-kq_status kq_adaptation_restart_f32(kq_adaptation_f32 *a);
-kq_status kq_adaptation_restart_f64(kq_adaptation_f64 *a);
-kq_status kq_adaptation_restart_q31(kq_adaptation_q31 *a);
+kq_status kq_adaptation_attach_f32(kq_adaptation_f32 *a, kq_filter_f32 *f);
+kq_status kq_adaptation_attach_f64(kq_adaptation_f64 *a, kq_filter_f64 *f);
+kq_status kq_adaptation_attach_q31(kq_adaptation_q31 *a, kq_filter_q31 *f);
 
 /**
  * kq_predict with q Q.  While q is 1, the very bits of kq_predict.
@@ -276,9 +285,6 @@ kq_status kq_adaptation_restart_q31(kq_adaptation_q31 *a);
  * it would refer to changes), q31: KQ_ERR_COEFFICIENT (q Q, as above),
  * and the errors of kq_predict.
  */
-kq_status kq_adaptation_predict_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, const float *u);
-kq_status kq_adaptation_predict_f64(kq_adaptation_f64 *a, kq_filter_f64 *f, const double *u);
-kq_status kq_adaptation_predict_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, const int32_t *u);
 
 /**
  * kq_update_subset with r R; q and r then move.  While r is 1, the very bits of the plain update.
@@ -295,12 +301,6 @@ kq_status kq_adaptation_predict_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, cons
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RECORDING, KQ_ERR_NOT_FINITE (r R; z), q31:
  * KQ_ERR_COEFFICIENT (r R), and the errors of kq_update_subset.
  */
-kq_status kq_adaptation_update_f32(kq_adaptation_f32 *a, kq_filter_f32 *f, const float *z,
-                                   uint32_t present);
-kq_status kq_adaptation_update_f64(kq_adaptation_f64 *a, kq_filter_f64 *f, const double *z,
-                                   uint32_t present);
-kq_status kq_adaptation_update_q31(kq_adaptation_q31 *a, kq_filter_q31 *f, const int32_t *z,
-                                   uint32_t present);
 
 /** q and r.  NaN, q31: {0, 0}, where a is NULL or not initialised. */
 float kq_adaptation_process_scale_f32(const kq_adaptation_f32 *a);

@@ -46,8 +46,15 @@ extern "C" {
 #define KQ_FILTER_LEN_F32(n) (2 * (n) + KQ_TRIANGLE(n))
 #define KQ_FILTER_LEN_F64(n) ((n) + KQ_TRIANGLE(n))
 
-struct kq_history_f32;
-struct kq_history_f64;
+/* What is attached to a filter (a history, a lag, a point, a start, an adaptation, a settling) begins with
+   this: what it does in the steps is linked by its attach alone. */
+struct kq_attached_f32 {
+    const struct kq_hooks_f32 *hooks;
+};
+
+struct kq_attached_f64 {
+    const struct kq_hooks_f64 *hooks;
+};
 
 /* The fields of these four are the library's (see process.h). */
 
@@ -95,10 +102,10 @@ typedef struct {
     uint8_t states;  /* n */
     uint8_t ready;   /* 0: not initialised, 1, or 2: after a very sharp measurement */
     uint16_t events; /* KQ_EVENT_... */
-    uint8_t plain;   /* n where ready is 1 and there is no history, otherwise 0 */
+    uint8_t plain;   /* n where ready is 1 and nothing is attached, otherwise 0 */
     uint16_t length; /* words at memory */
     float *memory;   /* the caller's: mean, then root */
-    struct kq_history_f32 *history; /* where predict and update record, or NULL */
+    struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
     kq_likelihood_f32 last;         /* of the last update */
     kq_likelihood_run_f32 run;      /* since init */
 } kq_filter_f32;
@@ -110,7 +117,7 @@ typedef struct {
     uint8_t plain;
     uint16_t length;
     double *memory;
-    struct kq_history_f64 *history;
+    struct kq_attached_f64 *attached;
     kq_likelihood_f64 last;
     kq_likelihood_run_f64 run;
 } kq_filter_f64;
@@ -363,7 +370,9 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
 /** Words of memory of a filter with n states. */
 #define KQ_FILTER_LEN_Q31(n) (2 * (n) + KQ_ROOT_LEN_Q31(n))
 
-struct kq_history_q31;
+struct kq_attached_q31 {
+    const struct kq_hooks_q31 *hooks;
+};
 
 /** The state before the first measurement as a table (process.h, fixed_point.h). */
 typedef struct {
@@ -395,7 +404,7 @@ typedef struct {
     uint8_t plain;
     uint16_t length;
     int32_t *memory;
-    struct kq_history_q31 *history;
+    struct kq_attached_q31 *attached;
     const kq_format_q31 *state_format;
     kq_likelihood_q31 last;
     kq_likelihood_run_q31 run;

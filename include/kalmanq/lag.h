@@ -98,7 +98,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F32(name, n, m, L)                                                                  \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)];                                           \
     static kq_lag_f32 name = {                                                                     \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0, NULL},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -110,7 +110,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F64(name, n, m, L)                                                                  \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)];                                          \
     static kq_lag_f64 name = {                                                                     \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0, NULL},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -156,8 +156,6 @@ kq_status kq_lag_detach_f64(kq_lag_f64 *lag);
  * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
  * attach it again), and the errors of kq_predict.
  */
-kq_status kq_lag_predict_f32(kq_lag_f32 *lag, const kq_process_f32 *p, const float *u);
-kq_status kq_lag_predict_f64(kq_lag_f64 *lag, const kq_process_f64 *p, const double *u);
 
 /** How far back can be asked: the lesser of L and the steps made since the lag was attached.  -1
     where it is not attached, or cannot go on. */
@@ -236,7 +234,7 @@ typedef struct kq_lag_q31 {
 #define KQ_LAG_Q31(name, n, m, L)                                                                  \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)];                                         \
     static kq_lag_q31 name = {                                                                     \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -249,7 +247,6 @@ typedef struct kq_lag_q31 {
 kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, int L, int32_t *memory, size_t length);
 kq_status kq_lag_attach_q31(kq_lag_q31 *lag, kq_filter_q31 *f);
 kq_status kq_lag_detach_q31(kq_lag_q31 *lag);
-kq_status kq_lag_predict_q31(kq_lag_q31 *lag, const kq_process_q31 *p, const int32_t *u);
 int kq_lag_steps_q31(const kq_lag_q31 *lag);
 kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, int k);
 kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, int k);

@@ -64,11 +64,11 @@ typedef struct kq_point_f64 {
 #define KQ_POINT_F32(name, n, m)                                                                   \
     static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
     static kq_point_f32 name = {                                                                   \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0, NULL}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 #define KQ_POINT_F64(name, n, m)                                                                   \
     static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
     static kq_point_f64 name = {                                                                   \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0, NULL}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -105,8 +105,6 @@ kq_status kq_point_detach_f64(kq_point_f64 *point);
  * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
  * the instant is lost), and the errors of kq_predict.
  */
-kq_status kq_point_predict_f32(kq_point_f32 *point, const kq_process_f32 *p, const float *u);
-kq_status kq_point_predict_f64(kq_point_f64 *point, const kq_process_f64 *p, const double *u);
 
 /**
  * The instant's state given all measurements so far; the functions below read it, until the
@@ -153,12 +151,11 @@ typedef struct kq_point_q31 {
 #define KQ_POINT_Q31(name, n, m)                                                                   \
     static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
     static kq_point_q31 name = {                                                                   \
-        {n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
 kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);
 kq_status kq_point_detach_q31(kq_point_q31 *point);
-kq_status kq_point_predict_q31(kq_point_q31 *point, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_point_smooth_q31(kq_point_q31 *point);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */

@@ -63,6 +63,7 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_history_f32 {
+    struct kq_attached_f32 attached;
     uint8_t states;                /* n */
     uint8_t phase;                 /* unused, recording, full, smoothing */
     uint16_t records;              /* measurements recorded since the last predict */
@@ -75,10 +76,10 @@ typedef struct kq_history_f32 {
     const kq_process_f32 *process; /* of the step at the tape's end */
     kq_filter_f32 *filter;         /* attached to */
     uint8_t events;                /* KQ_EVENT_... */
-    const struct kq_recorder_f32 *recorder; /* what records; linked where a history is attached */
 } kq_history_f32;
 
 typedef struct kq_history_f64 {
+    struct kq_attached_f64 attached;
     uint8_t states;
     uint8_t phase;
     uint16_t records;
@@ -91,7 +92,6 @@ typedef struct kq_history_f64 {
     const kq_process_f64 *process;
     kq_filter_f64 *filter;
     uint8_t events;
-    const struct kq_recorder_f64 *recorder;
 } kq_history_f64;
 
 /** A history `name` with its storage, in static memory: for n states, at most m scalar
@@ -100,13 +100,13 @@ typedef struct kq_history_f64 {
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,             \
-        NULL, NULL, 0, NULL}
+        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,             \
+        NULL, NULL, 0}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,             \
-        NULL, NULL, 0, NULL}
+        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,             \
+        NULL, NULL, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -255,6 +255,7 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
 
 /* The fields are the library's. */
 typedef struct kq_history_q31 {
+    struct kq_attached_q31 attached;
     uint8_t states;
     uint8_t phase;
     uint16_t records;
@@ -267,14 +268,13 @@ typedef struct kq_history_q31 {
     const kq_process_q31 *process;
     kq_filter_q31 *filter;
     uint8_t events;
-    const struct kq_recorder_q31 *recorder;
 } kq_history_q31;
 
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,             \
-        NULL, NULL, 0, NULL}
+        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,             \
+        NULL, NULL, 0}
 
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);

@@ -75,6 +75,7 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
+    struct kq_attached_f32 attached;
     uint8_t states;   /* n */
     uint8_t unknowns; /* d */
     uint8_t ready;    /* what the filter's `ready` is when the start works on it */
@@ -88,6 +89,7 @@ typedef struct {
 } kq_start_f32;
 
 typedef struct {
+    struct kq_attached_f64 attached;
     uint8_t states;   /* n */
     uint8_t unknowns; /* d */
     uint8_t ready;    /* what the filter's `ready` is when the start works on it */
@@ -103,10 +105,10 @@ typedef struct {
 /** A start `name` with its storage, in static memory. */
 #define KQ_START_F32(name, n, early)                                                               \
     static float name##_memory[KQ_START_LEN_F32(n, early)];                                        \
-    static kq_start_f32 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
+    static kq_start_f32 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 #define KQ_START_F64(name, n, early)                                                               \
     static double name##_memory[KQ_START_LEN_F64(n, early)];                                       \
-    static kq_start_f64 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
+    static kq_start_f64 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -159,14 +161,6 @@ kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0,
  * KQ_ERR_NOT_READY also for a start that was not initialised; KQ_EVENT_OVERFLOW for a move beyond
  * the numbers, which is not taken.
  */
-kq_status kq_start_predict_f32(kq_start_f32 *s, const kq_process_f32 *p, const float *u);
-kq_status kq_start_predict_f64(kq_start_f64 *s, const kq_process_f64 *p, const double *u);
-kq_status kq_start_update_f32(kq_start_f32 *s, const kq_sensor_f32 *by, const float *z);
-kq_status kq_start_update_f64(kq_start_f64 *s, const kq_sensor_f64 *by, const double *z);
-kq_status kq_start_update_subset_f32(kq_start_f32 *s, const kq_sensor_f32 *by, const float *z,
-                                     uint32_t present);
-kq_status kq_start_update_subset_f64(kq_start_f64 *s, const kq_sensor_f64 *by, const double *z,
-                                     uint32_t present);
 
 /** d: how many columns D still has, and the most measurements that still have to come.  0: the
    filter is ready.  -1 where s is bad. */
@@ -179,19 +173,9 @@ int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
 
 /** x_i, the low part of its word, and sqrt(P_ii); NaN where component i is not yet determined, or s
    or i is bad. */
-float kq_start_mean_f32(const kq_start_f32 *s, int i);
-double kq_start_mean_f64(const kq_start_f64 *s, int i);
-float kq_start_mean_low_f32(const kq_start_f32 *s, int i);
-double kq_start_mean_low_f64(const kq_start_f64 *s, int i);
-float kq_start_sigma_f32(const kq_start_f32 *s, int i);
-double kq_start_sigma_f64(const kq_start_f64 *s, int i);
 
 /** Of the last update, and of all since init, whether the filter is ready or not.  NaN where s is
     bad. */
-float kq_start_log_likelihood_last_f32(const kq_start_f32 *s);
-double kq_start_log_likelihood_last_f64(const kq_start_f64 *s);
-float kq_start_log_likelihood_f32(const kq_start_f32 *s);
-double kq_start_log_likelihood_f64(const kq_start_f64 *s);
 
 /* ------------------------------------------------------------------ smoother
  *
@@ -222,15 +206,11 @@ double kq_start_log_likelihood_f64(const kq_start_f64 *s);
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (s), KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states),
  * KQ_ERR_RECORDING (h has another filter: detach it).
  */
-kq_status kq_start_attach_f32(kq_start_f32 *s, kq_history_f32 *h);
-kq_status kq_start_attach_f64(kq_start_f64 *s, kq_history_f64 *h);
 
 /**
  * The start forgets its history, which kq_history_detach detaches from the filter.  Early steps that
  * were smoothed can still be read.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
-kq_status kq_start_detach_f32(kq_start_f32 *s);
-kq_status kq_start_detach_f64(kq_start_f64 *s);
 
 /** The number of early steps: predicts from attach until the filter was ready, or until now; where
     the state was smoothed before it was determined, the steps that were.  And the first step that
@@ -293,6 +273,7 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
 
 /* The fields are the library's. */
 typedef struct {
+    struct kq_attached_q31 attached;
     uint8_t states;
     uint8_t unknowns;
     uint8_t ready;
@@ -307,7 +288,7 @@ typedef struct {
 
 #define KQ_START_Q31(name, n, early)                                                               \
     static int32_t name##_memory[KQ_START_LEN_Q31(n, early)];                                      \
-    static kq_start_q31 name = {n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
+    static kq_start_q31 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
 kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length);
 
@@ -321,24 +302,13 @@ kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *mem
 kq_status kq_start_init_q31(kq_start_q31 *s, kq_filter_q31 *f, const kq_prior_table_q31 *prior,
                             uint32_t unknown, kq_misfit_q31 *misfit);
 
-kq_status kq_start_predict_q31(kq_start_q31 *s, const kq_process_q31 *p, const int32_t *u);
-kq_status kq_start_update_q31(kq_start_q31 *s, const kq_sensor_q31 *by, const int32_t *z);
-kq_status kq_start_update_subset_q31(kq_start_q31 *s, const kq_sensor_q31 *by, const int32_t *z,
-                                     uint32_t present);
 int kq_start_count_q31(const kq_start_q31 *s);
 int kq_start_is_determined_q31(const kq_start_q31 *s, int i);
 
 /** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
-int32_t kq_start_mean_q31(const kq_start_q31 *s, int i);
-int32_t kq_start_mean_low_q31(const kq_start_q31 *s, int i);
-int32_t kq_start_sigma_q31(const kq_start_q31 *s, int i);
 
 /** Q39.24, of z in physical units, as kq_log_likelihood_q31; KQ_NOT_A_SCORE_Q31 where s is bad. */
-int64_t kq_start_log_likelihood_last_q31(const kq_start_q31 *s);
-int64_t kq_start_log_likelihood_q31(const kq_start_q31 *s);
 
-kq_status kq_start_attach_q31(kq_start_q31 *s, kq_history_q31 *h);
-kq_status kq_start_detach_q31(kq_start_q31 *s);
 size_t kq_start_steps_q31(const kq_start_q31 *s);
 size_t kq_start_first_q31(const kq_start_q31 *s);
 kq_status kq_start_smooth_q31(kq_start_q31 *s);

@@ -13,7 +13,7 @@
  *     kq_steady_schedule    the gains from the prior on, until they settle (all arithmetics)
  *     kq_steady             the filter that runs them; one gain: the steady one alone
  *     kq_steady_smoother    the smoother without covariances
- *     kq_switch             an ordinary filter that drops its covariance work while it is settled
+ *     kq_settling             an ordinary filter that drops its covariance work while it is settled
  *
  * A steady state exists where every state that does not decay by itself (|eigenvalue of A| >= 1) is
  * measured (detectable) and moved by the noise (stabilisable).
@@ -191,7 +191,7 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * step      predict, then update; refused as a whole
  *
  * A step without a measurement is a predict.  After it the gain is too small, of which this filter
- * knows nothing (kq_switch does); the estimate stays unbiased.
+ * knows nothing (kq_settling does); the estimate stays unbiased.
  * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).
  * kq_fixed_steady_step (src/known_sizes/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 85
  * instructions on a Cortex-M4F in f32, 459 on an M3 in q31, A upper triangular, H selecting states
@@ -199,7 +199,7 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * Stack: 54 words.
  * Accuracy against the full filter with the same gains: the mean has one float in f32.  Every step
  * rounds it at its size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e
- * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_switch, whose
+ * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_settling, whose
  * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
  * about 2^-b |e| / (1 - rho)^2.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
@@ -290,7 +290,7 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
  * one, a history is attached (it gets every step), or something else has moved the covariance.
  *
  *     kq_update_f32(&track, &radar, z);                             the first measurement
- *     ... kq_switch_step_f32(&lazy, &track, &motion, NULL, &radar, z);   or z = NULL: none
+ *     ... kq_settling_step_f32(&lazy, &track, &motion, NULL, &radar, z);   or z = NULL: none
  *
  * While it is settled the mean alone moves, by A and the gain as it has become; the root stays the
  * filtered one.  So the filter can be read as ever (but for the likelihood, which rests), and going
@@ -298,11 +298,12 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
  */
 
 /** Words and gains of memory. */
-#define KQ_SWITCH_LEN_F32(n) KQ_TRIANGLE(n)
-#define KQ_SWITCH_LEN_F64(n) KQ_TRIANGLE(n)
+#define KQ_SETTLING_LEN_F32(n) KQ_TRIANGLE(n)
+#define KQ_SETTLING_LEN_F64(n) KQ_TRIANGLE(n)
 
 /* The fields are the library's. */
 typedef struct {
+    struct kq_attached_f32 attached;
     uint8_t states;
     uint8_t components;
     uint8_t bits;  /* 0: not initialised */
@@ -314,9 +315,11 @@ typedef struct {
     const float *transition;
     const kq_sensor_f32 *sensor;
     const float *measurement;
-} kq_switch_f32;
+    kq_filter_f32 *filter; /* attached to */
+} kq_settling_f32;
 
 typedef struct {
+    struct kq_attached_f64 attached;
     uint8_t states;
     uint8_t components;
     uint8_t bits;
@@ -328,27 +331,28 @@ typedef struct {
     const double *transition;
     const kq_sensor_f64 *sensor;
     const double *measurement;
-} kq_switch_f64;
+    kq_filter_f64 *filter; /* attached to */
+} kq_settling_f64;
 
 /** A switch `name` for n states and m components with its storage, in static memory. */
-#define KQ_SWITCH_F32(name, n, m)                                                                  \
-    static float name##_memory[KQ_SWITCH_LEN_F32(n)], name##_gain[(n) * (m)];                      \
-    static kq_switch_f32 name = {                                                                  \
-        n, m, 0, 0, KQ_SWITCH_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
-#define KQ_SWITCH_F64(name, n, m)                                                                  \
-    static double name##_memory[KQ_SWITCH_LEN_F64(n)], name##_gain[(n) * (m)];                     \
-    static kq_switch_f64 name = {                                                                  \
-        n, m, 0, 0, KQ_SWITCH_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
+#define KQ_SETTLING_F32(name, n, m)                                                                  \
+    static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                      \
+    static kq_settling_f32 name = {                                                                  \
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+#define KQ_SETTLING_F64(name, n, m)                                                                  \
+    static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                     \
+    static kq_settling_f64 name = {                                                                  \
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
- *   memory   KQ_SWITCH_LEN_<T>(n) words or more
+ *   memory   KQ_SETTLING_LEN_<T>(n) words or more
  *   gain     n x m numbers
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_switch_assign_f32(kq_switch_f32 *w, int n, int m, float *memory, size_t length,
+kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
                                float *gain);
-kq_status kq_switch_assign_f64(kq_switch_f64 *w, int n, int m, double *memory, size_t length,
+kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
                                double *gain);
 
 /**
@@ -359,31 +363,31 @@ kq_status kq_switch_assign_f64(kq_switch_f64 *w, int n, int m, double *memory, s
  *            below 0.9
  * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or sizes never given), KQ_ERR_MEMORY.
  */
-kq_status kq_switch_init_f32(kq_switch_f32 *w, int bits);
-kq_status kq_switch_init_f64(kq_switch_f64 *w, int bits);
+kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
+kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 
 /**
  * predict and, where there is a measurement, update.
  *   z        m, or NULL: none at this step, and the filter is unsettled by it
  * Processes and sensors are known again by their addresses and those of A and H: after new content
- * at the same place call kq_switch_release.
+ * at the same place call kq_settling_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
  * The errors of kq_step; KQ_ERR_NOT_READY also for a switch not initialised, KQ_ERR_MISMATCH also
  * for one of other sizes.
  */
-kq_status kq_switch_step_f32(kq_switch_f32 *w, kq_filter_f32 *f, const kq_process_f32 *p,
-                             const float *u, const kq_sensor_f32 *s, const float *z);
-kq_status kq_switch_step_f64(kq_switch_f64 *w, kq_filter_f64 *f, const kq_process_f64 *p,
-                             const double *u, const kq_sensor_f64 *s, const double *z);
+kq_status kq_settling_attach_f32(kq_settling_f32 *w, kq_filter_f32 *f);
+kq_status kq_settling_detach_f32(kq_settling_f32 *w);
+kq_status kq_settling_attach_f64(kq_settling_f64 *w, kq_filter_f64 *f);
+kq_status kq_settling_detach_f64(kq_settling_f64 *w);
 
 /** Did the last step move the mean alone?  0 for NULL. */
-int kq_switch_settled_f32(const kq_switch_f32 *w);
-int kq_switch_settled_f64(const kq_switch_f64 *w);
+int kq_settling_is_settled_f32(const kq_settling_f32 *w);
+int kq_settling_is_settled_f64(const kq_settling_f64 *w);
 
 /** Back to the full filter at the next step.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-kq_status kq_switch_release_f32(kq_switch_f32 *w);
-kq_status kq_switch_release_f64(kq_switch_f64 *w);
+kq_status kq_settling_release_f32(kq_settling_f32 *w);
+kq_status kq_settling_release_f64(kq_settling_f64 *w);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -475,10 +479,11 @@ kq_status kq_steady_smoother_make_q31(const kq_filter_q31 *f, const kq_process_q
 kq_status kq_steady_smooth_q31(const kq_steady_smoother_q31 *c, int32_t *x, const int32_t *e,
                                size_t steps);
 
-#define KQ_SWITCH_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
+#define KQ_SETTLING_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
 
 /* The fields are the library's. */
 typedef struct {
+    struct kq_attached_q31 attached;
     uint8_t states;
     uint8_t components;
     uint8_t bits;
@@ -490,21 +495,22 @@ typedef struct {
     const kq_scaled_q31 *transition;
     const kq_sensor_q31 *sensor;
     const kq_scaled_q31 *measurement;
-} kq_switch_q31;
+    kq_filter_q31 *filter; /* attached to */
+} kq_settling_q31;
 
-#define KQ_SWITCH_Q31(name, n, m)                                                                  \
-    static int32_t name##_memory[KQ_SWITCH_LEN_Q31(n)];                                            \
+#define KQ_SETTLING_Q31(name, n, m)                                                                  \
+    static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                            \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
-    static kq_switch_q31 name = {                                                                  \
-        n, m, 0, 0, KQ_SWITCH_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL}
+    static kq_settling_q31 name = {                                                                  \
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
 
-kq_status kq_switch_assign_q31(kq_switch_q31 *w, int n, int m, int32_t *memory, size_t length,
+kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
                                kq_scaled_q31 *gain);
-kq_status kq_switch_init_q31(kq_switch_q31 *w, int bits);
-kq_status kq_switch_step_q31(kq_switch_q31 *w, kq_filter_q31 *f, const kq_process_q31 *p,
-                             const int32_t *u, const kq_sensor_q31 *s, const int32_t *z);
-int kq_switch_settled_q31(const kq_switch_q31 *w);
-kq_status kq_switch_release_q31(kq_switch_q31 *w);
+kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
+kq_status kq_settling_attach_q31(kq_settling_q31 *w, kq_filter_q31 *f);
+kq_status kq_settling_detach_q31(kq_settling_q31 *w);
+int kq_settling_is_settled_q31(const kq_settling_q31 *w);
+kq_status kq_settling_release_q31(kq_settling_q31 *w);
 
 #ifdef __cplusplus
 }

@@ -24,8 +24,11 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/alone.h"
+#include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
+#include "../filter/step.h"
 #include "../robust/parameters.h"
 #include "scaled.h"
 
@@ -106,15 +109,6 @@ static kq_status adaptation_check(const adaptation *a)
     return a->process ? KQ_OK : KQ_ERR_NOT_READY;
 }
 
-/* For a step of filter f */
-static kq_status adaptation_check_for(const adaptation *a, const filter *f)
-{
-    kq_status status = adaptation_check(a);
-    if (!status) status = filter_check(f);
-    if (status) return status;
-    return f->history ? KQ_ERR_RECORDING : KQ_OK;
-}
-
 /* ------------------------------------------------------------------ the scaled models */
 
 static void begin_anew(adaptation *a)
@@ -145,13 +139,6 @@ kq_status T(kq_adaptation_init)(adaptation *a, const process *p, const sensor *s
     a->scaled_process = process_to_scale(a);
     begin_anew(a);
     return KQ_OK;
-}
-
-kq_status T(kq_adaptation_restart)(adaptation *a)
-{
-    const kq_status status = adaptation_check(a);
-    if (!status) begin_anew(a);
-    return status;
 }
 
 static void scale_process(adaptation *a)
@@ -229,14 +216,30 @@ static void advance_covariance(scaled *D, const process *p)
     mirror(D, n);
 }
 
-kq_status T(kq_adaptation_predict)(adaptation *a, filter *f, const num *u)
+/* The adaptation that is attached to f.  A copy of its filter goes on without it. */
+static adaptation *adaptation_of(filter *f)
 {
-    kq_status status = adaptation_check_for(a, f);
-    if (!status) status = process_at_scale(a, a->process, a->process_scale);
-    if (!status) status = predict_check(f, a->process, u);
+    adaptation *a = (adaptation *)f->attached;
+    if (a->filter == f) return a;
+    filter_set_attached(f, 0);
+    return 0;
+}
+
+static kq_status adaptation_check_predict(const adaptation *a, const filter *f, const num *u)
+{
+    const kq_status status = predict_check(f, a->process, u);
+    return status ? status : process_at_scale(a, a->process, a->process_scale);
+}
+
+/* Another process predicts as it is, and teaches nothing. */
+static kq_status adaptation_predict(filter *f, const process *p, const num *u)
+{
+    adaptation *a = adaptation_of(f);
+    if (!a || p != a->process) return predict_alone(f, p, u);
+    kq_status status = adaptation_check_predict(a, f, u);
     if (status) return status;
     scale_process(a);
-    status = T(kq_predict)(f, &a->scaled_process, u);
+    status = predict_alone(f, &a->scaled_process, u);
     advance_covariance(covariance_slope(a), &a->scaled_process);
     advance(mean_slope(a), 1, &a->scaled_process);
     return status;
@@ -459,21 +462,67 @@ static void take_lesson(adaptation *a, const lesson *l)
     else if (l->count) learn(a, l);
 }
 
-kq_status T(kq_adaptation_update)(adaptation *a, filter *f, const num *z, uint32_t present)
+static kq_status adaptation_check_update(const adaptation *a, const filter *f, const num *z,
+                                         uint32_t present)
+{
+    const kq_status status = update_check(f, a->sensor, z, present);
+    return status ? status : sensor_at_scale(a, a->sensor, a->sensor_scale);
+}
+
+/* Another sensor updates as it is, and teaches nothing. */
+static kq_status adaptation_update(filter *f, const sensor *given, const num *z, uint32_t present)
 {
     lesson l = {.count = 0};
-    kq_status status = adaptation_check_for(a, f);
-    if (!status) status = sensor_at_scale(a, a->sensor, a->sensor_scale);
-    if (!status) status = update_check(f, a->sensor, z, present);
+    adaptation *a = adaptation_of(f);
+    if (!a || given != a->sensor) return update_alone(f, given, z, present);
+    kq_status status = adaptation_check_update(a, f, z, present);
     if (status) return status;
     scale_sensor(a);
     const sensor *s = &a->scaled_sensor;
     const reading now = {s, s->noise, z, present};
     if (noise_is_of_others(s, present)) study_present(a, f, &now, &l);
     else study_scalars(a, f, &now, &l);
-    status = T(kq_update_subset)(f, s, z, present);
+    status = update_alone(f, s, z, present);
     take_lesson(a, &l);
     return status;
+}
+
+static kq_status adaptation_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    kq_status status = step_check(f, p, u, s, z);
+    const adaptation *a = adaptation_of(f);
+    if (!status && a && p == a->process) status = adaptation_check_predict(a, f, u);
+    if (!status && a && s == a->sensor) status = adaptation_check_update(a, f, z, UINT32_MAX);
+    if (!status) status = T(kq_predict)(f, p, u);
+    return status ? status : T(kq_update)(f, s, z);
+}
+
+static const hooks adaptation_hooks = {
+    .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step};
+
+/* ------------------------------------------------------------------ the object */
+
+kq_status T(kq_adaptation_attach)(adaptation *a, filter *f)
+{
+    kq_status status = adaptation_check(a);
+    if (!status) status = filter_check(f);
+    if (status) return status;
+    if (f->states != a->states) return KQ_ERR_MISMATCH;
+    if (f->attached && f->attached != &a->attached) return KQ_ERR_RECORDING;
+    begin_anew(a);
+    a->attached.hooks = &adaptation_hooks;
+    a->filter = f;
+    filter_set_attached(f, &a->attached);
+    return KQ_OK;
+}
+
+kq_status T(kq_adaptation_detach)(adaptation *a)
+{
+    const kq_status status = adaptation_check(a);
+    if (status) return status;
+    if (a->filter && a->filter->attached == &a->attached) filter_set_attached(a->filter, 0);
+    a->filter = 0;
+    return KQ_OK;
 }
 
 scaled T(kq_adaptation_process_scale)(const adaptation *a)

@@ -27,8 +27,8 @@
 #include "../model/factor.h"
 #include "../model/process.h"
 #include "../model/types.h"
-#include "../filter/tape.h"
 #include "../smoother/smoother.h"
+#include "../smoother/tape.h"
 #include "../smoother/whitened.h"
 #include "sums.h"
 

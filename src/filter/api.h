@@ -15,6 +15,7 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "attached.h"
 #include "checks.h"
 #include "correlated.h"
 #include "filter.h"
@@ -22,7 +23,6 @@
 #include "gain.h"
 #include "independent.h"
 #include "init.h"
-#include "likelihood.h"
 #include "measured.h"
 #include "readings.h"
 #include "step.h"
@@ -38,30 +38,29 @@ KQ_COLD kq_status T(kq_filter_assign)(filter *f, int n, num *memory, size_t leng
 
 kq_status T(kq_predict)(filter *f, const process *p, const num *u)
 {
-    const kq_status status = predict_check(f, p, u);
-    if (status) return status;
-    predict_now(f, p, u);
-    return KQ_OK;
+    const hooks *attached = hooks_of(f);
+    return attached ? attached->predict(f, p, u) : predict_plain(f, p, u);
 }
 
 kq_status T(kq_update)(filter *f, const sensor *s, const num *z)
 {
+    const hooks *attached = hooks_of(f);
+    if (attached && attached->update) return attached->update(f, s, z, UINT32_MAX);
     const kq_status status = update_check(f, s, z, UINT32_MAX);
     return status ? status : s->kind->take(f, s, z, UINT32_MAX);
 }
 
 kq_status T(kq_update_subset)(filter *f, const sensor *s, const num *z, uint32_t present)
 {
-    const kq_status status = update_check(f, s, z, present);
-    if (status) return status;
-    const uint32_t all = (UINT32_C(1) << s->components) - 1;
-    if (present & all) return s->kind->take(f, s, z, present);
-    likelihood_clear(&f->last); /* the state keeps its very bits */
-    return KQ_OK;
+    const hooks *attached = hooks_of(f);
+    if (attached && attached->update) return attached->update(f, s, z, present);
+    return update_present(f, s, z, present);
 }
 
 kq_status T(kq_step)(filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
+    const hooks *attached = hooks_of(f);
+    if (attached) return attached->step(f, p, u, s, z);
     kq_status status = predict_check(f, p, u);
     if (status) return status;
     status = update_check(f, s, z, UINT32_MAX);

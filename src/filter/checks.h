@@ -10,6 +10,7 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "attached.h"
 #include "filter.h"
 
 static kq_status sensor_check_for(const filter *f, const sensor *s)
@@ -39,9 +40,17 @@ static kq_status predict_check(const filter *f, const process *p, const num *u)
     return u ? process_check_controls(p, u) : KQ_OK;
 }
 
+/* Ready, or on its way to be */
+static int has_state(const filter *f)
+{
+    const hooks *attached = hooks_of(f);
+    return f && (f->ready || (attached && attached->knows));
+}
+
 static int index_is_valid(const filter *f, int i)
 {
-    return f && f->ready && i >= 0 && i < f->states;
+    if (!has_state(f) || i < 0 || i >= f->states) return 0;
+    return f->ready || hooks_of(f)->knows(f, i);
 }
 
 #endif

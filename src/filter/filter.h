@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "kalmanq/filter.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -27,7 +28,7 @@ enum { FILTER_READY = 1, FILTER_SHARP = 2, FILTER_WIDE = 4, FILTER_OPEN = 8 };
 KQ_INLINE void filter_set_ready(filter *f, int ready)
 {
     f->ready = (uint8_t)ready;
-    f->plain = ready == FILTER_READY && !f->history ? f->states : 0;
+    f->plain = ready == FILTER_READY && !f->attached ? f->states : 0;
 }
 
 KQ_KERNEL void filter_note(filter *f, unsigned events)
@@ -56,9 +57,9 @@ KQ_COLD KQ_NOINLINE static void filter_hold(filter *f)
 KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
 
 /* What was attached before is not looked at: it may be gone. */
-KQ_COLD static void filter_set_history(filter *f, history *h)
+KQ_COLD static void filter_set_attached(filter *f, struct T(kq_attached) *a)
 {
-    f->history = h;
+    f->attached = a;
     filter_set_ready(f, f->ready);
 }
 

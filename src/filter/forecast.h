@@ -30,7 +30,7 @@ static void copy_state(filter *to, const filter *from)
     *to = *from;
     to->length = length;
     to->memory = memory;
-    filter_set_history(to, 0);
+    filter_set_attached(to, 0);
     copy(memory, from->memory, FILTER_LEN(from->states));
 }
 

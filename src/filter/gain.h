@@ -78,7 +78,7 @@ KQ_COLD static void gain_with(const filter *f, const reading *z, scaled *K)
     num memory[FILTER_LEN(KQ_SIZE_MAX)];
     filter trial = *f;
     trial.memory = memory;
-    filter_set_history(&trial, 0);
+    filter_set_attached(&trial, 0);
     copy(memory, f->memory, FILTER_LEN(f->states));
     gain_of_root(&trial, z, K);
 }
@@ -97,7 +97,7 @@ static void trial_of(filter *trial, const filter *f, num *memory)
 {
     *trial = *f;
     trial->memory = memory;
-    trial->history = 0;
+    trial->attached = 0;
     copy(memory, f->memory, FILTER_LEN(f->states));
 }
 

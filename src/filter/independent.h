@@ -12,11 +12,11 @@
 #include "../arithmetic/scaled.h"
 #include "../model/sensor.h"
 #include "../model/types.h"
+#include "attached.h"
 #include "filter.h"
 #include "likelihood.h"
 #include "sharp.h"
 #include "update.h"
-#include "tape.h"
 
 /* The components present from c on, as long as there is nothing unusual about them.  Answers the first
    one that has not been taken. */
@@ -58,7 +58,7 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
     likelihood_clear(&f->last);
     for (int c = 0; c < m; c++) {
         if (!(present >> c & 1) || take_component(f, &now, c, n, MODE_LEAN)) continue;
-        if (f->history) f->history->recorder->nothing(f);
+        record_nothing(f);
         f->events |= KQ_EVENT_SHARP;
         status = KQ_SHARP;
     }

@@ -30,7 +30,7 @@ KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
     copy(filter_root(f), prior->root, ROOT_LEN(n));
     renormalise(filter_root(f), n);
     f->state_format = prior->state_format;
-    f->history = 0; /* not looked at: it may be gone */
+    f->attached = 0; /* not looked at: it may be gone */
     f->events = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);

@@ -39,14 +39,14 @@ num T(kq_sigma)(const filter *f, int i)
 
 score T(kq_nis)(const filter *f)
 {
-    return f && f->ready ? likelihood_nis(&f->last) : not_a_score();
+    return has_state(f) ? likelihood_nis(&f->last) : not_a_score();
 }
 
-int T(kq_taken)(const filter *f) { return f && f->ready ? (int)f->last.count : -1; }
+int T(kq_taken)(const filter *f) { return has_state(f) ? (int)f->last.count : -1; }
 
 static score filter_log_likelihood(const filter *f, int whole_run)
 {
-    if (!f || !f->ready) return not_a_score();
+    if (!has_state(f)) return not_a_score();
     return whole_run ? likelihood_run_log(&f->run) : likelihood_log(&f->last);
 }
 

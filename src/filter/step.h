@@ -7,24 +7,60 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"
+#include "attached.h"
+#include "checks.h"
 #include "filter.h"
-#include "tape.h"
+#include "likelihood.h"
 
 /* ------------------------------------------------------------------ predict */
 
-static void predict_now(filter *f, const process *p, const num *u)
+/* Answers the events, which have been told. */
+static unsigned predict_now(filter *f, const process *p, const num *u)
 {
-    if (f->history) f->history->recorder->predict(f, p);
     const unsigned events =
         predict_state(f->memory, filter_root(f), p, p->controls ? u : 0, f->states, SHAPE_AS_FOUND);
     f->events = (uint16_t)(f->events | events);
-    if ((events & KQ_EVENT_OVERFLOW) && f->history) history_end(f);
     if (f->ready != FILTER_READY) filter_set_ready(f, FILTER_READY);
+    return events;
 }
 
 /* ------------------------------------------------------------------ update */
+
+/* As a step that may be recorded */
+KQ_NOINLINE static void predict_recorded(filter *f, const process *p, const num *u)
+{
+    record_predict(f, p);
+    if (predict_now(f, p, u) & KQ_EVENT_OVERFLOW) record_end(f);
+}
+
+/* kq_predict of a filter whose predicts are its own */
+static kq_status predict_plain(filter *f, const process *p, const num *u)
+{
+    const kq_status status = predict_check(f, p, u);
+    if (!status) predict_now(f, p, u);
+    return status;
+}
+
+/* kq_update_subset of a filter whose updates are its own */
+static kq_status update_present(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    const kq_status status = update_check(f, s, z, present);
+    if (status) return status;
+    const uint32_t all = (UINT32_C(1) << s->components) - 1;
+    if (present & all) return s->kind->take(f, s, z, present);
+    likelihood_clear(&f->last); /* the state keeps its very bits */
+    return KQ_OK;
+}
+
+/* Is all right with a step?  (What is attached asks before it moves anything.) */
+static kq_status step_check(const filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    const kq_status status = predict_check(f, p, u);
+    return status ? status : update_check(f, s, z, UINT32_MAX);
+}
 
 #endif

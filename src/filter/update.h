@@ -15,10 +15,10 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "attached.h"
 #include "filter.h"
 #include "likelihood.h"
 #include "rotate.h"
-#include "tape.h"
 
 /* x += b w */
 KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
@@ -47,7 +47,7 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     const int as_given = mode == MODE_LEAN ? is_blunt(r, s, e) : is_ordinary(r, s, e);
     const int ordinary = surely || (!is_copy && as_given);
     if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
-    if (is_general(mode) && f->history) f->history->recorder->update(f, row, 0, r, e, s);
+    if (is_general(mode) && f->attached) record_update(f, row, 0, r, e, s);
     const rotor end = rotate_root(S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */
     const scaled w = rotor_weight(&end, e, s);

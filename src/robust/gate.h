@@ -22,6 +22,7 @@
 #include "../filter/correlated.h"
 #include "../filter/independent.h"
 #include "../filter/likelihood.h"
+#include "../smoother/tape.h"
 #include "parameters.h"
 #include "robust.h"
 
@@ -64,7 +65,7 @@ static void reject(filter *f, gate *g, score nis)
 static void gate_with(filter *f, gate *g, const reading *z, num *memory)
 {
     const filter before = *f;
-    history *h = is_recording(f) ? f->history : 0;
+    history *h = is_recording(f) ? history_of(f) : 0;
     const history tape = h ? *h : (history){.states = 0};
     copy(memory, f->memory, FILTER_LEN(f->states));
     update_reading(f, z);

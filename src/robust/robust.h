@@ -26,11 +26,13 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/sharp.h"
 #include "../filter/update.h"
+#include "../smoother/tape.h"
 #include "parameters.h"
 
 enum { ROBUST_HUBER, ROBUST_STUDENT, ROBUST_JUMP };
@@ -190,7 +192,7 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
     scaled weight, s;
     const scaled r = *m->noise;
     if (!robust_prepare(f, z, m, how, &weight, &s)) {
-        if (f->history) f->history->recorder->nothing(f);
+        record_nothing(f);
         return zero;
     }
     const likelihood before = f->last;
@@ -282,7 +284,7 @@ kq_status T(kq_update_student)(filter *f, const sensor *s, const num *z, uint32_
     return filter_update_robust(f, s, z, present, (robustness){ROBUST_STUDENT, nu, weights});
 }
 
-static int is_recording(const filter *f) { return f->history && f->history->filter == f; }
+static int is_recording(const filter *f) { return recorder_of(f) && history_of(f)->filter == f; }
 
 /* A raised P is no step that the history could undo. */
 kq_status T(kq_update_jump)(filter *f, const sensor *s, const num *z, uint32_t present, scaled g)

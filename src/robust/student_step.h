@@ -163,7 +163,7 @@ static void student_trial(const filter *f, const student_step *t, int k, const s
 {
     filter trial = *f;
     trial.memory = room->memory;
-    filter_set_history(&trial, 0);
+    filter_set_attached(&trial, 0);
     copy(room->memory, f->memory, FILTER_LEN(f->states));
     for (int j = 0; j < f->states; j++) now->noise[j] = (scaled){0};
     set_scaled_noise(t->target, t->process, t->root, scaled_root(scaled_of_count(scale_at(k))));
@@ -211,7 +211,7 @@ static scaled student_with(filter *f, const student_step *t, const student_room 
     const scaled q = student_scale(f, t, room, &given, &jump);
     const likelihood_run run = f->run;
     set_scaled_noise(t->target, t->process, t->root, scaled_root(q));
-    predict_now(f, t->target, t->u);
+    predict_recorded(f, t->target, t->u);
     update_reading(f, &(reading){t->sensor, t->sensor->noise, t->z, t->present});
     student_tell(f, &given, &run);
     if (jump) f->events |= KQ_EVENT_JUMP;

@@ -12,28 +12,31 @@
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/size.h"
 #include "../model/types.h"
+#include "../filter/attached.h"
 #include "../filter/filter.h"
-#include "../filter/tape.h"
+#include "tape.h"
 
 KQ_COLD kq_status T(kq_history_assign)(history *h, int n, num *memory, size_t length)
 {
     if (!h || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n)) return KQ_ERR_SIZE;
     if (length < history_least_length(n)) return KQ_ERR_MEMORY;
-    *h = (history){.states = (uint8_t)n, .length = length, .memory = memory,
-                   .recorder = &records_of_steps};
+    *h = (history){.states = (uint8_t)n, .length = length, .memory = memory};
     return KQ_OK;
 }
 
 KQ_COLD kq_status T(kq_history_attach)(history *h, filter *f)
 {
     if (!h) return KQ_ERR_NULL;
+    const hooks *attached = hooks_of(f);
+    if (attached && attached->give) return attached->give(f, h);
     kq_status status = filter_check(f);
     if (status) return status;
     if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
     if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
     status = history_check_owner(h, f);
     if (status) return status;
+    if (f->attached && !recorder_of(f)) return KQ_ERR_RECORDING;
     history_begin(h, f);
     return KQ_OK;
 }
@@ -42,7 +45,9 @@ KQ_COLD kq_status T(kq_history_attach)(history *h, filter *f)
 kq_status T(kq_history_detach)(history *h)
 {
     if (!h) return KQ_ERR_NULL;
-    if (h->filter && h->filter->history == h) filter_set_history(h->filter, 0);
+    const hooks *attached = hooks_of(h->filter);
+    if (attached && attached->lose) attached->lose(h->filter, h);
+    if (attached && h->filter->attached == &h->attached) filter_set_attached(h->filter, 0);
     h->filter = 0;
     if (h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES) return KQ_OK;
     h->phase = HISTORY_UNUSED;

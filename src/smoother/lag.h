@@ -28,8 +28,10 @@
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/size.h"
 #include "../model/types.h"
+#include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
+#include "../filter/step.h"
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
@@ -119,20 +121,25 @@ KQ_NOINLINE static void lag_move_3(lag_smoother *lag, const process *p, const nu
     lag_move_of(lag, p, u, 3);
 }
 
-kq_status T(kq_lag_predict)(lag_smoother *lag, const process *p, const num *u)
+static kq_status lag_predict(filter *f, const process *p, const num *u)
 {
-    if (!lag) return KQ_ERR_NULL;
-    kq_status status = on_line_check(&lag->tape);
+    const kq_status status = predict_check(f, p, u);
     if (status) return status;
-    const int n = lag->tape.states;
-    status = predict_check(lag->tape.filter, p, u);
-    if (status) return status;
+    if (!on_line_goes_on(f)) {
+        predict_now(f, p, u);
+        return KQ_OK;
+    }
+    lag_smoother *lag = (lag_smoother *)f->attached;
+    const int n = f->states;
     if (n > KQ_STATES_APART) lag_move_of(lag, p, u, n);
     else if (n == 1) lag_move_1(lag, p, u);
     else if (n == 2) lag_move_2(lag, p, u);
     else lag_move_3(lag, p, u);
     return KQ_OK;
 }
+
+static const hooks lag_hooks = {
+    .predict = lag_predict, .step = on_line_step, .records = &records_of_rows};
 
 /* ------------------------------------------------------------------ the estimate of age k */
 
@@ -226,7 +233,7 @@ kq_status T(kq_lag_assign)(lag_smoother *lag, int n, int m, int most, num *memor
 kq_status T(kq_lag_attach)(lag_smoother *lag, filter *f)
 {
     if (!lag) return KQ_ERR_NULL;
-    const kq_status status = on_line_attach(&lag->tape, f);
+    const kq_status status = on_line_attach(&lag->tape, f, &lag_hooks);
     if (status) return status;
     lag->block = (lag->most + 1) / 2;
     lag->steps = 0;

@@ -17,7 +17,7 @@
 #include "../model/process.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
-#include "../filter/tape.h"
+#include "tape.h"
 #include "whitened.h"
 
 /*

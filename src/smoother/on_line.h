@@ -1,6 +1,8 @@
 #ifndef KQ_SRC_SMOOTHER_ON_LINE_H
 #define KQ_SRC_SMOOTHER_ON_LINE_H
 
+#include <stdint.h>
+
 #include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
@@ -12,8 +14,11 @@
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
-#include "../filter/tape.h"
+#include "../filter/attached.h"
+#include "../filter/filter.h"
+#include "../filter/step.h"
 #include "estimate.h"
+#include "tape.h"
 #include "whitened.h"
 
 /* Of what both smoothers on line have: the tape of the current step, behind it what they answer */
@@ -34,30 +39,55 @@ static void history_record_row(filter *f, const num *row, const scaled *exact, s
     store_scaled(record, r);
     store_scaled(record + SCALED_WORDS, e);
     store_scaled(record + 2 * SCALED_WORDS, s);
-    f->history->records++;
+    history_of(f)->records++;
 }
 
 /* A measurement that was not taken moves no coordinate. */
 static void history_record_no_row(filter *f) { (void)f; }
 
-static const recorder records_of_rows = {history_record_predict, history_record_row,
-                                         history_record_no_row};
+/* Another function has predicted: that step is not among the maps. */
+static void on_line_end(filter *f, const process *p)
+{
+    (void)p;
+    history_end(f);
+}
+
+static const recorder records_of_rows = {on_line_end, history_record_row, history_record_no_row,
+                                         history_end};
 
 /* Records updates, for map_take_tape */
-static kq_status on_line_attach(history *h, filter *f)
+static kq_status on_line_attach(history *h, filter *f, const hooks *with)
 {
     const kq_status status = T(kq_history_attach)(h, f);
     if (status) return status;
     h->phase = HISTORY_ROWS;
-    h->recorder = &records_of_rows;
+    h->attached.hooks = with;
     return KQ_OK;
 }
 
-/* Is it attached, with nothing recorded that it could not hold and no predict but its own? */
+/* Can what is attached to f go on?  If not, f goes on without it. */
+static int on_line_goes_on(filter *f)
+{
+    const history *h = history_of(f);
+    if (h->filter == f) return h->phase == HISTORY_ROWS;
+    filter_set_attached(f, 0); /* it was assigned anew, or f is a copy of its filter */
+    f->events |= KQ_EVENT_HISTORY_FULL;
+    return 0;
+}
+
+/* kq_step, where predict has its hook */
+static kq_status on_line_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    kq_status status = step_check(f, p, u, s, z);
+    if (!status) status = f->attached->hooks->predict(f, p, u);
+    return status ? status : s->kind->take(f, s, z, UINT32_MAX);
+}
+
+/* Is it attached, and has it been able to follow? */
 static kq_status on_line_check(const history *h)
 {
-    if (!h->filter || h->filter->history != h) return KQ_ERR_HISTORY_EMPTY;
-    return h->phase == HISTORY_ROWS && h->steps == 1 ? KQ_OK : KQ_ERR_HISTORY_FULL;
+    if (!h->filter || h->filter->attached != &h->attached) return KQ_ERR_HISTORY_EMPTY;
+    return h->phase == HISTORY_ROWS ? KQ_OK : KQ_ERR_HISTORY_FULL;
 }
 
 KQ_KERNEL estimate answer_of(const history *h, int count, int n)

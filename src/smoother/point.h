@@ -21,8 +21,10 @@
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/size.h"
 #include "../model/types.h"
+#include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
+#include "../filter/step.h"
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
@@ -73,25 +75,15 @@ kq_status T(kq_point_assign)(point_smoother *point, int n, int m, num *memory, s
     return KQ_OK;
 }
 
-kq_status T(kq_point_attach)(point_smoother *point, filter *f)
+static kq_status point_predict(filter *f, const process *p, const num *u)
 {
-    if (!point) return KQ_ERR_NULL;
-    const kq_status status = on_line_attach(&point->tape, f);
+    const kq_status status = predict_check(f, p, u);
     if (status) return status;
-    copy(point_state(point), f->memory, FILTER_LEN(f->states));
-    map_set_unit(point_map(point), f->states);
-    point->columns = 0;
-    return KQ_OK;
-}
-
-kq_status T(kq_point_predict)(point_smoother *point, const process *p, const num *u)
-{
-    if (!point) return KQ_ERR_NULL;
-    kq_status status = on_line_check(&point->tape);
-    if (status) return status;
-    filter *f = point->tape.filter;
-    status = predict_check(f, p, u);
-    if (status) return status;
+    if (!on_line_goes_on(f)) {
+        predict_now(f, p, u);
+        return KQ_OK;
+    }
+    point_smoother *point = (point_smoother *)f->attached;
     const int n = f->states;
     const workspace v = workspace_at(point->tape.memory, n);
     const backward_map so_far = point_map(point), of_step = map_at(so_far.columns + MAP_LEN(n), n);
@@ -101,6 +93,21 @@ kq_status T(kq_point_predict)(point_smoother *point, const process *p, const num
     filter_note(f, map_compose(so_far, of_step, &v, n));
     return KQ_OK;
 }
+
+static const hooks point_hooks = {
+    .predict = point_predict, .step = on_line_step, .records = &records_of_rows};
+
+kq_status T(kq_point_attach)(point_smoother *point, filter *f)
+{
+    if (!point) return KQ_ERR_NULL;
+    const kq_status status = on_line_attach(&point->tape, f, &point_hooks);
+    if (status) return status;
+    copy(point_state(point), f->memory, FILTER_LEN(f->states));
+    map_set_unit(point_map(point), f->states);
+    point->columns = 0;
+    return KQ_OK;
+}
+
 
 kq_status T(kq_point_smooth)(point_smoother *point)
 {

@@ -13,8 +13,8 @@
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
-#include "../filter/tape.h"
 #include "smoother.h"
+#include "tape.h"
 
 kq_status T(kq_smooth)(history *h) { return smooth_all(h, HISTORY_SMOOTHING); }
 

@@ -23,7 +23,7 @@
 #include "../model/types.h"
 #include "../model/units.h"
 #include "../filter/filter.h"
-#include "../filter/tape.h"
+#include "tape.h"
 #include "whitened.h"
 
 typedef T(kq_smooth_extras) smooth_extras;
@@ -150,7 +150,7 @@ static void smooth_begin(history *h)
     for (int k = 0; k < KQ_TRIANGLE(n); k++) v.T[k] = 0;
     for (int k = 0; k < n; k++) root_set_unit(v.T, n, k);
     copy(history_slot(h, n, (size_t)h->steps - 1), f->memory, FILTER_LEN(n));
-    filter_set_history(f, 0);
+    filter_set_attached(f, 0);
     h->filter = 0;
 }
 
@@ -185,7 +185,7 @@ static kq_status smooth_check(const history *h, int going_on)
     if (!h) return KQ_ERR_NULL;
     if (h->phase == HISTORY_FULL) return KQ_ERR_HISTORY_FULL;
     if (h->phase == HISTORY_RECORDING) {
-        return h->filter && h->filter->history == h ? KQ_OK : KQ_ERR_HISTORY_EMPTY;
+        return h->filter && h->filter->attached == &h->attached ? KQ_OK : KQ_ERR_HISTORY_EMPTY;
     }
     return going_on && h->phase == HISTORY_SMOOTHING && h->step > 0 ? KQ_OK : KQ_ERR_HISTORY_EMPTY;
 }

@@ -28,7 +28,7 @@
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"
-#include "../filter/tape.h"
+#include "tape.h"
 
 /* The workspace, by name */
 typedef struct {

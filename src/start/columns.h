@@ -25,7 +25,7 @@ static int row_is_zero(const num *row, scaled error, int count)
 }
 
 /* Is D_i 0? */
-static int unknown_is_zero(const unknown_start *s, int i)
+static int unknown_is_zero(const start *s, int i)
 {
     const start_memory v = start_memory_of(s);
     const scaled error = row_error(v.rounding, s->states, i);
@@ -34,7 +34,7 @@ static int unknown_is_zero(const unknown_start *s, int i)
 
 /* Has A taken column j to 0?  Where the volumes of all A have not shrunk much, what is left of it was
    not taken by A but is below the rounding of others that have grown: then it is unknown still. */
-static int column_is_zero(const unknown_start *s, int j)
+static int column_is_zero(const start *s, int j)
 {
     static const scaled zero;
     const start_memory v = start_memory_of(s);
@@ -56,7 +56,7 @@ static void column_drop(num *unknown, int n, int j, int last)
 }
 
 /* Column j is gone, here and in the past. */
-static void start_drop(unknown_start *s, int j)
+static void start_drop(start *s, int j)
 {
     const int last = s->unknowns - 1;
     column_drop(start_memory_of(s).unknown, s->states, j, last);
@@ -78,7 +78,7 @@ static void past_lose(const past_state *q, int n, int j)
 }
 
 /* A column of D that has become 0 is forgotten. */
-static void start_forget(unknown_start *s)
+static void start_forget(start *s)
 {
     for (int j = s->unknowns - 1; j >= 0; j--) {
         if (!column_is_zero(s, j)) continue;
@@ -107,7 +107,7 @@ static void advance_vector(num *v, int stride, const process *p, scaled *fresh)
 }
 
 /* D <- A D, F <- A F and what that rounds */
-static void unknown_advance(const unknown_start *s, const process *p)
+static void unknown_advance(const start *s, const process *p)
 {
     const start_memory v = start_memory_of(s);
     const int n = s->states;

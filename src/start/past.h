@@ -42,7 +42,7 @@ static void full_row(scaled *row, const num *S, int n, int i)
 }
 
 /* The present becomes a past: x' = x. */
-static void past_push(unknown_start *s)
+static void past_push(start *s)
 {
     scaled row[KQ_SIZE_MAX] = {0};
     const filter *f = s->filter;
@@ -120,7 +120,7 @@ static scaled defined_share(num *unknown, int n, int i, const definition *m)
 }
 
 /* C and E through a map.  m: the measurement that defined it, or NULL where a predict did */
-static void past_turn(const unknown_start *s, uint32_t t, const reflectors *map,
+static void past_turn(const start *s, uint32_t t, const reflectors *map,
                       const definition *m)
 {
     const start_memory v = start_memory_of(s);
@@ -139,7 +139,7 @@ static void past_turn(const unknown_start *s, uint32_t t, const reflectors *map,
 }
 
 /* The map of a predict to come */
-static void past_predict(const unknown_start *s, const process *p)
+static void past_predict(const start *s, const process *p)
 {
     const start_memory v = start_memory_of(s);
     const reflectors map = {v.W, v.pq, p, s->states, SHAPE_AS_FOUND};
@@ -149,7 +149,7 @@ static void past_predict(const unknown_start *s, const process *p)
 }
 
 /* The rotations of an ordinary update, from its record on the tape */
-static void past_update(const unknown_start *s, uint32_t t, const num *record)
+static void past_update(const start *s, uint32_t t, const num *record)
 {
     static const scaled zero;
     const past_state q = past_at(s, t);

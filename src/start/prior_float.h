@@ -25,7 +25,7 @@ static void known_covariance(num *known, const num *P, int n, uint32_t unknown)
     }
 }
 
-kq_status T(kq_start_init)(unknown_start *s, filter *f, const num *x0, const num *P0,
+kq_status T(kq_start_init)(start *s, filter *f, const num *x0, const num *P0,
                            uint32_t unknown)
 {
     num P[KQ_SIZE_MAX * KQ_SIZE_MAX];

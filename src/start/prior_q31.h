@@ -29,7 +29,7 @@ static void known_root(num *known, const num *root, int n, uint32_t unknown)
     }
 }
 
-kq_status T(kq_start_init)(unknown_start *s, filter *f, const kq_prior_table_q31 *prior,
+kq_status T(kq_start_init)(start *s, filter *f, const kq_prior_table_q31 *prior,
                            uint32_t unknown, kq_misfit_q31 *misfit)
 {
     num root[ROOT_LEN(KQ_SIZE_MAX)];

@@ -18,8 +18,8 @@
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
-#include "../filter/tape.h"
 #include "../smoother/smoother.h"
+#include "../smoother/tape.h"
 #include "../smoother/whitened.h"
 #include "columns.h"
 #include "entries.h"
@@ -28,7 +28,7 @@
 #include "unknown.h"
 
 /* What stays unknown is no result. */
-static void past_mark_lost(const unknown_start *s, const past_state *q)
+static void past_mark_lost(const start *s, const past_state *q)
 {
     for (int i = 0; i < s->states; i++) {
         const num *row = unknown_row(q->unknown, s->states, i);
@@ -39,7 +39,7 @@ static void past_mark_lost(const unknown_start *s, const past_state *q)
 
 /* x' given all data: coordinates of mean a and root T, or where these are NULL of 0 and I.  E
    becomes the root. */
-static void past_finish(const unknown_start *s, uint32_t t, const num *a, const num *T)
+static void past_finish(const start *s, uint32_t t, const num *a, const num *T)
 {
     static const scaled zero;
     const start_memory v = start_memory_of(s);
@@ -75,7 +75,7 @@ static kq_status start_smooth_tape(history *h, const filter *f)
     return smooth_all(h, HISTORY_SMOOTHING);
 }
 
-kq_status T(kq_start_smooth)(unknown_start *s)
+kq_status T(kq_start_smooth)(start *s)
 {
     const kq_status status = start_check(s);
     if (status) return status;
@@ -99,7 +99,7 @@ kq_status T(kq_start_smooth)(unknown_start *s)
     return KQ_OK;
 }
 
-static int past_is_valid(const unknown_start *s, size_t t, int i)
+static int past_is_valid(const start *s, size_t t, int i)
 {
     if (start_check(s) || i < 0 || i >= s->states) return 0;
     if (s->phase != START_SMOOTHED && s->phase != START_STATES) return 0;
@@ -109,33 +109,33 @@ static int past_is_valid(const unknown_start *s, size_t t, int i)
 }
 
 /* Is step t one of the tape's? */
-static int start_is_on_tape(const unknown_start *s, size_t t)
+static int start_is_on_tape(const start *s, size_t t)
 {
     return !start_check(s) && s->tape && s->phase != START_WAITING && t >= s->steps;
 }
 
-num T(kq_start_smoothed_mean)(const unknown_start *s, size_t t, int i)
+num T(kq_start_smoothed_mean)(const start *s, size_t t, int i)
 {
     if (start_is_on_tape(s, t)) return T(kq_smoothed_mean)(s->tape, t - (size_t)s->steps, i);
     if (!past_is_valid(s, t, i)) return num_nan();
     return mean_get(past_at(s, (uint32_t)t).mean, s->states, i);
 }
 
-num T(kq_start_smoothed_mean_low)(const unknown_start *s, size_t t, int i)
+num T(kq_start_smoothed_mean_low)(const start *s, size_t t, int i)
 {
     if (start_is_on_tape(s, t)) return T(kq_smoothed_mean_low)(s->tape, t - (size_t)s->steps, i);
     if (!past_is_valid(s, t, i)) return num_nan();
     return mean_low(past_at(s, (uint32_t)t).mean, s->states, i);
 }
 
-num T(kq_start_smoothed_sigma)(const unknown_start *s, size_t t, int i)
+num T(kq_start_smoothed_sigma)(const start *s, size_t t, int i)
 {
     if (start_is_on_tape(s, t)) return T(kq_smoothed_sigma)(s->tape, t - (size_t)s->steps, i);
     if (!past_is_valid(s, t, i) || s->phase == START_STATES) return num_nan();
     return word_of(scaled_root(root_product(past_at(s, (uint32_t)t).root, s->states, i, i)));
 }
 
-kq_status T(kq_start_smoothed_covariance)(const unknown_start *s, size_t t, scaled *P)
+kq_status T(kq_start_smoothed_covariance)(const start *s, size_t t, scaled *P)
 {
     const kq_status status = start_check(s);
     if (status) return status;

@@ -22,7 +22,7 @@
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/sharp.h"
-#include "../filter/tape.h"
+#include "../smoother/tape.h"
 #include "columns.h"
 #include "entries.h"
 #include "past.h"
@@ -58,7 +58,7 @@ static void start_row(sight *by, const reading *z, int c)
 }
 
 /* g = D'h; answers whether it is not 0. */
-static int start_sees(const unknown_start *s, sight *by)
+static int start_sees(const start *s, sight *by)
 {
     static const scaled zero;
     const start_memory v = start_memory_of(s);
@@ -98,7 +98,7 @@ static void rounding_define(num *rounding, int n, const scaled *k, const sight *
 }
 
 /* x += k e, in the past too.  The second time moves what the first one's rounding has left. */
-static void start_move(const unknown_start *s, const definition *m, const scaled *k, scaled e)
+static void start_move(const start *s, const definition *m, const scaled *k, scaled e)
 {
     const int n = s->states;
     update_mean(s->filter, k, e);
@@ -111,7 +111,7 @@ static void start_move(const unknown_start *s, const definition *m, const scaled
     }
 }
 
-static void start_define_root(const unknown_start *s, const definition *m, const scaled *k)
+static void start_define_root(const start *s, const definition *m, const scaled *k)
 {
     const start_memory v = start_memory_of(s);
     const int n = s->states;
@@ -127,7 +127,7 @@ static void start_define_root(const unknown_start *s, const definition *m, const
 }
 
 /* The filter takes over. */
-static void start_end(unknown_start *s)
+static void start_end(start *s)
 {
     filter_set_ready(s->filter, s->filter->ready);
     if (!start_is_recording(s)) s->tape = 0;
@@ -135,7 +135,7 @@ static void start_end(unknown_start *s)
 }
 
 /* D <- D M, so that g = (phi, 0, ...), and B; k = D_1 / phi.  Answers phi. */
-static scaled start_reflect(unknown_start *s, sight *by, scaled *k)
+static scaled start_reflect(start *s, sight *by, scaled *k)
 {
     static const scaled zero;
     const start_memory v = start_memory_of(s);
@@ -159,7 +159,7 @@ static scaled start_reflect(unknown_start *s, sight *by, scaled *k)
 }
 
 /* Component c of z, of innovation e, defines what it sees. */
-KQ_NOINLINE static void start_define(unknown_start *s, const reading *z, int c, sight *by, scaled e)
+KQ_NOINLINE static void start_define(start *s, const reading *z, int c, sight *by, scaled e)
 {
     static const scaled zero;
     filter *f = s->filter;
@@ -197,24 +197,24 @@ KQ_NOINLINE static void start_define(unknown_start *s, const reading *z, int c, 
 }
 
 /* One that sees nothing unknown.  The tape, which has not begun, takes its record for the past. */
-static void start_take_known(unknown_start *s, const reading *z, int c, const scaled *h, scaled e)
+static void start_take_known(start *s, const reading *z, int c, const scaled *h, scaled e)
 {
     filter *f = s->filter;
     history *tape = start_is_recording(s) ? s->tape : 0;
     if (tape) {
         tape->used = 0;
         tape->records = 0;
-        filter_set_history(f, tape);
+        filter_set_attached(f, &tape->attached);
     }
     take_with_care(f, z, c, h, e);
     if (!tape) return;
-    filter_set_history(f, 0);
+    filter_set_attached(f, 0);
     for (uint32_t t = past_begin(s); tape->records && t < s->steps; t++) {
         past_update(s, t, history_tape(tape, s->states));
     }
 }
 
-static void start_take(unknown_start *s, const reading *z)
+static void start_take(start *s, const reading *z)
 {
     sight by;
     for (int c = 0; c < z->sensor->components; c++) {
@@ -228,7 +228,7 @@ static void start_take(unknown_start *s, const reading *z)
 }
 
 /* Correlated, with components missing: the others' noise is made anew. */
-KQ_NOINLINE static void start_take_present(unknown_start *s, const reading *z)
+KQ_NOINLINE static void start_take_present(start *s, const reading *z)
 {
     scaled noise[KQ_TRIANGLE(KQ_SIZE_MAX)];
     noise_of_present(noise, z->sensor, z->present);

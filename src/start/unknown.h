@@ -26,7 +26,7 @@
 #include "../arithmetic/mean.h"
 #include "../arithmetic/rows.h"
 
-typedef T(kq_start) unknown_start;
+typedef T(kq_start) start;
 
 /* Unknowns: n rows of n numbers, the first d of each in use. */
 typedef struct {
@@ -38,7 +38,7 @@ typedef struct {
     num *joined, *spare; /* of their roots: n rows of 2n + 1, 2 n */
 } start_memory;
 
-static start_memory start_memory_of(const unknown_start *s)
+static start_memory start_memory_of(const start *s)
 {
     const int n = s->states;
     start_memory v;
@@ -71,7 +71,7 @@ typedef struct {
 } past_state;
 
 /* That of step t, one of the latest: they are kept in a ring. */
-static past_state past_at(const unknown_start *s, uint32_t t)
+static past_state past_at(const start *s, uint32_t t)
 {
     const int n = s->states;
     const uint32_t back = s->steps - t; /* 1 .. early */
@@ -94,7 +94,7 @@ static num *along_at(const past_state *q, int n, int i, int k)
 }
 
 /* The first step that there is room for */
-static uint32_t start_first(const unknown_start *s)
+static uint32_t start_first(const start *s)
 {
     return s->steps > s->early ? s->steps - s->early : 0;
 }
@@ -102,16 +102,16 @@ static uint32_t start_first(const unknown_start *s)
 enum { START_UNUSED, START_WAITING, START_SMOOTHED, START_STATES };
 
 /* Is the state still in part unknown?  A filter that is ready has taken over, or is not ours. */
-static int start_is_open(const unknown_start *s) { return s->unknowns && !s->filter->ready; }
+static int start_is_open(const start *s) { return s->unknowns && !s->filter->ready; }
 
 /* Do the early instants count: is the tape they end on still ours? */
-static int start_is_recording(const unknown_start *s)
+static int start_is_recording(const start *s)
 {
     return s->phase == START_WAITING && s->tape && s->tape->filter == s->filter;
 }
 
 /* The first of the early instants to be carried along, up to s->steps */
-static uint32_t past_begin(const unknown_start *s)
+static uint32_t past_begin(const start *s)
 {
     return start_is_recording(s) ? start_first(s) : s->steps;
 }

@@ -16,6 +16,7 @@
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/scores.h"
 #include "../model/types.h"
+#include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
@@ -36,7 +37,7 @@ static kq_status fade_check(const filter *f, scaled lambda)
 {
     const kq_status status = filter_check(f);
     if (status) return status;
-    return f->history && fades(lambda) ? KQ_ERR_RECORDING : KQ_OK;
+    return recorder_of(f) && fades(lambda) ? KQ_ERR_RECORDING : KQ_OK;
 }
 
 /* Is a variance so large that divided by lambda it would pass the limit? */

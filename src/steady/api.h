@@ -4,8 +4,8 @@
 
 #include "riccati.h"
 #include "schedule.h"
+#include "settling.h"
 #include "smoother.h"
 #include "steady.h"
-#include "switch.h"
 
 #endif

@@ -24,8 +24,8 @@
 #include "../filter/gain.h"
 #include "../filter/match.h"
 #include "../filter/sharp.h"
-#include "../filter/tape.h"
 #include "../smoother/smoother.h"
+#include "../smoother/tape.h"
 #include "../smoother/whitened.h"
 #include "checks.h"
 #include "schedule.h"
@@ -97,7 +97,7 @@ static void smoother_column(scaled *out, int stride, history *h, filter *f, cons
         const scaled entry = coordinate_scaled(coordinate_get(v.a, n, i));
         out[i * stride] = c < 0 ? entry : scaled_over(entry, scale);
     }
-    filter_set_history(f, 0);
+    filter_set_attached(f, 0);
 }
 
 static void smoother_constants(const process *p, const reading *z, filter *f, num *root, history *h,

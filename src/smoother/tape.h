@@ -10,8 +10,8 @@
  * A smoothed step is a slot of mean and root, no larger than its predict record; the slots
  * fill the tape's memory from its far end down, behind the records still to be read.
  */
-#ifndef KQ_SRC_FILTER_TAPE_H
-#define KQ_SRC_FILTER_TAPE_H
+#ifndef KQ_SRC_SMOOTHER_TAPE_H
+#define KQ_SRC_SMOOTHER_TAPE_H
 
 #include <stddef.h>
 #include <stdint.h>
@@ -26,9 +26,10 @@
 #include "../arithmetic/scaled.h"
 #include "../model/process.h"
 #include "../model/types.h"
-#include "filter.h"
-
-typedef struct T(kq_recorder) recorder;
+#include "../filter/attached.h"
+#include "../filter/checks.h"
+#include "../filter/filter.h"
+#include "../filter/step.h"
 
 enum {
     HISTORY_UNUSED,
@@ -60,29 +61,23 @@ KQ_KERNEL size_t history_least_length(int n)
     return HISTORY_WORKSPACE_LEN(n) + (size_t)FILTER_LEN(n) + 1;
 }
 
+/* Of a filter that a history, or a tape that begins with one, is attached to */
+KQ_INLINE history *history_of(const filter *f) { return (history *)f->attached; }
+
 /* Nothing that comes after this can be smoothed, and nothing before it with what comes after. */
 static void history_end(filter *f)
 {
-    f->history->phase = HISTORY_FULL;
+    history_of(f)->phase = HISTORY_FULL;
     f->events |= KQ_EVENT_HISTORY_FULL;
 }
-
-/* What predict and update call where a history is attached: by reference, so that a program that
-   attaches none does not link it. */
-struct T(kq_recorder) {
-    void (*predict)(filter *f, const process *p);
-    void (*update)(filter *f, const num *row, const scaled *exact, scaled r, scaled e,
-                   scaled s);
-    void (*nothing)(filter *f);
-};
 
 /* `words` more at the end of the tape, with room left for the slot of the last step; or NULL,
    and the history is full for good. */
 KQ_COLD static num *history_extend(filter *f, size_t words)
 {
-    history *h = f->history;
+    history *h = history_of(f);
     if (h->filter != f) { /* it was assigned anew, or f is a copy of its filter */
-        filter_set_history(f, 0);
+        filter_set_attached(f, 0);
         f->events |= KQ_EVENT_HISTORY_FULL;
         return 0;
     }
@@ -106,7 +101,7 @@ KQ_COLD static void copy_bytes(void *to, const void *from, size_t count)
 
 KQ_COLD static void history_record_predict(filter *f, const process *p)
 {
-    history *h = f->history;
+    history *h = history_of(f);
     const int change = h->process && h->process != p;
     const size_t state = (size_t)FILTER_LEN(h->states);
     num *record = history_extend(f, state + (change ? HISTORY_CHANGE_LEN : 0) + 1);
@@ -158,7 +153,7 @@ KQ_COLD static void history_record_update(filter *f, const num *row, const scale
         sigma = next;
     }
     store_scaled(record + n, scaled_over(e, scaled_root(s)));
-    f->history->records++;
+    history_of(f)->records++;
 }
 
 /* A measurement that was not taken: n rotations by nothing */
@@ -167,13 +162,31 @@ KQ_COLD static void history_record_nothing(filter *f)
     num *record = history_extend(f, UPDATE_RECORD_LEN(f->states));
     if (!record) return;
     for (size_t i = 0; i < UPDATE_RECORD_LEN(f->states); i++) record[i] = 0;
-    f->history->records++;
+    history_of(f)->records++;
 }
 
 /* ------------------------------------------------------------------ the object */
 
 static const recorder records_of_steps = {history_record_predict, history_record_update,
-                                          history_record_nothing};
+                                          history_record_nothing, history_end};
+
+static kq_status history_predict(filter *f, const process *p, const num *u)
+{
+    const kq_status status = predict_check(f, p, u);
+    if (!status) predict_recorded(f, p, u);
+    return status;
+}
+
+static kq_status history_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    const kq_status status = step_check(f, p, u, s, z);
+    if (status) return status;
+    predict_recorded(f, p, u);
+    return s->kind->take(f, s, z, UINT32_MAX);
+}
+
+static const hooks history_hooks = {
+    .predict = history_predict, .step = history_step, .records = &records_of_steps};
 
 /*
  * Is it the history of a filter?  What that filter has to say of it is not asked: a filter that
@@ -197,8 +210,8 @@ static void history_begin(history *h, filter *f)
     h->events = 0;
     h->process = 0;
     h->filter = f;
-    h->recorder = &records_of_steps;
-    filter_set_history(f, h);
+    h->attached.hooks = &history_hooks;
+    filter_set_attached(f, &h->attached);
 }
 
 /* ------------------------------------------------------------------ what is on the tape */

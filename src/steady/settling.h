@@ -1,0 +1,199 @@
+/* A filter that leaves its covariance alone while that has settled. */
+#ifndef KQ_SRC_STEADY_SETTLING_H
+#define KQ_SRC_STEADY_SETTLING_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "kalmanq/filter.h"
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+#include "kalmanq/steady.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
+#include "../model/advance.h"
+#include "../model/process.h"
+#include "../model/types.h"
+#include "../filter/alone.h"
+#include "../filter/attached.h"
+#include "../filter/checks.h"
+#include "../filter/filter.h"
+#include "../filter/step.h"
+#include "schedule.h"
+
+typedef T(kq_settling) settling;
+
+/* What the last step was: one that moved the root; one that hardly did, after which the gain is
+   kept; one that hardly did and has kept it; one of the mean alone. */
+enum { SETTLING_MOVING, SETTLING_CALM, SETTLING_KEEPING, SETTLING_SETTLED };
+
+kq_status T(kq_settling_assign)(settling *w, int n, int m, num *memory, size_t length, scaled *gain)
+{
+    if (!w || !memory || !gain) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
+    if (length < (size_t)SETTLING_LEN(n)) return KQ_ERR_MEMORY;
+    *w = (settling){.states = (uint8_t)n,
+                    .components = (uint8_t)m,
+                    .length = (uint16_t)SETTLING_LEN(n),
+                    .memory = memory,
+                    .gain = gain};
+    return KQ_OK;
+}
+
+kq_status T(kq_settling_init)(settling *w, int bits)
+{
+    if (!w) return KQ_ERR_NULL;
+    if (!size_is_valid(w->states) || !size_is_valid(w->components)) return KQ_ERR_SIZE;
+    if (!w->memory || !w->gain || w->length < SETTLING_LEN((unsigned)w->states)) return KQ_ERR_MEMORY;
+    if (bits < 1 || bits > settled_bits_max) return KQ_ERR_SIZE;
+    w->bits = (uint8_t)bits;
+    w->phase = SETTLING_MOVING;
+    w->process = 0;
+    w->sensor = 0;
+    return KQ_OK;
+}
+
+static kq_status settling_check(const settling *w)
+{
+    if (!w) return KQ_ERR_NULL;
+    return w->bits ? KQ_OK : KQ_ERR_NOT_READY;
+}
+
+kq_status T(kq_settling_release)(settling *w)
+{
+    const kq_status status = settling_check(w);
+    if (!status) w->phase = SETTLING_MOVING;
+    return status;
+}
+
+static int settling_knows(const settling *w, const process *p, const sensor *s)
+{
+    return w->process == p && w->sensor == s && w->transition == p->transition &&
+           w->measurement == s->measurement;
+}
+
+static int roots_are_same(const num *a, const num *b, int n)
+{
+    for (int k = 0; k < ROOT_LEN(n); k++) {
+        if (a[k] != b[k]) return 0;
+    }
+    return 1;
+}
+
+/* Is everything as it was when the last step ended? */
+static int settling_goes_on(const settling *w, const filter *f, const process *p, const sensor *s)
+{
+    return w->phase != SETTLING_MOVING && settling_knows(w, p, s) &&
+           roots_are_same(w->memory, filter_root(f), f->states);
+}
+
+/* predict and update of the mean */
+static void settling_move_mean(const settling *w, filter *f, const process *p, const num *u,
+                             const sensor *s, const num *z)
+{
+    num t[MEAN_PLANES * KQ_SIZE_MAX];
+    scaled e[KQ_SIZE_MAX];
+    const int n = f->states, m = s->components;
+    num *x = f->memory;
+    unsigned events = predict_mean(x, p, p->controls ? u : 0, t, n, SHAPE_AS_FOUND);
+    for (int c = 0; c < m; c++) e[c] = mean_residual(z[c], s->measurement + c * n, x, n, 0, n);
+    for (int i = 0; i < n; i++) {
+        for (int c = 0; c < m; c++) {
+            events |= mean_correct_exactly(x, n, i, w->gain[i * m + c], e[c]);
+        }
+        events |= mean_hold(x, n, i);
+    }
+    filter_note(f, events);
+}
+
+/* predict and update; has the root settled by it? */
+static kq_status settling_move_all(settling *w, filter *f, const process *p, const num *u,
+                                   const sensor *s, const num *z)
+{
+    const int n = f->states, may_settle = settling_knows(w, p, s);
+    const int keep = w->phase == SETTLING_CALM;
+    kq_status status = predict_alone(f, p, u);
+    if (!status && keep) status = T(kq_gain)(f, s, w->gain);
+    if (!status) status = update_alone(f, s, z, UINT32_MAX);
+    if (status) return status;
+    const int calm = may_settle && root_has_settled(filter_root(f), w->memory, n, w->bits);
+    w->phase = (uint8_t)(!calm ? SETTLING_MOVING : keep ? SETTLING_KEEPING : SETTLING_CALM);
+    copy(w->memory, filter_root(f), ROOT_LEN(n));
+    w->process = p;
+    w->sensor = s;
+    w->transition = p->transition;
+    w->measurement = s->measurement;
+    return KQ_OK;
+}
+
+/* The settling that is attached to f.  A copy of its filter goes on without it. */
+static settling *settling_of(filter *f)
+{
+    settling *w = (settling *)f->attached;
+    if (w->filter == f) return w;
+    filter_set_attached(f, 0);
+    return 0;
+}
+
+/* A predict by itself: there is no measurement at this step. */
+static kq_status settling_predict(filter *f, const process *p, const num *u)
+{
+    const kq_status status = predict_check(f, p, u);
+    if (status) return status;
+    settling *w = settling_of(f);
+    if (w) {
+        w->phase = SETTLING_MOVING;
+        w->process = 0;
+    }
+    return predict_alone(f, p, u);
+}
+
+static kq_status settling_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    const kq_status status = step_check(f, p, u, s, z);
+    if (status) return status;
+    settling *w = settling_of(f);
+    if (!w) return T(kq_step)(f, p, u, s, z); /* nothing is attached to f any more */
+    if (s->components != w->components) return KQ_ERR_MISMATCH;
+    if (!settling_goes_on(w, f, p, s)) w->phase = SETTLING_MOVING;
+    if (w->phase < SETTLING_KEEPING) return settling_move_all(w, f, p, u, s, z);
+    settling_move_mean(w, f, p, u, s, z);
+    w->phase = SETTLING_SETTLED;
+    return KQ_OK;
+}
+
+static const hooks settling_hooks = {.predict = settling_predict, .step = settling_step};
+
+kq_status T(kq_settling_attach)(settling *w, filter *f)
+{
+    kq_status status = settling_check(w);
+    if (!status) status = filter_check(f);
+    if (status) return status;
+    if (f->states != w->states) return KQ_ERR_MISMATCH;
+    if (f->attached && f->attached != &w->attached) return KQ_ERR_RECORDING;
+    w->phase = SETTLING_MOVING;
+    w->process = 0;
+    w->sensor = 0;
+    w->attached.hooks = &settling_hooks;
+    w->filter = f;
+    filter_set_attached(f, &w->attached);
+    return KQ_OK;
+}
+
+kq_status T(kq_settling_detach)(settling *w)
+{
+    const kq_status status = settling_check(w);
+    if (status) return status;
+    if (w->filter && w->filter->attached == &w->attached) filter_set_attached(w->filter, 0);
+    w->filter = 0;
+    return KQ_OK;
+}
+
+int T(kq_settling_is_settled)(const settling *w) { return w && w->phase == SETTLING_SETTLED; }
+
+#endif
