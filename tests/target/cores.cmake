@@ -77,6 +77,10 @@ endfunction()
 function(kalmanq_core_test test build programs)
   kalmanq_core_load(${build})
   list(TRANSFORM programs PREPEND "${dir}/")
-  kalmanq_test(${test} ${ARGN} NEEDS ${programs}
+  set(emulator)
+  if(core STREQUAL avr)
+    set(emulator avr_emulator)
+  endif()
+  kalmanq_test(${test} ${ARGN} NEEDS ${emulator} ${programs}
     COMMAND sh "${PROJECT_SOURCE_DIR}/tests/target/run.sh" ${core} ${programs})
 endfunction()

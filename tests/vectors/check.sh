@@ -1,11 +1,12 @@
 #!/bin/sh
-# check.sh WORK: the committed golden vectors are what the generator writes, byte for byte, and
-# replay.c has all of them.
+# check.sh GENERATOR WORK: the committed golden vectors are what the generator writes, byte for byte, and
+# replay.c has all of them.  GENERATOR is that of regenerate.sh, built.
 set -eu
-work=$1/regenerated
+generator=$1 work=$2/regenerated
 here=$(cd "$(dirname "$0")" && pwd)
 rm -rf "$work"
-sh "$here/regenerate.sh" "$work"
+mkdir -p "$work"
+"$generator" "$work"
 
 fail() {
     echo "$1"
