@@ -23,7 +23,7 @@
 # CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and
 # leaves out the float sources, which do not include them.  clang
 # takes the C library and the linker of gcc.
-# shellcheck shell=sh disable=SC2034
+# shellcheck shell=sh disable=SC2034,SC2086
 
 core_unknown() {
     echo "cores.sh: what is $1?" >&2
@@ -35,7 +35,7 @@ core_flags() { # of a list in CMakeLists.txt
 }
 
 core_select() {
-    core=${1%+port} boards="$root/port/boards" port= libraries=-lm
+    core=${1%+port} boards="$root/port/boards" port="" libraries=-lm
     sources=$(cd "$root/src" && echo *.c) floating="f32 f64"
     profile=$(core_flags KALMANQ_PROFILE)
     case $core in
@@ -78,7 +78,7 @@ core_select() {
     include="-I$root/include"
     case $1 in
     *+port)
-        [ -n "$port" ] && [ -d "$root/port/$port" ] || core_unknown "port/$port"
+        { [ -n "$port" ] && [ -d "$root/port/$port" ]; } || core_unknown "port/$port"
         include="-I$root/port/$port $include"
         floating=
         sources=$(echo "$sources" | sed 's/[a-z_]*_f[36][24][.]c *//g')
@@ -88,7 +88,7 @@ core_select() {
 
 core_is_host() {
     # constants that hold addresses are no writable data where code does not move
-    gcc="gcc -fno-pie" linker="gcc -no-pie" nm=nm emulator= machine=-fno-pie
+    gcc="gcc -fno-pie" linker="gcc -no-pie" nm=nm emulator="" machine=-fno-pie
 }
 
 core_is_cortex_m() {

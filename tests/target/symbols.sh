@@ -1,6 +1,7 @@
 #!/bin/sh
 # symbols.sh BUILD CORE COMPILER: the library's objects in the directory BUILD refer to nothing that does
 # not belong there, and have no data that is written.
+# shellcheck disable=SC2086
 set -eu
 build=$1 name=$2
 root=$(cd "$(dirname "$0")/../.." && pwd)

@@ -20,4 +20,4 @@ for file in "$here"/cases/*.inc; do
     grep -q "\"cases/$name\"" "$here/cases.c" || fail "cases.c lacks $name"
     [ "$size" -lt 60000 ] || fail "$name is too large: $size bytes"
 done
-echo "$(ls "$work" | wc -l) files are as committed, $(cat "$work"/*.inc | wc -c) bytes"
+echo "$(find "$work" -type f | wc -l) files are as committed, $(cat "$work"/*.inc | wc -c) bytes"
