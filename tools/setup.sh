@@ -1,11 +1,18 @@
+# shellcheck shell=bash
 # Installs what a fresh Debian or Ubuntu machine lacks.  Sourced by demo.sh and test.sh.
 #
 #   kq_setup build     C and C++ compiler, CMake, Ninja
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
-#   kq_setup tests     Eigen, Unity, clang, pkg-config, and compilers and emulators for Arm, RISC-V
-#                      and AVR; KQ_PYTHON with SciPy, too; sets KQ_PEERS_PYTHON to an
-#                      interpreter with the libraries that results are compared with
-#   kq_setup cost      compilers for Arm, RISC-V and AVR, their emulators; KQ_PYTHON with these, too
+#   kq_setup cost      compilers and emulators for Arm, RISC-V and AVR; KQ_PYTHON with these, too
+#   kq_setup tests     all that follows, for the tests
+#
+#   kq_setup unity     the framework of the unit tests
+#   kq_setup cores     compilers, C libraries and emulators for Arm, RISC-V and AVR
+#   kq_setup clang     clang with its sanitizers
+#   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config;  valgrind
+#   kq_setup scipy     KQ_PYTHON with SciPy, too
+#   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
+#                      compared with
 #
 # Nothing that is there is installed again, and nothing is asked of the network then.
 
@@ -53,11 +60,19 @@ kq_find_python() {
     return 1
 }
 
-kq_setup_python() {
-    kq_find_python numpy matplotlib typer rich && return 0
-    kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich
+# kq_python MODULE...: KQ_PYTHON with these beside what it has to have already
+kq_modules=()
+kq_python() {
+    kq_modules+=("$@")
+    kq_find_python "${kq_modules[@]}" && return 0
+    # shellcheck disable=SC2046
+    kq_install python3 $(kq_python_packages)
     KQ_PYTHON=/usr/bin/python3
 }
+kq_python_packages() { printf 'python3-%s\n' "${kq_modules[@]}" | sed 's/elftools/pyelftools/'; }
+
+kq_setup_python() { kq_python numpy matplotlib typer rich; }
+kq_setup_scipy() { kq_python numpy scipy; }
 
 # Unity is not packaged by itself; the source package of cjson carries it.  The source lists
 # are a copy with deb-src switched on: the machine's own stay as they are.
@@ -86,37 +101,47 @@ kq_fetch_unity() {
 # A file of a C library, which the compiler finds: kq_have_file COMPILER FILE
 kq_have_file() { "$1" -print-file-name="$2" | grep -q /; }
 
-kq_setup_targets() {
-    kq_have arm-none-eabi-gcc qemu-system-arm && kq_have_file arm-none-eabi-gcc rdimon.specs ||
-        kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+kq_has_arm() {
+    kq_have arm-none-eabi-gcc qemu-system-arm && kq_have_file arm-none-eabi-gcc rdimon.specs
+}
+kq_has_riscv() {
     kq_have riscv64-unknown-elf-gcc qemu-system-riscv32 &&
-        kq_have_file riscv64-unknown-elf-gcc picolibc.specs ||
-        kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc
+        kq_have_file riscv64-unknown-elf-gcc picolibc.specs
+}
+kq_has_avr() {
     kq_have avr-gcc && kq_have_file avr-gcc libc.a &&
-        echo '#include <simavr/sim_avr.h>' | cc -E - >/dev/null 2>&1 ||
-        kq_install gcc-avr avr-libc libsimavr-dev
+        echo '#include <simavr/sim_avr.h>' | cc -E - >/dev/null 2>&1
 }
 
-# The runtime of clang's MemorySanitizer, which Debian has in a package of its own
-kq_setup_sanitizer() {
-    kq_have clang || return 1
+kq_setup_cores() {
+    kq_has_arm || kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+    kq_has_riscv ||
+        kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc
+    kq_has_avr || kq_install gcc-avr avr-libc libsimavr-dev
+}
+
+# The runtime of clang's MemorySanitizer is in a package of its own in Debian.
+kq_setup_clang() {
+    kq_have clang || kq_have clang-14 || kq_install clang
+    kq_have clang || return 0
     [ -n "$(find "$(clang -print-resource-dir)/lib" -name 'libclang_rt.msan*.a' 2>/dev/null)" ] ||
         kq_install "libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev"
 }
 
-kq_setup_tests() {
-    kq_install libeigen3-dev pkg-config
-    kq_have clang || kq_have clang-14 || kq_install clang
-    kq_setup_sanitizer || echo "setup: clang has no MemorySanitizer here; its tests are left out"
-    kq_setup_targets
-    kq_have valgrind || kq_install valgrind
-    kq_setup_peers
+kq_setup_unity() {
     [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake fetches its pinned release"
-    kq_find_python numpy scipy matplotlib typer rich unicorn elftools && return 0
-    kq_install python3 python3-numpy python3-scipy python3-matplotlib python3-typer python3-rich \
-        python3-unicorn python3-pyelftools
-    KQ_PYTHON=/usr/bin/python3
+}
+
+kq_setup_eigen() { kq_install libeigen3-dev; }
+kq_setup_package() { kq_install pkg-config; }
+kq_setup_valgrind() { kq_have valgrind || kq_install valgrind; }
+
+kq_setup_tests() {
+    local group
+    for group in unity cores clang eigen package valgrind python scipy cost peers; do
+        kq_setup "$group"
+    done
 }
 
 # Kalman libraries that results are compared with are not packaged: a virtual environment of its own,
@@ -133,14 +158,10 @@ kq_setup_peers() {
 
 kq_setup_cost() {
     kq_setup_build
-    kq_have arm-none-eabi-gcc && arm-none-eabi-gcc -print-file-name=nano.specs | grep -q / ||
-        kq_install gcc-arm-none-eabi libnewlib-arm-none-eabi
-    kq_install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf gcc-avr avr-libc libsimavr-dev
+    kq_setup_cores
+    kq_have_file arm-none-eabi-gcc nano.specs || kq_install libnewlib-arm-none-eabi
     kq_have clang || kq_have clang-14 || kq_install clang
-    kq_find_python numpy matplotlib typer rich unicorn elftools && return 0
-    kq_install python3 python3-numpy python3-matplotlib python3-typer python3-rich \
-        python3-unicorn python3-pyelftools
-    KQ_PYTHON=/usr/bin/python3
+    kq_python numpy matplotlib typer rich unicorn elftools
 }
 
 kq_setup() { "kq_setup_$1"; }

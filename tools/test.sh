@@ -1,27 +1,105 @@
 #!/usr/bin/env bash
-# All the tests: sets up what is missing, builds, runs everything through CTest, and prints the
-# figures that the tests measured.
-#   tools/test.sh            everything
-#   tools/test.sh -R unit    what CTest selects by these options
+# The tests: installs what they lack, builds what they need, and runs them through CTest.
+#   tools/test.sh                    those for every day
+#   tools/test.sh --all              all: every core, compiler and level, the whole cost table
+#   tools/test.sh unit.laws vectors  those whose names begin so, everyday ones if there are any
+#   tools/test.sh -R regex           what CTest selects by its options
+# tests/README.md is their map.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/test"
 
-# shellcheck source=setup.sh
+# shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
-kq_setup build
-kq_setup python
-kq_setup cost
-kq_setup tests
 
-kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_PYTHON="$KQ_PYTHON" \
-    -DKALMANQ_PEERS_PYTHON="$KQ_PEERS_PYTHON" -DKALMANQ_FETCH_UNITY=ON
-kq_quietly cmake --build "$build"
+names=() options=() is_all=
+while [ $# -gt 0 ]; do
+    case $1 in
+    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;;
+    --all) is_all=1 ;;
+    -*) options=("$@") && break ;;
+    *) names+=("$1") ;;
+    esac
+    shift
+done
 
-status=0
-ctest --test-dir "$build" --output-on-failure --timeout 1800 -j 2 "$@" \
+# what tests of a name need beside a compiler; of no name, everything
+groups_of() { # [NAME]
+    case ${1:-} in
+    unit.msan*) echo clang ;;
+    unit* | fuzz* | bits.host.* | bits.falsified* | bits.generator*) ;;
+    vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
+    package.port) echo cores ;;
+    package*) echo package ;;
+    flags*) echo clang ;;
+    readme*) echo python ;;
+    demo*) echo python scipy ;;
+    target* | parts* | vectors* | bits*) echo clang cores ;;
+    cost*) echo clang cores cost valgrind ;;
+    reference* | campaign*) echo eigen python scipy ;;
+    start* | em*) echo peers ;;
+    *) echo clang cores package python scipy cost valgrind eigen peers ;;
+    esac
+}
+
+set_up() {
+    local group
+    kq_setup build
+    kq_setup unity
+    for group in $({ [ ${#names[@]} -eq 0 ] && groups_of; for name in "${names[@]}"; do groups_of "$name"; done; } |
+        tr ' ' '\n' | LC_ALL=C sort -u); do
+        kq_setup "$group"
+    done
+}
+
+configure() {
+    kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+        -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_FETCH_UNITY=ON \
+        -DKALMANQ_PYTHON="${KQ_PYTHON:-python3}" -DKALMANQ_PEERS_PYTHON="${KQ_PEERS_PYTHON:-python3}"
+}
+
+# The tests that options of CTest select
+listed() { ctest --test-dir "$build" -N "$@" | sed -n 's/^ *Test *#[0-9]*: *//p'; }
+
+# sets `selection` to options of CTest, and `tests`
+select_tests() {
+    local pattern
+    pattern=$(printf '|%s' "${names[@]}" | sed 's/[.+]/[&]/g')
+    selection=("${options[@]}")
+    [ ${#names[@]} -eq 0 ] || selection+=(-R "^(${pattern#|})")
+    if [ -z "$is_all" ] && [ ${#options[@]} -eq 0 ] &&
+        [ -n "$(listed "${selection[@]}" -LE matrix)" ]; then
+        selection+=(-LE matrix)
+    fi
+    mapfile -t tests < <(listed "${selection[@]}")
+    [ ${#tests[@]} -gt 0 ] || { echo "test.sh: no test of that name" >&2 && exit 1; }
+}
+
+# sets `cpu` to the processors' minutes since the shell began, its children's with them.  Not in a
+# subshell, whose times begin anew.
+read_cpu() {
+    times >"$build/times"
+    cpu=$(tr 'ms' '  ' <"$build/times" | awk '{ sum += $1 + $2 / 60 + $3 + $4 / 60 } END { printf "%.1f", sum }')
+}
+minutes() { awk -v seconds="$1" 'BEGIN { printf "%.1f", seconds / 60 }'; }
+
+set_up
+configure
+select_tests
+echo "== building for ${#tests[@]} tests"
+begun=$SECONDS built_whole=1
+cmake --build "$build" --parallel "$(nproc)" --target "${tests[@]/#/for.}" -- -k 0 || built_whole=0
+build_seconds=$((SECONDS - begun))
+read_cpu
+build_cpu=$cpu
+
+echo "== running ${#tests[@]} tests"
+begun=$SECONDS status=0
+limit=$(sed -n 's/^KALMANQ_TIME_LIMIT:[A-Z]*=//p' "$build/CMakeCache.txt")
+ctest --test-dir "$build" --output-on-failure --timeout "$limit" -j "$(nproc)" "${selection[@]}" \
     --output-junit "$build/tests.xml" || status=$?
+test_seconds=$((SECONDS - begun))
+read_cpu
 
 # what each test printed, without CTest's own lines
 log="$build/Testing/Temporary/LastTest.log"
@@ -29,12 +107,13 @@ awk '/^[0-9]+\/[0-9]+ Testing: (reference|start|em|target.pair|cost|fuzz)/ { nam
      /^Output:/ { getline; if (name) print "\n== " name; inside = name != "" ; next }
      /^<end of output>/ { inside = 0; name = "" }
      inside' "$log" >"$build/figures.txt"
-cat "$build/figures.txt"
 
 count() { sed -n "s/^[[:space:]]*$1=\"\([0-9]*\)\".*/\1/p" "$build/tests.xml" | head -1; }
 total=$(count tests) failed=$(count failures)
 echo
-echo "Built the library, its tests and its tools in build/test and ran the tests."
-echo "The figures above are in build/test/figures.txt, all output is in ${log#"$root"/}."
+[ "$built_whole" = 1 ] || echo "Not all could be built: what failed is above, \"FAILED:\"."
+echo "Figures are in build/test/figures.txt, all output is in ${log#"$root"/}."
+echo "Build: $(minutes $build_seconds) minutes.  Tests: $(minutes $test_seconds) minutes." \
+    "Processor time: $build_cpu and $(awk -v a="$cpu" -v b="$build_cpu" 'BEGIN { printf "%.1f", a - b }') minutes."
 echo "$((total - failed)) passed, $failed failed"
-[ "$status" = 0 ] && [ "$total" -gt 0 ]
+[ "$status" = 0 ] && [ "$built_whole" = 1 ] && [ "$total" -gt 0 ]

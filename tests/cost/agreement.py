@@ -8,6 +8,7 @@ tick of 40 instructions; the loop takes about ten instructions each time.
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -44,7 +45,8 @@ def main(work: str) -> int:
 def counted_by_qemu(program: Path) -> dict[int, int]:
     subprocess.run([*COMPILE.split(), str(program)], cwd=ROOT, check=True, capture_output=True)
     done = subprocess.run(
-        [*EMULATE.split(), str(program)], check=True, capture_output=True, text=True, timeout=50
+        [*EMULATE.split(), str(program)], check=True, capture_output=True, text=True,
+        timeout=float(os.environ.get("KQ_TIME_LIMIT", "1800")),
     )
     rows = (list(map(int, line.split())) for line in done.stdout.splitlines())
     return {n: count for n, _, count in rows}

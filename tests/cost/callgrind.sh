@@ -37,7 +37,7 @@ while read -r model n m filter x P semidefinite of; do
     q16) predict=q16_predict update=q16_update ;;
     q31) predict=kq_predict_q31 update=kq_update_q31 ;;
     esac
-    echo "$n $m $filter $(cost_of $predict $filter "$model") $(cost_of $update $filter "$model")" \
+    echo "$n $m $filter $(cost_of "$predict" "$filter" "$model") $(cost_of "$update" "$filter" "$model")" \
         "$x $P $semidefinite $of"
 done <"$work/accuracy.txt" >"$work/cost.txt"
 

@@ -124,7 +124,7 @@ def csv_rows(z: np.ndarray) -> str:
 def run_demo(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-B", str(DEMO / "demo.py"), "--programs", str(programs())]
     command += [str(argument) for argument in arguments]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=120)
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
 
 
 def read_csv(path: Path) -> list[dict[str, str]]:

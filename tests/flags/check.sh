@@ -1,7 +1,7 @@
 #!/bin/sh
 # check.sh COMPILER WORK: builds the library with flags that break arithmetic.  Each is refused when it
 # is compiled, or kq_self_test answers KQ_ERR_ARITHMETIC (-23).
-# shellcheck disable=SC2086
+# shellcheck disable=SC2046,SC2086
 set -eu
 compiler=$1 work=$2
 here=$(cd "$(dirname "$0")" && pwd)

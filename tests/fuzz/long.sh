@@ -1,6 +1,7 @@
 #!/bin/sh
 # The long fuzz run of the q31 arithmetic on both cores: long.sh [models [seed]].
 # KALMANQ_BOUNDS=0.1 also lists the operations that came within 0.1 bit of their bound.
+# shellcheck disable=SC2086
 set -eu
 models=${1:-100000}
 seed=${2:-1}

@@ -2,7 +2,7 @@
 # files.sh WORK: the README's table of files.  For each of its rows and each arithmetic, a program that
 # refers to every function of the row's headers links with the row's files and with no others.
 # Rows: | `header.h`, ... | `file_<T>.c`, ... |
-# shellcheck disable=SC2086
+# shellcheck disable=SC2016,SC2086
 set -eu
 work=$1
 root=$(cd "$(dirname "$0")/../.." && pwd)

@@ -1,18 +1,18 @@
 #!/bin/sh
-# part.sh PART T N WHAT HOST WORK [TABLE]: links program.c for a small part with its real memory, runs it on
+# part.sh PART T N WHAT HOST WORK LIBRARY [TABLE]: links program.c for a small part with its real memory, runs it on
 # the emulator, and compares what it prints with the filter in double.
 #   PART   atmega328p or m0-4k (tests/target/cores.sh);  T: f32 or q31;  N: states
 #   WHAT   step; smooth: with a smoother over the whole run; lean, lean_smooth: of constant tables and a lean
 #          sensor
-#   HOST   host.c, built
+#   HOST   host.c, built;  LIBRARY: directory with the library's objects, built
 #   TABLE  tools/cost.csv: the painted stack may be as deep as its stack_worst, and 32 bytes deeper for the
 #          program's own frames (a function that calls the library, a return address); it must not be
 #          less than three quarters of it, or the table is about something else
 # shellcheck disable=SC2086
 set -eu
-part=$1 arithmetic=$2 n=$3 what=$4 host=$5 work=$6/$1-$2-$3-$4
+part=$1 arithmetic=$2 n=$3 what=$4 host=$5 work=$6/$1-$2-$3-$4 library=$7
 root=$(cd "$(dirname "$0")/../.." && pwd)
-table=${7:-$root/tools/cost.csv} own=32
+table=${8:-$root/tools/cost.csv} own=32
 name=$part
 [ "$arithmetic" = f32 ] || name=$part+port
 . "$root/tests/target/cores.sh"
@@ -26,10 +26,9 @@ export KQ_AVR_VOLTAGES="$work/voltages"
 flags=
 case $what in lean*) flags=-DLEAN ;; esac
 case $what in *smooth) flags="$flags -DRECORD" ;; esac
-library=$(sh "$root/tests/target/library.sh" "$name" gcc -O2)
 $compiler -std=c11 -O2 $profile -Wall -Wextra -Werror $include "-I$work" -DPART_$arithmetic $flags \
     -c "$root/tests/parts/program.c" -o "$work/program.o"
-if ! $linker "$work/program.o" "$library"/*.o $libraries -o "$work/program" 2>"$work/link"; then
+if ! $linker "$work/program.o" "$library"/*.c.o $libraries -o "$work/program" 2>"$work/link"; then
     grep -o "region .* overflowed by .*" "$work/link" || cat "$work/link"
     echo "$part: $arithmetic, n = $n, $what: does not link"
     exit 1

@@ -1,6 +1,6 @@
 """The README's programs compile, clean, and print what the README says.
 
-usage: check_readme.py README SOURCE WORK
+usage: check_readme.py README SOURCE LIBRARY WORK
 """
 import pathlib
 import re
@@ -16,23 +16,22 @@ def programs(text: str) -> list[tuple[str, str]]:
     return found
 
 
-def run(program: str, source: str, folder: pathlib.Path) -> str:
+def run(program: str, source: str, library: str, folder: pathlib.Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "example.c").write_text(program, encoding="utf-8")
-    sources = sorted(str(p) for p in (pathlib.Path(source) / "src").glob("*.c"))
     subprocess.run(
         ["cc", "-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror",
-         f"-I{source}/include", str(folder / "example.c"), *sources, "-lm", "-o",
+         f"-I{source}/include", str(folder / "example.c"), library, "-lm", "-o",
          str(folder / "example")],
         check=True)
     return subprocess.run([str(folder / "example")], check=True, capture_output=True,
                           text=True).stdout
 
 
-def main(readme: str, source: str, work: str) -> None:
+def main(readme: str, source: str, library: str, work: str) -> None:
     text = pathlib.Path(readme).read_text(encoding="utf-8")
     for number, (program, expected) in enumerate(programs(text)):
-        printed = run(program, source, pathlib.Path(work) / str(number))
+        printed = run(program, source, library, pathlib.Path(work) / str(number))
         if printed != expected:
             sys.exit(f"the README's program {number} prints:\n{printed}")
         print(printed, end="")

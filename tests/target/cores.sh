@@ -1,5 +1,10 @@
+#!/bin/sh
 # The one place that knows the cores: compilers and their flags, C libraries, boards, emulators.
-# Sourced, with $root set to the source tree.
+#
+#   cores.sh describe CORE [COMPILER]    prints all that is below, a line "name=value" for each
+#   cores.sh names                       the cores, as CORE
+#
+# Or sourced, with $root set to the source tree:
 #
 #   core_select CORE [COMPILER]    CORE: host, m0, m3, m4f, m7, m33, rv32, avr; two small parts, with
 #                                  their memory and nothing beside it: m0-4k (32 kB of flash, 4 kB
@@ -8,15 +13,17 @@
 #   $compiler $include -c FILE     compiles;  $nm lists symbols
 #   $linker OBJECT... $libraries -o PROGRAM    links, with the board's start-up and memory
 #   $emulator PROGRAM              runs it (better: run.sh)
+#   $gcc                           the gcc whose C library and linker are used
 #   $sources                       the library's files, without src/: all of them, on every core
 #   $floating                      the arithmetics in floating point that the core has
 #   $profile                       the flags that the library is built with, as CMakeLists.txt has them
 #   $user_profile                  those for functions of known sizes, in a user's own files
+#   $port                          the folder of port/ that is the core's, if there is one
 #
 # CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and
 # leaves out the float sources, which do not include them.  clang
 # takes the C library and the linker of gcc.
-# shellcheck shell=sh disable=SC2034
+# shellcheck shell=sh disable=SC2034,SC2086
 
 core_unknown() {
     echo "cores.sh: what is $1?" >&2
@@ -28,7 +35,7 @@ core_flags() { # of a list in CMakeLists.txt
 }
 
 core_select() {
-    core=${1%+port} boards="$root/port/boards" port= libraries=-lm
+    core=${1%+port} boards="$root/port/boards" port="" libraries=-lm
     sources=$(cd "$root/src" && echo *.c) floating="f32 f64"
     profile=$(core_flags KALMANQ_PROFILE)
     case $core in
@@ -71,7 +78,7 @@ core_select() {
     include="-I$root/include"
     case $1 in
     *+port)
-        [ -n "$port" ] && [ -d "$root/port/$port" ] || core_unknown "port/$port"
+        { [ -n "$port" ] && [ -d "$root/port/$port" ]; } || core_unknown "port/$port"
         include="-I$root/port/$port $include"
         floating=
         sources=$(echo "$sources" | sed 's/[a-z_]*_f[36][24][.]c *//g')
@@ -81,7 +88,7 @@ core_select() {
 
 core_is_host() {
     # constants that hold addresses are no writable data where code does not move
-    gcc="gcc -fno-pie" linker="gcc -no-pie" nm=nm emulator= machine=-fno-pie
+    gcc="gcc -fno-pie" linker="gcc -no-pie" nm=nm emulator="" machine=-fno-pie
 }
 
 core_is_cortex_m() {
@@ -122,15 +129,46 @@ core_is_avr() {
 }
 
 core_takes_clang() {
-    clang=$(command -v clang || command -v clang-14) || core_unknown clang
+    clang=$(command -v clang || command -v clang-14 || echo clang)
     if [ $core = host ]; then
         compiler="$clang $machine" linker="$clang -no-pie"
         return
     fi
-    header=$(echo '#include <stdio.h>' | $gcc -E -M - | tr ' ' '\n' | grep -m 1 '/stdio\.h$')
+    header=$(echo '#include <stdio.h>' | $gcc -E -M - 2>/dev/null | tr ' ' '\n' | grep -m 1 '/stdio\.h$')
     compiler="$clang --target=$triple $machine -isystem $(dirname "$header")"
     case $core in
     m*) compiler="$compiler -fshort-enums" ;; # as gcc
     rv32) compiler="$compiler -ftls-model=local-exec" ;; # as picolibc
     esac
 }
+
+core_describe() { # CORE [COMPILER]
+    core_select "$@"
+    cat <<END
+core=$core
+compiler=$compiler
+gcc=$gcc
+nm=$nm
+linker=$linker
+libraries=$libraries
+emulator=$emulator
+include=$include
+port=$port
+sources=$sources
+floating=$floating
+profile=$profile
+user_profile=$user_profile
+END
+}
+
+if [ "${0##*/}" = cores.sh ]; then
+    root=$(cd "$(dirname "$0")/../.." && pwd)
+    case ${1:-} in
+    describe)
+        shift
+        core_describe "$@"
+        ;;
+    names) echo host m0 m3 m4f m7 m33 rv32 avr m0-4k atmega328p atmega1284p ;;
+    *) core_unknown "${1:-wanted: describe, names}" ;;
+    esac
+fi

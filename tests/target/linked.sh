@@ -1,5 +1,5 @@
 #!/bin/sh
-# linked.sh WORK: what a program does not use is not linked: the recording of a history, what takes a
+# linked.sh LIBRARY WORK: what a program does not use is not linked: the recording of a history, what takes a
 # correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp measurement.  What it does
 # use is, so that the names are right.
 # shellcheck disable=SC2086
@@ -7,8 +7,7 @@ set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/target/cores.sh"
 core_select m3 gcc
-library=$(sh "$root/tests/target/library.sh" m3 gcc -O2)
-work=$1/linked
+library=$1 work=$2/linked
 mkdir -p "$work"
 
 names='^(history_record_update|take_correlated|begin_root|take_with_care)$'

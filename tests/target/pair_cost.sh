@@ -19,7 +19,7 @@ count() {
         "$root/tests/target/pair_cost.c" "$work/$1/kq_filter_f32.c" $libraries \
         -o "$work/$1.elf" 2>"$work/$1.log" || { cat "$work/$1.log"; exit 1; }
     # shellcheck disable=SC2086
-    timeout 50 $emulator "$work/$1.elf" -icount shift=0 >"$work/$1.txt"
+    timeout "${KQ_TIME_LIMIT:-0}" $emulator "$work/$1.elf" -icount shift=0 >"$work/$1.txt"
 }
 
 count pair

@@ -17,7 +17,7 @@
 #include <string.h>
 
 #include "kalmanq/kalmanq.h"
-#include "unity.h"
+#include "suite.h"
 
 #if defined(KQ_TEST_F32) && !defined(KQ_TEST_F64)
 

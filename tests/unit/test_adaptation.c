@@ -34,7 +34,7 @@ static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static num z[2], u[1];
 static K(adaptation_rule) rule;
 
-void setUp(void)
+static void set_up(void)
 {
     z[0] = 1.5, z[1] = -0.5, u[0] = 2;
     rule = (K(adaptation_rule)){KQ_ADAPT_BOTH, 50, 0.125, 0.0625, 16, 0.125, 8};
@@ -53,8 +53,6 @@ void setUp(void)
     WATCH(track_memory), WATCH(tuner), WATCH(tuner_memory), WATCH(blank_tuner), WATCH(rule);
     WATCH(z), WATCH(u);
 }
-
-void tearDown(void) {}
 
 static double process_scale(void) { return (double)K(adaptation_process_scale)(&tuner); }
 static double sensor_scale(void) { return (double)K(adaptation_sensor_scale)(&tuner); }
@@ -567,9 +565,8 @@ static void readings_of_nothing(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_restart)(&blank_tuner));
 }
 
-int main(void)
+SUITE(adaptation, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(scales_that_may_not_move_leave_the_bits);
     RUN_TEST(scales_follow_the_formulas);
     RUN_TEST(the_formulas_are_those_of_likelihood);
@@ -592,5 +589,4 @@ int main(void)
     RUN_TEST(refusals_of_update);
     RUN_TEST(refusals_of_models_that_changed);
     RUN_TEST(readings_of_nothing);
-    return UNITY_END();
 }

@@ -41,7 +41,7 @@ static double of_number(kq_scaled_q31 a) { return ldexp(a.mantissa, a.exponent);
 static double process_scale(void) { return of_number(kq_adaptation_process_scale_q31(&tuner)); }
 static double sensor_scale(void) { return of_number(kq_adaptation_sensor_scale_q31(&tuner)); }
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&motion3, 3, 0, range, NULL, identity3, NULL, identity3);
@@ -65,8 +65,6 @@ void setUp(void)
     WATCH(motion), WATCH(radar), WATCH(track), WATCH(track_memory), WATCH(tuner);
     WATCH(tuner_memory), WATCH(tuner_root), WATCH(blank), WATCH(rule);
 }
-
-void tearDown(void) {}
 
 static uint32_t present_at(int t)
 {
@@ -358,9 +356,8 @@ static void readings_of_nothing(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_restart_q31(&blank));
 }
 
-int main(void)
+SUITE(adaptation, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(scales_that_may_not_move_leave_the_bits);
     RUN_TEST(scales_are_those_of_double);
     RUN_TEST(steps_and_limits_are_kept);
@@ -372,5 +369,4 @@ int main(void)
     RUN_TEST(refusals_of_a_rule);
     RUN_TEST(refusals_of_steps);
     RUN_TEST(readings_of_nothing);
-    return UNITY_END();
 }

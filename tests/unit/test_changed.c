@@ -34,7 +34,7 @@ static void put_turn(num *to, int step)
     to[2] = -to[1];
 }
 
-void setUp(void)
+static void set_up(void)
 {
     put_turn(A, 0);
     ASSERT_OK(K(process_init)(&turn, A, NULL, Q));
@@ -49,8 +49,6 @@ void setUp(void)
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory), WATCH(turn), WATCH(other);
 }
-
-void tearDown(void) {}
 
 static void measure(K(filter) * f, int step)
 {
@@ -141,7 +139,7 @@ static void with_the_process_of_each_step_it_is_smoothed(void)
 static void changed_between_two_predicts(void)
 {
     for (int changed = 1; changed < 5; changed++) {
-        setUp();
+        set_up();
         for (int t = 0; t < 6; t++) {
             if (t == changed) change(t);
             ASSERT_OK(K(predict)(&track, &turn, NULL));
@@ -175,7 +173,7 @@ static void changed_while_it_is_smoothed(void)
 static void changed_while_another_was_in_use(void)
 {
     for (int changed = 0; changed < 6; changed++) {
-        setUp();
+        set_up();
         for (int t = 0; t < 6; t++) {
             ASSERT_OK(K(predict)(&track, t / 2 % 2 ? &other : &turn, NULL));
             measure(&track, t);
@@ -341,7 +339,7 @@ static void a_point_takes_the_process_as_it_was(void)
 static void a_start_smooths_what_has_not_changed(void)
 {
     for (int changed = 0; changed < 5; changed++) {
-        setUp();
+        set_up();
         ASSERT_OK(K(history_detach)(&tape));
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
         ASSERT_OK(K(start_attach)(&start, &tape));
@@ -389,9 +387,8 @@ static void a_const_table_is_a_process(void)
     ASSERT_OK(K(process_scale_noise)(&other, &table, 2));
 }
 
-int main(void)
+SUITE(changed, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_process_changed_at_every_step_is_refused);
     RUN_TEST(with_the_process_of_each_step_it_is_smoothed);
     RUN_TEST(changed_between_two_predicts);
@@ -409,5 +406,4 @@ int main(void)
     RUN_TEST(a_point_takes_the_process_as_it_was);
     RUN_TEST(a_start_smooths_what_has_not_changed);
     RUN_TEST(a_const_table_is_a_process);
-    return UNITY_END();
 }

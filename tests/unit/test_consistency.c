@@ -31,7 +31,7 @@ static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 
 static num z[2], out[4];
 
-void setUp(void)
+static void set_up(void)
 {
     ASSERT_OK(K(process_init)(&motion, A, NULL, Q));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
@@ -45,8 +45,6 @@ void setUp(void)
     WATCH(recent), WATCH(recent_memory), WATCH(track), WATCH(track_memory), WATCH(radar);
     WATCH(blank), WATCH(out);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------ what is watched */
 
@@ -127,7 +125,7 @@ static void assert_window(int first, int last)
 static void the_window_is_that_of_the_last_updates(void)
 {
     for (int steps = 1; steps <= STEPS; steps++) {
-        setUp();
+        set_up();
         run(3, steps, always);
         assert_window(steps < WINDOW ? 0 : steps - WINDOW, steps);
     }
@@ -136,7 +134,7 @@ static void the_window_is_that_of_the_last_updates(void)
 static void components_may_be_missing(void)
 {
     for (int steps = 5; steps <= STEPS; steps++) {
-        setUp();
+        set_up();
         run(5, steps, now_and_then);
         assert_window(steps - WINDOW, steps);
     }
@@ -368,9 +366,8 @@ static void readings_refuse(void)
     TEST_ASSERT_EQUAL_INT(0, K(consistency_count)(&blank));
 }
 
-int main(void)
+SUITE(consistency, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_window_is_that_of_the_last_updates);
     RUN_TEST(components_may_be_missing);
     RUN_TEST(nothing_drifts);
@@ -386,5 +383,4 @@ int main(void)
     RUN_TEST(watch_refuses);
     RUN_TEST(record_refuses);
     RUN_TEST(readings_refuse);
-    return UNITY_END();
 }

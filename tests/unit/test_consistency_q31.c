@@ -30,7 +30,7 @@ static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 static int32_t z[2];
 static int64_t out[4];
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 0, range, NULL, A, NULL, Q);
     put_sensor(&radar, 2, 2, range, measured_range, H, R);
@@ -49,8 +49,6 @@ void setUp(void)
     WATCH(recent), WATCH(recent_memory), WATCH(track), WATCH(track_memory), WATCH(radar);
     WATCH(blank), WATCH(out);
 }
-
-void tearDown(void) {}
 
 static void step(const double *values, uint32_t present)
 {
@@ -176,9 +174,8 @@ static void bounds_of_any_quantile_are_within_the_numbers(void)
     TEST_ASSERT_TRUE(out[1] == out[2]);
 }
 
-int main(void)
+SUITE(consistency, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_statistics_are_those_in_double);
     RUN_TEST(an_outlier_leaves_with_its_update);
     RUN_TEST(an_innovation_is_held);
@@ -186,5 +183,4 @@ int main(void)
     RUN_TEST(clearing_forgets);
     RUN_TEST(what_is_wrong_is_refused);
     RUN_TEST(bounds_of_any_quantile_are_within_the_numbers);
-    return UNITY_END();
 }

@@ -52,7 +52,7 @@ static K(parameters) put_model(void *at)
     return all;
 }
 
-void setUp(void)
+static void set_up(void)
 {
     uint32_t seed = 7;
     parameters = put_model(&model);
@@ -72,8 +72,6 @@ void setUp(void)
     memset(em_memory, 0, sizeof em_memory);
     watch_nothing();
 }
-
-void tearDown(void) {}
 
 static void expect(void)
 {
@@ -543,7 +541,7 @@ static void test_gradient_of_what_is_not_free_is_refused(void)
         ASSERT_OK(K(em_gradient)(&em, &always));
         ASSERT_OK(K(em_maximise)(&em));
         ASSERT_REFUSED(KQ_ERR_NOT_READY, K(em_gradient)(&em, &always));
-        setUp();
+        set_up();
     }
 }
 
@@ -1005,9 +1003,8 @@ static void test_a_fit_is_the_same_everywhere(void)
     ASSERT_WITHIN(2e-4, expected_log_likelihood, K(em_log_likelihood)(&fit));
 }
 
-int main(void)
+SUITE(em, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(test_log_likelihood_is_the_filters);
     RUN_TEST(test_slices_are_counted_and_make_the_same_iteration);
     RUN_TEST(test_a_new_e_step_begins_after_the_last);
@@ -1046,5 +1043,4 @@ int main(void)
     RUN_TEST(test_every_size_stays_within_its_memory);
     RUN_TEST(test_the_likelihood_never_falls_silently);
     RUN_TEST(test_a_fit_is_the_same_everywhere);
-    return UNITY_END();
 }

@@ -22,7 +22,7 @@ static const num Q3[] = {1, 0.25, 0, 0.25, 1, 0.5, 0, 0.5, 1};
 
 static num x0[2], P0[4], u[1], z[2], out[4], more[4];
 
-void setUp(void)
+static void set_up(void)
 {
     static const num x[] = {1, -2}, P[] = {2, 0.5, 0.5, 1}, measured[] = {3, 1};
     memcpy(x0, x, sizeof x0);
@@ -41,8 +41,6 @@ void setUp(void)
     WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory);
     WATCH(x0), WATCH(P0), WATCH(u), WATCH(z), WATCH(out), WATCH(more);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------------------------ assign */
 
@@ -782,9 +780,8 @@ static void run_reading(void)
     RUN_TEST(gain_refuses);
 }
 
-int main(void)
+SUITE(filter, set_up)
 {
-    UNITY_BEGIN();
     run_assign_and_init();
     run_predict();
     run_reading();
@@ -792,5 +789,4 @@ int main(void)
     RUN_TEST(no_size_writes_outside_its_memory);
     RUN_TEST(no_output_is_written_beyond_its_end);
     RUN_TEST(sixteen_states_work);
-    return UNITY_END();
 }

@@ -31,7 +31,7 @@ static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3, 1, -1}, u
 static int32_t measured[3], drive[1], out[3], errors[3];
 static kq_scaled_q31 more[9];
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_sensor(&radar, 2, 3, range, measured_range, H, R);
@@ -50,8 +50,6 @@ void setUp(void)
     WATCH(motion), WATCH(radar), WATCH(start), WATCH(track), WATCH(track_memory), WATCH(twin);
     WATCH(twin_memory), WATCH(measured), WATCH(drive), WATCH(out), WATCH(errors), WATCH(more);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------ as the filter in double */
 
@@ -683,9 +681,8 @@ static void run_saturation(void)
     RUN_TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance);
 }
 
-int main(void)
+SUITE(filter, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_run_is_that_of_the_filter_in_double);
     RUN_TEST(correlated_components_may_be_missing);
     RUN_TEST(a_component_that_is_missing_is_not_read);
@@ -699,5 +696,4 @@ int main(void)
     RUN_TEST(a_sum_is_not_taken_when_its_terms_were);
     run_refusals();
     run_saturation();
-    return UNITY_END();
 }

@@ -436,13 +436,10 @@ static void other_numbers_of_controls_are_taken_as_they_are(void)
     ASSERT_SAME();
 }
 
-void setUp(void) { seed = 1; }
+static void set_up(void) { seed = 1; }
 
-void tearDown(void) {}
-
-int main(void)
+SUITE(fixed, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_bits_are_those_of_run_time_sizes);
     RUN_TEST(an_A_that_is_not_upper_triangular_is_taken_as_it_is);
     RUN_TEST(bare_leaves_the_likelihood_as_it_was);
@@ -459,5 +456,4 @@ int main(void)
     RUN_TEST(what_is_unusual_at_small_sizes_has_the_librarys_bits);
     RUN_TEST(a_state_that_grows_is_held_as_by_the_library);
     RUN_TEST(other_numbers_of_controls_are_taken_as_they_are);
-    return UNITY_END();
 }

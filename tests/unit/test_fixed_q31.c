@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "kalmanq/prepare.h"
-#include "unity.h"
+#include "suite.h"
 
 #include "known_sizes/kq_fixed_q31.h"
 
@@ -267,17 +267,13 @@ static void errors_are_those_of_the_library(void)
     ASSERT_SAME();
 }
 
-void setUp(void) { seed = 1; }
+static void set_up(void) { seed = 1; }
 
-void tearDown(void) {}
-
-int main(void)
+SUITE(fixed, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_bits_are_those_of_run_time_sizes);
     RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
     RUN_TEST(a_sharp_measurement_is_taken_with_care);
     RUN_TEST(a_mean_may_leave_its_word_between_components);
     RUN_TEST(errors_are_those_of_the_library);
-    return UNITY_END();
 }

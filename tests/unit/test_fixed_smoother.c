@@ -16,7 +16,7 @@
 #define STEP_LEN KQ_HISTORY_STEP_LEN_Q31
 #endif
 
-#include "unity.h"
+#include "suite.h"
 
 enum { MOST = 6, STEPS = 9, COMPONENTS = 2 };
 
@@ -164,9 +164,6 @@ static filter expected_filter, filter_now;
 static num expected_state[512], state_now[512], expected_tape[TAPE], tape_now[TAPE];
 static history expected, now;
 
-void setUp(void) {}
-void tearDown(void) {}
-
 static void record(history *h, num *tape, filter *f, num *state, int n, int m)
 {
     num z[COMPONENTS];
@@ -289,11 +286,9 @@ static void test_what_is_not_ordinary_is_handed_on_untouched(void)
     TEST_ASSERT_EQUAL_INT(NOT_PLAIN, alone_dense(&now, NULL, NULL, 3));
 }
 
-int main(void)
+SUITE(fixed_smoother, NULL)
 {
-    UNITY_BEGIN();
     RUN_TEST(test_the_bits_are_those_of_run_time_sizes);
     RUN_TEST(test_an_ordinary_step_is_not_handed_on);
     RUN_TEST(test_what_is_not_ordinary_is_handed_on_untouched);
-    return UNITY_END();
 }

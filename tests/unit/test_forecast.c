@@ -23,7 +23,7 @@ static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static num u[5];
 
-void setUp(void)
+static void set_up(void)
 {
     for (int k = 0; k < 5; k++) u[k] = N(0.5 * k - 1);
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
@@ -40,8 +40,6 @@ void setUp(void)
     WATCH(ahead), WATCH(ahead_memory), WATCH(blank), WATCH(blank_memory);
     WATCH(track3), WATCH(track3_memory), WATCH(u);
 }
-
-void tearDown(void) {}
 
 /* Only the filter that looks ahead may have changed. */
 static void watch_the_source(void)
@@ -245,9 +243,8 @@ static void forecast_reads_no_control_that_the_process_has_not(void)
     ASSERT_SAME_STATE(&walker, &ahead, 2);
 }
 
-int main(void)
+SUITE(forecast, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_forecast_is_so_many_predicts);
     RUN_TEST(a_forecast_takes_the_controls_in_turn);
     RUN_TEST(a_forecast_is_that_of_the_textbook);
@@ -267,5 +264,4 @@ int main(void)
     RUN_TEST(forecast_refuses_controls_that_are_not_finite);
     RUN_TEST(forecast_reads_no_control_beyond_its_steps);
     RUN_TEST(forecast_reads_no_control_that_the_process_has_not);
-    return UNITY_END();
 }

@@ -7,9 +7,6 @@
 
 #define RELATIVE (0x1p-30 * 0.70710678118654752) /* 2^-30.5 */
 
-void setUp(void) {}
-void tearDown(void) {}
-
 static double worst;
 
 static void note(double expected, double actual)
@@ -160,9 +157,8 @@ static void a_word_is_rounded_and_held(void)
     TEST_ASSERT_EQUAL_INT32(0, word_of((scaled){INT32_MAX, -1000}));
 }
 
-int main(void)
+SUITE(inverse, NULL)
 {
-    UNITY_BEGIN();
     RUN_TEST(inverse_root_is_accurate);
     RUN_TEST(inverse_root_is_within_its_range);
     RUN_TEST(reciprocal_is_accurate);
@@ -170,5 +166,4 @@ int main(void)
     RUN_TEST(scaled_sums_are_accurate);
     RUN_TEST(scaled_of_rounds_to_nearest);
     RUN_TEST(a_word_is_rounded_and_held);
-    return UNITY_END();
 }

@@ -27,7 +27,7 @@ static void attach(int longest)
     ASSERT_OK(K(lag_attach)(&past, &track));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     begin_drive();
     ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
@@ -38,8 +38,6 @@ void setUp(void)
     WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(past3), WATCH(past3_memory);
     WATCH(track3), WATCH(track3_memory);
 }
-
-void tearDown(void) {}
 
 static void read_lag(reading *r, const K(lag) * lag, int n)
 {
@@ -514,9 +512,8 @@ static void what_is_read_where_there_is_nothing_is_no_number(void)
     for (int k = 0; k < COUNT(bad); k++) assert_no_number(&past, bad[k]);
 }
 
-int main(void)
+SUITE(lag, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(every_lag_is_that_of_the_tape);
     RUN_TEST(none_is_the_filter_bit_for_bit);
     RUN_TEST(the_filter_is_the_same_with_a_lag);
@@ -539,5 +536,4 @@ int main(void)
     RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
-    return UNITY_END();
 }

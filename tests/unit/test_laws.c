@@ -143,7 +143,7 @@ static void run(instance *i, model *m, const numbers *s, results *out)
     smooth_and_read(i, out);
 }
 
-void setUp(void)
+static void set_up(void)
 {
     before_call = do_nothing;
     make_numbers(&plain, 1);
@@ -151,8 +151,6 @@ void setUp(void)
     memset(&first, 0, sizeof first);
     memset(&second, 0, sizeof second);
 }
-
-void tearDown(void) {}
 
 /* ----------------------------------------------------------------- one and the same result */
 
@@ -741,9 +739,8 @@ static void run_measurement_laws(void)
     RUN_TEST(the_log_likelihood_is_the_sum_of_its_terms);
 }
 
-int main(void)
+SUITE(laws, set_up)
 {
-    UNITY_BEGIN();
     run_bitwise_laws();
     run_measurement_laws();
     RUN_TEST(two_predicts_are_one_of_twice_the_length);
@@ -754,5 +751,4 @@ int main(void)
     RUN_TEST(smoothing_at_once_is_smoothing_step_by_step);
     RUN_TEST(states_only_are_the_same_states);
     RUN_TEST(smoothing_does_not_change_the_filter);
-    return UNITY_END();
 }

@@ -22,7 +22,7 @@ static num r[3], z[3];
 /* Of a component: the noise that is sharp to both, whatever H and P0 are here */
 #define SHARP (EPS * EPS)
 
-void setUp(void)
+static void set_up(void)
 {
     static const num noises[] = {0.5, 1, 2}, measured[] = {3, 1, -1};
     memcpy(r, noises, sizeof r);
@@ -38,8 +38,6 @@ void setUp(void)
     WATCH(lean), WATCH(lean_memory), WATCH(track), WATCH(track_memory), WATCH(z);
 }
 
-void tearDown(void) {}
-
 /* Component c without noise, or as good as without */
 static void sharpen(int c, num noise_now)
 {
@@ -52,7 +50,7 @@ static void what_is_not_sharp_is_taken_as_ever(void)
 {
     for (uint32_t seed = 1; seed <= 20; seed++) {
         uint32_t state = seed;
-        setUp();
+        set_up();
         ASSERT_OK(K(history_attach)(&tape, &track));
         ASSERT_OK(K(history_attach)(&other, &twin));
         for (int t = 0; t < STEPS; t++) {
@@ -84,7 +82,7 @@ static void what_is_sharp_is_refused(void)
     static const num noises[] = {0, SHARP};
     for (int c = 0; c < 3; c++) {
         for (int k = 0; k < COUNT(noises); k++) {
-            setUp();
+            set_up();
             sharpen(c, noises[k]);
             TEST_ASSERT_EQUAL_INT(KQ_SHARP, K(update)(&twin, &lean, z));
             ASSERT_OK(K(update_subset)(&track, &full, z, 7 & ~(UINT32_C(1) << c)));
@@ -272,9 +270,8 @@ static void bad_inputs(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &lean, NULL));
 }
 
-int main(void)
+SUITE(lean, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(what_is_not_sharp_is_taken_as_ever);
     RUN_TEST(what_is_sharp_is_refused);
     RUN_TEST(where_sharp_begins);
@@ -288,5 +285,4 @@ int main(void)
     RUN_TEST(what_contradicts_is_told);
     RUN_TEST(an_adaptation_takes_it);
     RUN_TEST(bad_inputs);
-    return UNITY_END();
 }

@@ -41,7 +41,7 @@ static void begin(void)
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 0, range, NULL, A, NULL, Q);
     put_prior(&start, 2, range, x0, P0);
@@ -51,8 +51,6 @@ void setUp(void)
     watch_nothing();
     WATCH(lean), WATCH(track), WATCH(track_memory);
 }
-
-void tearDown(void) {}
 
 static const int32_t *measured(const double *values)
 {
@@ -119,7 +117,7 @@ static void what_is_sharp_is_refused(void)
 {
     static const double noises[] = {0, 0x1p-12, 0x1p-20};
     for (int k = 0; k < COUNT(noises); k++) {
-        setUp();
+        set_up();
         put_sensors(noises[k], 1);
         TEST_ASSERT_EQUAL_INT(KQ_SHARP, kq_update_q31(&twin, &lean.sensor, measured(z)));
         ASSERT_OK(kq_update_subset_q31(&track, &full.sensor, measured(z), 2));
@@ -138,14 +136,14 @@ static void where_sharp_begins(void)
 {
     static const double taken[] = {1.001, 1.3, 1.7, 2.6}, refused[] = {0.499, 0.37, 0.26};
     for (int k = 0; k < COUNT(taken); k++) {
-        setUp();
+        set_up();
         put_sensors(0x1p-10 * taken[k], 1);
         ASSERT_OK(kq_update_subset_q31(&twin, &lean.sensor, measured(z), 1));
         ASSERT_OK(K(update_subset)(&track_f64, &radar_f64, z, 1));
         ASSERT_LIKE(&track_f64, &twin, 0x1p-20);
     }
     for (int k = 0; k < COUNT(refused); k++) {
-        setUp();
+        set_up();
         put_sensors(0x1p-10 * refused[k], 1);
         TEST_ASSERT_EQUAL_INT(KQ_SHARP, kq_update_subset_q31(&twin, &lean.sensor, measured(z), 1));
     }
@@ -196,9 +194,8 @@ static void bad_inputs(void)
     ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_lean_q31(&lean.sensor, &lean.table, NULL));
 }
 
-int main(void)
+SUITE(lean, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(what_is_not_sharp_is_taken_as_ever);
     RUN_TEST(what_is_a_little_sharp_is_taken);
     RUN_TEST(what_is_sharp_is_refused);
@@ -206,5 +203,4 @@ int main(void)
     RUN_TEST(robust_updates_take_it);
     RUN_TEST(const_tables);
     RUN_TEST(bad_inputs);
-    return UNITY_END();
 }

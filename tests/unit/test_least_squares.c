@@ -18,7 +18,7 @@ static num H[2 * ROWS], z[ROWS], r[ROWS];
 
 static const num endless = (num)INFINITY;
 
-void setUp(void)
+static void set_up(void)
 {
     uint32_t seed = 1;
     for (int k = 0; k < ROWS; k++) {
@@ -35,8 +35,6 @@ void setUp(void)
     watch_nothing();
     WATCH(fit), WATCH(other), WATCH(line), WATCH(line_memory), WATCH(blank), WATCH(blank_memory);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------ fading */
 
@@ -332,9 +330,8 @@ static void a_long_memory_does_not_drift(void)
     ASSERT_WITHIN(1e-6 * residual, residual, K(least_squares_residual)(&fit));
 }
 
-int main(void)
+SUITE(least_squares, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(fading_divides_the_covariance);
     RUN_TEST(fading_by_1_changes_nothing);
     RUN_TEST(fade_and_predict_is_a_fading_predict);
@@ -355,5 +352,4 @@ int main(void)
     RUN_TEST(add_refuses);
     RUN_TEST(a_batch_is_refused_as_a_whole);
     RUN_TEST(readings_of_nothing_are_none);
-    return UNITY_END();
 }

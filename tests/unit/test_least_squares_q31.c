@@ -46,7 +46,7 @@ static void put_row(const double *row, double value, double variance)
     ASSERT_OK(kq_vector_prepare_q31(&z, &value, 1, measured_format, NULL));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     static const double row[] = {1, 0.5};
     put_prior(&start, 2, range, x0, P0);
@@ -58,8 +58,6 @@ void setUp(void)
     watch_nothing();
     WATCH(fit), WATCH(other), WATCH(line), WATCH(line_memory), WATCH(blank), WATCH(blank_memory);
 }
-
-void tearDown(void) {}
 
 /* a step is good to some units of 2^-30, and forgetting remembers some hundred of them */
 #define LIKE 0x1p-22
@@ -230,9 +228,8 @@ static void the_residual_is_held(void)
     TEST_ASSERT_TRUE(held > 0 && held <= INT64_C(1) << 61);
 }
 
-int main(void)
+SUITE(least_squares, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_run_is_that_in_double);
     RUN_TEST(fading_divides_the_covariance);
     RUN_TEST(fading_by_1_changes_nothing);
@@ -245,5 +242,4 @@ int main(void)
     RUN_TEST(add_refuses);
     RUN_TEST(readings_of_nothing_are_none);
     RUN_TEST(the_residual_is_held);
-    return UNITY_END();
 }

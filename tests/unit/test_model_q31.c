@@ -15,7 +15,7 @@ static const double A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125
 static const double H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
 static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_sensor(&radar, 2, 2, range, measured_range, H, R);
@@ -27,8 +27,6 @@ void setUp(void)
     WATCH(motion), WATCH(radar), WATCH(start), WATCH(misfit), WATCH(track), WATCH(track_memory);
     WATCH(blank_process), WATCH(blank_sensor);
 }
-
-void tearDown(void) {}
 
 static kq_status init_process(void)
 {
@@ -461,9 +459,8 @@ static void run_process(void)
     RUN_TEST(change_transition_moves_otherwise);
 }
 
-int main(void)
+SUITE(model, set_up)
 {
-    UNITY_BEGIN();
     run_process();
     RUN_TEST(sensor_refuses_null);
     RUN_TEST(sensor_checks_its_table);
@@ -477,5 +474,4 @@ int main(void)
     RUN_TEST(a_mean_out_of_its_range_is_refused);
     RUN_TEST(init_sets_the_state);
     RUN_TEST(init_copies_the_prior);
-    return UNITY_END();
 }

@@ -22,7 +22,7 @@ static const num ones[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
 static const num endless = (num)INFINITY;
 static K(model) blank;
 
-void setUp(void)
+static void set_up(void)
 {
     for (size_t k = 0; k < sizeof pair_memory / sizeof(num); k++) pair_memory[k] = 7;
     for (size_t k = 0; k < sizeof plane_memory / sizeof(num); k++) plane_memory[k] = 7;
@@ -31,8 +31,6 @@ void setUp(void)
     watch_nothing();
     WATCH(pair), WATCH(pair_memory), WATCH(two_memory), WATCH(plane_memory), WATCH(wrong_memory);
 }
-
-void tearDown(void) {}
 
 static void assert_all(const double *expected, const num *actual, int count, UNITY_LINE_TYPE line)
 {
@@ -443,9 +441,8 @@ static void time_must_go_on(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, K(model_velocity)(&plane, 2, -1, ones, ones, NULL, ones));
 }
 
-int main(void)
+SUITE(models, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(an_autoregression_is_a_companion);
     RUN_TEST(a_moving_average_remembers_the_noises);
     RUN_TEST(an_arma_is_both);
@@ -470,5 +467,4 @@ int main(void)
     RUN_TEST(arguments_must_be_finite);
     RUN_TEST(variances_must_not_be_negative);
     RUN_TEST(time_must_go_on);
-    return UNITY_END();
 }

@@ -18,9 +18,6 @@ PROCESS(motion_f64, 3, 0);
 SENSOR(sensor_f64, 3, 1);
 FILTER(track_f64, 3);
 
-void setUp(void) {}
-void tearDown(void) {}
-
 /* What a user does with a model for q31 */
 static void make_tables(const kq_model_f64 *m, const double *range, double measured_range)
 {
@@ -98,11 +95,9 @@ static void an_arma_runs_in_q31(void)
     run_both(2);
 }
 
-int main(void)
+SUITE(models, NULL)
 {
-    UNITY_BEGIN();
     RUN_TEST(an_acceleration_runs_in_q31);
     RUN_TEST(a_season_runs_in_q31);
     RUN_TEST(an_arma_runs_in_q31);
-    return UNITY_END();
 }

@@ -14,13 +14,11 @@ HISTORY(tape, 1, 1, 25, 0);
 
 static const num identity[] = {1, 0, 0, 1}, one[] = {1}, zero[] = {0};
 
-void setUp(void)
+static void set_up(void)
 {
     ASSERT_OK(K(process_init)(&rest, one, NULL, zero));
     ASSERT_OK(K(sensor_init)(&gauge, one, one));
 }
-
-void tearDown(void) {}
 
 /* -------------------------------------------------------------------------- the rocket */
 
@@ -228,14 +226,12 @@ static void prediction_errors_are_as_large_as_stated(void)
     TEST_ASSERT_TRUE(sum.filter > sum.oracle);
 }
 
-int main(void)
+SUITE(numbers, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_rocket);
     RUN_TEST(the_recursion_settles);
     RUN_TEST(a_constant_is_the_weighted_mean);
     RUN_TEST(a_constant_smoothed_is_the_final_mean);
     RUN_TEST(the_posterior_concentrates_on_the_state);
     RUN_TEST(prediction_errors_are_as_large_as_stated);
-    return UNITY_END();
 }

@@ -11,13 +11,11 @@ KQ_HISTORY_Q31(tape, 1, 1, 25, 0);
 static const double identity[] = {1, 0, 0, 1}, one[] = {1}, zero[] = {0, 0};
 static const double range[] = {10, 10}, level_range[] = {100};
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&rest, 1, 0, level_range, level_range, one, NULL, zero);
     put_sensor(&gauge, 1, 1, level_range, level_range, one, one);
 }
-
-void tearDown(void) {}
 
 static void assert_state(double tolerance, const double *x, const double *P)
 {
@@ -237,14 +235,12 @@ static void prediction_errors_are_as_large_as_stated(void)
     TEST_ASSERT_TRUE(sum.filter > sum.oracle);
 }
 
-int main(void)
+SUITE(numbers, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_rocket);
     RUN_TEST(the_recursion_settles);
     RUN_TEST(a_constant_is_the_weighted_mean);
     RUN_TEST(a_constant_smoothed_is_the_final_mean);
     RUN_TEST(the_posterior_concentrates_on_the_state);
     RUN_TEST(prediction_errors_are_as_large_as_stated);
-    return UNITY_END();
 }

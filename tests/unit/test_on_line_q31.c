@@ -61,7 +61,7 @@ static void attach_point(void)
     ASSERT_OK(K(point_attach)(&instant_f64, &track_f64));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&other, 2, 1, range, drive_range, A2, B, Q2);
@@ -79,8 +79,6 @@ void setUp(void)
     WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory), WATCH(past);
     WATCH(instant), WATCH(instant_memory), WATCH(out);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------------------------- a run */
 
@@ -556,9 +554,8 @@ static void what_is_read_where_there_is_nothing_is_no_word(void)
     for (int k = 0; k < COUNT(bad); k++) assert_no_word(&past, &instant, bad[k]);
 }
 
-int main(void)
+SUITE(on_line, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(every_lag_is_that_in_double);
     RUN_TEST(the_longest_lag_is_that_of_the_tape);
     RUN_TEST(none_is_the_filter_bit_for_bit);
@@ -573,5 +570,4 @@ int main(void)
     RUN_TEST(lag_refuses);
     RUN_TEST(point_refuses);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_word);
-    return UNITY_END();
 }

@@ -22,7 +22,7 @@ static void attach(void)
     ASSERT_OK(K(point_attach)(&start, &track));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     begin_drive();
     ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
@@ -33,8 +33,6 @@ void setUp(void)
     WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(start3), WATCH(start3_memory);
     WATCH(track3), WATCH(track3_memory), WATCH(motion_memory);
 }
-
-void tearDown(void) {}
 
 static void read_point(reading *r, const K(point) * point, int n)
 {
@@ -367,9 +365,8 @@ static void what_is_read_where_there_is_nothing_is_no_number(void)
     for (int k = 0; k < COUNT(bad); k++) assert_no_number(&start, bad[k]);
 }
 
-int main(void)
+SUITE(point, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(an_instant_is_that_of_the_tape);
     RUN_TEST(the_filter_is_the_same_with_a_point);
     RUN_TEST(asking_changes_nothing);
@@ -386,5 +383,4 @@ int main(void)
     RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
-    return UNITY_END();
 }

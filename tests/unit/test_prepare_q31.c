@@ -9,7 +9,7 @@ static kq_scaled_q31 table[4];
 static int32_t root[KQ_ROOT_LEN_Q31(2)], words[2];
 
 /* Q31.0 for both components, unless a test says otherwise */
-void setUp(void)
+static void set_up(void)
 {
     for (int i = 0; i < 2; i++) format[i] = (kq_format_q31){.range = INT32_MAX, .fraction = 0};
     misfit = (kq_misfit_q31){KQ_CONTROL, 7, 7};
@@ -19,8 +19,6 @@ void setUp(void)
     watch_nothing();
     WATCH(format), WATCH(misfit), WATCH(table), WATCH(root), WATCH(words);
 }
-
-void tearDown(void) {}
 
 static const double not_finite[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
 
@@ -542,9 +540,8 @@ static void run_coefficients(void)
     RUN_TEST(a_table_by_hand_is_the_prepared_one);
 }
 
-int main(void)
+SUITE(prepare, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_format_has_as_many_fraction_bits_as_its_range_allows);
     RUN_TEST(a_format_needs_a_range_that_it_can_hold);
     RUN_TEST(a_named_format_is_the_one_named);
@@ -562,5 +559,4 @@ int main(void)
     RUN_TEST(words_far_out_of_range_say_how_many_bits);
     RUN_TEST(the_bits_that_are_missing_are_enough);
     run_coefficients();
-    return UNITY_END();
 }

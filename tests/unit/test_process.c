@@ -9,7 +9,7 @@ FILTER(track, 2);
 
 static num A[4], B[2], Q[4], F[4];
 
-void setUp(void)
+static void set_up(void)
 {
     static const num a[] = {1, 0.5, 0, 1}, b[] = {0.125, 0.5}, q[] = {0.25, 0.125, 0.125, 0.5};
     static const num f[] = {0.5, 0, 0.25, 0.75};
@@ -28,8 +28,6 @@ void setUp(void)
     WATCH(Q);
     WATCH(F);
 }
-
-void tearDown(void) {}
 
 /* From a state known exactly: then P is Q, and x is A x + B u. */
 static const num start[] = {1, -2}, nothing[4] = {0};
@@ -500,9 +498,8 @@ static void run_assign_and_init(void)
     RUN_TEST(init_may_be_called_again_with_another_model);
 }
 
-int main(void)
+SUITE(process, set_up)
 {
-    UNITY_BEGIN();
     run_assign_and_init();
     RUN_TEST(a_factor_of_any_width_gives_its_product);
     RUN_TEST(a_factor_and_its_product_are_the_same_noise);
@@ -522,5 +519,4 @@ int main(void)
     RUN_TEST(sixteen_states_and_sixteen_controls_work);
     RUN_TEST(sixteen_states_take_a_noise_of_low_rank);
     RUN_TEST(three_states_take_every_noise_of_rank_two);
-    return UNITY_END();
 }

@@ -37,7 +37,7 @@ static K(gate) gate;
 
 #define ALL UINT32_MAX
 
-void setUp(void)
+static void set_up(void)
 {
     static const num measured[] = {3, 1};
     memcpy(z, measured, sizeof z);
@@ -60,8 +60,6 @@ void setUp(void)
     WATCH(radar), WATCH(radar_memory), WATCH(track), WATCH(track_memory);
     WATCH(tape), WATCH(tape_memory), WATCH(gate), WATCH(u), WATCH(z), WATCH(weights), WATCH(q);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------------------------ the gate */
 
@@ -1029,9 +1027,8 @@ static void refusals_of_the_smoother(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_reweighted)(&tape, &scaled, &motion, 2, q));
 }
 
-int main(void)
+SUITE(robust, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_gate_that_passes_is_the_plain_update);
     RUN_TEST(a_rejected_measurement_leaves_its_nis_and_an_event);
     RUN_TEST(a_history_knows_nothing_of_a_rejected_measurement);
@@ -1074,5 +1071,4 @@ int main(void)
     RUN_TEST(noise_of_less_rank_counts_by_its_rank);
     RUN_TEST(a_student_run_can_be_smoothed);
     RUN_TEST(refusals_of_the_smoother);
-    return UNITY_END();
 }

@@ -54,7 +54,7 @@ static void start(void)
     ASSERT_OK(K(filter_init)(&wide_track, x0, P0));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_sensor(&coupled, 2, 2, range, measured_range, H, R);
@@ -75,8 +75,6 @@ void setUp(void)
     WATCH(track), WATCH(track_memory), WATCH(gate), WATCH(weights), WATCH(q), WATCH(scaled);
     WATCH(root), WATCH(motion), WATCH(tape);
 }
-
-void tearDown(void) {}
 
 static const int32_t *seen(double a, double b)
 {
@@ -511,9 +509,8 @@ static void exponents_stay_within_their_limits(void)
     TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
 }
 
-int main(void)
+SUITE(robust, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_gate_takes_or_leaves);
     RUN_TEST(a_run_of_rejections_ends_with_a_jump);
     RUN_TEST(limits_are_scores);
@@ -531,5 +528,4 @@ int main(void)
     RUN_TEST(a_noise_too_small_to_be_held_is_refused);
     RUN_TEST(refusals);
     RUN_TEST(exponents_stay_within_their_limits);
-    return UNITY_END();
 }

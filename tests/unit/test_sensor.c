@@ -9,7 +9,7 @@ FILTER(track, 2);
 
 static num H[4], R[4], r[2];
 
-void setUp(void)
+static void set_up(void)
 {
     static const num h[] = {1, 0, 0.5, 1}, covariance[] = {0.5, 0.25, 0.25, 1};
     static const num variances[] = {0.5, 2};
@@ -26,8 +26,6 @@ void setUp(void)
     WATCH(R);
     WATCH(r);
 }
-
-void tearDown(void) {}
 
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3, 1};
 
@@ -363,9 +361,8 @@ static void run_assign_and_init(void)
     RUN_TEST(init_may_be_called_again_with_another_model);
 }
 
-int main(void)
+SUITE(sensor, set_up)
 {
-    UNITY_BEGIN();
     run_assign_and_init();
     RUN_TEST(init_diagonal_takes_variances);
     RUN_TEST(init_diagonal_takes_noise_free_components);
@@ -378,5 +375,4 @@ int main(void)
     RUN_TEST(change_measurement_refuses_numbers_that_are_not_finite);
     RUN_TEST(no_size_writes_outside_its_memory);
     RUN_TEST(sixteen_correlated_components_work);
-    return UNITY_END();
 }

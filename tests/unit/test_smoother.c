@@ -32,7 +32,7 @@ static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
 static textbook filtered[STEPS], predicted[STEPS], smoothed[STEPS];
 static double lag_one[STEPS][4];
 
-void setUp(void)
+static void set_up(void)
 {
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
@@ -48,8 +48,6 @@ void setUp(void)
     WATCH(motion_memory), WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(unused_memory);
     WATCH(tape3), WATCH(tape3_memory), WATCH(track3), WATCH(track3_memory);
 }
-
-void tearDown(void) {}
 
 /* ---------------------------------------------------------------------------- scenario */
 
@@ -1235,9 +1233,8 @@ static void run_refusals(void)
     RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_number);
 }
 
-int main(void)
+SUITE(smoother, set_up)
 {
-    UNITY_BEGIN();
     run_smooth();
     run_history();
     run_refusals();
@@ -1249,5 +1246,4 @@ int main(void)
     RUN_TEST(a_known_constant_stays_known);
     RUN_TEST(no_size_writes_outside_its_memory);
     RUN_TEST(sixteen_states_work);
-    return UNITY_END();
 }

@@ -36,7 +36,7 @@ static const double identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static kq_scaled_q31 out[4], more[4], vector[2];
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&other, 2, 1, range, drive_range, A2, B, Q2);
@@ -58,8 +58,6 @@ void setUp(void)
     WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory), WATCH(tape);
     WATCH(out), WATCH(more), WATCH(vector);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------------------------- a run */
 
@@ -126,7 +124,7 @@ static void assert_covariance(size_t t)
 static void smoothing_is_that_in_double(void)
 {
     for (int in_turn = 0; in_turn <= 1; in_turn++) {
-        setUp();
+        set_up();
         run(&track, in_turn, 1);
         TEST_ASSERT_EQUAL_INT(STEPS, kq_history_steps_q31(&tape));
         ASSERT_OK(kq_smooth_q31(&tape));
@@ -488,9 +486,8 @@ static void what_is_read_of_a_bad_step_or_state_is_no_word(void)
     assert_no_word(&tape, 0, INT_MIN);
 }
 
-int main(void)
+SUITE(smoother, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(smoothing_is_that_in_double);
     RUN_TEST(two_components_without_noise_are_smoothed_as_in_double);
     RUN_TEST(states_only_gives_the_means);
@@ -509,5 +506,4 @@ int main(void)
     RUN_TEST(a_copy_is_a_filter_of_its_own);
     RUN_TEST(smoothed_results_refuse);
     RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_word);
-    return UNITY_END();
 }

@@ -37,7 +37,7 @@ static const num x0[] = {1, -2}, P0[] = {4, 0, 0, 9};
 static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
 static const double log_2_pi = 1.8378770664093454836;
 
-void setUp(void)
+static void set_up(void)
 {
     ASSERT_OK(K(process_init)(&trend, A, NULL, Q));
     ASSERT_OK(K(process_init)(&still, identity, NULL, zero));
@@ -56,8 +56,6 @@ void setUp(void)
     WATCH(blank_start), WATCH(blank_start_memory), WATCH(blank), WATCH(blank_memory);
     WATCH(blank_tape), WATCH(start3), WATCH(start3_memory), WATCH(tape3);
 }
-
-void tearDown(void) {}
 
 static void update(double z)
 {
@@ -693,9 +691,8 @@ static void readings_of_what_is_bad(void)
     ASSERT_NAN(K(start_smoothed_sigma)(NULL, 0, 0));
 }
 
-int main(void)
+SUITE(start, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(two_measurements_determine_a_trend);
     RUN_TEST(phi_counts_in_the_likelihood);
     RUN_TEST(the_known_rest_correlates_with_what_is_determined);
@@ -728,5 +725,4 @@ int main(void)
     RUN_TEST(attach_and_smooth_refuse);
     RUN_TEST(a_full_history_is_refused);
     RUN_TEST(readings_of_what_is_bad);
-    return UNITY_END();
 }

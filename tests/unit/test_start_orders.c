@@ -31,18 +31,14 @@ static void advance(K(start) * s) { ASSERT_OK(K(start_predict)(s, &trend, NULL))
 
 #include "start_orders.h"
 
-void setUp(void)
+static void set_up(void)
 {
     static const num A[] = {1, 1, 0, 1}, Q[] = {0.25, 0, 0, 0.5}, H[] = {1, 0}, R[] = {2};
     ASSERT_OK(K(process_init)(&trend, A, NULL, Q));
     ASSERT_OK(K(sensor_init)(&level, H, R));
 }
 
-void tearDown(void) {}
-
-int main(void)
+SUITE(start_orders, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(calls_in_every_order);
-    return UNITY_END();
 }

@@ -35,7 +35,7 @@ static void advance(kq_start_q31 *s)
 
 #include "start_orders.h"
 
-void setUp(void)
+static void set_up(void)
 {
     static const double A[] = {1, 1, 0, 1}, Q[] = {0.25, 0, 0, 0.5}, H[] = {1, 0}, R[] = {2};
     static const double x0[] = {1, -2}, P0[] = {1, 0, 0, 1};
@@ -44,11 +44,7 @@ void setUp(void)
     put_prior(&prior, 2, range, x0, P0);
 }
 
-void tearDown(void) {}
-
-int main(void)
+SUITE(start_orders, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(calls_in_every_order);
-    return UNITY_END();
 }

@@ -43,7 +43,7 @@ static void begin(uint32_t unknown)
     ASSERT_OK(K(start_attach)(&start_f64, &tape_f64));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&still, 2, 0, range, NULL, I, NULL, zero);
@@ -63,8 +63,6 @@ void setUp(void)
     WATCH(start), WATCH(start_memory), WATCH(track), WATCH(track_memory), WATCH(tape);
     WATCH(P_words), WATCH(blank_start);
 }
-
-void tearDown(void) {}
 
 /* ------------------------------------------------------------------ beside double */
 
@@ -314,9 +312,8 @@ static void the_rest_refuses(void)
     TEST_ASSERT_TRUE(kq_start_smoothed_mean_low_q31(NULL, 0, 0) == KQ_NOT_A_WORD_Q31);
 }
 
-int main(void)
+SUITE(start, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(all_unknown);
     RUN_TEST(the_first_unknown);
     RUN_TEST(the_second_unknown);
@@ -329,5 +326,4 @@ int main(void)
     RUN_TEST(init_refuses);
     RUN_TEST(steps_refuse);
     RUN_TEST(the_rest_refuses);
-    return UNITY_END();
 }

@@ -42,8 +42,4 @@ static void advance(void) { ASSERT_OK(K(start_predict)(&start, &process, NULL));
 
 #include "start_patterns.h"
 
-void setUp(void) {}
-
-void tearDown(void) {}
-
-int main(void) { return run_start_patterns(); }
+SUITE(start_rank, NULL) { run_start_patterns(); }

@@ -62,8 +62,4 @@ static void advance(void) { ASSERT_OK(kq_start_predict_q31(&start, &process, NUL
 
 #include "start_patterns.h"
 
-void setUp(void) {}
-
-void tearDown(void) {}
-
-int main(void) { return run_start_patterns(); }
+SUITE(start_rank, NULL) { run_start_patterns(); }

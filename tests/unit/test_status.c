@@ -57,9 +57,6 @@ _Static_assert(KQ_EM_LEN_F32(16, 16, 1) <= 0xffff, "16 bits");
 
 /* ------------------------------------------------------------------------------- tests */
 
-void setUp(void) {}
-void tearDown(void) {}
-
 static const kq_status all[] = {
     KQ_OK,
     KQ_ERR_NULL,
@@ -168,9 +165,8 @@ static void the_version_is_written_the_same_twice(void)
     TEST_ASSERT_EQUAL_STRING(text, KQ_VERSION_STRING);
 }
 
-int main(void)
+SUITE(status, NULL)
 {
-    UNITY_BEGIN();
     RUN_TEST(errors_are_negative_and_different);
     RUN_TEST(every_status_has_a_text_of_its_own);
     RUN_TEST(the_text_stays_where_it_is);
@@ -179,5 +175,4 @@ int main(void)
     RUN_TEST(a_history_is_its_steps_changes_and_workspace);
     RUN_TEST(the_arrays_are_there);
     RUN_TEST(the_version_is_written_the_same_twice);
-    return UNITY_END();
 }

@@ -70,7 +70,7 @@ static void draw_step(void)
     for (int c = 0; c < M; c++) z[c] = 3 * draw();
 }
 
-void setUp(void)
+static void set_up(void)
 {
     A[0] = 0.5;
     seed = 1;
@@ -91,8 +91,6 @@ void setUp(void)
     ASSERT_OK(K(switch_init)(&lazy1, 12));
     watch_nothing();
 }
-
-void tearDown(void) {}
 
 static kq_status solve(void)
 {
@@ -741,9 +739,8 @@ static void the_switch_refuses_what_is_wrong(void)
     TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&blank_switch));
 }
 
-int main(void)
+SUITE(steady, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_covariances_are_those_known);
     RUN_TEST(the_filter_leads_to_it);
     RUN_TEST(the_smoothers_gain_is_that_of_the_textbook);
@@ -777,5 +774,4 @@ int main(void)
     RUN_TEST(the_full_filter_may_go_on_at_any_time);
     RUN_TEST(a_history_keeps_it_whole);
     RUN_TEST(the_switch_refuses_what_is_wrong);
-    return UNITY_END();
 }

@@ -51,7 +51,7 @@ static void draw_step(void)
     memcpy(z, words_of(exact_z, M, radar.measurement_format), sizeof z);
 }
 
-void setUp(void)
+static void set_up(void)
 {
     seed = 1;
     used = 77;
@@ -71,8 +71,6 @@ void setUp(void)
     ASSERT_OK(kq_switch_init_q31(&lazy, 14));
     watch_nothing();
 }
-
-void tearDown(void) {}
 
 /* K and P of the equation, in double, and K as a table */
 static void solve(double *predicted, double *filtered)
@@ -492,9 +490,8 @@ static void the_switch_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_switch_release_q31(&lazy));
 }
 
-int main(void)
+SUITE(steady, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(the_schedule_leads_from_the_filters_gains_to_the_steady_one);
     RUN_TEST(the_schedule_refuses_what_is_wrong);
     RUN_TEST(the_scheduled_filter_is_the_full_one);
@@ -512,5 +509,4 @@ int main(void)
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(what_is_different_unsettles_it);
     RUN_TEST(the_switch_refuses_what_is_wrong);
-    return UNITY_END();
 }

@@ -28,7 +28,7 @@ static const num correlated3[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 
 
 static num z[3], u[1];
 
-void setUp(void)
+static void set_up(void)
 {
     static const num measured[] = {3, 1, -1};
     memcpy(z, measured, sizeof z);
@@ -44,8 +44,6 @@ void setUp(void)
     WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory);
     WATCH(u), WATCH(z);
 }
-
-void tearDown(void) {}
 
 /* A sensor of m components for the two states, in memory that is used again each time. */
 static const K(sensor) * sensor_of(const num *h, const num *C, int m)
@@ -793,9 +791,8 @@ static void run_update(void)
     RUN_TEST(update_refuses_a_measurement_that_is_not_finite);
 }
 
-int main(void)
+SUITE(update, set_up)
 {
-    UNITY_BEGIN();
     run_update();
     RUN_TEST(the_nis_of_many_components_is_a_number);
     RUN_TEST(any_components_may_be_missing);
@@ -827,5 +824,4 @@ int main(void)
     RUN_TEST(the_low_part_has_the_mean_s_low_part_in_it);
     RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);
     RUN_TEST(an_innovation_variance_beyond_the_number_range_is_not_taken);
-    return UNITY_END();
 }

@@ -34,7 +34,7 @@ static void put_independent(sensor_model *s)
     ASSERT_OK(kq_sensor_init_q31(&s->sensor, &s->table, NULL));
 }
 
-void setUp(void)
+static void set_up(void)
 {
     put_process(&still, 2, 0, range, NULL, identity, NULL, none);
     put_process(&shrink, 2, 0, range, NULL, tenth, NULL, none);
@@ -50,8 +50,6 @@ void setUp(void)
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
     ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory)));
 }
-
-void tearDown(void) {}
 
 static void assert_mean(double x, double y)
 {
@@ -371,9 +369,8 @@ static void the_past_may_be_beyond_its_word_before_it_is_smoothed(void)
     TEST_ASSERT_TRUE(runs > 40);
 }
 
-int main(void)
+SUITE(words, set_up)
 {
-    UNITY_BEGIN();
     RUN_TEST(a_mean_may_leave_its_word_between_components);
     RUN_TEST(so_it_may_where_nothing_is_sharp);
     RUN_TEST(so_it_may_in_robust_updates);
@@ -387,5 +384,4 @@ int main(void)
     RUN_TEST(the_steady_smoother_tells_what_it_has_held);
     RUN_TEST(a_settled_filter_is_held_at_the_end_of_a_step);
     RUN_TEST(the_past_may_be_beyond_its_word_before_it_is_smoothed);
-    return UNITY_END();
 }

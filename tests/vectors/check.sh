@@ -1,11 +1,12 @@
 #!/bin/sh
-# check.sh WORK: the committed golden vectors are what the generator writes, byte for byte, and
-# replay.c has all of them.
+# check.sh GENERATOR WORK: the committed golden vectors are what the generator writes, byte for byte, and
+# replay.c has all of them.  GENERATOR is that of regenerate.sh, built.
 set -eu
-work=$1/regenerated
+generator=$1 work=$2/regenerated
 here=$(cd "$(dirname "$0")" && pwd)
 rm -rf "$work"
-sh "$here/regenerate.sh" "$work"
+mkdir -p "$work"
+"$generator" "$work"
 
 fail() {
     echo "$1"
@@ -19,4 +20,4 @@ for file in "$here"/cases/*.inc; do
     grep -q "\"cases/$name\"" "$here/cases.c" || fail "cases.c lacks $name"
     [ "$size" -lt 60000 ] || fail "$name is too large: $size bytes"
 done
-echo "$(ls "$work" | wc -l) files are as committed, $(cat "$work"/*.inc | wc -c) bytes"
+echo "$(find "$work" -type f | wc -l) files are as committed, $(cat "$work"/*.inc | wc -c) bytes"

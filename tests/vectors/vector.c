@@ -627,7 +627,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 #include "operations_steady.inc"
 
 /* What there are operations for beside filter and smoother: all but where flash has no room for it
-   (replay.sh) */
+   (tests/target/CMakeLists.txt) */
 #ifndef VECTOR_TOPICS
 #define VECTOR_TOPICS 63
 #endif

@@ -1,13 +1,12 @@
 #!/bin/sh
-# compile.sh CORE COMPILER [LEVEL...]: every source file compiles clean, at each level (-O2 if none
-# is given), and the objects of -O2 refer to nothing that does not belong there.
+# symbols.sh BUILD CORE COMPILER: the library's objects in the directory BUILD refer to nothing that does
+# not belong there, and have no data that is written.
+# shellcheck disable=SC2086
 set -eu
-name=$1 compiler_name=$2
-shift 2
+build=$1 name=$2
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/target/cores.sh"
-core_select "$name" "$compiler_name"
-
+core_select "$name" "$3"
 # What an object may ask for: memory moves that compilers insert; in float, soft-float single
 # precision where there is no FPU; in fixed point, integer helpers.  Nothing of double, of the
 # heap, of stdio, no assert; on hardware floating point the root is an instruction.
@@ -38,7 +37,7 @@ avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy co
 esac
 
 check_object() { # name, what it may refer to
-    object="$library/$1.c.o"
+    object=$build/$1.c.o
     refers=$($nm -u "$object" | awk '{print $NF}')
     foreign=$(echo "$refers" | grep -Ev "$memory|$2|^$" || true)
     if [ -n "$foreign" ]; then
@@ -50,9 +49,6 @@ check_object() { # name, what it may refer to
         ! $nm "$object" | grep -E ' [BbDdC] ' || { echo "$name: $1 has writable data"; exit 1; }
 }
 
-for level in "$@" -O2; do
-    library=$(sh "$root/tests/target/library.sh" "$name" "$compiler_name" $level)
-done
 check_object kq_filter_q31 "$integers"
 check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
 check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"

@@ -1,0 +1,34 @@
+/*
+ * A file of tests is a suite, named as the file.  It ends with
+ *
+ *     SUITE(laws, set_up)
+ *     {
+ *         RUN_TEST(smoothing_does_not_change_the_filter);
+ *     }
+ *
+ * where set_up, or NULL, is called before each test.  All suites of an arithmetic are one program, and
+ * runner.c calls them by their names; so what a file defines is static.
+ */
+#ifndef KALMANQ_TESTS_SUITE_H
+#define KALMANQ_TESTS_SUITE_H
+
+#include <stddef.h>
+
+#include "unity.h"
+
+extern void (*before_each_test)(void);
+
+/* suite_<name> answers how many of the tests have failed */
+#define SUITE(name, set_up)                                                                        \
+    static void run_suite_##name(void);                                                            \
+    int suite_##name(void);                                                                        \
+    int suite_##name(void)                                                                         \
+    {                                                                                              \
+        UNITY_BEGIN();                                                                             \
+        before_each_test = set_up;                                                                 \
+        run_suite_##name();                                                                        \
+        return UNITY_END();                                                                        \
+    }                                                                                              \
+    static void run_suite_##name(void)
+
+#endif
