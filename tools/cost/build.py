@@ -238,8 +238,8 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
 
 
 def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path:
-    """Links nothing but a user's program that does `what` (target/use.inc): it is the entry, and the
-    linker drops the rest."""
+    """Links nothing but a user's program that does `what` (target/use.inc): it is the entry, and
+    the linker drops the rest."""
     name = f"use_{what}_{n}_{m}"
     target = place.work / wanted.name / f"{name}.elf"
     return linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)

@@ -36,8 +36,8 @@ KINDS = (RUNTIME, FIXED, FIXED_DENSE)
 GCC, CLANG = "gcc-O2", "clang-Oz"  # with the library's own flags (CMakeLists.txt)
 PROFILES = (GCC, CLANG)
 
-# Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is none,
-# and not in an AVR's flash.
+# Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is
+# none, and not in an AVR's flash.
 FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
 # What is beside the filter, on one core of each kind.
 MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}

@@ -1,4 +1,4 @@
-"""The processors: how each is emulated, and what compiles for it, which tests/target/cores.sh knows."""
+"""The processors: how each is emulated, and what compiles for it (tests/target/cores.sh knows)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What a program's ELF file says: symbols, bytes to load, bytes in flash; and the instructions in it,
-as objdump lists them."""
+"""What a program's ELF file says: symbols, bytes to load, bytes in flash; and the instructions in
+it, as objdump lists them."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 The program runs at full speed until it announces a region (target/program.h) and then enters the
 function that the region is about; from there to its return every basic block is counted.  A region
-without a function lasts until the next mark.  A block's instructions all count: an instruction of an IT
-block whose condition fails takes its turn, too, on the hardware.
+without a function lasts until the next mark.  A block's instructions all count: an instruction of
+an IT block whose condition fails takes its turn, too, on the hardware.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ class Emulator:
         self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
 
     def count_regions(self, functions: dict[int, str]) -> dict[int, Counted]:
-        """A call of the function of each region, of several the most; all of a region without one."""
+        """A call of each region's function, of several the most; all of a region without one."""
         found: dict[int, list[Counted]] = {}
         marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
         places = list(marks.values())

@@ -1,4 +1,4 @@
-"""Builds programs, runs them in their emulators, two at a time, and makes the table's rows of them."""
+"""Builds programs, runs them in their emulators, two at a time, and makes the table's rows."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of c
 
 def section(rows: tuple[Row, ...]) -> str:
     by_key = {row.key: row for row in rows}
-    tables = (card_table(rows), STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
-    return "\n\n".join(tables)
+    instructions = (STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
+    return "\n\n".join((card_table(rows), *instructions))
 
 
 def rewritten(path: Path, rows: tuple[Row, ...]) -> str:
@@ -194,8 +194,8 @@ def module_table(by_key: Rows) -> str:
 
 
 def module_cells(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
-    """Of one core, instructions at each size; none where it has no such function, or None where some
-    figures are missing."""
+    """Of one core, instructions at each size; none where it has no such function, or None where
+    some figures are missing."""
     keys = [(*where, *size, kind, GCC, what) for size in MODULE_SIZES]
     found = [str(by_key[key].instructions) for key in keys if key in by_key]
     return found if len(found) in (0, len(keys)) else None

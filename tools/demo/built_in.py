@@ -1,6 +1,6 @@
 """The data sets that ship with the demo: the Nile, and a track that is simulated.
 
-The track is in the plane, of constant velocity disturbed by white noise, its positions measured with
+The track is in the plane, of constant velocity disturbed by white noise, positions measured with
 noise, with a stretch without measurements.  The same seed gives the same track on every machine.
 """
 

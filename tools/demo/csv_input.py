@@ -2,8 +2,8 @@
 
 Rows are counted as an editor counts lines, from 1.  Lines that begin with `#` are comments.  The
 first row may be a header: a row without any number in it.  An empty field or `nan` is a
-measurement that is missing.  Fields are separated by commas, or by semicolons or tabs where the first
-row has one of these and no comma; numbers have a decimal point.
+measurement that is missing.  Fields are separated by commas, or by semicolons or tabs where the
+first row has one of these and no comma; numbers have a decimal point.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def raw_rows(path: Path) -> Iterator[Row]:
 
 
 def separator_of(file: TextIO) -> str:
-    """What the first row that is no comment has between its fields; the file is at its begin again."""
+    """What the first row that is no comment has between its fields; then back to the begin."""
     first = next((line for line in file if line.strip() and not line.lstrip().startswith("#")), "")
     file.seek(0)
     others = [mark for mark in ";\t" if mark in first]

@@ -1,5 +1,5 @@
-"""What the programs and the reference give: means and standard deviations by step, iterations of EM; and
-both as CSVs."""
+"""What the programs and the reference give: means and standard deviations by step, iterations of
+EM; and both as CSVs."""
 
 from __future__ import annotations
 

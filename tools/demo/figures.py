@@ -1,6 +1,9 @@
-"""The figures: data, filtered and smoothed mean with their 95 % bands, gaps, forecast, and how far each
-arithmetic is from the reference; of an estimate, how the log-likelihood rises, and what the smoother
-makes of the data with the guess and with the estimate."""
+"""The figures: data, filtered and smoothed mean with their 95 % bands, gaps, forecast, and how far
+each arithmetic is from the reference; of an estimate, how the log-likelihood rises, and what the
+smoother makes of the data with the guess and with the estimate.
+
+The curves are those of one arithmetic: drawn on top of each other they would look the same.
+"""
 
 from __future__ import annotations
 

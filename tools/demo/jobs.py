@@ -1,5 +1,5 @@
-"""What is run: a state-space model with its data, how to call it, and the ranges that fixed point asks
-for.
+"""What is run: a state-space model with its data, how to call it, and the ranges that fixed point
+asks for.
 
     x[t+1] = A x[t] + w, w ~ N(0, Q);  z[t] = H x[t] + v, v ~ N(0, R)
 
@@ -159,8 +159,8 @@ def runs_of(missing: np.ndarray) -> list[tuple[int, int]]:
 
 # ---- ranges ----------------------------------------------------------------------------------
 
-# In firmware they are known beforehand (the span of a sensor, the size of a workspace).  Here they are the
-# user's --range, or derived from the data:
+# In firmware they are known beforehand (the span of a sensor, the size of a workspace).  Here they
+# are the user's --range, or derived from the data:
 #
 #     measurement   4 times the largest |z|; to that the data's span counts once more for every
 #                   stretch as long as the data that is to be forecast, and |x0| and one sigma of
@@ -169,9 +169,9 @@ def runs_of(missing: np.ndarray) -> list[tuple[int, int]]:
 #                   across its range in one step (a velocity: that range / dt).  Derived ranges
 #                   are not below |x0| plus one sigma of P0.
 #
-# A factor of 4 is two integer bits in reserve: for what the state does where nothing is measured, and for
-# measurements to come.  The price is small: of a word's 31 bits 29 are left, and behind a state's word
-# the filter keeps 24 more.
+# A factor of 4 is two integer bits in reserve: for what the state does where nothing is measured,
+# and for measurements to come.  The price is small: of a word's 31 bits 29 are left, and behind a
+# state's word the filter keeps 24 more.
 MARGIN = 4.0
 
 

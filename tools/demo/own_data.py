@@ -1,5 +1,5 @@
-"""The user's data: a model of what the CSV holds, its noise estimated by the method of moments where it
-is not given."""
+"""The user's data: a model of what the CSV holds, its noise estimated by the method of moments
+where it is not given."""
 
 from __future__ import annotations
 
@@ -32,10 +32,7 @@ class Given:
     to_estimate: bool = False
 
 
-NOTHING = Given()
-
-
-def local_level(path: Path, given: Given = NOTHING) -> Job:
+def local_level(path: Path, given: Given) -> Job:
     data = csv_input.read(path, csv_input.LOCAL_LEVEL)
     step = time_step(path, data, given.dt)
     z = data.values[:, 0]
@@ -47,11 +44,10 @@ def local_level(path: Path, given: Given = NOTHING) -> Job:
     mean, sigma = spread(z, found_r)
     name = data.names[0]
     model = jobs.local_level(name, found_q, found_r, mean, (PRIOR_WIDTH * sigma) ** 2)
-    note = jobs.noise_text(model, origin(given.q), origin(given.r))
-    return users_job(path, data, model, step, given, note)
+    return users_job(path, data, model, step, given)
 
 
-def constant_velocity(path: Path, given: Given = NOTHING) -> Job:
+def constant_velocity(path: Path, given: Given) -> Job:
     data = csv_input.read(path, csv_input.POSITIONS)
     step = time_step(path, data, given.dt)
     try:
@@ -62,13 +58,10 @@ def constant_velocity(path: Path, given: Given = NOTHING) -> Job:
     x0, p0 = velocity_prior(data, noise, step)
     density, variance = zip(*noise)
     model = jobs.constant_velocity(data.names, step, density, variance, x0, p0)
-    note = jobs.noise_text(model, origin(given.q), origin(given.r))
-    return users_job(path, data, model, step, given, note)
+    return users_job(path, data, model, step, given)
 
 
-def users_job(
-    path: Path, data: Measurements, model: Model, step: float, given: Given, note: str
-) -> Job:
+def users_job(path: Path, data: Measurements, model: Model, step: float, given: Given) -> Job:
     return Job(
         name=f"{path.stem}_kalmanq",
         title=f"{one_line(path.name, 60)}: {model.kind}",
@@ -79,7 +72,7 @@ def users_job(
         ahead=FORECAST_STEPS if given.ahead is None else given.ahead,
         to_estimate=given.to_estimate,
         range=given.range,
-        note=note,
+        note=jobs.noise_text(model, origin(given.q), origin(given.r)),
         inputs=[path],
     )
 
@@ -137,20 +130,20 @@ def origin(given: float | None) -> str:
 
 # ---- the method of moments -------------------------------------------------------------------
 
-# Differences remove the level (or the position and the velocity), and what is left has variances that are
-# known functions of q and r.
+# Differences remove the level (or the position and the velocity), and what is left has variances
+# that are known functions of q and r.
 #
 # Local level, first differences d[t] = z[t+1] - z[t] = w + v' - v:
 #
 #     c0 = var d = q + 2 r        c1 = cov(d[t], d[t+1]) = -r
 #
-# Constant velocity, second differences s[t] = z[t+2L] - 2 z[t+L] + z[t] over a stride of L steps, that is
-# over h = L dt:
+# Constant velocity, second differences s[t] = z[t+2L] - 2 z[t+L] + z[t] over a stride of L steps,
+# that is over h = L dt:
 #
 #     var s = 6 r + (2/3) q h^3   cov(s[t], s[t+L]) = -4 r + (1/6) q h^3
 #
-# r is taken from L = 1, where the noise of the measurements stands out; q from the shortest stride at which
-# the motion does (or the longest that the data allow).
+# r is taken from L = 1, where the noise of the measurements stands out; q from the shortest stride
+# at which the motion does (or the longest that the data allow).
 FEWEST = 4  # products that a moment is averaged over
 SMALLEST = 1e-4  # of the variance of the differences: no estimate is below it
 

@@ -1,7 +1,4 @@
-"""What the figures are drawn from: bands, gaps, forecasts, labels.
-
-The curves are those of one arithmetic: drawn on top of each other they would look the same.
-"""
+"""What the figures are drawn from: bands, gaps, forecasts, labels."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The tables: log-likelihood, errors, memory, below it the formats of fixed point; of an estimate its noise
-and log-likelihood at the guess, on the way and at the end."""
+"""The tables: log-likelihood, errors, memory, below it the formats of fixed point; of an estimate
+its noise and log-likelihood at the guess, on the way and at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs the demo's programs (run.c, estimate.c) and the reference on a job, and reads what they answer."""
+"""Runs the demo's programs (run.c, estimate.c) and the reference on a job; reads their answers."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What the tools write: files that appear whole or not at all, CSVs, the terminal.
 
-A file is written under a temporary name beside its place, and renamed once all that belong together are
-complete.
+A file is written under a temporary name beside its place, and renamed once all that belong together
+are complete.
 """
 
 from __future__ import annotations

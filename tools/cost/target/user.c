@@ -1,7 +1,6 @@
 /*
- * A user's own functions, each in a program that needs it.  With KQ_COST_FIXED: those for one size, USER_N,
- * USER_M, OPTIONS; the one place that knows how the library is specialised.  Without: those for one
- * sample.
+ * A user's own functions.  With KQ_COST_FIXED those for one size, USER_N, USER_M, OPTIONS: the one
+ * place that knows how the library is specialised.  Without it those for one sample.
  */
 #include "program.h"
 

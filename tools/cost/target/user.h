@@ -1,4 +1,4 @@
-/* Declares the functions of user.c, after program.h: those for one sample once, */
+/* Declares the functions of user.c, after program.h: those for one sample, */
 #ifndef KALMANQ_COST_USER_H
 #define KALMANQ_COST_USER_H
 
@@ -20,7 +20,7 @@ kq_status T(user_adapted)(T(kq_adaptation) * tuner, T(kq_filter) * f, const word
 
 #endif
 
-/* and those for the size N, M once for each size. */
+/* and, once for each size, those for N and M. */
 #ifdef KQ_COST_FIXED
 kq_status SIZED(user_predict)(T(kq_filter) * f, const T(kq_process) * p, const word *u);
 kq_status SIZED(user_update)(T(kq_filter) * f, const T(kq_sensor) * s, const word *z);
