@@ -176,7 +176,8 @@ def objects(place: Place, wanted: Program) -> list[Path]:
 def program_text(place: Place, wanted: Program) -> str:
     """C that includes everything once for each size."""
     subject = "textbook" if wanted.arithmetic in TEXTBOOK else "library"
-    lines = ['#include "program.h"']
+    modules = ['#include "modules.inc"'] * (wanted.group == MODULES)
+    lines = ['#include "program.h"', *modules]
     for index, (n, m) in enumerate(wanted.dimensions):
         lines += [
             f"#define N {n}",
@@ -185,7 +186,7 @@ def program_text(place: Place, wanted: Program) -> str:
             run([str(place.model), numbers(wanted), *map(str, (n, m, wanted.controls))]),
             f'#include "{subject}.inc"',
             '#include "use.inc"',
-            '#include "modules.inc"' if wanted.group == MODULES else '#include "run.inc"',
+            *(modules or ['#include "run.inc"']),
             *(f"#undef {name}" for name in ("N", "M", "REGION")),
         ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)

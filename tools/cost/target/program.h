@@ -1,7 +1,7 @@
 /*
- * What every program for a target begins with: what it tells the emulator, what it is about, that is
- * kalmanq in one arithmetic (KQ_COST_f32, ..._f64, ..._q31) or a textbook filter (KQ_COST_TEXTBOOK,
- * of floats or of KQ_COST_q16), and how names are made.
+ * What every program for a target begins with: what it tells the emulator, what it is about, that
+ * is kalmanq in one arithmetic (KQ_COST_f32, ..._f64, ..._q31) or a textbook filter
+ * (KQ_COST_TEXTBOOK, of floats or of KQ_COST_q16), and how names are made.
  */
 #ifndef KALMANQ_COST_PROGRAM_H
 #define KALMANQ_COST_PROGRAM_H

@@ -21,7 +21,7 @@ kq_status T(user_adapted)(T(kq_adaptation) * tuner, T(kq_filter) * f, const word
 #endif
 
 /* and, once for each size, those for N and M. */
-#ifdef KQ_COST_FIXED
+#if defined(KQ_COST_FIXED) && defined(N)
 kq_status SIZED(user_predict)(T(kq_filter) * f, const T(kq_process) * p, const word *u);
 kq_status SIZED(user_update)(T(kq_filter) * f, const T(kq_sensor) * s, const word *z);
 kq_status SIZED(user_step)(T(kq_filter) * f, const T(kq_process) * p, const word *u,
