@@ -16,12 +16,12 @@ def main() -> None:
     sys.dont_write_bytecode = True
     sys.path.insert(0, str(TOOLS / "cost"))
     try:
-        import cli
+        import command_line
     except ModuleNotFoundError as problem:
         if os.environ.get("KQ_COST_READY"):
             sys.exit(f"cost: {problem}, for {sys.executable}")
         os.execvp("bash", ["bash", "-c", SETUP, str(TOOLS), *sys.argv[1:]])
-    cli.app(prog_name="tools/cost.py")
+    command_line.app(prog_name="tools/cost.py")
 
 
 if __name__ == "__main__":

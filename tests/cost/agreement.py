@@ -8,24 +8,18 @@ tick of 40 instructions; the loop takes about ten instructions each time.
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools" / "cost"))
+sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 
 from cases import GCC, Choice, programs
-from run_all import run_all
+from cores import BY_NAME, ask
+from measure import measure_all
 
-COMPILE = (
-    "arm-none-eabi-gcc -mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c11 -O2 "
-    "-ffp-contract=fast -fno-math-errno -fno-tree-loop-distribute-patterns -Iinclude "
-    "tests/target/pair_cost.c port/boards/cortex_m.c "
-    "src/kq_filter_f32.c --specs=rdimon.specs -nostartfiles -Lport/boards -T port/boards/mps2.ld -lm -o"
-)
-EMULATE = "qemu-system-arm -M mps2-an386 -nographic -semihosting -icount shift=0 -kernel"
+FLAGS = "-std=c11 -O2 -ffp-contract=fast -Iinclude tests/target/pair_cost.c src/kq_filter_f32.c"
 LOOP = range(5, 20)  # instructions of the loop, give or take rounding
 
 
@@ -43,11 +37,14 @@ def main(work: str) -> int:
 
 
 def counted_by_qemu(program: Path) -> dict[int, int]:
-    subprocess.run([*COMPILE.split(), str(program)], cwd=ROOT, check=True, capture_output=True)
-    done = subprocess.run(
-        [*EMULATE.split(), str(program)], check=True, capture_output=True, text=True,
-        timeout=float(os.environ.get("KQ_TIME_LIMIT", "1800")),
+    linker, profile, libraries, emulator = (
+        answer.split()
+        for answer in ask(BY_NAME["m4f"], "gcc", "linker", "profile", "libraries", "emulator")
     )
+    build = [*linker, *profile, *FLAGS.split(), *libraries, "-o", str(program)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    counting = [*emulator, str(program), "-icount", "shift=0"]
+    done = subprocess.run(counting, check=True, capture_output=True, text=True, timeout=50)
     rows = (list(map(int, line.split())) for line in done.stdout.splitlines())
     return {n: count for n, _, count in rows}
 
@@ -55,7 +52,7 @@ def counted_by_qemu(program: Path) -> dict[int, int]:
 def counted_here() -> dict[int, int]:
     choice = Choice(("m4f",), ("f32",), ("runtime",), (GCC,), what=("predict", "update"))
     total: dict[int, int] = {}
-    for row in run_all(ROOT, programs(choice))[0].rows:
+    for row in measure_all(ROOT, programs(choice))[0].rows:
         if choice.takes_row(row):
             total[row.n] = total.get(row.n, 0) + row.instructions
     return total

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools" / "cost"))
+sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 
 from cases import FIXED, GCC, RUNTIME, WHAT, Choice, programs
-from errors import CostError
-from row import Row
-from run_all import run_all
+from measure import measure_all
+from shared.errors import told_in_one_line
+from table import Row
 
 
 @dataclass(frozen=True)
@@ -135,12 +135,10 @@ def reached(goal: Goal, rows: list[Row]) -> bool:
 def main() -> int:
     goals = AHEAD if sys.argv[1:] == ["--ahead"] else GOALS
     wanted = list(dict.fromkeys(each for goal in goals for each in programs(goal.choice)))
-    rows = [row for measured in run_all(ROOT, wanted) for row in measured.rows]
+    rows = [row for measured in measure_all(ROOT, wanted) for row in measured.rows]
     return 0 if all([reached(goal, rows) for goal in goals]) else 1
 
 
 if __name__ == "__main__":
-    try:
+    with told_in_one_line("goals"):
         sys.exit(main())
-    except CostError as problem:
-        sys.exit(f"goals: {problem}")

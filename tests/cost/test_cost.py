@@ -11,23 +11,20 @@ from dataclasses import replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools" / "cost"))
+sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 
-import avr
 import build
-import card
-import outputs
+import emulators
 import plot
 import readme
 import table
 from cases import CLANG, FILTER, GCC, LEAN, MODULES, REGIONS, Choice, Own, own_programs, programs
-from compare import compare
-from counted import Counted, most
-from errors import CostError
-from listing import LINE, Instruction, decoded
+from elf import LINE, Instruction, decoded
+from emulators import Counted, most
 from measure import stack_worst
-from row import Row
-from table import Table
+from shared.errors import UserError
+from shared.outputs import Outputs, write
+from table import Row, Table, compare
 from timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
 
 ROW = Row(
@@ -86,7 +83,7 @@ class Tables(unittest.TestCase):
         written = Table(("gcc 1", "gcc 2"), (ROW, without))
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "cost.csv"
-            outputs.write(path, table.to_csv(written))
+            write(path, table.to_csv(written))
             self.assertEqual(table.read(path), written)
             self.assertEqual([path], list(Path(folder).iterdir()))
 
@@ -96,7 +93,7 @@ class Tables(unittest.TestCase):
                 path = Path(folder) / "cost.csv"
                 if content is not None:
                     path.write_text(content, encoding="utf-8")
-                with self.assertRaises(CostError) as caught:
+                with self.assertRaises(UserError) as caught:
                     table.read(path)
                 for word in [str(path), *words]:
                     self.assertIn(word, str(caught.exception))
@@ -105,8 +102,8 @@ class Tables(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "cost.png"
             path.write_text("old")
-            with self.assertRaises(RuntimeError), outputs.staged(path) as temporary:
-                temporary.write_text("half")
+            with self.assertRaises(RuntimeError), Outputs(path.parent) as outputs:
+                outputs.write(path.name, "half")
                 raise RuntimeError
             self.assertEqual(path.read_text(), "old")
             self.assertEqual([path], list(Path(folder).iterdir()))
@@ -161,14 +158,14 @@ class Calls(unittest.TestCase):
 
     def test_avr_counter_may_call_a_region_again(self) -> None:
         lines = ["region 3 100 120 40", "at 2 100", "region 3 90 99 44", "at 4 90"]
-        found = avr.parsed(lines)
+        found = emulators.parsed(lines)
         self.assertEqual((found[3].instructions, found[3].stack), (100, 44))
         self.assertEqual(found[3].by_address, {2: 100})
 
 
 class Programs(unittest.TestCase):
     def test_marks_have_the_order_of_the_cases(self) -> None:
-        text = (ROOT / "tools" / "cost" / "target" / "marks.h").read_text(encoding="utf-8")
+        text = (ROOT / "tools" / "cost" / "target" / "program.h").read_text(encoding="utf-8")
         names = re.findall(r"\bCOST_(?!KINDS)([A-Z_]+),", text)
         self.assertEqual([name.lower() for name in names], list(REGIONS))
 
@@ -225,21 +222,21 @@ class Cards(unittest.TestCase):
         update = replace(ROW, what="update", instructions_worst=7777)
         clang = replace(ROW, profile=CLANG, flash_program=11000)
         lean = replace(ROW, what=LEAN, flash_program=7000, ram_program=100, stack_worst=400)
-        (line,) = card.cards((ROW, lean, smooth, update, clang))
+        (line,) = readme.cards((ROW, lean, smooth, update, clang))
         self.assertEqual(
             line.cells(),
             ["Cortex-M3", "q31", "4, 2", "12000, 11000", "", "7000", "16000", "300", "100", "5000",
              "800", "400", "850", "1000", "7777", "16 + 2 kB", "16 + 1 kB", "32 + 8 kB"],
         )  # fmt: skip
-        self.assertEqual(len(line.cells()), len(card.TITLES))
-        self.assertEqual(list(card.cards((ROW, update))), [])
+        self.assertEqual(len(line.cells()), len(readme.TITLES))
+        self.assertEqual(list(readme.cards((ROW, update))), [])
 
     def test_a_part_holds_the_start_up_and_the_stack(self) -> None:
         edge = replace(ROW, flash_program=15 * 1024, ram_program=1000, stack_worst=24)
-        self.assertEqual(card.part(edge), "16 + 1 kB")
-        self.assertEqual(card.part(replace(edge, flash_program=15 * 1024 + 1)), "32 + 1 kB")
-        self.assertEqual(card.part(replace(edge, stack_worst=25)), "16 + 2 kB")
-        self.assertEqual(card.part(replace(edge, flash_program=70000)), "> 64 + 1 kB")
+        self.assertEqual(readme.part(edge), "16 + 1 kB")
+        self.assertEqual(readme.part(replace(edge, flash_program=15 * 1024 + 1)), "32 + 1 kB")
+        self.assertEqual(readme.part(replace(edge, stack_worst=25)), "16 + 2 kB")
+        self.assertEqual(readme.part(replace(edge, flash_program=70000)), "> 64 + 1 kB")
 
     def test_a_size_of_ones_own_is_measured_with_both_compilers(self) -> None:
         wanted = own_programs(Choice(("m3",), ("q31",), profile=(GCC,)), Own(5, 2, 1))
@@ -278,7 +275,7 @@ class Readme(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "README.md"
             path.write_text(f"{readme.END}\n{readme.BEGIN}\n")
-            with self.assertRaises(CostError):
+            with self.assertRaises(UserError):
                 readme.rewritten(path, (ROW,))
 
 

@@ -18,22 +18,21 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 DEMO = ROOT / "tools" / "demo"
-sys.path.insert(0, str(DEMO))
+sys.path[:0] = [str(DEMO), str(ROOT / "tools")]
 
+import built_in
 import csv_input
 import jobs
-import models
-import moments
-import ranges
+import own_data
 import reference
 import report
 import runner
-import simulate
-from demo import ARITHMETICS, ESTIMATING
-from errors import InputError
-from job import Job
-from learning import Course
-from outputs import Outputs
+from estimates import REFERENCE, Course
+from jobs import Job
+from own_data import Given
+from runner import ARITHMETICS, ESTIMATING
+from shared.errors import FileError
+from shared.outputs import Outputs
 
 NILE = ROOT / "tools" / "data" / "nile.csv"
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -323,7 +322,7 @@ class Programs(ProgramTest):
 
     def test_against_the_reference(self) -> None:
         """Missing components, several axes, a forecast: as the textbook has it."""
-        job = jobs.track(7)
+        job = built_in.track(7)
         z = job.z.copy()
         z[20:30, 0] = np.nan
         z[0, 1] = np.nan
@@ -362,7 +361,7 @@ class Estimation(ProgramTest):
 
     def test_the_nile(self) -> None:
         """Four digits of what Durbin and Koopman publish."""
-        guess = jobs.nile(ROOT, None)
+        guess = built_in.nile(ROOT, None)
         for arithmetic in ESTIMATING:
             with self.subTest(arithmetic):
                 course = estimate(arithmetic, guess)
@@ -373,7 +372,7 @@ class Estimation(ProgramTest):
                 self.assert_highest(course, guess.z, 1e-2)
 
     def test_the_log_likelihood_rises(self) -> None:
-        guess = jobs.nile(ROOT, None)
+        guess = built_in.nile(ROOT, None)
         for arithmetic, rounding in (("f32", 2e-4), ("f64", 1e-11)):
             with self.subTest(arithmetic):
                 found = estimate(arithmetic, guess).log_likelihood
@@ -382,7 +381,7 @@ class Estimation(ProgramTest):
                 self.assertAlmostEqual(found[-1] - found[0], 4.2202, delta=rounding + 5e-5)
 
     def test_every_log_likelihood_is_that_of_its_noise(self) -> None:
-        guess = jobs.track(0)
+        guess = built_in.track(0)
         course = estimate("f64", guess)
         for k in (0, 1, 10, course.last):
             true = reference.run(course.models[k], guess.z, 0)
@@ -390,10 +389,10 @@ class Estimation(ProgramTest):
 
     def test_two_axes_with_a_dropout(self) -> None:
         """Q stays a multiple of the guess, R diagonal; both come near the truth."""
-        settings = simulate.Settings(seed=9, steps=1500, beyond=0)
-        made = simulate.simulate(settings)
+        settings = built_in.Settings(seed=9, steps=1500, beyond=0)
+        made = built_in.simulate(settings)
         x0, p0 = [0.0] * 4, [1e4, 1e2, 1e4, 1e2]
-        model = models.constant_velocity(("x", "y"), 1.0, [1.0, 1.0], [9.0, 900.0], x0, p0)
+        model = jobs.constant_velocity(("x", "y"), 1.0, [1.0, 1.0], [9.0, 900.0], x0, p0)
         guess = Job("track", "", model, made.z, made.time, 1.0, 0)
         for arithmetic in ESTIMATING:
             with self.subTest(arithmetic):
@@ -426,37 +425,37 @@ class Estimation(ProgramTest):
 
 class Simulator(unittest.TestCase):
     def test_the_seed_determines_the_track(self) -> None:
-        settings = simulate.Settings()
-        first, second = simulate.simulate(settings), simulate.simulate(settings)
-        self.assertEqual(simulate.to_csv(first), simulate.to_csv(second))
-        other = simulate.simulate(simulate.Settings(seed=settings.seed + 1))
+        settings = built_in.Settings()
+        first, second = built_in.simulate(settings), built_in.simulate(settings)
+        self.assertEqual(built_in.track_csv(first), built_in.track_csv(second))
+        other = built_in.simulate(built_in.Settings(seed=settings.seed + 1))
         self.assertFalse(np.array_equal(first.truth, other.truth))
 
     def test_the_numbers_of_a_known_seed(self) -> None:
-        track = simulate.simulate(simulate.Settings(seed=1))
+        track = built_in.simulate(built_in.Settings(seed=1))
         noise = np.random.RandomState(1).standard_normal(2)
         np.testing.assert_allclose(noise, [1.62434536, -0.61175641], atol=1e-8)
         np.testing.assert_allclose(track.z[0], np.round(8 * noise, 3))
 
     def test_the_length_of_the_forecast_does_not_change_the_data(self) -> None:
-        short = simulate.simulate(simulate.Settings(beyond=0))
-        long = simulate.simulate(simulate.Settings(beyond=50))
+        short = built_in.simulate(built_in.Settings(beyond=0))
+        long = built_in.simulate(built_in.Settings(beyond=50))
         np.testing.assert_array_equal(short.z, long.z)
         np.testing.assert_array_equal(short.truth, long.truth[: len(short.truth)])
 
     def test_the_dropout(self) -> None:
-        missing = np.isnan(simulate.simulate(simulate.Settings()).z)
+        missing = np.isnan(built_in.simulate(built_in.Settings()).z)
         self.assertEqual(missing.sum(axis=0).tolist(), [30, 30])
-        self.assertEqual(jobs.track(None).gaps(0, 1), [(75, 104)])
+        self.assertEqual(built_in.track(None).gaps(0, 1), [(75, 104)])
 
     def test_the_truth_follows_the_model(self) -> None:
-        settings = simulate.Settings(steps=20000, beyond=0, q=0.05, dt=2.0)
-        track = simulate.simulate(settings)
+        settings = built_in.Settings(steps=20000, beyond=0, q=0.05, dt=2.0)
+        track = built_in.simulate(settings)
         for axis in track.truth[:, :2], track.truth[:, 2:]:
             step = np.array([[1.0, 2.0], [0.0, 1.0]])
             noise = axis[1:] - axis[:-1] @ step.T
             found = noise.T @ noise / len(noise)
-            np.testing.assert_allclose(found, 0.05 * models.velocity_noise(2.0), rtol=0.05)
+            np.testing.assert_allclose(found, 0.05 * jobs.velocity_noise(2.0), rtol=0.05)
 
 
 class Reference(unittest.TestCase):
@@ -464,7 +463,7 @@ class Reference(unittest.TestCase):
         """Prior N(0, a^2), k measurements of variance s^2: known in closed form."""
         a2, s2, count = 9.0, 4.0, 12
         z = np.random.RandomState(3).standard_normal((count, 1)) + 5
-        found = reference.run(models.local_level("level", 0.0, s2, 0.0, a2), z, 0)
+        found = reference.run(jobs.local_level("level", 0.0, s2, 0.0, a2), z, 0)
         k = np.arange(1, count + 1)
         mean = a2 / (a2 + s2 / k) * np.cumsum(z) / k
         np.testing.assert_allclose(found.filtered.mean[:, 0], mean, rtol=1e-12)
@@ -478,7 +477,7 @@ class Reference(unittest.TestCase):
 
     def test_one_update_and_one_prediction(self) -> None:
         P0 = np.array([[0.4, 0.3], [0.3, 0.45]])
-        model = models.Model(
+        model = jobs.Model(
             "rocket", ("a", "b"), ("a", "b"), np.diag([1.2, -0.2]), 0.3 * P0, np.eye(2), 0.5 * P0,
             np.array([0.2, -0.2]), P0,
         )
@@ -491,7 +490,7 @@ class Reference(unittest.TestCase):
 
     def test_smoothing_is_least_squares(self) -> None:
         """All steps at once, with measurements missing: one weighted least-squares problem."""
-        model = models.constant_velocity(("x",), 0.5, [0.7], [2.0], [1.0, -1.0], [9.0, 4.0])
+        model = jobs.constant_velocity(("x",), 0.5, [0.7], [2.0], [1.0, -1.0], [9.0, 4.0])
         z = np.random.RandomState(4).standard_normal((8, 1)) * 3
         z[[2, 3]] = np.nan
         precision = np.zeros((16, 16))
@@ -517,8 +516,8 @@ class Reference(unittest.TestCase):
 
     def test_process_noise_over_two_steps(self) -> None:
         step = np.array([[1.0, 0.3], [0.0, 1.0]])
-        once = models.velocity_noise(0.3)
-        np.testing.assert_allclose(step @ once @ step.T + once, models.velocity_noise(0.6))
+        once = jobs.velocity_noise(0.3)
+        np.testing.assert_allclose(step @ once @ step.T + once, jobs.velocity_noise(0.6))
 
 
 class Moments(unittest.TestCase):
@@ -526,25 +525,25 @@ class Moments(unittest.TestCase):
         random = np.random.RandomState(5)
         level = np.cumsum(random.standard_normal(50000)) * 2
         z = level + 3 * random.standard_normal(50000)
-        q, r = moments.local_level(z, None, None)
+        q, r = own_data.level_noise(z, None, None)
         np.testing.assert_allclose([q, r], [4, 9], rtol=0.1)
-        np.testing.assert_allclose(moments.local_level(z, None, 9.0), [4, 9], rtol=0.1)
-        np.testing.assert_allclose(moments.local_level(z, 4.0, None), [4, 9], rtol=0.1)
-        self.assertEqual(moments.local_level(z[:1], 1.0, 2.0), (1.0, 2.0))
+        np.testing.assert_allclose(own_data.level_noise(z, None, 9.0), [4, 9], rtol=0.1)
+        np.testing.assert_allclose(own_data.level_noise(z, 4.0, None), [4, 9], rtol=0.1)
+        self.assertEqual(own_data.level_noise(z[:1], 1.0, 2.0), (1.0, 2.0))
 
     def test_constant_velocity(self) -> None:
-        settings = simulate.Settings(seed=6, steps=5000, dt=0.5, q=0.4, r=25.0)
-        z = simulate.simulate(settings).z[:, 0]
-        q, r = moments.constant_velocity(z, 0.5, None, None)
+        settings = built_in.Settings(seed=6, steps=5000, dt=0.5, q=0.4, r=25.0)
+        z = built_in.simulate(settings).z[:, 0]
+        q, r = own_data.axis_noise(z, 0.5, None, None)
         np.testing.assert_allclose([q, r], [0.4, 25], rtol=0.3)
-        np.testing.assert_allclose(moments.constant_velocity(z, 0.5, 0.4, None)[1], 25, rtol=0.1)
+        np.testing.assert_allclose(own_data.axis_noise(z, 0.5, 0.4, None)[1], 25, rtol=0.1)
 
     def test_estimates_stay_positive(self) -> None:
         random = np.random.RandomState(7)
         for z in (np.full(20, 5.0), np.zeros(20), np.arange(20.0), random.standard_normal(20)):
             for estimate in (
-                moments.local_level(z, None, None),
-                moments.constant_velocity(z, 1.0, None, None),
+                own_data.level_noise(z, None, None),
+                own_data.axis_noise(z, 1.0, None, None),
             ):
                 self.assertTrue(all(value > 0 for value in estimate), estimate)
 
@@ -552,23 +551,23 @@ class Moments(unittest.TestCase):
 class Ranges(InDirectory):
     def test_of_the_track(self) -> None:
         """With a margin of 4, and further by as much as the forecast adds to the time."""
-        job = jobs.track(75)
+        job = built_in.track(75)
         reach = np.nanmax(np.abs(job.z), axis=0)
         reach += (np.nanmax(job.z, axis=0) - np.nanmin(job.z, axis=0)) * 75 / 150
-        found = ranges.of(job)
+        found = jobs.ranges_of(job)
         np.testing.assert_allclose(found.measured, 4 * reach)
         np.testing.assert_allclose(found.states, np.repeat(4 * reach, 2))  # dt is 1 s
 
     def test_declared(self) -> None:
         path = self.file("walk.csv", "time,x\n0,1\n0.5,2\n1,4\n1.5,3\n2,5\n2.5,4\n")
-        job = jobs.constant_velocity(path, 1.0, 1.0, None, 100.0, None)
-        found = ranges.of(job)
+        job = own_data.constant_velocity(path, Given(q=1.0, r=1.0, range=100.0))
+        found = jobs.ranges_of(job)
         np.testing.assert_allclose(found.measured, [100])
         np.testing.assert_allclose(found.states, [100, 200])
 
     def test_never_below_the_prior_or_the_noise(self) -> None:
         path = self.file("flat.csv", "0\n0\n0\n0\n")
-        found = ranges.of(jobs.local_level(path, 1.0, 4.0, None, None, 0))
+        found = jobs.ranges_of(own_data.local_level(path, Given(q=1.0, r=4.0, ahead=0)))
         np.testing.assert_allclose(found.measured, [4 * 2])
         np.testing.assert_allclose(found.states, [10 * 2])
 
@@ -602,7 +601,7 @@ class Input(InDirectory):
         self.assertIsNone(data.time)
 
     def test_errors_are_input_errors(self) -> None:
-        with self.assertRaises(InputError):
+        with self.assertRaises(FileError):
             csv_input.read(self.directory / "none.csv", csv_input.LOCAL_LEVEL)
 
 
@@ -635,7 +634,7 @@ class EndToEnd(InDirectory):
     def assert_close(self, path: Path, names: list[str], limit: float) -> None:
         """Every arithmetic against the reference in a file of results, in standard deviations."""
         rows = read_csv(path)
-        true = [row for row in rows if row["arithmetic"] == report.REFERENCE]
+        true = [row for row in rows if row["arithmetic"] == REFERENCE]
         for arithmetic in ARITHMETICS:
             found = [row for row in rows if row["arithmetic"] == arithmetic]
             self.assertEqual(len(found), len(true))
@@ -694,7 +693,7 @@ class EndToEnd(InDirectory):
         self.assertEqual(len(read_csv(self.out / "my level_kalmanq.csv")), 4 * 53)
 
     def test_a_track_of_ones_own(self) -> None:
-        track = simulate.simulate(simulate.Settings(seed=8, steps=120, dt=0.1))
+        track = built_in.simulate(built_in.Settings(seed=8, steps=120, dt=0.1))
         for axes in (1, 2, 3):
             z = np.column_stack([track.z, track.z[:, 0]])[:, :axes]
             path = self.file(f"walk{axes}.csv", csv_rows(z))
@@ -715,7 +714,7 @@ class EndToEnd(InDirectory):
         self.assert_close(self.out / "flow_kalmanq.csv", names, 1e-4)
 
     def test_an_estimate_of_a_track(self) -> None:
-        track = simulate.simulate(simulate.Settings(seed=8, steps=120, beyond=0))
+        track = built_in.simulate(built_in.Settings(seed=8, steps=120, beyond=0))
         path = self.file("walk.csv", csv_rows(track.z))
         self.run_well(path, "--model", VELOCITY, "--estimate")
         self.assert_plot("walk_kalmanq_em.png")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Sequence
 
 from cases import (
     CALLS, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, REGIONS, ROOTS, RUNTIME, TEXTBOOK, Program,
 )  # fmt: skip
-from commands import run
-from cores import BY_NAME, ROOT, Core, toolchain
+from cores import BY_NAME, ROOT, Core, run, toolchain
 
 TARGET = Path(__file__).resolve().parent / "target"
 TEXTBOOKS = ROOT / "tests" / "cost"
@@ -38,7 +38,7 @@ BEGINNINGS = {
     LEAN: ("sensor.h", "kq_sensor_init_lean_f32"),
 }
 PARTS = ("", "steady_", "adaptation_", "em_")  # of an arithmetic
-SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/samples.c
+SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
 OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
@@ -89,18 +89,17 @@ class Place:
 def model_printer(place: Place) -> None:
     """The host's program that prints the models."""
     sources = [str(path) for path in sorted((place.source / "src").glob("*.c"))]
+    includes = f"-I{place.source / 'include'}"
     run(
-        [
-            "cc",
-            *HOST_FLAGS,
-            f"-I{place.source / 'include'}",
-            str(TARGET / "model.c"),
-            *sources,
-            "-lm",
-            "-o",
-            str(place.model),
-        ]
+        ["cc", *HOST_FLAGS, includes, str(TARGET / "model.c"), *sources, "-lm"]
+        + ["-o", str(place.model)]
     )
+
+
+def avr_counter(place: Place) -> None:
+    """The host's program that runs the AVR's emulator."""
+    source = str(TARGET / "avr_count.c")
+    run(["cc", "-std=gnu11", "-O2", source, "-lsimavr", "-o", str(place.avr_counter)])
 
 
 def library_folder(place: Place, key: tuple[str, str, str]) -> Path:
@@ -120,8 +119,8 @@ def library(place: Place, key: tuple[str, str, str]) -> None:
     for source in library_sources(place, arithmetic):
         compiled(place, BY_NAME[core], profile, source, folder / f"{source.stem}.o")
     if arithmetic not in TEXTBOOK and place.has_modules:
-        flags = (f"-DKQ_COST_{arithmetic}",)
-        compiled(place, BY_NAME[core], profile, TARGET / "samples.c", folder / "samples.o", flags)
+        flags = (f"-DKQ_COST_{arithmetic}", "-DKQ_COST_MODULES")
+        compiled(place, BY_NAME[core], profile, TARGET / "user.c", folder / "samples.o", flags)
 
 
 def library_sources(place: Place, arithmetic: str) -> list[Path]:
@@ -146,7 +145,7 @@ def program(place: Place, wanted: Program) -> Path:
     folder.mkdir(parents=True)
     text = folder / "program.c"
     text.write_text(program_text(place, wanted), encoding="utf-8")
-    compiled(place, core, wanted.profile, text, folder / "program.o")
+    compiled(place, core, wanted.profile, text, folder / "program.o", defined(wanted))
     compiled(place, core, GCC, TARGET / "marks.c", folder / "marks.o")
     for n, m in wanted.dimensions if wanted.sizes != RUNTIME else ():
         user(place, wanted, n, m)
@@ -156,12 +155,11 @@ def program(place: Place, wanted: Program) -> Path:
 def user(place: Place, wanted: Program, n: int, m: int) -> None:
     """A user's file with functions of one size."""
     flags = (
-        f"-DKQ_COST_{wanted.arithmetic}",
+        *defined(wanted),
         f"-DUSER_N={n}",
         f"-DUSER_M={m}",
         f"-DOPTIONS={OPTIONS[wanted.sizes]}",
         f"-DSMOOTHS={int(wanted.smooths(n))}",
-        *["-DSTEADY_ONLY"] * (wanted.group == MODULES),
         f"-I{place.source / 'src'}",
     )
     target = place.work / wanted.name / f"user_{n}_{m}.o"
@@ -178,34 +176,44 @@ def objects(place: Place, wanted: Program) -> list[Path]:
 def program_text(place: Place, wanted: Program) -> str:
     """C that includes everything once for each size."""
     subject = "textbook" if wanted.arithmetic in TEXTBOOK else "library"
-    numbers = NUMBERS.get(wanted.arithmetic, wanted.arithmetic)
-    lines = [
-        f"#define KQ_COST_{numbers}",
-        f"#define CONTROLS {wanted.controls}",
-        *["#define KQ_COST_FIXED"] * (wanted.sizes != RUNTIME),
-        *["#define KQ_COST_MODULES"] * (wanted.group == MODULES),
-        *["#define KQ_COST_ROOTS"] * wanted.has(ROOTS),
-        *["#define KQ_COST_LEAN"] * wanted.has(LEAN),
-        f'#include "{subject}.h"',
-        *['#include "modules.h"'] * (wanted.group == MODULES),
-    ]
+    modules = ['#include "modules.inc"'] * (wanted.group == MODULES)
+    lines = ['#include "program.h"', *modules]
     for index, (n, m) in enumerate(wanted.dimensions):
         lines += [
             f"#define N {n}",
             f"#define M {m}",
             f"#define REGION (COST_KINDS * {index})",
-            run([str(place.model), numbers, *map(str, (n, m, wanted.controls))]),
+            run([str(place.model), numbers(wanted), *map(str, (n, m, wanted.controls))]),
             f'#include "{subject}.inc"',
             '#include "use.inc"',
-            '#include "modules.inc"' if wanted.group == MODULES else '#include "run.inc"',
+            *(modules or ['#include "run.inc"']),
             *(f"#undef {name}" for name in ("N", "M", "REGION")),
         ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)
     return "\n".join([*lines, f"int main(void) {{{calls} cost_end(); return 0; }}", ""])
 
 
+def numbers(wanted: Program) -> str:
+    """What the model is printed as."""
+    return NUMBERS.get(wanted.arithmetic, wanted.arithmetic)
+
+
+def defined(wanted: Program) -> list[str]:
+    """What target/program.h and the texts after it ask for."""
+    asked = {
+        f"KQ_COST_{numbers(wanted)}": True,
+        "KQ_COST_TEXTBOOK": wanted.arithmetic in TEXTBOOK,
+        "KQ_COST_FIXED": wanted.sizes != RUNTIME,
+        "KQ_COST_MODULES": wanted.group == MODULES,
+        "KQ_COST_ROOTS": wanted.has(ROOTS),
+        "KQ_COST_LEAN": wanted.has(LEAN),
+    }
+    names = [name for name, is_so in asked.items() if is_so]
+    return [f"-DCONTROLS={wanted.controls}", *(f"-D{name}" for name in names)]
+
+
 def regions(wanted: Program) -> dict[int, str]:
-    """The function of every region that is about one (target/marks.h)."""
+    """The function of every region that is about one (target/program.h)."""
     return {
         region(what, index): function(wanted, what, n, m)
         for index, (n, m) in enumerate(wanted.dimensions)
@@ -231,8 +239,8 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
 
 
 def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path:
-    """Links nothing but a user's program that does `what` (target/use.inc): it is the entry, and the
-    linker drops the rest."""
+    """Links nothing but a user's program that does `what` (target/use.inc): it is the entry, and
+    the linker drops the rest."""
     name = f"use_{what}_{n}_{m}"
     target = place.work / wanted.name / f"{name}.elf"
     return linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)
@@ -247,7 +255,7 @@ def compiled(
     profile: str,
     source: Path,
     target: Path,
-    flags: tuple[str, ...] = (),
+    flags: Sequence[str] = (),
     is_user: bool = False,
 ) -> None:
     name, level = profile.split("-")
@@ -255,9 +263,10 @@ def compiled(
     includes = [place.source / "include", TARGET, TEXTBOOKS]
     if tools.port and (place.source / "port" / tools.port).is_dir():
         includes.insert(0, place.source / "port" / tools.port)
-    flags += ("-mno-global-merge",) * (name == "clang")  # or no variable would be dropped alone
-    of_profile = tools.user_profile if is_user else tools.profile
-    own = [*FLAGS, f"-{level}", *of_profile, *flags, *(f"-I{path}" for path in includes)]
+    own = [*FLAGS, f"-{level}", *(tools.user_profile if is_user else tools.profile), *flags]
+    if name == "clang":
+        own.append("-mno-global-merge")  # or no variable would be dropped alone
+    own += [f"-I{path}" for path in includes]
     run([*tools.compiler, *own, "-c", str(source), "-o", str(target)])
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from cores import BY_NAME, CORES, Core
-from errors import CostError
-from row import Row
+from shared.errors import UserError
+from table import Row
 
 ROOTS = "roots"  # step, of a program that begins from the roots of Q and P0
 LEAN = "lean"  # step by a lean sensor, of a program that begins from roots and has no other sensor
@@ -27,7 +27,7 @@ CALLS = {
 }
 HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
 COUNTED = tuple(what for what in WHAT if what != ROOTS)
-REGIONS = (*COUNTED, *HIDDEN)  # the order of COST_... in target/marks.h
+REGIONS = (*COUNTED, *HIDDEN)  # the order of COST_... in target/program.h
 MOST = 16  # states, components, controls
 SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
@@ -35,6 +35,15 @@ RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
 KINDS = (RUNTIME, FIXED, FIXED_DENSE)
 GCC, CLANG = "gcc-O2", "clang-Oz"  # with the library's own flags (CMakeLists.txt)
 PROFILES = (GCC, CLANG)
+
+# Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is
+# none, and not in an AVR's flash.
+FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
+# What is beside the filter, on one core of each kind.
+MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}
+
+
+# ---- programs --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -86,43 +95,6 @@ class Program:
         return self.sizes == RUNTIME or (self.arithmetic != "q31" and n <= 6)
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Filters of the command line; an empty one lets everything through."""
-
-    core: tuple[str, ...] = ()
-    arithmetic: tuple[str, ...] = ()
-    sizes: tuple[str, ...] = ()
-    profile: tuple[str, ...] = ()
-    n: tuple[int, ...] = ()
-    what: tuple[str, ...] = ()
-
-    def check(self) -> None:
-        for name, known in KNOWN.items():
-            for value in getattr(self, name):
-                if value not in known:
-                    raise CostError(
-                        f"--{name} {value}: must be one of {', '.join(map(str, known))}"
-                    )
-
-    def takes(self, name: str, value: object) -> bool:
-        wanted = getattr(self, name)
-        return not wanted or value in wanted
-
-    def takes_row(self, row: Row) -> bool:
-        return all(self.takes(name, getattr(row, name)) for name in KNOWN)
-
-
-KNOWN: dict[str, tuple[object, ...]] = {
-    "core": tuple(BY_NAME),
-    "arithmetic": ("f32", "f64", "q31", *TEXTBOOK),
-    "sizes": KINDS,
-    "profile": PROFILES,
-    "n": tuple(n for n, _ in SIZES),
-    "what": WHAT,
-}
-
-
 def programs(choice: Choice) -> list[Program]:
     """The programs for all rows that the choice takes."""
     dimensions = tuple(size for size in SIZES if choice.takes("n", size[0]))
@@ -139,40 +111,6 @@ def programs(choice: Choice) -> list[Program]:
     return [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
 
 
-@dataclass(frozen=True)
-class Own:
-    """A user's own size."""
-
-    states: int
-    components: int
-    controls: int
-
-    def check(self) -> None:
-        for name, value in vars(self).items():
-            least = 0 if name == "controls" else 1
-            if not least <= value <= MOST:
-                raise CostError(f"--{name} {value}: must be from {least} to {MOST}")
-
-
-def own_programs(choice: Choice, own: Own) -> list[Program]:
-    """The programs for its card."""
-    every = programs(replace(choice, sizes=(RUNTIME,), profile=(), what=FILTER, n=()))
-    return [
-        replace(program, dimensions=((own.states, own.components),), controls=own.controls)
-        for program in every
-        if program.arithmetic in ("f32", "q31")
-    ]
-
-
-# Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is none,
-# and not in an AVR's flash.
-FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
-
-
-# What is beside the filter, on one core of each kind.
-MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}
-
-
 def groups_of(core: Core, arithmetic: str, profile: str) -> tuple[tuple[str, ...], ...]:
     all_of_it = profile == GCC and core.name in MODULES_ON.get(arithmetic, ())
     return (FILTER, MODULES) if all_of_it else (FILTER,)
@@ -187,3 +125,67 @@ def profiles_of(core: Core, arithmetic: str, sizes: str) -> tuple[str, ...]:
 def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:
     chosen = core.name in FIXED_ON.get(arithmetic, ())
     return (RUNTIME, FIXED, FIXED_DENSE) if chosen else (RUNTIME,)
+
+
+# ---- what the command line asks for ----------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Filters of the command line; an empty one lets everything through."""
+
+    core: tuple[str, ...] = ()
+    arithmetic: tuple[str, ...] = ()
+    sizes: tuple[str, ...] = ()
+    profile: tuple[str, ...] = ()
+    n: tuple[int, ...] = ()
+    what: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        for name, known in KNOWN.items():
+            for value in getattr(self, name):
+                if value not in known:
+                    raise UserError(
+                        f"--{name} {value}: must be one of {', '.join(map(str, known))}"
+                    )
+
+    def takes(self, name: str, value: object) -> bool:
+        wanted = getattr(self, name)
+        return not wanted or value in wanted
+
+    def takes_row(self, row: Row) -> bool:
+        return all(self.takes(name, getattr(row, name)) for name in KNOWN)
+
+KNOWN: dict[str, tuple[object, ...]] = {
+    "core": tuple(BY_NAME),
+    "arithmetic": ("f32", "f64", "q31", *TEXTBOOK),
+    "sizes": KINDS,
+    "profile": PROFILES,
+    "n": tuple(n for n, _ in SIZES),
+    "what": WHAT,
+}
+
+
+@dataclass(frozen=True)
+class Own:
+    """A user's own size."""
+
+    states: int
+    components: int
+    controls: int
+
+    def check(self) -> None:
+        for name, value in vars(self).items():
+            least = 0 if name == "controls" else 1
+            if not least <= value <= MOST:
+                raise UserError(f"--{name} {value}: must be from {least} to {MOST}")
+
+
+def own_programs(choice: Choice, own: Own) -> list[Program]:
+    """The programs for its card."""
+    every = programs(replace(choice, sizes=(RUNTIME,), profile=(), what=FILTER, n=()))
+    return [
+        replace(program, dimensions=((own.states, own.components),), controls=own.controls)
+        for program in every
+        if program.arithmetic in ("f32", "q31")
+    ]

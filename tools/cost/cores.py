@@ -1,18 +1,19 @@
-"""The processors: how to emulate each, and how to compile for it, which tests/target/cores.sh knows."""
+"""The processors: how each is emulated, and what compiles for it (tests/target/cores.sh knows)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Sequence
 
-from commands import run
+from shared.errors import UserError, one_line, run_program
 
 ROOT = Path(__file__).resolve().parents[2]
-ASK = (
-    'root=$0; . "$root/tests/target/cores.sh"; core_select "$1" "$2"; '
-    'printf "%s\\n" "$compiler" "$gcc" "$profile" "$user_profile" "$port"'
-)
+ASK = 'root=$0; . "$root/tests/target/cores.sh"; core_select "$1" "$2"; printf "%s\\n" '
+TIME_LIMIT = 300  # seconds
+HINT = "bash -c '. tools/setup.sh && kq_setup cost' installs it"
+TELLING = ("error: ", "undefined reference", "cannot find", "will not fit")
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,6 @@ class Toolchain:
     def prefix(self) -> str:
         """Of the binutils."""
         return self.linker[0].removesuffix("gcc")
-
 
 NANO = ("--specs=nano.specs",)  # of newlib: what firmware for small parts is linked with
 
@@ -70,9 +70,39 @@ CORES = (
 BY_NAME = {core.name: core for core in CORES}
 
 
+# ---- compilers and the like ------------------------------------------------------------------
+
+
 @lru_cache(maxsize=None)
 def toolchain(core: Core, compiler: str) -> Toolchain:
     """Of gcc or clang."""
-    lines = run(["sh", "-c", ASK, str(ROOT), core.known_as or core.name, compiler]).splitlines()
-    *commands, port = lines
+    *commands, port = ask(core, compiler, "compiler", "gcc", "profile", "user_profile", "port")
     return Toolchain(*(command.split() for command in commands), port)
+
+
+def ask(core: Core, compiler: str, *variables: str) -> list[str]:
+    """What cores.sh sets these to."""
+    script = ASK + " ".join(f'"${variable}"' for variable in variables)
+    return run(["sh", "-c", script, str(ROOT), core.known_as or core.name, compiler]).splitlines()
+
+
+def compilers() -> tuple[str, ...]:
+    """The first line that each compiler says of itself."""
+    names = [toolchain(core, "gcc").compiler[0] for core in CORES]
+    names.append(toolchain(CORES[0], "clang").compiler[0])
+    return tuple(run([name, "--version"]).splitlines()[0] for name in dict.fromkeys(names))
+
+
+def run(command: Sequence[str]) -> str:
+    """What the command prints, or a UserError with the first line of its complaint."""
+    done = run_program(command, TIME_LIMIT, HINT)
+    if done.returncode:
+        raise UserError(f"{command[0]}: {complaint(done.stderr or done.stdout)}")
+    return done.stdout
+
+
+def complaint(text: str) -> str:
+    """The line that matters most."""
+    lines = [line for line in text.splitlines() if line.strip()] or ["failed"]
+    errors = [line for line in lines if any(word in line for word in TELLING)]
+    return one_line((errors or lines)[0].strip(), 300)

@@ -1,17 +1,24 @@
-"""What an ELF file says: symbols, bytes to load, bytes in flash."""
+"""What a program's ELF file says: symbols, bytes to load, bytes in flash; and the instructions in
+it, as objdump lists them."""
 
 from __future__ import annotations
 
 import bisect
+import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Iterator
 
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
-from errors import CostError
+from cores import run
+from shared.errors import UserError
 
 WRITABLE, ALLOCATED, WITHOUT_BYTES = 1, 2, "SHT_NOBITS"
+LINE = re.compile(r"^ *([0-9a-f]+):\t([0-9a-f ]+?) *\t(\S+)(?:[ \t]+(.*))?$", re.MULTILINE)
+WIDTH = re.compile(r"\.[nw]$")
+REMARK = re.compile(r"\s*[;@#]\s*0x|\s+[;<@]")
 
 
 class Elf:
@@ -27,7 +34,7 @@ class Elf:
 
     def address(self, name: str) -> int:
         if name not in self.symbols:
-            raise CostError(f"{self.path.name}: has no function {name}")
+            raise UserError(f"{self.path.name}: has no function {name}")
         return self.symbols[name]
 
     def function_at(self, address: int) -> str:
@@ -66,3 +73,44 @@ def symbols(elf: ELFFile, mask: int) -> tuple[dict[str, int], set[tuple[int, str
 def is_code(name: str, kind: str) -> bool:
     """Helpers written in assembler are often without a type; $t and the like are not names."""
     return kind == "STT_FUNC" or (kind == "STT_NOTYPE" and not name.startswith(("$", ".L")))
+
+
+# ---- instructions ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Instruction:
+    size: int  # bytes
+    mnemonic: str  # without the width of its encoding: ldr, not ldr.w
+    operands: str
+
+    @property
+    def parts(self) -> list[str]:
+        return [part.strip() for part in self.operands.split(",")]
+
+
+class Listing:
+    """By address; most of a program is never looked at, so decoded late."""
+
+    def __init__(self, objdump: str, program: Path):
+        text = run([objdump, "-d", str(program)])
+        self.lines = {int(match[1], 16): match for match in LINE.finditer(text)}
+        self.known: dict[int, Instruction] = {}
+
+    def __contains__(self, address: int) -> bool:
+        return address in self.lines
+
+    def __getitem__(self, address: int) -> Instruction:
+        if address not in self.known:
+            self.known[address] = decoded(self.lines[address])
+        return self.known[address]
+
+    def with_operand(self, text: str) -> dict[int, Instruction]:
+        """Those whose first operand is this."""
+        found = (at for at, match in self.lines.items() if (match[4] or "").startswith(text))
+        return {address: self[address] for address in found}
+
+
+def decoded(match: re.Match[str]) -> Instruction:
+    size = len(match[2].replace(" ", "")) // 2
+    return Instruction(size, WIDTH.sub("", match[3]), REMARK.split(match[4] or "")[0].strip())

@@ -1,21 +1,32 @@
-"""Builds a program, runs it in its emulator, and makes the table's rows of it."""
+"""Builds programs, runs them in their emulators, two at a time, and makes the table's rows."""
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
+from multiprocessing.pool import Pool
 from pathlib import Path
+from typing import Callable, Sequence, TypeVar
 
-import avr
+from rich.console import Console
+from rich.progress import track
+
 import build
+import emulators
 from build import Place
 from cases import CALLS, HARD, LEAN, ROOTS, Program
 from cores import BY_NAME
-from counted import Counted
 from elf import Elf, flash_and_ram
-from emulator import Emulator
-from errors import CostError
-from row import Row
+from emulators import Counted
+from shared.errors import UserError
+from table import Row
+
+WORKERS = 2
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -24,6 +35,51 @@ class Measured:
 
     rows: list[Row]
     self_instructions: list[Counter[str]]  # of each row, by function
+
+
+# ---- all of them -----------------------------------------------------------------------------
+
+
+def measure_all(source: Path, wanted: list[Program]) -> list[Measured]:
+    """In the order of the programs; those that this library cannot make are left out."""
+    with tempfile.TemporaryDirectory(prefix="kalmanq-cost-") as folder:
+        place = Place(source, Path(folder))
+        wanted = [
+            replace(program, lacks=place.lacks) for program in wanted if place.has(program)
+        ]
+        make_tools(place, wanted)
+        keys = sorted({build.library_key(program) for program in wanted})
+        with get_context("fork").Pool(WORKERS) as pool:  # an error ends both
+            finish(pool, partial(build.library, place), keys, "compiling")
+            return finish(pool, partial(measure, place), wanted, "measuring")
+
+
+def make_tools(place: Place, wanted: list[Program]) -> None:
+    """The host's programs."""
+    build.model_printer(place)
+    if any(BY_NAME[program.core].family == "avr" for program in wanted):
+        build.avr_counter(place)
+
+
+def finish(
+    pool: Pool, task: Callable[[Item], Result], items: Sequence[Item], doing: str
+) -> list[Result]:
+    """The results, in the order of the items."""
+    screen = Console(stderr=True)
+    results = pool.imap(task, items)
+    return list(
+        track(
+            results,
+            doing,
+            len(items),
+            console=screen,
+            transient=True,
+            disable=not screen.is_terminal,
+        )
+    )
+
+
+# ---- one of them -----------------------------------------------------------------------------
 
 
 def measure(place: Place, wanted: Program) -> Measured:
@@ -91,7 +147,7 @@ def calls_of(
     calls = {}
     for what in wanted.regions(n):
         if build.region(what, index) not in counted:
-            raise CostError(f"{wanted.name}: {what} was never called")
+            raise UserError(f"{wanted.name}: {what} was never called")
         calls[what] = counted[build.region(what, index)]
     return calls
 
@@ -99,8 +155,8 @@ def calls_of(
 def count(place: Place, wanted: Program, program: Path) -> dict[int, Counted]:
     core, functions = BY_NAME[wanted.core], build.regions(wanted)
     if core.family == "avr":
-        return avr.count(place.avr_counter, program, functions)
-    return Emulator(core, program).count_regions(functions)
+        return emulators.count_avr(place.avr_counter, program, functions)
+    return emulators.Emulator(core, program).count_regions(functions)
 
 
 def size_of(

@@ -7,19 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cases import FIXED, GCC, RUNTIME, SIZES
 from cores import CORES, Core
-from row import Row
+from shared import pictures
+from table import Row
 
-PROFILE = GCC
 COLUMNS = 4
 LABEL_ROOM = 4.6  # on the axis of n, for the names behind the curves
 LABEL_HEIGHT = 0.135  # decades
@@ -35,21 +31,9 @@ nothing else is said.
 textbook: the covariance itself, in float or in
 Q16.16. It does not keep P semi-definite."""
 
-# Okabe and Ito's palette, as the demo's plots
+# Okabe and Ito's palette, darker than in the demo's plots: names are written in it, too
 F32, Q31, F64, OTHERS = "#B0407F", "#B57900", "#2F7FB8", "#777777"
-STYLE: dict[str, Any] = {
-    "figure.dpi": 160,
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#E2E2E2",
-    "grid.linewidth": 0.5,
-    "axes.axisbelow": True,
-    "lines.solid_capstyle": "round",
-}
+STYLE = {"font.size": 9, "grid.color": "#E2E2E2"}
 
 
 @dataclass(frozen=True)
@@ -75,10 +59,7 @@ DOUBLE_ON = "m7"  # elsewhere a double is emulated
 
 
 def save(rows: tuple[Row, ...], path: Path) -> None:
-    with plt.rc_context(STYLE):
-        figure = draw(rows)
-        figure.savefig(path, format="png")
-        plt.close(figure)
+    pictures.save(lambda: draw(rows), path, STYLE)
 
 
 def draw(rows: tuple[Row, ...]) -> Figure:
@@ -118,7 +99,7 @@ def draw_core(axes: Axes, core: Core, rows: tuple[Row, ...]) -> None:
 
 
 def steps_of(rows: tuple[Row, ...], core: Core, curve: Curve) -> list[Row]:
-    wanted = (core.name, curve.arithmetic, curve.sizes, PROFILE, "step")
+    wanted = (core.name, curve.arithmetic, curve.sizes, GCC, "step")
     found = [
         row
         for row in rows

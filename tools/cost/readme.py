@@ -1,18 +1,154 @@
-"""The README's section of costs, made from the table and never typed."""
+"""The README's section of costs, made from the table and never typed: the cards of the cores, which
+say what a real program takes without a smoother and with one, and instructions."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Mapping
+from typing import Iterable, Iterator, Mapping, Sequence
 
-import card
-from cases import FIXED, GCC, RUNTIME, SIZES
+from cases import CLANG, FIXED, GCC, LEAN, ROOTS, RUNTIME, SIZES
 from cores import BY_NAME
-from errors import CostError
-from row import Row
+from shared.errors import FileError
+from table import Row
 
 BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of costs -->"
-PROFILE = GCC
+
+
+def section(rows: tuple[Row, ...]) -> str:
+    by_key = {row.key: row for row in rows}
+    instructions = (STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
+    return "\n\n".join((card_table(rows), *instructions))
+
+
+def rewritten(path: Path, rows: tuple[Row, ...]) -> str:
+    """The README with the section as the table has it."""
+    text = path.read_text(encoding="utf-8")
+    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
+        raise FileError(path, f"needs the lines '{BEGIN}' and '{END}', once each")
+    before, rest = text.split(BEGIN)
+    return f"{before}{BEGIN}\n{section(rows)}\n{END}{rest.split(END)[1]}"
+
+
+def matches(path: Path, rows: tuple[Row, ...]) -> bool:
+    return rewritten(path, rows) == path.read_text(encoding="utf-8")
+
+
+# ---- cards -----------------------------------------------------------------------------------
+
+CARD_SIZES = ((1, 1), (2, 1), (4, 2), (9, 3))
+CARD_ARITHMETICS = ("f32", "q31")
+PARTS = (16, 32, 64)  # kB of flash
+MEMORIES = (1, 2, 4, 8, 16, 32, 64)  # kB of RAM
+START_UP = 1024  # bytes of flash: vectors and what a C library does before main
+
+TITLES = (
+    "core", "", "n, m", "flash", "from roots", "lean", "with smoother", "RAM", "lean", "with tape",
+    "worst stack", "lean", "with smoother", "step", "worst update", "part", "lean", "with smoother",
+)  # fmt: skip
+
+EXPLAINED = f"""\
+A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and P0 (q31: from tables),
+`kq_step`, `kq_mean`, `kq_sigma`; "smoother": a history of 30 steps, `kq_smooth` and its readings as well.
+Bytes. Flash is code, constants and initial values with what libc and libgcc add, less the same program without
+a filter: gcc `-O2` (AVR `-Os`), then clang `-Oz`; all other columns are gcc's. From roots: where Q and P0 are given by
+their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. Lean: process and
+sensor are constant tables, P0 is given by its root, and the sensor is one that refuses sharp measurements
+(`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). RAM: the objects and the tape, on AVR also the constants.
+Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements included.
+Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R from 0 to P0,
+sigmas 14 decades apart, P0 standing for infinity). Part: flash + RAM of the smallest that holds it, with
+{START_UP} bytes of flash for the start-up, and objects, tape and worst stack in RAM.
+
+**The linker does not see the stack.** A program that links may run through its stack into the filter at the first
+update. Budget: objects + tape + worst stack + the frames of your own functions and interrupts <= RAM.
+`tools/cost.py --states 5 --components 2 --controls 1 --core m3 --arithmetic q31` prints the card of your sizes."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """The rows that a line of it is made of; clang's may be missing."""
+
+    step: Row
+    smooth: Row
+    update: Row
+    roots: Row | None  # q31's tables are roots
+    lean: Row
+    clang_step: Row | None
+    clang_lean: Row | None
+    clang_smooth: Row | None
+
+    def cells(self) -> list[str]:
+        step, lean, smooth = self.step, self.lean, self.smooth
+        return [
+            BY_NAME[step.core].description,
+            step.arithmetic,
+            f"{step.n}, {step.m}",
+            flash(step, self.clang_step),
+            str(self.roots.flash_program) if self.roots else "",
+            flash(lean, self.clang_lean),
+            flash(smooth, self.clang_smooth),
+            str(step.ram_program),
+            str(lean.ram_program),
+            str(smooth.ram_program),
+            str(step.stack_worst),
+            str(lean.stack_worst),
+            str(smooth.stack_worst),
+            str(step.instructions),
+            str(self.update.instructions_worst),
+            part(step),
+            part(lean),
+            part(smooth),
+        ]
+
+
+def cards(rows: Iterable[Row]) -> Iterator[Card]:
+    """Of all filters that the rows have both of, without a smoother and with one."""
+    found: dict[tuple[object, ...], dict[tuple[str, str], Row]] = {}
+    for row in rows:
+        if row.sizes == RUNTIME and row.arithmetic in CARD_ARITHMETICS:
+            filter_ = (row.core, row.arithmetic, row.n, row.m)
+            found.setdefault(filter_, {})[row.profile, row.what] = row
+    for of in found.values():
+        if {(GCC, "step"), (GCC, LEAN), (GCC, "smooth"), (GCC, "update")} <= set(of):
+            yield Card(
+                of[GCC, "step"],
+                of[GCC, "smooth"],
+                of[GCC, "update"],
+                of.get((GCC, ROOTS)),
+                of[GCC, LEAN],
+                of.get((CLANG, "step")),
+                of.get((CLANG, LEAN)),
+                of.get((CLANG, "smooth")),
+            )
+
+
+def flash(gcc: Row, clang: Row | None) -> str:
+    return f"{gcc.flash_program}, {clang.flash_program}" if clang else str(gcc.flash_program)
+
+
+def part(row: Row) -> str:
+    """The smallest that holds the program."""
+    flash_kb = smallest(PARTS, (row.flash_program or 0) + START_UP)
+    ram_kb = smallest(MEMORIES, (row.ram_program or 0) + (row.stack_worst or 0))
+    return f"{flash_kb} + {ram_kb} kB"
+
+
+def smallest(sizes: Sequence[int], needed: int) -> str:
+    fitting = [str(size) for size in sizes if needed <= 1024 * size]
+    return fitting[0] if fitting else f"> {sizes[-1]}"
+
+
+def card_table(rows: Iterable[Row]) -> str:
+    lines = ["| " + " | ".join(TITLES) + " |", "|---|---|" + "---:|" * (len(TITLES) - 2)]
+    for card in cards(rows):
+        if (card.step.n, card.step.m) in CARD_SIZES:
+            lines.append("| " + " | ".join(card.cells()) + " |")
+    return f"{EXPLAINED}\n\n" + "\n".join(lines)
+
+
+# ---- instructions ----------------------------------------------------------------------------
+
 MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
 MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
 # what the README calls them; the filter's step first, to compare with
@@ -37,7 +173,6 @@ MODULE_ROWS = (
 STEPS_TITLE = "Instructions of one settled predict and one full update (`kq_step`) at n, m:"
 MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
 Rows = Mapping[tuple[object, ...], Row]
-
 # what one would choose on each core
 FITTING = (
     ("m0", "q31"), ("m3", "q31"), ("m4f", "f32"), ("m7", "f32"), ("m7", "f64"), ("m33", "f32"),
@@ -45,34 +180,28 @@ FITTING = (
 )  # fmt: skip
 
 
-def section(rows: tuple[Row, ...]) -> str:
-    by_key = {row.key: row for row in rows}
-    tables = (card.markdown(rows), STEPS_TITLE, steps(by_key), MODULES_TITLE, modules(by_key))
-    return "\n\n".join(tables)
-
-
-def modules(by_key: Rows) -> str:
+def module_table(by_key: Rows) -> str:
     """Markdown: instructions, a line for each function."""
     columns = [(where, size) for where in MODULE_CORES for size in MODULE_SIZES]
     titles = [f"{core.upper()} {arithmetic}: {n}, {m}" for (core, arithmetic), (n, m) in columns]
     lines = ["| | " + " | ".join(titles) + " |", "|---|" + "---:|" * len(columns)]
     for what, kind, name in MODULE_ROWS:
-        cells = [cells_of(by_key, where, kind, what) for where in MODULE_CORES]
+        cells = [module_cells(by_key, where, kind, what) for where in MODULE_CORES]
         if any(cells) and None not in cells:
             cells = [name, *(cell for core in cells for cell in core or [""] * len(MODULE_SIZES))]
             lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
-def cells_of(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
-    """Of one core, instructions at each size; none where it has no such function, or None where some
-    figures are missing."""
-    keys = [(*where, *size, kind, PROFILE, what) for size in MODULE_SIZES]
+def module_cells(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
+    """Of one core, instructions at each size; none where it has no such function, or None where
+    some figures are missing."""
+    keys = [(*where, *size, kind, GCC, what) for size in MODULE_SIZES]
     found = [str(by_key[key].instructions) for key in keys if key in by_key]
     return found if len(found) in (0, len(keys)) else None
 
 
-def steps(by_key: Rows) -> str:
+def step_table(by_key: Rows) -> str:
     """Markdown: a line for each core and arithmetic."""
     sizes = " | ".join(f"{n}, {m}" for n, m in SIZES)
     lines = [
@@ -81,26 +210,13 @@ def steps(by_key: Rows) -> str:
     ]
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
-            keys = {size: (core, arithmetic, *size, kind, PROFILE, "step") for size in SIZES}
+            keys = {size: (core, arithmetic, *size, kind, GCC, "step") for size in SIZES}
             if all(key in by_key for key in keys.values()):
                 by_size = {size: by_key[key] for size, key in keys.items()}
-                lines.append(line(core, arithmetic, kind, by_size))
+                lines.append(step_line(core, arithmetic, kind, by_size))
     return "\n".join(lines)
 
 
-def line(core: str, arithmetic: str, kind: str, by_size: dict[tuple[int, int], Row]) -> str:
+def step_line(core: str, arithmetic: str, kind: str, by_size: dict[tuple[int, int], Row]) -> str:
     cells = [BY_NAME[core].description, arithmetic, {RUNTIME: "run-time"}.get(kind, kind)]
     return "| " + " | ".join([*cells, *(str(row.instructions) for row in by_size.values())]) + " |"
-
-
-def rewritten(path: Path, rows: tuple[Row, ...]) -> str:
-    """The README with the section as the table has it."""
-    text = path.read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise CostError(f"{path.name}: needs the lines '{BEGIN}' and '{END}', once each")
-    before, rest = text.split(BEGIN)
-    return f"{before}{BEGIN}\n{section(rows)}\n{END}{rest.split(END)[1]}"
-
-
-def matches(path: Path, rows: tuple[Row, ...]) -> bool:
-    return rewritten(path, rows) == path.read_text(encoding="utf-8")

@@ -8,10 +8,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-import card
-from compare import TOLERANCE, Change, Comparison
+import readme
 from measure import Measured
-from row import Row
+from table import TOLERANCE, Change, Comparison, Row
 
 TEXT = ("core", "arithmetic", "n", "m", "sizes", "profile", "what")
 NUMBERS = ("instructions", "cycles~", "stack", "worst", "its stack", "ram", "flash")
@@ -41,8 +40,8 @@ def show(console: Console, found: list[Measured], what: Sequence[str], hot: int)
 
 
 def show_cards(console: Console, found: list[Measured]) -> None:
-    table = empty(card.TITLES[:3], card.TITLES[3:])
-    for each in card.cards(row for measured in found for row in measured.rows):
+    table = empty(readme.TITLES[:3], readme.TITLES[3:])
+    for each in readme.cards(row for measured in found for row in measured.rows):
         table.add_row(*each.cells())
     console.print(table)
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 import re
 from typing import Callable
 
-from listing import Instruction
+from elf import Instruction
 
 # cycles of an instruction, and what a change of the program counter adds
 Timing = tuple[Callable[[Instruction], int], int]

@@ -2,8 +2,8 @@
 
 Rows are counted as an editor counts lines, from 1.  Lines that begin with `#` are comments.  The
 first row may be a header: a row without any number in it.  An empty field or `nan` is a
-measurement that is missing.  Fields are separated by commas, or by semicolons or tabs where the first
-row has one of these and no comma; numbers have a decimal point.
+measurement that is missing.  Fields are separated by commas, or by semicolons or tabs where the
+first row has one of these and no comma; numbers have a decimal point.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Iterator, TextIO
 
 import numpy as np
 
-from errors import InputError, one_line
+from shared.errors import FileError, one_line
 
 MAX_ROWS = 100_000
 LARGEST = 1e15  # beyond it, squares leave the range of a float
@@ -56,7 +56,7 @@ class Row:
 
 
 def read(path: Path, layout: Layout) -> Measurements:
-    """The measurements in a file, or an InputError."""
+    """The measurements in a file, or an FileError."""
     header, rows = split_header(path, list(rows_of(path)))
     width = len(rows[0].fields) if header is None else len(header.fields)
     check_widths(path, rows, width)
@@ -76,7 +76,7 @@ def rows_of(path: Path) -> Iterator[Row]:
         if not any(field.strip() for field in row.fields) and len(row.fields) < 2:
             blank = blank or row.number
         elif blank is not None:
-            raise InputError(path, "blank line (write nan for a missing measurement)", blank)
+            raise FileError(path, "blank line (write nan for a missing measurement)", blank)
         else:
             yield row
 
@@ -92,19 +92,19 @@ def raw_rows(path: Path) -> Iterator[Row]:
                 if not (fields and fields[0].lstrip().startswith("#")):
                     yield Row(number, fields)
                 if number > MAX_ROWS:
-                    raise InputError(path, f"more than {MAX_ROWS} rows", number)
+                    raise FileError(path, f"more than {MAX_ROWS} rows", number)
     except FileNotFoundError as problem:
-        raise InputError(path, "no such file") from problem
+        raise FileError(path, "no such file") from problem
     except OSError as problem:
-        raise InputError(path, problem.strerror or "cannot be read") from problem
+        raise FileError(path, problem.strerror or "cannot be read") from problem
     except UnicodeDecodeError as problem:
-        raise InputError(path, "not text in UTF-8", number + 1) from problem
+        raise FileError(path, "not text in UTF-8", number + 1) from problem
     except csv.Error as problem:
-        raise InputError(path, f"not a CSV: {one_line(str(problem))}", number + 1) from problem
+        raise FileError(path, f"not a CSV: {one_line(str(problem))}", number + 1) from problem
 
 
 def separator_of(file: TextIO) -> str:
-    """What the first row that is no comment has between its fields; the file is at its begin again."""
+    """What the first row that is no comment has between its fields; then back to the begin."""
     first = next((line for line in file if line.strip() and not line.lstrip().startswith("#")), "")
     file.seek(0)
     others = [mark for mark in ";\t" if mark in first]
@@ -113,11 +113,11 @@ def separator_of(file: TextIO) -> str:
 
 def split_header(path: Path, rows: list[Row]) -> tuple[Row | None, list[Row]]:
     if not rows:
-        raise InputError(path, "the file is empty", 1)
+        raise FileError(path, "the file is empty", 1)
     header = rows[0] if is_header(rows[0]) else None
     rest = rows if header is None else rows[1:]
     if not rest:
-        raise InputError(path, "nothing but a header, no data", rows[0].number)
+        raise FileError(path, "nothing but a header, no data", rows[0].number)
     return header, rest
 
 
@@ -141,7 +141,7 @@ def check_widths(path: Path, rows: list[Row], width: int) -> None:
     for row in rows:
         if len(row.fields) != width:
             count = len(row.fields)
-            raise InputError(path, f"{count} field{'s' * (count != 1)}, not {width}", row.number)
+            raise FileError(path, f"{count} field{'s' * (count != 1)}, not {width}", row.number)
 
 
 def has_time(header: Row | None, width: int, layout: Layout) -> bool:
@@ -161,7 +161,7 @@ def check_columns(path: Path, row: Row, measured: int, layout: Layout) -> None:
     if not layout.fewest <= measured <= layout.most:
         total = len(row.fields)
         reason = f"{total} column{'s' * (total != 1)}; the model takes {layout.description}"
-        raise InputError(path, reason, row.number)
+        raise FileError(path, reason, row.number)
 
 
 def number(path: Path, row: Row, column: int) -> float:
@@ -169,10 +169,10 @@ def number(path: Path, row: Row, column: int) -> float:
     value = value_of(field)
     if value is None:
         reason = f"'{one_line(field, 40)}' is not a number{hint(field)}"
-        raise InputError(path, reason, row.number, column + 1)
+        raise FileError(path, reason, row.number, column + 1)
     if abs(value) > LARGEST:
         reason = f"'{one_line(field, 40)}' is beyond {LARGEST:g} (scale the data)"
-        raise InputError(path, reason, row.number, column + 1)
+        raise FileError(path, reason, row.number, column + 1)
     return value
 
 
@@ -186,23 +186,28 @@ def even_times(path: Path, rows: list[Row], time: np.ndarray) -> np.ndarray:
     """The times, if every step is as long as the first."""
     for row, value in zip(rows, time):
         if math.isnan(value):
-            raise InputError(path, "the time is missing", row.number, 1)
+            raise FileError(path, "the time is missing", row.number, 1)
     if len(time) < 2:
         return time
     first = time[1] - time[0]
     if first <= 0:
-        raise InputError(path, "the time does not increase", rows[1].number, 1)
+        raise FileError(path, "the time does not increase", rows[1].number, 1)
     for row, step in zip(rows[1:], np.diff(time)):
         if abs(step - first) > SPACING_TOLERANCE * first:
             reason = f"time step {step:.6g}, not {first:.6g} as before (give every row)"
-            raise InputError(path, reason, row.number, 1)
+            raise FileError(path, reason, row.number, 1)
     return time
 
 
 def check_present(path: Path, last_row: int, values: np.ndarray, timed: bool) -> None:
     for c in range(values.shape[1]):
         if np.isnan(values[:, c]).all():
-            raise InputError(path, "no measurement in any row", last_row, c + 1 + timed)
+            raise FileError(path, "no measurement in any row", last_row, c + 1 + timed)
+
+
+def times(data: Measurements, step: float) -> np.ndarray:
+    """The file's, or steps from 0 on."""
+    return step * np.arange(len(data.values)) if data.time is None else data.time
 
 
 def names_of(header: Row | None, measured: int, layout: Layout) -> tuple[str, ...]:

@@ -6,31 +6,28 @@ Started by tools/demo.sh, which builds the programs it runs.
 """
 
 import math
-import os
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import List, Optional
 
 import typer
-from rich.console import Console
-
-import jobs
-import learning_report
-import reference
-import report
-import results
-import runner
-from errors import DemoError, one_line
-from estimates import DRAWN, Estimates
-from job import Job
-from learning import Learning
-from outputs import Outputs
 
 ROOT = Path(__file__).resolve().parents[2]
-ARITHMETICS = ("f32", "f64", "q31")
-ESTIMATING = ("f32", "f64")
+sys.path.insert(1, str(ROOT / "tools"))
+
+import built_in
+import own_data
+import report
+import runner
+from estimates import iterations_csv, runs_csv
+from jobs import Job
+from own_data import Given
+from shared.errors import UserError, told_in_one_line
+from shared.outputs import Outputs, shown, terminal
+
+WIDTH = 120  # of every table, where there is no terminal
 FORECAST_MOST = 10_000
 
 DEMO_HELP = """Filter, forecast and smooth with kalmanq, in f32, f64 and q31. Without a CSV: the
@@ -109,112 +106,64 @@ def main(
     ),
     programs: Path = typer.Option(ROOT / "build" / "demo-build" / "tools" / "demo", hidden=True),
 ) -> None:
-    try:
-        check_options(csv, model, q, r, estimate, dt, measured_range, forecast)
+    with told_in_one_line("demo"):
+        given = Given(q, r, dt, measured_range, forecast, estimate)
+        check_options(csv, model, given)
         if csv is None:
-            chosen = [jobs.nile(ROOT, forecast), jobs.track(forecast)]
+            chosen = [built_in.nile(ROOT, forecast), built_in.track(forecast)]
         elif model is ModelName.local_level:
-            job = jobs.local_level(csv, q, r, dt, measured_range, forecast)
-            chosen = [replace(job, to_estimate=estimate)]
+            chosen = [own_data.local_level(csv, given)]
         else:
-            job = jobs.constant_velocity(csv, q, r, dt, measured_range, forecast)
-            chosen = [replace(job, to_estimate=estimate)]
+            chosen = [own_data.constant_velocity(csv, given)]
         run_all(chosen, out, programs)
-    except DemoError as problem:
-        stop(str(problem))
-    except OSError as problem:
-        name = one_line(str(problem.filename)) if problem.filename else "file"
-        stop(f"{name}: {problem.strerror or problem}")
 
 
-def stop(line: str) -> None:
-    print(f"demo: {line}", file=sys.stderr)
-    raise typer.Exit(1)
-
-
-def check_options(
-    csv: Optional[Path],
-    model: Optional[ModelName],
-    q: Optional[float],
-    r: Optional[float],
-    estimate: bool,
-    dt: Optional[float],
-    measured_range: Optional[float],
-    forecast: Optional[int],
-) -> None:
-    own = (model, q, r, estimate or None, dt, measured_range)
-    if csv is None and any(option is not None for option in own):
-        raise DemoError("--model, --q, --r, --estimate, --dt and --range go with a CSV of your own")
+def check_options(csv: Optional[Path], model: Optional[ModelName], given: Given) -> None:
+    if csv is None and (model is not None or replace(given, ahead=None) != Given()):
+        raise UserError("--model, --q, --r, --estimate, --dt and --range go with a CSV of your own")
     if csv is not None and model is None:
-        raise DemoError("--model is missing: local-level or constant-velocity")
+        raise UserError("--model is missing: local-level or constant-velocity")
     for name, value, least in (
-        ("--q", q, 1e-30 if estimate else 0.0),  # EM cannot leave 0
-        ("--r", r, 1e-30),
-        ("--dt", dt, 1e-9),
-        ("--range", measured_range, 1e-30),
+        ("--q", given.q, 1e-30 if given.to_estimate else 0.0),  # EM cannot leave 0
+        ("--r", given.r, 1e-30),
+        ("--dt", given.dt, 1e-9),
+        ("--range", given.range, 1e-30),
     ):
         if value is not None and not (math.isfinite(value) and least <= value <= 1e30):
-            raise DemoError(f"{name} {value:g}: must be from {least:g} to 1e+30")
-    if forecast is not None and not 0 <= forecast <= FORECAST_MOST:
-        raise DemoError(f"--forecast {forecast}: must be from 0 to {FORECAST_MOST}")
-
-
-@dataclass(frozen=True)
-class Result:
-    job: Job  # with its noise as it was estimated, if it was
-    runs: "dict[str, Estimates]"
-    learning: Optional[Learning]
+            raise UserError(f"{name} {value:g}: must be from {least:g} to 1e+30")
+    if given.ahead is not None and not 0 <= given.ahead <= FORECAST_MOST:
+        raise UserError(f"--forecast {given.ahead}: must be from 0 to {FORECAST_MOST}")
 
 
 def run_all(chosen: List[Job], out: Path, programs: Path) -> None:
     """Runs every job, then writes every file, then shows the tables."""
-    found = [run(job, programs) for job in chosen]
+    found = [runner.run_job(job, programs) for job in chosen]
     with Outputs(out, [path for job in chosen for path in job.inputs]) as outputs:
         for result in found:
             write(result, outputs)
-    # not a terminal: wide enough for every table, whatever reads it
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    console = terminal(WIDTH)
     for result in found:
         if result.learning:
-            learning_report.show(console, result.learning)
+            report.show_learning(console, result.learning)
         report.show(console, result.job, result.runs)
     print()
     for path in outputs.files:
         print(f"wrote {shown(path)}")
 
 
-def run(job: Job, programs: Path) -> Result:
-    learning = learn(job, programs) if job.to_estimate else None
-    if learning:
-        job = learning.estimate
-    runs = {name: runner.run(programs / f"kq_demo_{name}", job) for name in ARITHMETICS}
-    runs[report.REFERENCE] = reference.run(job.model, job.z, job.ahead)
-    return Result(job, runs, learning)
+def write(result: runner.Result, outputs: Outputs) -> None:
+    import figures  # late: Matplotlib takes its time, and bad input is answered without it
+    from shared import pictures
 
-
-def learn(guess: Job, programs: Path) -> Learning:
-    courses = {a: runner.estimate(programs / f"kq_estimate_{a}", guess) for a in ESTIMATING}
-    before = runner.run(programs / f"kq_demo_{DRAWN}", guess)
-    return Learning(guess, courses, before)
-
-
-def write(result: Result, outputs: Outputs) -> None:
-    import learning_plot  # late: Matplotlib takes its time, and bad input is answered without it
-    import plot
-
-    job, learning = result.job, result.learning
+    job, runs, learning = result.job, result.runs, result.learning
     for name, text in job.extra_files.items():
         outputs.write(name, text)
-    outputs.write(f"{job.name}.csv", results.to_csv(job, result.runs))
-    plot.save(job, result.runs, outputs.stage(f"{job.name}.png"))
+    outputs.write(f"{job.name}.csv", runs_csv(job, runs))
+    pictures.save(lambda: figures.draw(job, runs), outputs.stage(f"{job.name}.png"))
     if learning:
-        outputs.write(f"{job.name}_em.csv", results.iterations_to_csv(learning))
-        learning_plot.save(learning, result.runs, outputs.stage(f"{job.name}_em.png"))
-
-
-def shown(path: Path) -> str:
-    """The path as seen from here, if that is shorter."""
-    return min(str(path), os.path.relpath(path), key=len)
+        outputs.write(f"{job.name}_em.csv", iterations_csv(learning))
+        picture = outputs.stage(f"{job.name}_em.png")
+        pictures.save(lambda: figures.draw_learning(learning, runs), picture)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@
  *
  * Bad input, or too few measurements: one line on stderr, nothing on stdout, exit status 1.
  */
-#include "arithmetic.h"
+#include "demo.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -24,9 +24,9 @@
 enum { ITERATIONS_MAX = 1000, STATES_MAX = 20000000 }; /* states of all steps of all iterations */
 static const word TOLERANCE = (word)1e-6;
 
-typedef KQ(parameters) parameters;
-typedef KQ(recording) recording;
-typedef KQ(em) estimator;
+typedef T(kq_parameters) parameters;
+typedef T(kq_recording) recording;
+typedef T(kq_em) estimator;
 
 static const kq_em_choice Q_AND_R = {KQ_EM_Q | KQ_EM_R, KQ_EM_MULTIPLE, KQ_EM_DIAGONAL, NULL, NULL};
 
@@ -89,8 +89,8 @@ static course course_of(const problem *given)
 static void note(course *found, size_t k, const estimator *em, const parameters *model)
 {
     found->last = k;
-    found->log_likelihood[k] = KQ(em_log_likelihood)(em);
-    found->distance = KQ(em_distance)(em);
+    found->log_likelihood[k] = T(kq_em_log_likelihood)(em);
+    found->distance = T(kq_em_distance)(em);
     memcpy(found->Q + k * found->q_size, model->Q, found->q_size * sizeof(word));
     memcpy(found->R + k * found->r_size, model->R, found->r_size * sizeof(word));
 }
@@ -99,8 +99,8 @@ static void note(course *found, size_t k, const estimator *em, const parameters 
 static void expect(estimator *em)
 {
     do {
-        check(KQ(em_advance)(em), "EM");
-    } while (KQ(em_remaining)(em) > 0);
+        check(T(kq_em_advance)(em), "EM");
+    } while (T(kq_em_remaining)(em) > 0);
 }
 
 static void estimate(const problem *given, course *found)
@@ -108,16 +108,16 @@ static void estimate(const problem *given, course *found)
     parameters model = guess_of(given);
     recording data = recording_of(given);
     size_t most = most_iterations(given);
-    size_t length = EM_LEN((size_t)given->n, (size_t)given->m, given->steps);
+    size_t length = LENGTH(KQ_EM_LEN)((size_t)given->n, (size_t)given->m, given->steps);
     estimator em;
 
-    check(KQ(em_assign)(&em, given->n, given->m, allocate(length, sizeof(word)), length), "EM");
-    check(KQ(em_init)(&em, &model, &Q_AND_R, &data, 1), "EM");
+    check(T(kq_em_assign)(&em, given->n, given->m, allocate(length, sizeof(word)), length), "EM");
+    check(T(kq_em_init)(&em, &model, &Q_AND_R, &data, 1), "EM");
     expect(&em);
     note(found, 0, &em, &model);
     for (size_t k = 1; k <= most && !found->settled; k++) {
-        check(KQ(em_maximise)(&em), "EM");
-        found->settled = KQ(em_is_settled)(&em, TOLERANCE);
+        check(T(kq_em_maximise)(&em), "EM");
+        found->settled = T(kq_em_is_settled)(&em, TOLERANCE);
         expect(&em);
         note(found, k, &em, &model);
     }

@@ -3,7 +3,7 @@
  * exponent (fixed_point.h).  Here the tables are made at start-up; firmware may have them in
  * flash.
  */
-#include "arithmetic.h"
+#include "demo.h"
 
 #include <math.h>
 

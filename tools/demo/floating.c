@@ -1,7 +1,7 @@
 /*
  * f32 and f64: a number is a number.
  */
-#include "arithmetic.h"
+#include "demo.h"
 
 #include <math.h>
 
@@ -18,8 +18,8 @@ static void prepare_process(objects *o, const problem *given)
 {
     size_t n = (size_t)given->n, length = KQ_PROCESS_LEN(n);
     word *memory = allocate(length, sizeof(word));
-    check(KQ(process_assign)(&o->motion, given->n, 0, memory, length), "process");
-    check(KQ(process_init)(&o->motion, words(given->A, n * n), NULL, words(given->Q, n * n)),
+    check(T(kq_process_assign)(&o->motion, given->n, 0, memory, length), "process");
+    check(T(kq_process_init)(&o->motion, words(given->A, n * n), NULL, words(given->Q, n * n)),
           "A, Q");
     o->process_bytes = sizeof(process) + length * sizeof(word);
 }
@@ -28,8 +28,8 @@ static void prepare_sensor(objects *o, const problem *given)
 {
     size_t n = (size_t)given->n, m = (size_t)given->m, length = KQ_SENSOR_LEN(m);
     word *memory = allocate(length, sizeof(word));
-    check(KQ(sensor_assign)(&o->gauge, given->n, given->m, memory, length), "sensor");
-    check(KQ(sensor_init)(&o->gauge, words(given->H, m * n), words(given->R, m * m)), "H, R");
+    check(T(kq_sensor_assign)(&o->gauge, given->n, given->m, memory, length), "sensor");
+    check(T(kq_sensor_init)(&o->gauge, words(given->H, m * n), words(given->R, m * m)), "H, R");
     o->sensor_bytes = sizeof(sensor) + length * sizeof(word);
 }
 
@@ -38,7 +38,7 @@ void prepare_model(objects *o, const problem *given)
     size_t n = (size_t)given->n, m = (size_t)given->m;
     prepare_process(o, given);
     prepare_sensor(o, given);
-    check(KQ(filter_init)(&o->track, words(given->x0, n), words(given->P0, n * n)), "x0, P0");
+    check(T(kq_filter_init)(&o->track, words(given->x0, n), words(given->P0, n * n)), "x0, P0");
     o->z = words(given->z, given->steps * m);
     o->model_bytes = (n * n + m * n + m * m) * sizeof(word);
 }
@@ -46,17 +46,17 @@ void prepare_model(objects *o, const problem *given)
 void state_of(const objects *o, const filter *f, double *mean, double *sigma)
 {
     for (int i = 0; i < o->n; i++) {
-        mean[i] = (double)KQ(mean)(f, i) + (double)KQ(mean_low)(f, i);
-        sigma[i] = (double)KQ(sigma)(f, i);
+        mean[i] = (double)T(kq_mean)(f, i) + (double)T(kq_mean_low)(f, i);
+        sigma[i] = (double)T(kq_sigma)(f, i);
     }
 }
 
 void smoothed_of(const objects *o, size_t t, double *mean, double *sigma)
 {
     for (int i = 0; i < o->n; i++) {
-        mean[i] = (double)KQ(smoothed_mean)(&o->tape, t, i) +
-                  (double)KQ(smoothed_mean_low)(&o->tape, t, i);
-        sigma[i] = (double)KQ(smoothed_sigma)(&o->tape, t, i);
+        mean[i] = (double)T(kq_smoothed_mean)(&o->tape, t, i) +
+                  (double)T(kq_smoothed_mean_low)(&o->tape, t, i);
+        sigma[i] = (double)T(kq_smoothed_sigma)(&o->tape, t, i);
     }
 }
 
@@ -64,7 +64,7 @@ void measurement_of(const objects *o, const filter *f, double *mean, double *sig
 {
     word z[KQ_SIZE_MAX], S[KQ_SIZE_MAX * KQ_SIZE_MAX];
     int m = o->m;
-    check(KQ(measurement)(f, &o->gauge, z, S), "measurement");
+    check(T(kq_measurement)(f, &o->gauge, z, S), "measurement");
     for (int c = 0; c < m; c++) {
         mean[c] = (double)z[c];
         sigma[c] = sqrt((double)S[c * m + c]);
@@ -73,7 +73,7 @@ void measurement_of(const objects *o, const filter *f, double *mean, double *sig
 
 double log_likelihood_of(const filter *f)
 {
-    return (double)KQ(log_likelihood)(f);
+    return (double)T(kq_log_likelihood)(f);
 }
 
 void write_formats(const objects *o)

@@ -1,198 +1,212 @@
-"""The data sets that ship with the demo, and the user's own."""
+"""What is run: a state-space model with its data, how to call it, and the ranges that fixed point
+asks for.
+
+    x[t+1] = A x[t] + w, w ~ N(0, Q);  z[t] = H x[t] + v, v ~ N(0, R)
+
+x0 and P0 hold before the first measurement.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Sequence
 
 import numpy as np
 
-import csv_input
-import models
-import moments
-import simulate
-from csv_input import Measurements
-from errors import InputError, one_line
-from job import Job, Published
+FORECAST_STEPS = 10  # where nothing else is asked for
 
-FORECAST_STEPS = 10
-PRIOR_WIDTH = 10.0  # of the data's standard deviation
-VARIANCE_RANGE = (1e-30, 1e30)  # what a float can be asked to work with
+# ---- models ----------------------------------------------------------------------------------
 
 
-# ---- built in --------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Model:
+    kind: str
+    states: tuple[str, ...]  # names
+    measured: tuple[str, ...]  # names
+    A: np.ndarray
+    Q: np.ndarray
+    H: np.ndarray
+    R: np.ndarray
+    x0: np.ndarray
+    P0: np.ndarray
+    # m, as --q has them; Q is proportional to them
+    q: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def r(self) -> np.ndarray:
+        return np.diag(self.R)
+
+    def with_noise(self, Q: np.ndarray, R: np.ndarray) -> Model:
+        """The same model with other noise; Q is a multiple of what it was."""
+        return replace(self, Q=Q, R=R, q=self.q * (Q[0, 0] / self.Q[0, 0]))
 
 
-def nile(root: Path, ahead: int | None) -> Job:
-    """A poor guess of the variances, to be estimated, and a prior that says nothing."""
-    q, r, p0 = 1e4, 1e4, 1e7
-    path = root / "tools" / "data" / "nile.csv"
-    data = csv_input.read(path, csv_input.LOCAL_LEVEL)
-    return Job(
-        name="nile",
-        title="Nile at Aswan, 1871-1970: local level",
-        model=models.local_level("flow", q, r, 0.0, p0),
-        z=data.values,
-        time=times(data, 1.0),
-        dt=1.0,
-        ahead=FORECAST_STEPS if ahead is None else ahead,
-        unit="10\u2078 m\u00b3",
-        time_name="year",
-        note=f"q = {q:g}, r = {r:g} (1e8 m^3)^2; before the first year: level 0, variance {p0:g}",
-        to_estimate=True,
-        published=Published("Durbin and Koopman, by maximum likelihood", 1469.1, 15099.0),
-        inputs=[path],
+def local_level(name: str, q: float, r: float, x0: float, p0: float) -> Model:
+    """A level that walks at random, q per step, measured with noise of variance r."""
+    return Model(
+        kind="local level",
+        states=(name,),
+        measured=(name,),
+        A=np.eye(1),
+        Q=np.array([[q]]),
+        H=np.eye(1),
+        R=np.array([[r]]),
+        x0=np.array([x0]),
+        P0=np.array([[p0]]),
+        q=np.array([q]),
     )
-
-
-def track(ahead: int | None) -> Job:
-    settings = simulate.Settings()
-    if ahead is not None:
-        settings = replace(settings, beyond=ahead)
-    made = simulate.simulate(settings)
-    q, r = settings.q, settings.r
-    first, end = settings.dropout
-    x0 = [0.0, 0.0, 0.0, 0.0]
-    p0 = [1e4, 1e2, 1e4, 1e2]
-    return Job(
-        name="track",
-        title="Simulated track with a dropout: constant velocity in the plane",
-        model=models.constant_velocity(("x", "y"), settings.dt, [q, q], [r, r], x0, p0),
-        z=made.z,
-        time=made.time[: settings.steps],
-        dt=settings.dt,
-        ahead=settings.beyond,
-        unit="m",
-        time_unit="s",
-        truth=made.truth,
-        note=f"q = {q:g} m^2/s^3, r = {r:g} m^2, dt = {settings.dt:g} s, seed {settings.seed}; "
-        f"no measurements in steps {first} to {end - 1}; x0 = 0, sigma 100 m and 10 m/s",
-        extra_files={"track_data.csv": simulate.to_csv(made)},
-    )
-
-
-# ---- the user's ------------------------------------------------------------------------------
-
-
-def local_level(
-    path: Path,
-    q: float | None,
-    r: float | None,
-    dt: float | None,
-    measured_range: float | None,
-    ahead: int | None,
-) -> Job:
-    data = csv_input.read(path, csv_input.LOCAL_LEVEL)
-    step = time_step(path, data, dt)
-    z = data.values[:, 0]
-    try:
-        found_q, found_r = moments.local_level(z, q, r)
-    except moments.TooFewData:
-        raise too_few(path, data) from None
-    check_range(path, data, [found_q, found_r])
-    mean, sigma = spread(z, found_r)
-    name = data.names[0]
-    model = models.local_level(name, found_q, found_r, mean, (PRIOR_WIDTH * sigma) ** 2)
-    note = models.noise_text(model, origin(q), origin(r))
-    return users_job(path, data, model, step, measured_range, ahead, note)
 
 
 def constant_velocity(
-    path: Path,
-    q: float | None,
-    r: float | None,
-    dt: float | None,
-    measured_range: float | None,
-    ahead: int | None,
-) -> Job:
-    data = csv_input.read(path, csv_input.POSITIONS)
-    step = time_step(path, data, dt)
-    try:
-        noise = [moments.constant_velocity(z, step, q, r) for z in data.values.T]
-    except moments.TooFewData:
-        raise too_few(path, data) from None
-    check_range(path, data, [value for pair in noise for value in pair])
-    x0, p0 = velocity_prior(data, noise, step)
-    density, variance = zip(*noise)
-    model = models.constant_velocity(data.names, step, density, variance, x0, p0)
-    note = models.noise_text(model, origin(q), origin(r))
-    return users_job(path, data, model, step, measured_range, ahead, note)
+    axes: Sequence[str],
+    dt: float,
+    q: Sequence[float],
+    r: Sequence[float],
+    x0: Sequence[float],
+    p0: Sequence[float],
+) -> Model:
+    """Axes that move independently, each with the states position, velocity.
 
-
-def users_job(
-    path: Path,
-    data: Measurements,
-    model: models.Model,
-    step: float,
-    measured_range: float | None,
-    ahead: int | None,
-    note: str,
-) -> Job:
-    return Job(
-        name=f"{path.stem}_kalmanq",
-        title=f"{one_line(path.name, 60)}: {model.kind}",
-        model=model,
-        z=data.values,
-        time=times(data, step),
-        dt=step,
-        ahead=FORECAST_STEPS if ahead is None else ahead,
-        range=measured_range,
-        note=note,
-        inputs=[path],
+    The velocity is driven by white noise of spectral density q (length^2 / time^3); Q is exact
+    for any dt.  x0 and p0 (variances) are given state by state.
+    """
+    d = len(axes)
+    position = np.array([[1.0, 0.0]])
+    return Model(
+        kind="constant velocity",
+        states=tuple(name for axis in axes for name in (axis, f"v{axis}")),
+        measured=tuple(axes),
+        A=np.kron(np.eye(d), np.array([[1.0, dt], [0.0, 1.0]])),
+        Q=np.kron(np.diag(q), velocity_noise(dt)),
+        H=np.kron(np.eye(d), position),
+        R=np.diag(np.asarray(r, dtype=float)),
+        x0=np.asarray(x0, dtype=float),
+        P0=np.diag(np.asarray(p0, dtype=float)),
+        q=np.asarray(q, dtype=float),
     )
 
 
-def time_step(path: Path, data: Measurements, dt: float | None) -> float:
-    """--dt, or the step of the file's times; both only if they agree."""
-    if data.time is None or len(data.time) < 2:
-        return 1.0 if dt is None else dt
-    step = float(data.time[-1] - data.time[0]) / (len(data.time) - 1)
-    if dt is not None and abs(dt - step) > csv_input.SPACING_TOLERANCE * step:
-        raise InputError(path, f"the times step by {step:.6g}, --dt says {dt:g}", data.last_row)
-    return step
+def velocity_noise(dt: float) -> np.ndarray:
+    """Q of one axis over a step, for unit spectral density."""
+    return np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
 
 
-def times(data: Measurements, step: float) -> np.ndarray:
-    return step * np.arange(len(data.values)) if data.time is None else data.time
+def noise_text(model: Model, q_origin: str = "", r_origin: str = "") -> str:
+    """q and r of every measured component, which is named where there are several."""
+    pairs = [f"q = {q:.6g}{q_origin}, r = {r:.6g}{r_origin}" for q, r in zip(model.q, model.r)]
+    if len(pairs) == 1:
+        return pairs[0]
+    return "; ".join(f"{name}: {pair}" for name, pair in zip(model.measured, pairs))
 
 
-def spread(z: np.ndarray, r: float) -> tuple[float, float]:
-    """Mean and standard deviation of the measurements, the latter not below their noise."""
-    return float(np.nanmean(z)), max(float(np.nanstd(z)), r**0.5)
+# ---- jobs ------------------------------------------------------------------------------------
 
 
-def velocity_prior(
-    data: Measurements, noise: Sequence[tuple[float, float]], dt: float
-) -> tuple[list[float], list[float]]:
-    x0: list[float] = []
-    p0: list[float] = []
-    for z, (_, r) in zip(data.values.T, noise):
-        mean, sigma = spread(z, r)
-        x0 += [mean, 0.0]
-        p0 += [(PRIOR_WIDTH * sigma) ** 2, (PRIOR_WIDTH * typical_step(z, sigma) / dt) ** 2]
-    return x0, p0
+@dataclass(frozen=True)
+class Published:
+    """Noise that the literature has estimated from the same data."""
+
+    source: str
+    q: float
+    r: float
 
 
-def typical_step(z: np.ndarray, sigma: float) -> float:
-    """How far the measurements move from one row to the next, root mean square."""
-    steps = np.diff(z)
-    steps = steps[~np.isnan(steps)]
-    return max(float(np.sqrt(np.mean(steps**2))), 1e-3 * sigma) if steps.size else sigma
+@dataclass(frozen=True)
+class Job:
+    name: str  # of the output files
+    title: str
+    model: Model
+    z: np.ndarray  # T x m, NaN where missing
+    time: np.ndarray  # T
+    dt: float
+    ahead: int
+    unit: str = ""  # of what is measured
+    time_unit: str = ""
+    time_name: str = "time"
+    truth: np.ndarray | None = None  # T + ahead rows of states, where it is known
+    note: str = ""  # a line below the table: the model's numbers
+    to_estimate: bool = False  # the model's Q and R are a guess
+    published: Published | None = None
+    range: float | None = None  # of the measurements, as the user declares it
+    inputs: list[Path] = field(default_factory=list)  # files that must not be overwritten
+    extra_files: dict[str, str] = field(default_factory=dict)  # to be written too, by name
+
+    @property
+    def steps(self) -> int:
+        return len(self.z)
+
+    @property
+    def future(self) -> np.ndarray:
+        """The times of the forecasts."""
+        return self.time[-1] + self.dt * np.arange(1, self.ahead + 1)
+
+    @property
+    def measured_states(self) -> list[int]:
+        """The state that each component measures."""
+        return [int(np.argmax(row)) for row in self.model.H]
+
+    def gaps(self, *components: int) -> list[tuple[int, int]]:
+        """Runs of steps in which all these are missing: first and last step of each."""
+        return runs_of(np.isnan(self.z[:, components]).all(axis=1))
 
 
-def check_range(path: Path, data: Measurements, values: Sequence[float]) -> None:
-    low, high = VARIANCE_RANGE
-    for value in values:
-        if value != 0 and not low <= value <= high:
-            reason = f"a variance of {value:.3g} is beyond a float's range (scale the data)"
-            raise InputError(path, reason, data.last_row)
+def runs_of(missing: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run."""
+    edges = np.diff(np.concatenate([[0], missing.astype(int), [0]]))
+    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
-def too_few(path: Path, data: Measurements) -> InputError:
-    reason = "too few measurements in a row to estimate the noise: give --q and --r"
-    return InputError(path, reason, data.last_row)
+# ---- ranges ----------------------------------------------------------------------------------
+
+# In firmware they are known beforehand (the span of a sensor, the size of a workspace).  Here they
+# are the user's --range, or derived from the data:
+#
+#     measurement   4 times the largest |z|; to that the data's span counts once more for every
+#                   stretch as long as the data that is to be forecast, and |x0| and one sigma of
+#                   the noise count if they are larger
+#     state         measured: as its measurement.  Not measured: what takes a measured state
+#                   across its range in one step (a velocity: that range / dt).  Derived ranges
+#                   are not below |x0| plus one sigma of P0.
+#
+# A factor of 4 is two integer bits in reserve: for what the state does where nothing is measured,
+# and for measurements to come.  The price is small: of a word's 31 bits 29 are left, and behind a
+# state's word the filter keeps 24 more.
+MARGIN = 4.0
 
 
-def origin(given: float | None) -> str:
-    return " (estimated)" if given is None else ""
+@dataclass(frozen=True)
+class Ranges:
+    states: np.ndarray  # n
+    measured: np.ndarray  # m
+
+
+def ranges_of(job: Job) -> Ranges:
+    """The declared ranges of a job, in the units of its states and measurements."""
+    if job.range is not None:
+        measured = np.full(len(job.model.H), job.range)
+        return Ranges(state_ranges(job, measured), measured)
+    measured = ranges_from_data(job)
+    start = np.abs(job.model.x0) + np.sqrt(np.diag(job.model.P0))
+    return Ranges(np.maximum(state_ranges(job, measured), start), measured)
+
+
+def ranges_from_data(job: Job) -> np.ndarray:
+    model = job.model
+    largest = np.nanmax(np.abs(job.z), axis=0)
+    span = np.nanmax(job.z, axis=0) - np.nanmin(job.z, axis=0)
+    reach = largest + span * job.ahead / job.steps
+    start = np.abs(model.x0[job.measured_states])
+    return MARGIN * np.maximum(reach, np.maximum(start, np.sqrt(np.diag(model.R))))
+
+
+def state_ranges(job: Job, measured: np.ndarray) -> np.ndarray:
+    model = job.model
+    known = dict(zip(job.measured_states, measured))
+    states = range(len(model.x0))
+    return np.array([known.get(i) or across_in_a_step(model, i, known) for i in states])
+
+
+def across_in_a_step(model: Model, i: int, known: dict[int, float]) -> float:
+    """The value of state i that takes a measured state across its range in one step."""
+    return min(width / abs(model.A[k, i]) for k, width in known.items() if model.A[k, i] != 0)

@@ -1,6 +1,5 @@
-#include "problem.h"
-
-#include "arithmetic.h"
+/* Reads a problem; gives up, or ends. */
+#include "demo.h"
 
 #include <ctype.h>
 #include <errno.h>

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimates import Band, Estimates
-from models import Model
+from jobs import Model
 
 
 @dataclass

@@ -1,17 +1,17 @@
-"""The table: log-likelihood, errors, memory; below it the formats of fixed point."""
+"""The tables: log-likelihood, errors, memory, below it the formats of fixed point; of an estimate
+its noise and log-likelihood at the guess, on the way and at the end."""
 
 from __future__ import annotations
+
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-import ranges
-from estimates import Band, Estimates
-from job import Job
+from estimates import REFERENCE, TAKEN, Band, Course, Estimates, Learning, Runs
+from jobs import Job, ranges_of
 
-REFERENCE = "reference"
 Row = tuple[str, list[str]]
 
 # KQ_EVENT_... of status.h, by bit
@@ -23,33 +23,55 @@ EVENTS = {
 }
 
 
-def show(console: Console, job: Job, runs: dict[str, Estimates]) -> None:
+def show(console: Console, job: Job, runs: Runs) -> None:
     """Prints the runs of a job side by side; the reference is the last of them."""
-    title = Text(job.title, style="bold")
-    table = Table(title=title, title_justify="left", show_edge=False)
-    table.add_column(no_wrap=True)
-    for name in runs:
-        table.add_column(name, justify="right")
-    sections = (
+    sections = [
         likelihood_rows(runs),
         truth_rows(job, runs),
         error_rows(runs),
         memory_rows(job, runs),
-    )
+    ]
+    lines = [job.note, *formats(job, runs), *warnings(job, runs)]
+    show_table(console, job.title, list(runs), sections, lines)
+
+
+def show_learning(console: Console, learning: Learning) -> None:
+    """Prints the iterations, a column each, of every arithmetic."""
+    sections = [
+        course_rows(name, course, learning, [*learning.milestones, course.last])
+        for name, course in learning.courses.items()
+    ]
+    taken = learning.courses[TAKEN]
+    lines = [rise_text(taken), *distance_text(taken), *remarks(learning)]
+    title = f"{learning.guess.title}, Q and R by EM"
+    show_table(console, title, headings(learning), sections, lines)
+
+
+def show_table(
+    console: Console, title: str, columns: list[str], sections: list[list[Row]], lines: list[str]
+) -> None:
+    """The lines go below the table."""
+    table = Table(title=Text(title, style="bold"), title_justify="left", show_edge=False)
+    table.add_column(no_wrap=True)
+    for name in columns:
+        table.add_column(name, justify="right")
     for rows in sections:
         for k, (name, cells) in enumerate(rows):
             table.add_row(Text(name), *cells, end_section=k == len(rows) - 1)
     console.print()
     console.print(table)
-    for line in filter(None, [job.note, *formats(job, runs), *warnings(job, runs)]):
+    for line in filter(None, lines):
         console.print(line, style="dim", markup=False, soft_wrap=True)
 
 
-def likelihood_rows(runs: dict[str, Estimates]) -> list[Row]:
+# ---- the runs of a job -----------------------------------------------------------------------
+
+
+def likelihood_rows(runs: Runs) -> list[Row]:
     return [("log-likelihood", [f"{run.log_likelihood:.4f}" for run in runs.values()])]
 
 
-def truth_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
+def truth_rows(job: Job, runs: Runs) -> list[Row]:
     """RMS distance of the measured states from the truth, where it is known."""
     if job.truth is None:
         return []
@@ -75,7 +97,7 @@ def truth_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
     return rows + coverage_rows(job, runs, known)
 
 
-def coverage_rows(job: Job, runs: dict[str, Estimates], known: np.ndarray) -> list[Row]:
+def coverage_rows(job: Job, runs: Runs, known: np.ndarray) -> list[Row]:
     def share(band: Band) -> str:
         at = job.measured_states
         inside = (band.low <= known) & (known <= band.high)
@@ -99,7 +121,7 @@ def rms(job: Job, mean: np.ndarray, truth: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean((distance**2).sum(axis=1))))
 
 
-def error_rows(runs: dict[str, Estimates]) -> list[Row]:
+def error_rows(runs: Runs) -> list[Row]:
     """The largest error of a mean against the reference, in its standard deviations there."""
     reference = runs[REFERENCE]
     rows: list[Row] = []
@@ -132,7 +154,7 @@ def error_text(value: float) -> str:
     return "0" if value == 0 else f"{value:.1e}"
 
 
-def memory_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
+def memory_rows(job: Job, runs: Runs) -> list[Row]:
     def cell(run: Estimates, *names: str) -> str:
         return f"{sum(run.memory[name] for name in names):,}" if run.memory else "-"
 
@@ -144,9 +166,9 @@ def memory_rows(job: Job, runs: dict[str, Estimates]) -> list[Row]:
     return [(label, [cell(run, *names) for run in runs.values()]) for label, names in rows]
 
 
-def formats(job: Job, runs: dict[str, Estimates]) -> list[str]:
+def formats(job: Job, runs: Runs) -> list[str]:
     """Qm.n of every component, and the range declared that it was chosen for."""
-    declared = ranges.of(job)
+    declared = ranges_of(job)
     lines = []
     for name, run in runs.items():
         if run.formats is None:
@@ -168,7 +190,7 @@ def format_text(fraction: int) -> str:
     return f"Q{31 - fraction}.{fraction}"
 
 
-def warnings(job: Job, runs: dict[str, Estimates]) -> list[str]:
+def warnings(job: Job, runs: Runs) -> list[str]:
     lines = [
         f"{name}: KQ_EVENT_{text}"
         for name, run in runs.items()
@@ -191,3 +213,52 @@ def warnings(job: Job, runs: dict[str, Estimates]) -> list[str]:
                     "subtract an origin, or declare a smaller --range."
                 )
     return lines
+
+
+# ---- an estimate -----------------------------------------------------------------------------
+
+
+def headings(learning: Learning) -> list[str]:
+    between = [""] * (len(learning.milestones) - 1)
+    published = ["published"] if learning.guess.published else []
+    return ["guess", *between, "last", *published]
+
+
+def course_rows(name: str, course: Course, learning: Learning, shown: list[int]) -> list[Row]:
+    published = learning.guess.published
+    rows: list[Row] = [(f"{name}: iteration", [str(k) for k in shown])]
+    for noise in ("q", "r"):
+        known = [f"{getattr(published, noise):.6g}"] if published else []
+        for c, component in enumerate(component_names(learning)):
+            cells = [f"{getattr(course.models[k], noise)[c]:.6g}" for k in shown]
+            rows.append((f"  {noise}{component}", cells + known))
+    rows.append(("  log-likelihood", [f"{course.log_likelihood[k]:.4f}" for k in shown]))
+    return rows
+
+
+def component_names(learning: Learning) -> list[str]:
+    """What tells the components apart, where there are several."""
+    measured = learning.guess.model.measured
+    return [f" of {name}" for name in measured] if len(measured) > 1 else [""]
+
+
+def rise_text(course: Course) -> str:
+    first, last = course.log_likelihood[[0, -1]]
+    return f"{TAKEN}: the log-likelihood rose by {course.rise:.4f}, from {first:.4f} to {last:.4f}"
+
+
+def distance_text(course: Course) -> list[str]:
+    """What more iterations would add, where the last ones tell it."""
+    if np.isnan(course.distance):
+        return []
+    return [f"{TAKEN}: up to {course.distance:.1g} below the maximum, extrapolated"]
+
+
+def remarks(learning: Learning) -> list[str]:
+    published = learning.guess.published
+    lines = [
+        f"{name}: not settled after {course.last} iterations"
+        for name, course in learning.courses.items()
+        if not course.settled
+    ]
+    return lines + ([f"published: {published.source}"] if published else [])

@@ -30,7 +30,7 @@
  * Bad input, or for q31 a model or data that do not fit the ranges: one line on stderr, nothing
  * on stdout, exit status 1.
  */
-#include "arithmetic.h"
+#include "demo.h"
 
 #include <stdlib.h>
 
@@ -61,19 +61,19 @@ static estimates estimates_of(size_t rows, int width)
 
 static void give_memory(filter *f, int n)
 {
-    size_t length = (size_t)FILTER_LEN(n);
-    check(KQ(filter_assign)(f, n, allocate(length, sizeof(word)), length), "filter");
+    size_t length = (size_t)LENGTH(KQ_FILTER_LEN)(n);
+    check(T(kq_filter_assign)(f, n, allocate(length, sizeof(word)), length), "filter");
 }
 
 static objects prepare(const problem *given)
 {
     objects o = {.n = given->n, .m = given->m};
-    size_t tape_length = HISTORY_LEN((size_t)o.n, (size_t)o.m, given->steps);
+    size_t tape_length = LENGTH(KQ_HISTORY_LEN)((size_t)o.n, (size_t)o.m, given->steps, 0);
     word *tape = allocate(tape_length, sizeof(word));
 
     give_memory(&o.track, o.n);
     give_memory(&o.future, o.n);
-    check(KQ(history_assign)(&o.tape, o.n, tape, tape_length), "history");
+    check(T(kq_history_assign)(&o.tape, o.n, tape, tape_length), "history");
     prepare_model(&o, given);
     return o;
 }
@@ -97,17 +97,17 @@ static void note_measurement(const estimates *e, size_t row, const objects *o, c
 static void run_filter(objects *o, const problem *given, results *found)
 {
     found->filtered = estimates_of(given->steps, given->n);
-    check(KQ(history_attach)(&o->tape, &o->track), "history");
+    check(T(kq_history_attach)(&o->tape, &o->track), "history");
     for (size_t t = 0; t < given->steps; t++) {
         const word *z = o->z + t * (size_t)given->m;
         if (t > 0) {
-            check(KQ(predict)(&o->track, &o->motion, NULL), "predict");
+            check(T(kq_predict)(&o->track, &o->motion, NULL), "predict");
         }
-        check(KQ(update_subset)(&o->track, &o->gauge, z, given->present[t]), "update");
+        check(T(kq_update_subset)(&o->track, &o->gauge, z, given->present[t]), "update");
         note_state(&found->filtered, t, o, &o->track);
     }
     found->log_likelihood = log_likelihood_of(&o->track);
-    found->events = KQ(events)(&o->track);
+    found->events = T(kq_events)(&o->track);
 }
 
 /* One forecast a line: the first from the filter, each later one a step further. */
@@ -115,23 +115,23 @@ static void run_forecast(objects *o, const problem *given, results *found)
 {
     found->forecast = estimates_of((size_t)given->ahead, given->n);
     found->forecast_z = estimates_of((size_t)given->ahead, given->m);
-    check(KQ(forecast)(&o->track, &o->motion, NULL, 0, &o->future), "forecast");
+    check(T(kq_forecast)(&o->track, &o->motion, NULL, 0, &o->future), "forecast");
     for (int k = 0; k < given->ahead; k++) {
-        check(KQ(predict)(&o->future, &o->motion, NULL), "forecast");
+        check(T(kq_predict)(&o->future, &o->motion, NULL), "forecast");
         note_state(&found->forecast, (size_t)k, o, &o->future);
         note_measurement(&found->forecast_z, (size_t)k, o, &o->future);
     }
-    found->events |= KQ(events)(&o->future);
+    found->events |= T(kq_events)(&o->future);
 }
 
 static void run_smoother(objects *o, const problem *given, results *found)
 {
     const estimates *e = &found->smoothed;
     found->smoothed = estimates_of(given->steps, given->n);
-    check(KQ(smooth)(&o->tape), "smoother");
-    if (KQ(history_steps)(&o->tape) != given->steps) {
+    check(T(kq_smooth)(&o->tape), "smoother");
+    if (T(kq_history_steps)(&o->tape) != given->steps) {
         fail("the history holds %lu steps, not %lu",
-             (unsigned long)KQ(history_steps)(&o->tape), (unsigned long)given->steps);
+             (unsigned long)T(kq_history_steps)(&o->tape), (unsigned long)given->steps);
     }
     for (size_t t = 0; t < given->steps; t++) {
         smoothed_of(o, t, row_of(e->mean, e, t), row_of(e->sigma, e, t));
@@ -144,11 +144,13 @@ static void run_smoother(objects *o, const problem *given, results *found)
 static void write_memory(const objects *o, const problem *given)
 {
     size_t n = (size_t)o->n, m = (size_t)o->m;
+    size_t filter_words = LENGTH(KQ_FILTER_LEN)(n);
+    size_t history_words = LENGTH(KQ_HISTORY_LEN)(n, m, given->steps, 0);
     printf("memory model %lu process %lu sensor %lu filter %lu history %lu\n",
            (unsigned long)o->model_bytes, (unsigned long)o->process_bytes,
            (unsigned long)o->sensor_bytes,
-           (unsigned long)(sizeof(filter) + FILTER_LEN(n) * sizeof(word)),
-           (unsigned long)(sizeof(history) + HISTORY_LEN(n, m, given->steps) * sizeof(word)));
+           (unsigned long)(sizeof(filter) + filter_words * sizeof(word)),
+           (unsigned long)(sizeof(history) + history_words * sizeof(word)));
 }
 
 static void write_row(const estimates *e, size_t row)

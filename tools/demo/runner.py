@@ -1,19 +1,46 @@
-"""Runs a demo program (run.c, estimate.c) on a job, and reads what it answers."""
+"""Runs the demo's programs (run.c, estimate.c) and the reference on a job; reads their answers."""
 
 from __future__ import annotations
 
-import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-import ranges
-from errors import DemoError, one_line
-from estimates import Band, Estimates, Formats
-from job import Job
-from learning import Course
+import reference
+from estimates import DRAWN, REFERENCE, Band, Course, Estimates, Formats, Learning, Runs
+from jobs import Job, ranges_of
+from shared.errors import UserError, one_line, run_program
 
+ARITHMETICS = ("f32", "f64", "q31")
+ESTIMATING = ("f32", "f64")
 TIME_LIMIT = 50  # seconds
+
+
+@dataclass(frozen=True)
+class Result:
+    job: Job  # with its noise as it was estimated, if it was
+    runs: Runs
+    learning: Learning | None  # of the noise, if it was estimated
+
+
+def run_job(job: Job, programs: Path) -> Result:
+    """In all arithmetics, after an estimate of the noise if the job asks for it."""
+    learning = learn(job, programs) if job.to_estimate else None
+    if learning:
+        job = learning.estimate
+    runs: Runs = {name: run(programs / f"kq_demo_{name}", job) for name in ARITHMETICS}
+    runs[REFERENCE] = reference.run(job.model, job.z, job.ahead)
+    return Result(job, runs, learning)
+
+
+def learn(guess: Job, programs: Path) -> Learning:
+    courses = {a: estimate(programs / f"kq_estimate_{a}", guess) for a in ESTIMATING}
+    before = run(programs / f"kq_demo_{DRAWN}", guess)
+    return Learning(guess, courses, before)
+
+
+# ---- one program -----------------------------------------------------------------------------
 
 
 def run(program: Path, job: Job) -> Estimates:
@@ -25,17 +52,10 @@ def estimate(program: Path, job: Job) -> Course:
 
 
 def answer(program: Path, problem: str) -> str:
-    try:
-        done = subprocess.run(
-            [str(program)], input=problem, capture_output=True, text=True, timeout=TIME_LIMIT
-        )
-    except OSError as error:
-        raise DemoError(f"{program}: {error.strerror}; build it with tools/demo.sh") from error
-    except subprocess.TimeoutExpired as error:
-        raise DemoError(f"{program}: no answer within {TIME_LIMIT} s") from error
+    done = run_program([str(program)], TIME_LIMIT, "build it with tools/demo.sh", problem)
     if done.returncode != 0:
         reason = one_line(done.stderr.strip()) or f"{program.name}: stopped ({done.returncode})"
-        raise DemoError(reason)
+        raise UserError(reason)
     return done.stdout
 
 
@@ -46,7 +66,7 @@ def problem_text(job: Job) -> str:
     lines = [f"sizes {n} {m} {job.steps} {job.ahead}"]
     for name in ("A", "Q", "H", "R", "x0", "P0"):
         lines += [name, rows_text(getattr(model, name))]
-    declared = ranges.of(job)
+    declared = ranges_of(job)
     lines += ["x_range", rows_text(declared.states), "z_range", rows_text(declared.measured)]
     return "\n".join(lines + ["z", rows_text(job.z), "end", ""])
 
@@ -100,8 +120,8 @@ def records_of(program: Path, text: str) -> dict[str, list[list[str]]]:
     return records
 
 
-def incomplete(program: Path) -> DemoError:
-    return DemoError(f"{program.name}: an incomplete answer")
+def incomplete(program: Path) -> UserError:
+    return UserError(f"{program.name}: an incomplete answer")
 
 
 def formats_of(record: list[str], n: int) -> Formats:

@@ -3,7 +3,7 @@
  * It is an ATmega1284P, the same but for its memory, with 64 kB of RAM: what does not fit is
  * counted, too.
  *   avr_count ELF DATA REGION FAILED END FUNCTION...
- * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (marks.h).
+ * DATA: where the variables end.  REGION, FAILED, END: addresses of the marks (program.h).
  * FUNCTION: for every region, in their order, the address of the function that it is about; 0 where
  * there is none: such a region lasts until the next mark.
  * Prints "region R INSTRUCTIONS CYCLES STACK" for each region, followed by lines

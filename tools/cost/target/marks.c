@@ -1,4 +1,4 @@
-#include "marks.h"
+#include "program.h"
 
 /* Each has a text of its own, or the compiler would merge them. */
 void cost_region(unsigned region) { __asm__ volatile("" : : "r"(region)); }

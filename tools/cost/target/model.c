@@ -178,15 +178,22 @@ static void print_formats(const model *M, const char *name, const kq_format_q31 
     printf("};\n");
 }
 
+/* rows x columns, from the units of what it multiplies to those of what comes out */
+static void print_matrix(const model *M, const char *name, const double *values, int rows,
+                         int columns, const kq_format_q31 *to, const kq_format_q31 *from)
+{
+    kq_scaled_q31 table[STATES * STATES];
+    need(kq_matrix_prepare_q31(table, values, rows, columns, to, from), name);
+    print_scaled(M, name, table, rows * columns);
+}
+
 static void print_controls(const model *M, const kq_format_q31 *state)
 {
     kq_format_q31 controlled[STATES];
-    kq_scaled_q31 table[STATES * STATES];
     int32_t words[STATES];
     for (int k = 0; k < M->l; k++) need(kq_format_prepare_q31(controlled + k, 100), "u");
     print_formats(M, "controlled", controlled, M->l);
-    need(kq_matrix_prepare_q31(table, M->B, M->n, M->l, state, controlled), "B");
-    print_scaled(M, "B", table, M->n * M->l);
+    print_matrix(M, "B", M->B, M->n, M->l, state, controlled);
     need(kq_vector_prepare_q31(words, M->u, M->l, controlled, NULL), "u");
     print_words(M, "u", words, M->l);
 }
@@ -196,22 +203,18 @@ static void print_wide(const model *M)
 {
     const int n = M->n, m = M->m;
     kq_format_q31 state[STATES], measured[STATES];
-    kq_scaled_q31 table[STATES * STATES];
+    kq_scaled_q31 table[STATES];
     int32_t words[KQ_ROOT_LEN_Q31(STATES)];
     for (int i = 0; i < n; i++) need(kq_format_prepare_q31(state + i, i < m ? 1000 : 100), "x");
     for (int c = 0; c < m; c++) need(kq_format_prepare_q31(measured + c, 1000), "z");
     print_formats(M, "state", state, n);
     print_formats(M, "measured", measured, m);
-    need(kq_matrix_prepare_q31(table, M->A, n, n, state, state), "A");
-    print_scaled(M, "A", table, n * n);
-    need(kq_matrix_prepare_q31(table, M->H, m, n, measured, state), "H");
-    print_scaled(M, "H", table, m * n);
+    print_matrix(M, "A", M->A, n, n, state, state);
+    print_matrix(M, "H", M->H, m, n, measured, state);
     need(kq_noise_prepare_diagonal_q31(table, M->R, m, measured), "R");
     print_scaled(M, "R", table, m);
-    need(kq_matrix_prepare_q31(table, M->D, m, n, measured, state), "D");
-    print_scaled(M, "D", table, m * n);
-    need(kq_matrix_prepare_q31(table, M->K, n, m, state, measured), "K");
-    print_scaled(M, "K", table, n * m);
+    print_matrix(M, "D", M->D, m, n, measured, state);
+    print_matrix(M, "K", M->K, n, m, state, measured);
     need(kq_root_prepare_q31(words, M->Q, n, state), "Q");
     print_words(M, "G", words, KQ_ROOT_LEN_Q31(n));
     need(kq_root_prepare_q31(words, M->P0, n, state), "P0");

@@ -1,8 +1,10 @@
 /*
- * A user's file with functions for one size: USER_N, USER_M, OPTIONS.  The one place that knows how
- * the library is specialised.
+ * A user's own functions.  With KQ_COST_FIXED those for one size, USER_N, USER_M, OPTIONS: the one
+ * place that knows how the library is specialised.  Without it those for one sample.
  */
-#include "library.h"
+#include "program.h"
+
+#ifdef KQ_COST_FIXED
 
 #if defined(KQ_COST_f32)
 #include "known_sizes/kq_fixed_f32.h"
@@ -17,39 +19,77 @@
 #define M USER_M
 #include "user.h"
 
-#ifdef STEADY_ONLY
+#ifdef KQ_COST_MODULES
 
-kq_status SIZED(user_steady_step)(TYPED(kq_steady) * st, const word *u, const word *z)
+kq_status SIZED(user_steady_step)(T(kq_steady) * st, const word *u, const word *z)
 {
-    return TYPED(kq_fixed_steady_step)(st, u, z, N, M, 0, OPTIONS);
+    return T(kq_fixed_steady_step)(st, u, z, N, M, 0, OPTIONS);
 }
 
 #else
 
-kq_status SIZED(user_predict)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u)
+kq_status SIZED(user_predict)(T(kq_filter) * f, const T(kq_process) * p, const word *u)
 {
-    return TYPED(kq_fixed_predict)(f, p, u, N, 0, OPTIONS);
+    return T(kq_fixed_predict)(f, p, u, N, 0, OPTIONS);
 }
 
-kq_status SIZED(user_update)(TYPED(kq_filter) * f, const TYPED(kq_sensor) * s, const word *z)
+kq_status SIZED(user_update)(T(kq_filter) * f, const T(kq_sensor) * s, const word *z)
 {
-    return TYPED(kq_fixed_update)(f, s, z, N, M, OPTIONS);
+    return T(kq_fixed_update)(f, s, z, N, M, OPTIONS);
 }
 
-kq_status SIZED(user_step)(TYPED(kq_filter) * f, const TYPED(kq_process) * p, const word *u,
-                           const TYPED(kq_sensor) * s, const word *z)
+kq_status SIZED(user_step)(T(kq_filter) * f, const T(kq_process) * p, const word *u,
+                           const T(kq_sensor) * s, const word *z)
 {
-    return TYPED(kq_fixed_step)(f, p, u, s, z, N, M, 0, OPTIONS);
+    return T(kq_fixed_step)(f, p, u, s, z, N, M, 0, OPTIONS);
 }
 
-kq_status SIZED(user_smooth_step)(TYPED(kq_history) * h, const TYPED(kq_process) * p,
-                                  const TYPED(kq_smooth_extras) * extras)
+kq_status SIZED(user_smooth_step)(T(kq_history) * h, const T(kq_process) * p,
+                                  const T(kq_smooth_extras) * extras)
 {
 #if SMOOTHS
-    return TYPED(kq_fixed_smooth_step)(h, p, extras, N, OPTIONS);
+    return T(kq_fixed_smooth_step)(h, p, extras, N, OPTIONS);
 #else /* and is not in the table */
-    return TYPED(kq_smooth_step)(h, p, extras);
+    return T(kq_smooth_step)(h, p, extras);
 #endif
+}
+
+#endif
+
+#else
+
+#include "user.h"
+
+/* With what is past: predict, update, and the past anew, LAG steps back or the chosen instant. */
+kq_status T(user_lag)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
+                      const T(kq_sensor) * s, const word *z)
+{
+    kq_status status = T(kq_lag_predict)(past, p, NULL);
+    if (!status) status = T(kq_update)(f, s, z);
+    return status ? status : T(kq_lag_smooth)(past, LAG);
+}
+
+kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
+                             const T(kq_sensor) * s, const word *z)
+{
+    kq_status status = T(kq_lag_predict)(past, p, NULL);
+    if (!status) status = T(kq_update)(f, s, z);
+    return status ? status : T(kq_lag_smooth_states)(past, LAG);
+}
+
+kq_status T(user_point)(T(kq_point) * start, const T(kq_process) * p, T(kq_filter) * f,
+                        const T(kq_sensor) * s, const word *z)
+{
+    kq_status status = T(kq_point_predict)(start, p, NULL);
+    if (!status) status = T(kq_update)(f, s, z);
+    return status ? status : T(kq_point_smooth)(start);
+}
+
+/* With scales of the noises that adapt: predict and update. */
+kq_status T(user_adapted)(T(kq_adaptation) * tuner, T(kq_filter) * f, const word *z)
+{
+    const kq_status status = T(kq_adaptation_predict)(tuner, f, NULL);
+    return status ? status : T(kq_adaptation_update)(tuner, f, z, UINT32_MAX);
 }
 
 #endif

@@ -1,21 +1,30 @@
-"""Files that appear whole or not at all: written under a temporary name beside their place, and
-renamed once all of them are complete."""
+"""What the tools write: files that appear whole or not at all, CSVs, the terminal.
+
+A file is written under a temporary name beside its place, and renamed once all that belong together
+are complete.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 import os
+import sys
 from pathlib import Path
 from types import TracebackType
+from typing import Iterable, Sequence
 
-from errors import DemoError, one_line
+from rich.console import Console
+
+from shared.errors import FileError
 
 
 class Outputs:
     """`with Outputs(directory) as outputs:` renames at the end, or cleans up after an error."""
 
-    def __init__(self, directory: Path, inputs: list[Path]):
+    def __init__(self, directory: Path, inputs: Sequence[Path] = ()):
         self.directory = directory
-        self.inputs = inputs
+        self.inputs = inputs  # never overwritten
         self.staged: list[tuple[Path, Path]] = []
 
     @property
@@ -26,7 +35,7 @@ class Outputs:
         """Where to write the file that will be called `name`."""
         final = self.directory / name
         if any(same_file(final, path) for path in self.inputs):
-            raise DemoError(f"{one_line(str(final))}: is the input; choose another --out")
+            raise FileError(final, "is the input; choose another --out")
         temporary = self.directory / f".{name}.{os.getpid()}.tmp"
         self.staged.append((temporary, final))
         return temporary
@@ -53,5 +62,27 @@ class Outputs:
                 temporary.unlink(missing_ok=True)
 
 
+def write(path: Path, text: str) -> None:
+    """One file alone."""
+    with Outputs(path.parent) as outputs:
+        outputs.write(path.name, text)
+
+
 def same_file(a: Path, b: Path) -> bool:
     return a.exists() and b.exists() and a.samefile(b)
+
+
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def terminal(width: int) -> Console:
+    """What is no terminal is so wide that every table fits, whatever reads it."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() else width)
+
+
+def shown(path: Path) -> str:
+    """The path as seen from here, if that is shorter."""
+    return min(str(path), os.path.relpath(path), key=len)

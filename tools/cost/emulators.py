@@ -1,35 +1,81 @@
-"""Counts what Arm and RISC-V cores execute within a call, with Unicorn.
+"""Counts what a core executes within a call: Arm and RISC-V with Unicorn, AVR with simavr.
 
-The program runs at full speed until it announces a region (target/marks.h) and then enters the
+The program runs at full speed until it announces a region (target/program.h) and then enters the
 function that the region is about; from there to its return every basic block is counted.  A region
-without a function lasts until the next mark.  A block's instructions all count: an instruction of an IT block whose condition fails takes its turn,
-too, on the hardware.
+without a function lasts until the next mark.  A block's instructions all count: an instruction of
+an IT block whose condition fails takes its turn, too, on the hardware.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Callable
 
 import unicorn
 from unicorn import arm_const, riscv_const
 
-from cores import Core, toolchain
-from counted import Counted, most
-from elf import Elf
-from errors import CostError
-from listing import Listing
+from cases import CALLS
+from cores import Core, run, toolchain
+from elf import Elf, Listing
+from shared.errors import UserError
 from timing import PUSH, TIMING
 
-PLACES = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
-PLACE_SIZE = 0x0400_0000
-STACK = PLACE_SIZE - 0x100  # at the end of the first
-NOWHERE = PLACE_SIZE - 4
+MEMORY = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
+MEMORY_SIZE = 0x0400_0000
+STACK = MEMORY_SIZE - 0x100  # at the end of the first
+NOWHERE = MEMORY_SIZE - 4
 CONTROL_SPACE, CONTROL_SIZE = 0xE000_0000, 0x0010_0000
 COPROCESSORS = 0xE000_ED88  # CPACR: enables the FPU
 FPU_ACCESS = 0xF << 20
+
+
+@dataclass
+class Counted:
+    instructions: int = 0
+    cycles: int = 0
+    stack: int = 0
+    by_address: Counter[int] = field(default_factory=Counter)
+
+
+def most(calls: list[Counted]) -> Counted:
+    """Of calls of the same region: the one with most instructions, and the deepest stack of all."""
+    longest = max(calls, key=lambda call: call.instructions)
+    return replace(longest, stack=max(call.stack for call in calls))
+
+
+# ---- AVR -------------------------------------------------------------------------------------
+
+MARKS = ("_end", "cost_region", "cost_failed", "cost_end")
+
+
+def count_avr(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, Counted]:
+    """A call of the function of each region, of several the most; all of a region without one."""
+    elf = Elf(program)
+    entries = [functions.get(region) for region in range(max(functions) + len(CALLS) + 1)]
+    places = [elf.address(name) if name else 0 for name in (*MARKS, *entries)]
+    lines = run([str(counter), str(program), *map(str, places)]).splitlines()
+    if not lines or lines[-1] != "end":
+        raise UserError(f"{program.name}: the emulator ended early")
+    return parsed(lines[:-1])
+
+
+def parsed(lines: list[str]) -> dict[int, Counted]:
+    found: dict[int, list[Counted]] = {}
+    call = Counted()
+    for line in lines:
+        word, *numbers = line.split()
+        if word == "region":
+            region, instructions, cycles, stack = map(int, numbers)
+            call = Counted(instructions, cycles, stack)
+            found.setdefault(region, []).append(call)
+        elif word == "at":
+            call.by_address[int(numbers[0])] = int(numbers[1])
+    return {region: most(calls) for region, calls in found.items()}
+
+
+# ---- Arm and RISC-V --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -38,7 +84,6 @@ class Registers:
     sp: int
     link: int
     argument: int
-
 
 ARM = Registers(
     arm_const.UC_ARM_REG_PC,
@@ -64,8 +109,8 @@ class Emulator:
         self.thumb = int(core.family == "arm")
         self.registers = ARM if core.family == "arm" else RISCV
         self.uc = machine(core)
-        for place in PLACES:
-            self.uc.mem_map(place, PLACE_SIZE)
+        for place in MEMORY:
+            self.uc.mem_map(place, MEMORY_SIZE)
         for address, data in self.elf.segments:
             self.uc.mem_write(address, data)
         self.uc.reg_write(self.registers.sp, STACK)
@@ -83,7 +128,7 @@ class Emulator:
         self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
 
     def count_regions(self, functions: dict[int, str]) -> dict[int, Counted]:
-        """A call of the function of each region, of several the most; all of a region without one."""
+        """A call of each region's function, of several the most; all of a region without one."""
         found: dict[int, list[Counted]] = {}
         marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
         places = list(marks.values())
@@ -100,7 +145,7 @@ class Emulator:
                 pc = self.count(pc, lambda pc: self.run_to(pc, places), call)
         if pc == marks["failed"]:
             answer = signed(self.uc.reg_read(self.registers.argument))
-            raise CostError(f"{self.elf.path.name}: a call answered {answer}")
+            raise UserError(f"{self.elf.path.name}: a call answered {answer}")
         return {region: most(calls) for region, calls in found.items()}
 
     # ---- running -----------------------------------------------------------------------------
@@ -116,17 +161,17 @@ class Emulator:
         for hook in stop:
             self.uc.hook_del(hook)
         if reached not in places:
-            raise CostError(f"{self.elf.path.name}: stopped in {self.elf.function_at(reached)}")
+            raise UserError(f"{self.elf.path.name}: stopped in {self.elf.function_at(reached)}")
         return reached
 
     def run(self, pc: int, until: int) -> int:
-        for place in PLACES:  # or code that was translated before would miss the hooks
-            self.uc.ctl_remove_cache(place, place + PLACE_SIZE)
+        for place in MEMORY:  # or code that was translated before would miss the hooks
+            self.uc.ctl_remove_cache(place, place + MEMORY_SIZE)
         try:
             self.uc.emu_start(pc | self.thumb, until)
         except unicorn.UcError as problem:
             where = self.elf.function_at(self.uc.reg_read(self.registers.pc))
-            raise CostError(f"{self.elf.path.name}: {problem} in {where}") from problem
+            raise UserError(f"{self.elf.path.name}: {problem} in {where}") from problem
         return self.uc.reg_read(self.registers.pc)
 
     # ---- counting ----------------------------------------------------------------------------
@@ -139,7 +184,7 @@ class Emulator:
         """From a function's first instruction to its return."""
         back = self.back()
         if self.run(pc, back) != back:
-            raise CostError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
+            raise UserError(f"{self.elf.path.name}: no return from {self.elf.function_at(pc)}")
         return back
 
     def count(self, pc: int, run: Callable[[int], int], counted: Counted) -> int:
@@ -168,7 +213,7 @@ class Emulator:
         block = Block(end)
         while address < end:
             if address not in self.code:
-                raise CostError(f"{self.elf.path.name}: no instruction listed at {address:#x}")
+                raise UserError(f"{self.elf.path.name}: no instruction listed at {address:#x}")
             instruction = self.code[address]
             block.addresses.append(address)
             block.cycles += cycles_of(instruction)
