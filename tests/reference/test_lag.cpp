@@ -87,7 +87,7 @@ Window windowByRecursion(const Case &model, std::size_t last)
 Window windowByBatch(const Case &model, std::size_t last)
 {
     Window window{0, {}};
-    for (const auto &now : Batch<long double>(part(model.sequence, 0, last)).smoothed()) {
+    for (const auto &now : smoothByLeastSquares(part(model.sequence, 0, last))) {
         window.past.push_back(
             {now.belief.mean.template cast<Quad>(), now.belief.covariance.template cast<Quad>()});
     }
@@ -201,9 +201,8 @@ double refinement(const Case &model, double floor)
     for (const Window &window : model.windows) {
         for (std::size_t k = 0; k < window.past.size(); ++k) {
             const Belief<Quad> &filtered = model.track[window.first + k].filtered;
-            const Vector<Quad> before = units(model, filtered.covariance, floor);
-            const Vector<Quad> after = units(model, window.past[k].covariance, floor);
-            worst = std::max(worst, before.cwiseQuotient(after).cast<double>().maxCoeff());
+            worst = std::max(worst, fallOf(units(model, filtered.covariance, floor),
+                                           units(model, window.past[k].covariance, floor)));
         }
     }
     return worst;
@@ -213,7 +212,7 @@ double refinement(const Case &model, double floor)
 template <class T> Figures inRoundings(const Case &model, const Figures &figures)
 {
     const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = amplificationOf<T>(model), reach = Reach<T>(model).value();
+    const double amplification = amplificationOf<T>(model), reach = reachOf<T>(model);
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "x") result.add("x in roundings", value / (unit * (reach + amplification)));

@@ -67,7 +67,7 @@ class Conventional
 
     void update(const Reading &reading)
     {
-        for (Eigen::Index c = 0; c < reading.z.size(); ++c) {
+        for (Index c = 0; c < reading.z.size(); ++c) {
             const Vector<float> h = model_.H[reading.sensor].row(c).transpose();
             const Vector<float> Ph = belief_.covariance * h;
             const Vector<float> K = Ph / (h.dot(Ph) + model_.R[reading.sensor](c, c));

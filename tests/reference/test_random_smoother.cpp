@@ -19,6 +19,7 @@
 #include "accuracy.hpp"
 #include "api.hpp"
 #include "batch.hpp"
+#include "decompositions.hpp"
 #include "generator.hpp"
 #include "library.hpp"
 #include "report.hpp"
@@ -76,15 +77,15 @@ struct Decorrelation {
 
 Decorrelation decorrelate(const Matrix<Quad> &R)
 {
-    const Eigen::Index m = R.rows();
+    const Index m = R.rows();
     Matrix<Quad> U = Matrix<Quad>::Identity(m, m), rest = R;
     Vector<Quad> D(m);
-    for (Eigen::Index j = m - 1; j >= 0; --j) {
+    for (Index j = m - 1; j >= 0; --j) {
         D(j) = rest(j, j);
         if (D(j) > 0) U.col(j).head(j) = rest.col(j).head(j) / D(j);
-        rest -= (U.col(j) * U.col(j).transpose() * D(j)).eval();
+        rest -= (U.col(j) * U.col(j).transpose() * D(j));
     }
-    return {U.inverse(), D};
+    return {inverse(U), D};
 }
 
 /// What the library says of the k-th measurement of the step that was smoothed last.
@@ -102,7 +103,7 @@ void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
         const Matrix<Quad> H = noise.inverse * seen.H;
         const Vector<Quad> v = noise.inverse * seen.z - H * exact.mean;
         const Matrix<Quad> variance = H * exact.covariance * H.transpose();
-        for (Eigen::Index c = 0; c < v.size(); ++c, ++k) {
+        for (Index c = 0; c < v.size(); ++c, ++k) {
             typename Api::Coefficient mean{}, square{};
             kq::require(Api::smoothedMeasurementNoise(history.get(), k, &mean, &square),
                         "smoothed measurement noise");
@@ -245,9 +246,8 @@ double refinement(const Case &model, double floor)
 {
     double worst = 1;
     for (std::size_t t = 0; t < model.past.size(); ++t) {
-        const Vector<Quad> before = units(model, model.track[t].filtered.covariance, floor);
-        const Vector<Quad> after = units(model, model.past[t].belief.covariance, floor);
-        worst = std::max(worst, before.cwiseQuotient(after).cast<double>().maxCoeff());
+        worst = std::max(worst, fallOf(units(model, model.track[t].filtered.covariance, floor),
+                                       units(model, model.past[t].belief.covariance, floor)));
     }
     return worst;
 }
@@ -256,7 +256,7 @@ double refinement(const Case &model, double floor)
 template <class T> Figures inRoundings(const Case &model, const Figures &figures)
 {
     const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = amplificationOf<T>(model), reach = Reach<T>(model).value();
+    const double amplification = amplificationOf<T>(model), reach = reachOf<T>(model);
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "x" || name == "x alone" || name == "x alone - x" || name == "w" ||
@@ -324,7 +324,7 @@ void compareBatch(Report &report, Random &random, int number)
     const Sequence sequence = generator::randomSequence(random, number, options);
     const Case model(sequence);
     report.add("dense solve", sequence.name,
-               compareReference(model, Batch<long double>(sequence).smoothed()),
+               compareReference(model, smoothByLeastSquares(sequence)),
                allOf(1e-10, 1e-13));
     compareAll(report, "12 steps", model);
 }
