@@ -1,51 +1,188 @@
 #include "decompositions.hpp"
 
+#include <cmath>
+#include <limits>
+#include <utility>
+
 #include "eigen.hpp"
 
 namespace reference
 {
 
-template <class Real> static PivotedQr<Real> read(const Eigen::ColPivHouseholderQR<EigenMatrix<Real>> &qr)
+// ------------------------------------------------------------------ rank
+
+template <class Real> using EigenQr = Eigen::ColPivHouseholderQR<EigenMatrix<Real>>;
+
+template <class Real> static PivotedQr<Real> read(const EigenQr<Real> &qr)
 {
-    const EigenMatrix<Real> pivots = qr.matrixR().diagonal().cwiseAbs();
+    const EigenMatrix<Real> pivots = qr.matrixQR().diagonal().cwiseAbs();
     return {fromEigen<Real>(pivots), qr.rank(), qr.threshold()};
 }
 
 template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M)
 {
-    return read<Real>(Eigen::ColPivHouseholderQR<EigenMatrix<Real>>(toEigen(M)));
+    return read<Real>(EigenQr<Real>(toEigen(M)));
+}
+
+template <class Real>
+static EigenQr<Real> eigenQr(const Matrix<Real> &M, const Real &threshold)
+{
+    EigenQr<Real> qr(M.rows(), M.cols());
+    qr.setThreshold(threshold);
+    qr.compute(toEigen(M));
+    return qr;
 }
 
 template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M, const Real &threshold)
 {
-    Eigen::ColPivHouseholderQR<EigenMatrix<Real>> qr(M.rows(), M.cols());
-    qr.setThreshold(threshold);
-    qr.compute(toEigen(M));
-    return read<Real>(qr);
+    return read<Real>(eigenQr(M, threshold));
 }
 
+/// X <- H X,  H = I - tau v v' over the rows from k on, v_k = 1, the rest of v as packed below R_kk
+template <class Real>
+static void reflect(Matrix<Real> &X, const Matrix<Real> &packed, const Real &tau, Index k)
+{
+    for (Index j = 0; j < X.cols(); ++j) {
+        Real along = X(k, j);
+        for (Index i = k + 1; i < X.rows(); ++i) along += packed(i, k) * X(i, j);
+        along *= tau;
+        X(k, j) -= along;
+        for (Index i = k + 1; i < X.rows(); ++i) X(i, j) -= along * packed(i, k);
+    }
+}
+
+/// R^-1 B, R the upper triangle
+template <class Real> static Matrix<Real> solveUpper(const Matrix<Real> &R, Matrix<Real> B)
+{
+    for (Index j = 0; j < B.cols(); ++j) {
+        for (Index i = B.rows() - 1; i >= 0; --i) {
+            for (Index k = i + 1; k < B.rows(); ++k) B(i, j) -= R(i, k) * B(k, j);
+            B(i, j) /= R(i, i);
+        }
+    }
+    return B;
+}
+
+/// Of rank r: M P = Q [C; 0] with C r x n, C' P2 = Q2 T'; the inverse is P Q2 T'^-1' P2' Q'.
 template <class Real>
 PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold)
 {
-    Eigen::CompleteOrthogonalDecomposition<EigenMatrix<Real>> factors(M.rows(), M.cols());
-    factors.setThreshold(threshold);
-    factors.compute(toEigen(M));
-    const EigenMatrix<Real> inverse = factors.pseudoInverse();
-    const EigenMatrix<Real> pivots = factors.matrixT().diagonal().cwiseAbs();
-    return {fromEigen<Real>(inverse), fromEigen<Real>(pivots), factors.rank()};
+    const EigenQr<Real> qr = eigenQr(M, threshold);
+    const Matrix<Real> packed = fromEigen<Real>(qr.matrixQR());
+    const Index rank = qr.rank(), n = M.cols();
+    const Matrix<Real> C = packed.upperTriangle().topRows(rank);
+    const EigenQr<Real> second = eigenQr(Matrix<Real>(C.transpose()), Real(0));
+    const Matrix<Real> turned = fromEigen<Real>(second.matrixQR());
+
+    Matrix<Real> X = Matrix<Real>::Identity(M.rows(), M.rows()); // becomes Q'
+    for (Index k = 0; k < std::min(M.rows(), n); ++k) reflect(X, packed, qr.hCoeffs()(k), k);
+    Matrix<Real> permuted(rank, M.rows()); // P2' of its first rows
+    for (Index k = 0; k < rank; ++k) {
+        permuted.row(k) = X.row(second.colsPermutation().indices()(k)).eval();
+    }
+    const Matrix<Real> solved = solveLower(Matrix<Real>(turned.topRows(rank).transpose()), permuted);
+    Matrix<Real> Y = Matrix<Real>::Zero(n, M.rows());
+    if (rank > 0) Y.block(0, 0, rank, M.rows()) = solved;
+    for (Index k = rank; k-- > 0;) reflect(Y, turned, second.hCoeffs()(k), k);
+
+    Matrix<Real> inverse(n, M.rows());
+    for (Index k = 0; k < n; ++k) {
+        inverse.row(qr.colsPermutation().indices()(k)) = Y.row(k).eval();
+    }
+    return {inverse, read<Real>(second).pivots.head(rank), rank};
 }
+
+// ------------------------------------------------------------------ elimination
 
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M)
 {
-    const Eigen::LLT<EigenMatrix<Real>> factors(toEigen(M));
-    if (factors.info() != Eigen::Success) return std::nullopt;
-    return fromEigen<Real>(factors.matrixL());
+    Matrix<Real> L = Matrix<Real>::Zero(M.rows(), M.rows());
+    for (Index j = 0; j < M.rows(); ++j) {
+        for (Index i = j; i < M.rows(); ++i) {
+            Real sum(0);
+            for (Index k = 0; k < j; ++k) sum += L(i, k) * L(j, k);
+            const Real rest = M(i, j) - sum;
+            if (i > j) {
+                L(i, j) = rest / L(j, j);
+            } else {
+                if (!(rest > Real(0))) return std::nullopt;
+                L(j, j) = squareRoot(rest);
+            }
+        }
+    }
+    return L;
 }
 
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B)
 {
-    const EigenMatrix<Real> lower = toEigen(L);
-    return fromEigen<Real>(lower.template triangularView<Eigen::Lower>().solve(toEigen(B)));
+    Matrix<Real> X = B;
+    for (Index j = 0; j < X.cols(); ++j) {
+        for (Index i = 0; i < X.rows(); ++i) {
+            for (Index k = 0; k < i; ++k) X(i, j) -= L(i, k) * X(k, j);
+            X(i, j) /= L(i, i);
+        }
+    }
+    return X;
+}
+
+template <class Real> static void swapRows(Matrix<Real> &M, Index a, Index b)
+{
+    for (Index j = 0; j < M.cols(); ++j) std::swap(M(a, j), M(b, j));
+}
+
+template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Real> &B)
+{
+    Matrix<Real> U = M, X = B;
+    for (Index k = 0; k < U.rows(); ++k) {
+        Index pivot = k;
+        for (Index i = k + 1; i < U.rows(); ++i) {
+            if (magnitude(U(i, k)) > magnitude(U(pivot, k))) pivot = i;
+        }
+        swapRows(U, k, pivot);
+        swapRows(X, k, pivot);
+        for (Index i = k + 1; i < U.rows(); ++i) {
+            const Real factor = U(i, k) / U(k, k);
+            for (Index j = k + 1; j < U.cols(); ++j) U(i, j) -= factor * U(k, j);
+            for (Index j = 0; j < X.cols(); ++j) X(i, j) -= factor * X(k, j);
+        }
+    }
+    return solveUpper(U, X);
+}
+
+/// R over the diagonal and Householder's vectors below it, and Q' X in place of X
+template <class Real> static void householder(Matrix<Real> &M, Matrix<Real> &X)
+{
+    for (Index k = 0; k < M.cols(); ++k) {
+        Real square(0);
+        for (Index i = k + 1; i < M.rows(); ++i) square += M(i, k) * M(i, k);
+        if (square == Real(0)) continue;
+        const Real size = squareRoot(M(k, k) * M(k, k) + square);
+        const Real beta = M(k, k) >= Real(0) ? -size : size;
+        const Real tau = (beta - M(k, k)) / beta, first = M(k, k) - beta;
+        for (Index i = k + 1; i < M.rows(); ++i) M(i, k) /= first;
+        M(k, k) = beta;
+        const Matrix<Real> packed = M;
+        Matrix<Real> right = M.block(0, k + 1, M.rows(), M.cols() - k - 1);
+        reflect(right, packed, tau, k);
+        M.block(0, k + 1, M.rows(), M.cols() - k - 1) = right;
+        reflect(X, packed, tau, k);
+    }
+}
+
+LeastSquares leastSquares(const Matrix<long double> &M, const Vector<long double> &right)
+{
+    const Index columns = M.cols();
+    Matrix<long double> R = M, turned = right;
+    householder(R, turned);
+    return {solveUpper(R, Matrix<long double>(turned.topRows(columns))),
+            solveUpper(R, Matrix<long double>::Identity(columns, columns))};
+}
+
+Matrix<double> orthogonalFactor(const Matrix<double> &M)
+{
+    Matrix<double> R = M, turned = Matrix<double>::Identity(M.rows(), M.rows());
+    householder(R, turned);
+    return turned.transpose();
 }
 
 Matrix<double> samplingRoot(const Matrix<double> &covariance)
@@ -57,49 +194,33 @@ Matrix<double> samplingRoot(const Matrix<double> &covariance)
     return fromEigen<double>(factors.transpositionsP().transpose() * scaled);
 }
 
-template <class Real> Matrix<Real> inverse(const Matrix<Real> &M)
-{
-    return fromEigen<Real>(toEigen(M).inverse());
-}
+// ------------------------------------------------------------------ eigenvalues
 
-Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &right)
+Vector<long double> symmetricEigenvalues(const Matrix<long double> &M)
 {
-    return fromEigen<Quad>(toEigen(M).partialPivLu().solve(toEigen(right)));
-}
-
-LeastSquares leastSquares(const Matrix<long double> &M, const Vector<long double> &right)
-{
-    const Index columns = M.cols();
-    const Eigen::HouseholderQR<EigenMatrix<long double>> factors(toEigen(M));
-    const EigenMatrix<long double> R = factors.matrixQR().topRows(columns);
-    const EigenMatrix<long double> turned = factors.householderQ().adjoint() * toEigen(right);
-    const auto upper = R.triangularView<Eigen::Upper>();
-    const EigenMatrix<long double> top = turned.topRows(columns);
-    return {fromEigen<long double>(upper.solve(top)),
-            fromEigen<long double>(
-                upper.solve(EigenMatrix<long double>::Identity(columns, columns)))};
-}
-
-Matrix<double> orthogonalFactor(const Matrix<double> &M)
-{
-    const Eigen::HouseholderQR<EigenMatrix<double>> factors(toEigen(M));
-    return fromEigen<double>(factors.householderQ() *
-                             EigenMatrix<double>::Identity(M.rows(), M.rows()));
-}
-
-template <class Real> Vector<Real> symmetricEigenvalues(const Matrix<Real> &M)
-{
-    const Eigen::SelfAdjointEigenSolver<EigenMatrix<Real>> solver(toEigen(M),
-                                                                  Eigen::EigenvaluesOnly);
-    if (solver.info() == Eigen::Success) return fromEigen<Real>(solver.eigenvalues());
-    return Vector<Real>::Constant(M.rows(), std::numeric_limits<Real>::quiet_NaN());
+    const Eigen::SelfAdjointEigenSolver<EigenMatrix<long double>> solver(toEigen(M),
+                                                                         Eigen::EigenvaluesOnly);
+    if (solver.info() == Eigen::Success) return fromEigen<long double>(solver.eigenvalues());
+    return Vector<long double>::Constant(M.rows(),
+                                         std::numeric_limits<long double>::quiet_NaN());
 }
 
 double spectralRadius(const Matrix<double> &A)
 {
-    const Eigen::EigenSolver<EigenMatrix<double>> solver(toEigen(A), false);
-    return solver.eigenvalues().cwiseAbs().maxCoeff();
+    Matrix<Quad> power = A.cast<Quad>(); // A^(2^k) over e^(2^k logarithmOfScale)
+    Quad logarithmOfScale(0), share(1);
+    for (int k = 0; k < 64; ++k) {
+        const Quad size = power.norm();
+        if (size == 0) return 0;
+        power /= size;
+        logarithmOfScale += share * logarithm(size);
+        power = power * power;
+        share /= Quad(2);
+    }
+    return std::exp(static_cast<double>(logarithmOfScale));
 }
+
+// ------------------------------------------------------------------ the number types
 
 #define INSTANTIATE(Real)                                                                          \
     template PivotedQr<Real> pivotedQr(const Matrix<Real> &);                                      \
@@ -111,9 +232,7 @@ double spectralRadius(const Matrix<double> &A)
 INSTANTIATE(double)
 INSTANTIATE(long double)
 INSTANTIATE(Quad)
-template Matrix<double> inverse(const Matrix<double> &);
-template Matrix<Quad> inverse(const Matrix<Quad> &);
-template Vector<double> symmetricEigenvalues(const Matrix<double> &);
-template Vector<long double> symmetricEigenvalues(const Matrix<long double> &);
+template Matrix<double> solve(const Matrix<double> &, const Matrix<double> &);
+template Matrix<Quad> solve(const Matrix<Quad> &, const Matrix<Quad> &);
 
 } // namespace reference

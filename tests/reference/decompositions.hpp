@@ -1,4 +1,5 @@
-// Decompositions of matrices, by Eigen, each compiled once for the number types that are named here.
+// Decompositions of matrices, each compiled once for the number types that are named here.  What
+// decides on a rank, and the eigenvalues, are Eigen's; what is elimination only is written out.
 #ifndef KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 #define KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 
@@ -10,6 +11,8 @@
 namespace reference
 {
 
+// ------------------------------------------------------------------ rank; double, long double, Quad
+
 /// M P = Q R with R_00, R_11, ... falling in size; a pivot below `threshold` of the largest is 0.
 template <class Real> struct PivotedQr {
     Vector<Real> pivots; // |R_ii|
@@ -17,20 +20,21 @@ template <class Real> struct PivotedQr {
     Real threshold;
 };
 
-/// double, long double, Quad; without a threshold: the epsilon times the number of pivots.
+/// Without a threshold: the epsilon times the number of pivots.
 template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M);
 template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M, const Real &threshold);
 
-/// From a complete orthogonal decomposition M P = Q T Z.
+/// From the complete orthogonal decomposition M P = Q T Z.
 template <class Real> struct PseudoInverse {
     Matrix<Real> inverse;
-    Vector<Real> pivots; // |T_ii|, the first `rank` of them count
+    Vector<Real> pivots; // |T_ii|, as many as the rank
     Index rank;
 };
 
-/// double, long double, Quad.
 template <class Real>
 PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold);
+
+// ------------------------------------------------------------------ elimination
 
 /// L of M = L L', or nothing where M is not positive definite; double, long double, Quad.
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M);
@@ -38,12 +42,12 @@ template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real
 /// L^-1 B, L lower triangular; double, long double, Quad.
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B);
 
-/// A root for sampling, of a covariance that may be singular.
-Matrix<double> samplingRoot(const Matrix<double> &covariance);
-
-/// By LU with partial pivoting; double, Quad.
-template <class Real> Matrix<Real> inverse(const Matrix<Real> &M);
-Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &right);
+/// M^-1 B by elimination with row pivots; double, Quad.
+template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Real> &B);
+template <class Real> Matrix<Real> inverse(const Matrix<Real> &M)
+{
+    return solve(M, Matrix<Real>::Identity(M.rows(), M.rows()));
+}
 
 /// The x that makes |M x - right| least, and R^-1, R'R = M'M; M of full column rank.
 struct LeastSquares {
@@ -53,13 +57,18 @@ struct LeastSquares {
 
 LeastSquares leastSquares(const Matrix<long double> &M, const Vector<long double> &right);
 
-/// Q of M = Q R
+/// Q of M = Q R, M square
 Matrix<double> orthogonalFactor(const Matrix<double> &M);
 
-/// Of a symmetric matrix, rising; NaN where the iteration fails; double, long double.
-template <class Real> Vector<Real> symmetricEigenvalues(const Matrix<Real> &M);
+/// A root for sampling, of a covariance that may be singular.
+Matrix<double> samplingRoot(const Matrix<double> &covariance);
 
-/// The largest |eigenvalue|
+// ------------------------------------------------------------------ eigenvalues
+
+/// Of a symmetric matrix, rising; NaN where the iteration fails.
+Vector<long double> symmetricEigenvalues(const Matrix<long double> &M);
+
+/// The largest |eigenvalue|, as the limit of |A^k|^(1/k).
 double spectralRadius(const Matrix<double> &A);
 
 } // namespace reference

@@ -9,9 +9,9 @@ namespace reference
 
 double conditionOf(const Matrix<Quad> &P)
 {
-    const Vector<double> values = symmetricEigenvalues(normalised(P, scale(P)).cast<double>());
-    const double smallest = values.minCoeff();
-    return smallest > 1e-14 ? values.maxCoeff() / smallest : infinite;
+    const Vector<long double> values = symmetricEigenvalues(normalised(P, scale(P)).cast<long double>());
+    const long double smallest = values.minCoeff();
+    return smallest > 1e-14L ? static_cast<double>(values.maxCoeff() / smallest) : infinite;
 }
 
 /// The largest eigenvalue of R^-1 S.
@@ -20,7 +20,8 @@ static double sharpnessOf(const Matrix<double> &S, const Matrix<double> &R)
     const auto root = choleskyRoot(R);
     if (!root) return infinite;
     const Matrix<double> left = solveLower(*root, S);
-    return symmetricEigenvalues(solveLower(*root, left.transpose())).maxCoeff();
+    const Matrix<double> whitened = solveLower(*root, left.transpose());
+    return static_cast<double>(symmetricEigenvalues(whitened.cast<long double>()).maxCoeff());
 }
 
 Study::Study(const Sequence &data)

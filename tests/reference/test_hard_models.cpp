@@ -248,7 +248,7 @@ struct Outcome {
 bool isPositive(const Matrix<Quad> &M, const Vector<Quad> &unit)
 {
     const Matrix<Quad> C = normalised(M, unit);
-    return symmetricEigenvalues(C.cast<double>())(0) > -referenceGoal;
+    return symmetricEigenvalues(C.cast<long double>())(0) > -referenceGoal;
 }
 
 void countSkipped(Outcome &outcome, const std::vector<bool> &taken,
