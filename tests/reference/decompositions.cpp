@@ -96,52 +96,34 @@ PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold)
 
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M)
 {
-    Matrix<Real> L = Matrix<Real>::Zero(M.rows(), M.rows());
-    for (Index j = 0; j < M.rows(); ++j) {
-        for (Index i = j; i < M.rows(); ++i) {
-            Real sum(0);
-            for (Index k = 0; k < j; ++k) sum += L(i, k) * L(j, k);
-            const Real rest = M(i, j) - sum;
-            if (i > j) {
-                L(i, j) = rest / L(j, j);
-            } else {
-                if (!(rest > Real(0))) return std::nullopt;
-                L(j, j) = squareRoot(rest);
-            }
-        }
-    }
-    return L;
+    const Eigen::LLT<EigenMatrix<Real>> factors(toEigen(M));
+    if (factors.info() != Eigen::Success) return std::nullopt;
+    return fromEigen<Real>(factors.matrixL());
 }
 
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B)
 {
-    Matrix<Real> X = B;
-    for (Index j = 0; j < X.cols(); ++j) {
-        for (Index i = 0; i < X.rows(); ++i) {
-            for (Index k = 0; k < i; ++k) X(i, j) -= L(i, k) * X(k, j);
-            X(i, j) /= L(i, i);
-        }
-    }
-    return X;
+    const EigenMatrix<Real> lower = toEigen(L);
+    return fromEigen<Real>(lower.template triangularView<Eigen::Lower>().solve(toEigen(B)));
 }
 
-template <class Real> static void swapRows(Matrix<Real> &M, Index a, Index b)
+static void swapRows(Matrix<Quad> &M, Index a, Index b)
 {
     for (Index j = 0; j < M.cols(); ++j) std::swap(M(a, j), M(b, j));
 }
 
-template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Real> &B)
+Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B)
 {
-    Matrix<Real> U = M, X = B;
+    Matrix<Quad> U = M, X = B;
     for (Index k = 0; k < U.rows(); ++k) {
         Index pivot = k;
         for (Index i = k + 1; i < U.rows(); ++i) {
-            if (magnitude(U(i, k)) > magnitude(U(pivot, k))) pivot = i;
+            if (abs(U(i, k)) > abs(U(pivot, k))) pivot = i;
         }
         swapRows(U, k, pivot);
         swapRows(X, k, pivot);
         for (Index i = k + 1; i < U.rows(); ++i) {
-            const Real factor = U(i, k) / U(k, k);
+            const Quad factor = U(i, k) / U(k, k);
             for (Index j = k + 1; j < U.cols(); ++j) U(i, j) -= factor * U(k, j);
             for (Index j = 0; j < X.cols(); ++j) X(i, j) -= factor * X(k, j);
         }
@@ -149,7 +131,14 @@ template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Rea
     return solveUpper(U, X);
 }
 
-/// R over the diagonal and Householder's vectors below it, and Q' X in place of X
+Matrix<Quad> inverse(const Matrix<Quad> &M)
+{
+    return solve(M, Matrix<Quad>::Identity(M.rows(), M.rows()));
+}
+
+Matrix<double> inverse(const Matrix<double> &M) { return fromEigen<double>(toEigen(M).inverse()); }
+
+/// R over the diagonal and Householder's vectors below it in place of M, and Q' X in place of X
 template <class Real> static void householder(Matrix<Real> &M, Matrix<Real> &X)
 {
     for (Index k = 0; k < M.cols(); ++k) {
@@ -160,12 +149,11 @@ template <class Real> static void householder(Matrix<Real> &M, Matrix<Real> &X)
         const Real beta = M(k, k) >= Real(0) ? -size : size;
         const Real tau = (beta - M(k, k)) / beta, first = M(k, k) - beta;
         for (Index i = k + 1; i < M.rows(); ++i) M(i, k) /= first;
-        M(k, k) = beta;
-        const Matrix<Real> packed = M;
         Matrix<Real> right = M.block(0, k + 1, M.rows(), M.cols() - k - 1);
-        reflect(right, packed, tau, k);
+        reflect(right, M, tau, k);
+        reflect(X, M, tau, k);
         M.block(0, k + 1, M.rows(), M.cols() - k - 1) = right;
-        reflect(X, packed, tau, k);
+        M(k, k) = beta;
     }
 }
 
@@ -232,7 +220,5 @@ double spectralRadius(const Matrix<double> &A)
 INSTANTIATE(double)
 INSTANTIATE(long double)
 INSTANTIATE(Quad)
-template Matrix<double> solve(const Matrix<double> &, const Matrix<double> &);
-template Matrix<Quad> solve(const Matrix<Quad> &, const Matrix<Quad> &);
 
 } // namespace reference

@@ -1,5 +1,5 @@
-// Decompositions of matrices, each compiled once for the number types that are named here.  What
-// decides on a rank, and the eigenvalues, are Eigen's; what is elimination only is written out.
+// Decompositions of matrices, most of them Eigen's, each compiled once for the number types that are
+// named here.
 #ifndef KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 #define KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 
@@ -42,12 +42,12 @@ template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real
 /// L^-1 B, L lower triangular; double, long double, Quad.
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B);
 
-/// M^-1 B by elimination with row pivots; double, Quad.
-template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Real> &B);
-template <class Real> Matrix<Real> inverse(const Matrix<Real> &M)
-{
-    return solve(M, Matrix<Real>::Identity(M.rows(), M.rows()));
-}
+/// M^-1 B by elimination with row pivots.
+Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B);
+Matrix<Quad> inverse(const Matrix<Quad> &M);
+
+/// By Eigen: the random models are made with it, to the last bit.
+Matrix<double> inverse(const Matrix<double> &M);
 
 /// The x that makes |M x - right| least, and R^-1, R'R = M'M; M of full column rank.
 struct LeastSquares {
