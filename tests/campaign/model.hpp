@@ -184,7 +184,7 @@ inline void simulate(Random &random, Model &model)
             const Matrix<double> &N = model.N[reading.sensor];
             reading.z = sequence.sensors[reading.sensor].H * x + N * normals(random, N.cols());
         }
-        x = (process.A * x + process.F * normals(random, process.F.cols()));
+        x = process.A * x + process.F * normals(random, process.F.cols());
         if (step.u.size() > 0) x += process.B * step.u;
     }
 }

@@ -62,15 +62,15 @@ void BrysonFrazier::update(Belief<Quad> &belief, const Step &step, const std::ve
 }
 
 double BrysonFrazier::share(const Quad &s, const Vector<Quad> &h, const Vector<Quad> &sigma,
-                    const Quad &r)
+                            const Quad &r)
 {
     const Quad span = h.cwiseAbs().dot(sigma);
     const Quad most = span * span + r;
     return most > Quad(0) ? static_cast<double>(s / most) : 0;
 }
 
-void BrysonFrazier::correct(Belief<Quad> &belief, const Vector<Quad> &h, const Quad &r, const Quad &z,
-             const Quad &s)
+void BrysonFrazier::correct(Belief<Quad> &belief, const Vector<Quad> &h, const Quad &r,
+                            const Quad &z, const Quad &s)
 {
     const Index n = belief.mean.size();
     const Vector<Quad> K = belief.covariance * h / s;
@@ -93,7 +93,7 @@ void BrysonFrazier::undoUpdate(Adjoint &adjoint, const Correction &done)
     const Vector<Quad> &h = done.h;
     const Index n = h.size();
     const Matrix<Quad> J = Matrix<Quad>::Identity(n, n) - done.K * h.transpose();
-    adjoint.lambda = (h * (done.e / done.s) + J.transpose() * adjoint.lambda);
+    adjoint.lambda = h * (done.e / done.s) + J.transpose() * adjoint.lambda;
     adjoint.Lambda =
         symmetric<Quad>(h * h.transpose() / done.s + J.transpose() * adjoint.Lambda * J);
 }
@@ -105,7 +105,7 @@ Matrix<Quad> BrysonFrazier::undoPredict(Adjoint &adjoint, std::size_t t) const
     const Matrix<Quad> rest =
         Matrix<Quad>::Identity(n, n) - track_[t].predicted.covariance * adjoint.Lambda;
     const Matrix<Quad> lagOne = rest * A * track_[t - 1].filtered.covariance;
-    adjoint.lambda = (A.transpose() * adjoint.lambda);
+    adjoint.lambda = A.transpose() * adjoint.lambda;
     adjoint.Lambda = symmetric<Quad>(A.transpose() * adjoint.Lambda * A);
     return lagOne;
 }

@@ -24,8 +24,7 @@ template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M)
     return read<Real>(EigenQr<Real>(toEigen(M)));
 }
 
-template <class Real>
-static EigenQr<Real> eigenQr(const Matrix<Real> &M, const Real &threshold)
+template <class Real> static EigenQr<Real> eigenQr(const Matrix<Real> &M, const Real &threshold)
 {
     EigenQr<Real> qr(M.rows(), M.cols());
     qr.setThreshold(threshold);
@@ -80,7 +79,8 @@ PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold)
     for (Index k = 0; k < rank; ++k) {
         permuted.row(k) = X.row(second.colsPermutation().indices()(k)).eval();
     }
-    const Matrix<Real> solved = solveLower(Matrix<Real>(turned.topRows(rank).transpose()), permuted);
+    const Matrix<Real> lower = turned.topRows(rank).transpose();
+    const Matrix<Real> solved = solveLower(lower, permuted);
     Matrix<Real> Y = Matrix<Real>::Zero(n, M.rows());
     if (rank > 0) Y.block(0, 0, rank, M.rows()) = solved;
     for (Index k = rank; k-- > 0;) reflect(Y, turned, second.hCoeffs()(k), k);

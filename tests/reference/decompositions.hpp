@@ -1,5 +1,5 @@
-// Decompositions of matrices, most of them Eigen's, each compiled once for the number types that are
-// named here.
+// Decompositions of matrices, most of them Eigen's, each compiled once for the number types that
+// are named here.
 #ifndef KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 #define KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 
@@ -11,7 +11,7 @@
 namespace reference
 {
 
-// ------------------------------------------------------------------ rank; double, long double, Quad
+// ------------------------------------------------------------------ rank, in double and wider
 
 /// M P = Q R with R_00, R_11, ... falling in size; a pivot below `threshold` of the largest is 0.
 template <class Real> struct PivotedQr {

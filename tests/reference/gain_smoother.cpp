@@ -39,7 +39,8 @@ class GainSmoother
 {
   public:
     explicit GainSmoother(const Sequence &sequence)
-        : x_(toEigen(sequence.x0)), S_(EigenMatrix<float>::Zero(sequence.states(), sequence.states()))
+        : x_(toEigen(sequence.x0)),
+          S_(EigenMatrix<float>::Zero(sequence.states(), sequence.states()))
     {
         for (const Step &step : sequence.steps) {
             const EigenMatrix<float> before = S_;

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -12,11 +11,6 @@
 
 namespace reference::generator
 {
-
-std::uint64_t seedOf(int argc, char **argv)
-{
-    return argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 20240229U;
-}
 
 Vec normals(Random &random, Index count)
 {
@@ -138,7 +132,7 @@ void simulate(Random &random, Sequence &sequence)
             reading.z = toFloat(Mat(sensor.H * x + root * normals(random, root.cols())));
         }
         const ProcessModel &process = sequence.processes[step.process];
-        x = (process.A * x + process.F * normals(random, process.F.cols()));
+        x = process.A * x + process.F * normals(random, process.F.cols());
         if (step.u.size() > 0) x += process.B * step.u;
     }
 }

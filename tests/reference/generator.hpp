@@ -19,8 +19,8 @@ namespace reference::generator
 using Mat = Matrix<double>;
 using Vec = Vector<double>;
 
-/// The seed of argv[1], or the default one.
-std::uint64_t seedOf(int argc, char **argv);
+/// Of the tests of random models
+constexpr std::uint64_t defaultSeed = 20240229;
 
 Vec normals(Random &random, Index count);
 Mat toFloat(const Mat &M);

@@ -26,8 +26,8 @@ Matrix<double> unitRow(Index n, Index c)
     return Matrix<double>::Identity(n, n).row(c);
 }
 
-NumericsModel makeModel(std::string name, Matrix<double> A, Matrix<double> F,
-                               Matrix<double> H, const Vector<double> &r, Vector<double> P0)
+NumericsModel makeModel(std::string name, Matrix<double> A, Matrix<double> F, Matrix<double> H,
+                        const Vector<double> &r, Vector<double> P0)
 {
     NumericsModel model;
     model.name = std::move(name);
@@ -246,7 +246,7 @@ static SensorModel drawSensor(const NumericsModel &model, const Mode &mode, Rand
 }
 
 Reading drawReading(const NumericsModel &model, const Mode &mode, const SensorModel &sensor,
-                           const Vector<double> &x, Random &random)
+                    const Vector<double> &x, Random &random)
 {
     Reading reading{0, sensor.H * x, 0};
     for (Index c = 0; c < reading.z.size(); ++c) {
@@ -267,7 +267,7 @@ Vector<double> moved(const NumericsModel &model, const Vector<double> &x, Random
 }
 
 Sequence simulate(const NumericsModel &model, const Mode &mode, std::size_t steps,
-                         std::uint64_t seed)
+                  std::uint64_t seed)
 {
     Random random(seed);
     Sequence sequence{model.name + ", " + mode.name,

@@ -44,8 +44,8 @@ Matrix<double> randomMatrix(Random &random, Index height, Index width);
 Matrix<double> unitRow(Index n, Index c);
 
 /// Matrices of a model as they come; the constructor of everything below.
-NumericsModel makeModel(std::string name, Matrix<double> A, Matrix<double> F,
-                               Matrix<double> H, const Vector<double> &r, Vector<double> P0);
+NumericsModel makeModel(std::string name, Matrix<double> A, Matrix<double> F, Matrix<double> H,
+                        const Vector<double> &r, Vector<double> P0);
 
 NumericsModel withRanges(NumericsModel model, Vector<double> reach, Vector<double> range);
 
@@ -97,14 +97,14 @@ std::array<Mode, 4> numericsModes();
 Vector<double> trueStart(const NumericsModel &model, Random &random);
 
 Reading drawReading(const NumericsModel &model, const Mode &mode, const SensorModel &sensor,
-                           const Vector<double> &x, Random &random);
+                    const Vector<double> &x, Random &random);
 
 /// The true state one step later.
 Vector<double> moved(const NumericsModel &model, const Vector<double> &x, Random &random);
 
 /// One run of a model; sensors[t] is the sensor of step t where the noise varies.
 Sequence simulate(const NumericsModel &model, const Mode &mode, std::size_t steps,
-                         std::uint64_t seed);
+                  std::uint64_t seed);
 
 } // namespace reference
 

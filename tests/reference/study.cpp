@@ -9,7 +9,8 @@ namespace reference
 
 double conditionOf(const Matrix<Quad> &P)
 {
-    const Vector<long double> values = symmetricEigenvalues(normalised(P, scale(P)).cast<long double>());
+    const Matrix<Quad> correlations = normalised(P, scale(P));
+    const Vector<long double> values = symmetricEigenvalues(correlations.cast<long double>());
     const long double smallest = values.minCoeff();
     return smallest > 1e-14L ? static_cast<double>(values.maxCoeff() / smallest) : infinite;
 }
@@ -87,8 +88,7 @@ static Vector<double> roundingOfSum(const Vector<double> &terms, const Vector<do
 
 /// In q31 it is 2^-24 of a word, whatever the terms; a range is 2^30 words.
 template <>
-Vector<double> roundingOfSum<kq::Q31>(const Vector<double> & /*terms*/,
-                                             const Vector<double> &range)
+Vector<double> roundingOfSum<kq::Q31>(const Vector<double> & /*terms*/, const Vector<double> &range)
 {
     return range * (0x1p-54 / (kq::epsilon<kq::Q31>() / 2));
 }

@@ -161,7 +161,7 @@ class Simulation
     {
     }
 
-    void advance() { x_ = (plant_.A * x_ + plant_.F * normal(plant_.F.cols())); }
+    void advance() { x_ = plant_.A * x_ + plant_.F * normal(plant_.F.cols()); }
 
     Vector<double> measure()
     {
@@ -494,7 +494,7 @@ void table(std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     if (argc > 2) {
         table(seed);
         return 0;

@@ -91,7 +91,7 @@ class Simulation
     {
         Vector<double> w(plant_.F.cols());
         for (double &entry : w) entry = random_.normal();
-        x_ = (plant_.A * x_ + plant_.F * w);
+        x_ = plant_.A * x_ + plant_.F * w;
     }
 
     Vector<double> measure(double bias)
@@ -344,7 +344,7 @@ template <class T> void all(Verdict &verdict, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Verdict verdict;
     all<float>(verdict, seed);
     all<double>(verdict, seed);

@@ -15,7 +15,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
@@ -129,7 +128,7 @@ Matrix<double> priorRoot(Random &random, const Vector<double> &size)
     const Vector<double> spread = powers(random, n, -1, random.chance(0.5) ? 1 : 4);
     Matrix<double> S = size.asDiagonal() * randomMatrix(random, n, n) * spread.asDiagonal();
     S = S.upperTriangle();
-    if (random.chance(0.3)) S = (S * mask(random, n, 1, 0.6).asDiagonal());
+    if (random.chance(0.3)) S = S * mask(random, n, 1, 0.6).asDiagonal();
     return S;
 }
 
@@ -160,7 +159,7 @@ void measure(Random &random, Sequence &sequence, Vector<double> x)
             step.readings.push_back({c, rounded(z), random.chance(0.2) ? 0U : 1U});
         }
         sequence.steps.push_back(step);
-        x = (process.A * x + process.F * randomMatrix(random, process.F.cols(), 1));
+        x = process.A * x + process.F * randomMatrix(random, process.F.cols(), 1);
     }
 }
 
@@ -356,7 +355,7 @@ void testClass(Verdict &verdict, const ClassName &name, std::uint64_t seed, Tall
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Verdict verdict;
     Tally library, gain;

@@ -22,6 +22,7 @@
 #include "library.hpp"
 #include "on_line.hpp"
 #include "report.hpp"
+#include "smoother_checks.hpp"
 #include "study.hpp"
 #include "textbook.hpp"
 
@@ -111,22 +112,7 @@ void compare(Figures &figures, const Case &model, const Belief<Wide<T>> &now,
     const Vector<Quad> unit = units(model, exact.covariance, floorOf<T>());
     figures.add("x", meanError(now.mean, exact.mean, unit));
     figures.add("P", covarianceError(now.covariance, exact.covariance, unit));
-    figures.add("not PSD",
-                -smallestEigenvalue(now.covariance) / eigenvalueRounding<T>(now.mean.size()));
-}
-
-/// P_s <= P_f, over the rounding of a covariance that is handed over in T.
-template <class T>
-void compareOrder(Figures &figures, const Belief<Wide<T>> &filtered, const Belief<Wide<T>> &now)
-{
-    const Matrix<Wide<T>> gained = filtered.covariance - now.covariance;
-    figures.add("above filter", -smallestEigenvalue(gained, filtered.covariance) /
-                                    eigenvalueRounding<T>(now.mean.size()));
-}
-
-template <class Real> double difference(const Belief<Real> &a, const Belief<Real> &b)
-{
-    return a.mean == b.mean && a.covariance == b.covariance ? 0 : 1;
+    figures.add("not PSD", indefinite<T>(now));
 }
 
 /// All that can be asked of the lag at one time.
@@ -141,7 +127,7 @@ void compareLags(Figures &figures, const Case &model, LagOwner<T> &lag, std::siz
         const std::size_t then = t - static_cast<std::size_t>(k);
         const Belief<Wide<T>> now = lag.smooth(k);
         compare<T>(figures, model, now, window->past[then - window->first]);
-        compareOrder<T>(figures, filtered[then], now);
+        figures.add("above filter", aboveFilter<T>(filtered[then], now));
         figures.add("means alone", lag.smoothStates(k) == now.mean ? 0 : 1);
     }
 }
@@ -291,7 +277,7 @@ void compareBatch(Report &report, Random &random, int number)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;

@@ -128,8 +128,8 @@ class NormalEquations
     {
         const Vector<Quad> row = h.cast<Quad>();
         const Quad weight = Quad(1) / Quad(r);
-        W_ = (lambda_ * W_ + weight * row * row.transpose());
-        b_ = (lambda_ * b_ + weight * Quad(z) * row);
+        W_ = lambda_ * W_ + weight * row * row.transpose();
+        b_ = lambda_ * b_ + weight * Quad(z) * row;
         c_ = lambda_ * c_ + weight * Quad(z) * Quad(z);
     }
 
@@ -309,13 +309,13 @@ template <class T> Figures fadingRun(Random &random, double lambda)
         kq::require(kq::Api<T>::update(filter.get(), sensor.get(), words.data()), "update");
         const Quad S = now.covariance(0, 0) + Quad(0.5);
         const Vector<Quad> gain = now.covariance.col(0) / S;
-        now.mean = (now.mean + gain * (Quad(z) - now.mean(0)));
-        now.covariance = (now.covariance - gain * gain.transpose() * S);
+        now.mean = now.mean + gain * (Quad(z) - now.mean(0));
+        now.covariance = now.covariance - gain * gain.transpose() * S;
         compare<T>(figures, now, read(filter));
         kq::require(Squares<T>::fade(filter.get(), Squares<T>::number(lambda)), "fade");
         kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
-        now.mean = (AQ * now.mean);
-        now.covariance = (AQ * now.covariance * AQ.transpose() / Quad(lambda) + Q);
+        now.mean = AQ * now.mean;
+        now.covariance = AQ * now.covariance * AQ.transpose() / Quad(lambda) + Q;
     }
     return figures;
 }
@@ -340,7 +340,7 @@ template <class T> void all(Report &report, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Report report;
     all<float>(report, seed);
     all<double>(report, seed);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "api.hpp"
 #include "decompositions.hpp"
 #include "random.hpp"
 #include "report.hpp"
@@ -20,6 +21,7 @@
 #include "kalmanq/kalmanq.h"
 
 using namespace reference;
+using kq::require;
 
 namespace
 {
@@ -79,13 +81,6 @@ template <> struct Api<double> {
     static constexpr auto logLikelihood = kq_log_likelihood_f64;
     static constexpr std::size_t filterLength = KQ_FILTER_LEN_F64(16);
 };
-
-void require(kq_status status, const char *what)
-{
-    if (status != KQ_OK) {
-        throw std::runtime_error(std::string(what) + ": " + kq_status_text(status));
-    }
-}
 
 /// A model with its memory
 template <class T> class Made
@@ -443,7 +438,7 @@ template <class T> void all(Report &report, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Report report;
     all<float>(report, seed);
     all<double>(report, seed);

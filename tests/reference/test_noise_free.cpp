@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -84,7 +83,7 @@ class Truth
 
     void advance()
     {
-        x_ = (process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1));
+        x_ = process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1);
     }
 
   private:
@@ -490,7 +489,7 @@ void testCase(Verdict &verdict, const Case &data)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     std::printf("%-38s %-34s  %s\n", "", "f32: filter, smoother", "f64: filter, smoother");
     std::printf("%-38s %7s %7s  %7s %7s   %7s %7s  %7s %7s\n", "R = 0", "x", "P", "x", "P", "x",

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -200,7 +199,7 @@ void checkAdvantage(Verdict &verdict, std::vector<double> advantages)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu, %zu steps; errors of P below %.0e count as rounding\n",
                 static_cast<unsigned long long>(seed), stepCount, covarianceFloor);
     std::printf("%-36s %-35s   %-35s   %s\n", "", "error of x in sigma", "error of P",

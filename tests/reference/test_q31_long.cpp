@@ -8,7 +8,6 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "accuracy.hpp"
@@ -165,7 +164,7 @@ void testModel(Verdict &verdict, const NumericsModel &model, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu, %zu steps, %s\n", static_cast<unsigned long long>(seed), stepCount,
                 gaps.name);
     std::printf("largest error of the second half of 1e4, 1e5 and 1e6 steps, and of all; smallest "

@@ -23,6 +23,7 @@
 #include "generator.hpp"
 #include "library.hpp"
 #include "report.hpp"
+#include "smoother_checks.hpp"
 #include "study.hpp"
 #include "textbook.hpp"
 
@@ -83,7 +84,7 @@ Decorrelation decorrelate(const Matrix<Quad> &R)
     for (Index j = m - 1; j >= 0; --j) {
         D(j) = rest(j, j);
         if (D(j) > 0) U.col(j).head(j) = rest.col(j).head(j) / D(j);
-        rest -= (U.col(j) * U.col(j).transpose() * D(j));
+        rest -= U.col(j) * U.col(j).transpose() * D(j);
     }
     return {inverse(U), D};
 }
@@ -147,23 +148,6 @@ template <class T> struct Recording {
     }
 };
 
-/// P_s <= P_f and P_s >= 0, in units of the variances of the filter and of the smoother, over the
-/// rounding of a covariance that is handed over in T.
-template <class T>
-void compareOrder(Figures &figures, const Belief<Wide<T>> &filtered,
-                  const Belief<Wide<T>> &smoothed)
-{
-    const double rounding = eigenvalueRounding<T>(filtered.mean.size());
-    const Matrix<Wide<T>> gained = filtered.covariance - smoothed.covariance;
-    figures.add("above filter", -smallestEigenvalue(gained, filtered.covariance) / rounding);
-    figures.add("not PSD", -smallestEigenvalue(smoothed.covariance) / rounding);
-}
-
-template <class Real> double difference(const Belief<Real> &a, const Belief<Real> &b)
-{
-    return a.mean == b.mean && a.covariance == b.covariance ? 0 : 1;
-}
-
 /// The whole history at once.
 template <class T> std::vector<Belief<Wide<T>>> smoothAll(Figures &figures, const Case &model)
 {
@@ -172,7 +156,8 @@ template <class T> std::vector<Belief<Wide<T>>> smoothAll(Figures &figures, cons
     std::vector<Belief<Wide<T>>> beliefs;
     for (std::size_t t = 0; t < model.past.size(); ++t) {
         beliefs.push_back(readSmoothed(recording.history, t));
-        compareOrder<T>(figures, recording.filtered[t], beliefs[t]);
+        figures.add("above filter", aboveFilter<T>(recording.filtered[t], beliefs[t]));
+        figures.add("not PSD", indefinite<T>(beliefs[t]));
     }
     figures.add("last step", difference(beliefs.back(), recording.filtered.back()));
     return beliefs;
@@ -333,7 +318,7 @@ void compareBatch(Report &report, Random &random, int number)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;

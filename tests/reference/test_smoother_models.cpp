@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
@@ -347,7 +346,7 @@ void testCase(Verdict &verdict, const Case &data)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     std::printf("%-34s %-23s  %-23s  %-23s  %-15s  %s\n", "", "f32", "f64", "q31", "q31: filter",
                 "smallest eigenvalue, f32, q31");

@@ -360,7 +360,7 @@ void compare(Groups &groups, const std::string &kind, Sequence sequence, std::ui
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Groups groups;

@@ -40,7 +40,7 @@ template <class Real>
 void predict(Belief<Real> &belief, const Matrix<Real> &A, const Matrix<Real> &Q,
              const Vector<Real> &drive)
 {
-    belief.mean = (A * belief.mean + drive);
+    belief.mean = A * belief.mean + drive;
     belief.covariance = symmetric<Real>(A * belief.covariance * A.transpose() + Q);
 }
 
@@ -159,8 +159,8 @@ Belief<Real> forecast(const Sequence &sequence, const Belief<Real> &filtered, st
 /// Rauch, Tung and Striebel: of step t, from what is known of step t + 1.
 template <class Real>
 static Smoothed<Real> smoothStep(const Belief<Real> &filtered, const Belief<Real> &predicted,
-                          const Belief<Real> &later, const Matrix<Real> &A,
-                          const Vector<Real> &drive, const Real &tolerance)
+                                 const Belief<Real> &later, const Matrix<Real> &A,
+                                 const Vector<Real> &drive, const Real &tolerance)
 {
     const Matrix<Real> G =
         filtered.covariance * A.transpose() * generalisedInverse(predicted.covariance, tolerance);
@@ -199,14 +199,14 @@ template <class Real> struct Adjoint {
 
 template <class Real>
 static void backThroughUpdate(Adjoint<Real> &later, const Observation<Real> &seen,
-                       const Innovation<Real> &update)
+                              const Innovation<Real> &update)
 {
     if (seen.z.size() == 0) return;
     const Index n = seen.H.cols();
     const Real tolerance = Real(64) * std::numeric_limits<Real>::epsilon();
     const Matrix<Real> weight = seen.H.transpose() * generalisedInverse(update.S, tolerance);
     const Matrix<Real> rest = Matrix<Real>::Identity(n, n) - update.K * seen.H;
-    later.gradient = (rest.transpose() * later.gradient + weight * update.e);
+    later.gradient = rest.transpose() * later.gradient + weight * update.e;
     later.information =
         symmetric<Real>(rest.transpose() * later.information * rest + weight * seen.H);
 }
@@ -214,14 +214,14 @@ static void backThroughUpdate(Adjoint<Real> &later, const Observation<Real> &see
 /// The step before a predict; `later` is seen from after it, and then from before it.
 template <class Real>
 static Smoothed<Real> backThroughPredict(Adjoint<Real> &later, const Matrix<Real> &A,
-                                  const Matrix<Real> &Q, const Matrix<Real> &filtered,
-                                  const Matrix<Real> &predicted)
+                                         const Matrix<Real> &Q, const Matrix<Real> &filtered,
+                                         const Matrix<Real> &predicted)
 {
     Smoothed<Real> result;
     result.noiseMean = Q * later.gradient;
     result.noiseCovariance = symmetric<Real>(Q - Q * later.information * Q);
     result.lagOne = (A - predicted * later.information * A) * filtered;
-    later.gradient = (A.transpose() * later.gradient);
+    later.gradient = A.transpose() * later.gradient;
     later.information = symmetric<Real>(A.transpose() * later.information * A);
     return result;
 }
