@@ -192,7 +192,7 @@ inline Sequence withRanges(const Model &model, const Exact &exact)
     }
     reference::widenStates(sequence);
     reference::widenMeasurements(sequence);
-    sequence.range = declared.cwiseProduct(sequence.range.cwiseQuotient(before)).eval();
+    sequence.range = declared.cwiseProduct(sequence.range.cwiseQuotient(before));
     const Vector<double> grid = reference::powersOfTwo(sequence.range);
     sequence.x0 = reference::onGrid(sequence.x0, grid);
     for (reference::Step &step : sequence.steps) {

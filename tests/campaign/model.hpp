@@ -13,15 +13,16 @@
 #include <vector>
 
 #include "../reference/generator.hpp"
+#include "../reference/ranges.hpp"
 
 namespace campaign
 {
 
+using reference::Index;
 using reference::Matrix;
 using reference::Random;
 using reference::Sequence;
 using reference::Vector;
-using Index = Eigen::Index;
 
 constexpr int steps = 200;
 
@@ -178,12 +179,12 @@ inline void simulate(Random &random, Model &model)
     Vector<double> x = sequence.x0 + model.F * normals(random, model.F.cols());
     model.largest = x.cwiseAbs();
     for (reference::Step &step : sequence.steps) {
-        model.largest = model.largest.cwiseMax(x.cwiseAbs()).eval();
+        model.largest = model.largest.cwiseMax(x.cwiseAbs());
         for (reference::Reading &reading : step.readings) {
             const Matrix<double> &N = model.N[reading.sensor];
             reading.z = sequence.sensors[reading.sensor].H * x + N * normals(random, N.cols());
         }
-        x = (process.A * x + process.F * normals(random, process.F.cols())).eval();
+        x = process.A * x + process.F * normals(random, process.F.cols());
         if (step.u.size() > 0) x += process.B * step.u;
     }
 }
@@ -198,11 +199,11 @@ inline std::vector<Vector<double>> largestReadings(const Sequence &sequence)
     for (const reference::Step &step : sequence.steps) {
         for (const reference::Reading &reading : step.readings) {
             Vector<double> &now = most[reading.sensor];
-            now = now.cwiseMax(reading.z.cwiseAbs()).eval();
+            now = now.cwiseMax(reading.z.cwiseAbs());
         }
     }
     for (Vector<double> &now : most) {
-        now = now.unaryExpr([](double v) { return v > 0 ? v : 1.0; }).eval();
+        now = now.unaryExpr([](double v) { return v > 0 ? v : 1.0; });
     }
     return most;
 }
@@ -216,7 +217,7 @@ inline void putOnGrid(Model &model)
             const bool repeated = model.repeated[reading.sensor];
             Vector<double> range = reference::powersOfTwo(16 * most[reading.sensor]);
             const Index last = range.size() - 1;
-            if (repeated) range.head(last).setConstant(range.head(last).maxCoeff());
+            if (repeated) range.head(last).setConstant(range.head(last).eval().maxCoeff());
             Vector<double> &z = reading.z;
             z = reference::onGrid(z, range);
             if (repeated) z(last) = last == 1 ? 4 * z(0) : z(0) + z(1);

@@ -156,8 +156,8 @@ inline void updateUd(reference::UdFilter &filter, const reference::SensorModel &
 {
     const std::vector<Index> chosen = reference::presentComponents(reading);
     if (chosen.empty()) return;
-    const Matrix<double> H = sensor.H(chosen, Eigen::all), R = sensor.R(chosen, chosen);
-    const Vector<double> z = reading.z(chosen, 0);
+    const Matrix<double> H = sensor.H.chooseRows(chosen), R = sensor.R.choose(chosen, chosen);
+    const Vector<double> z = reading.z.chooseRows(chosen);
     const FloatDecorrelation noise(R.cast<float>());
     const Matrix<float> rows = noise.inverse * H.cast<float>();
     const Vector<float> parts = noise.inverse * z.cast<float>();

@@ -9,7 +9,6 @@
 #ifndef KALMANQ_TESTS_REFERENCE_FORMATS_HPP
 #define KALMANQ_TESTS_REFERENCE_FORMATS_HPP
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,8 +28,8 @@ using kq::Q31;
 template <class T> std::vector<T> flattened(const Matrix<double> &M)
 {
     std::vector<T> values;
-    for (Eigen::Index i = 0; i < M.rows(); ++i) {
-        for (Eigen::Index j = 0; j < M.cols(); ++j) {
+    for (Index i = 0; i < M.rows(); ++i) {
+        for (Index j = 0; j < M.cols(); ++j) {
             values.push_back(static_cast<T>(M(i, j)));
         }
     }
@@ -38,10 +37,10 @@ template <class T> std::vector<T> flattened(const Matrix<double> &M)
 }
 
 template <class T>
-Matrix<double> unflattened(const std::vector<T> &values, Eigen::Index rows, Eigen::Index columns)
+Matrix<double> unflattened(const std::vector<T> &values, Index rows, Index columns)
 {
     Matrix<double> M(rows, columns);
-    for (Eigen::Index k = 0; k < rows * columns; ++k) {
+    for (Index k = 0; k < rows * columns; ++k) {
         M(k / columns, k % columns) = static_cast<double>(values[static_cast<std::size_t>(k)]);
     }
     return M;
@@ -55,7 +54,7 @@ template <class T> class Formats
     using Wide = double;
 
     /// The ranges are those of q31, and not needed here.
-    Formats(Eigen::Index count, const Vector<double> & /*ranges*/) : count_(count) {}
+    Formats(Index count, const Vector<double> & /*ranges*/) : count_(count) {}
 
     int count() const { return static_cast<int>(count_); }
 
@@ -97,7 +96,7 @@ template <class T> class Formats
     static Wide score(T x) { return static_cast<Wide>(x); }
 
   private:
-    Eigen::Index count_;
+    Index count_;
 };
 
 template <> class Formats<Q31>
@@ -106,10 +105,10 @@ template <> class Formats<Q31>
     /// A mean has 56 bits.
     using Wide = long double;
 
-    Formats(Eigen::Index count, const Vector<double> &ranges)
+    Formats(Index count, const Vector<double> &ranges)
     {
         if (ranges.size() != count) throw std::runtime_error("a sequence without ranges");
-        for (Eigen::Index i = 0; i < count; ++i) {
+        for (Index i = 0; i < count; ++i) {
             kq_format_q31 format;
             kq::require(kq_format_prepare_q31(&format, ranges(i)), "format prepare");
             formats_.push_back(format);
@@ -126,7 +125,7 @@ template <> class Formats<Q31>
     std::vector<std::int32_t> words(const Matrix<double> &columns) const
     {
         std::vector<std::int32_t> all;
-        for (Eigen::Index k = 0; k < columns.cols() && columns.rows() > 0; ++k) {
+        for (Index k = 0; k < columns.cols() && columns.rows() > 0; ++k) {
             const Vector<double> x = columns.col(k);
             std::vector<std::int32_t> words(formats_.size());
             kq::require(

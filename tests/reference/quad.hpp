@@ -1,14 +1,13 @@
-// Quadruple precision that Eigen can compute with (link with -lquadmath), and the functions that
-// differ between the number types of the reference.
+// Quadruple precision as a class (link with -lquadmath), and the functions that differ between the
+// number types of the reference.
 //
-// __float128 itself cannot be given to Eigen in standard C++: Eigen finds sqrt and abs by the
-// namespace of their argument, and a built-in type has none.
+// __float128 itself cannot be given to a template of standard C++ that finds sqrt and abs by the
+// namespace of their argument, as Eigen's do: a built-in type has none.
 #ifndef KALMANQ_TESTS_REFERENCE_QUAD_HPP
 #define KALMANQ_TESTS_REFERENCE_QUAD_HPP
 
 #include <quadmath.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -95,34 +94,12 @@ template <class Real> Real pi()
 namespace std
 {
 
-/// Eigen asks here for the smallest number (its Householder code) and for the epsilon.
+/// The epsilon, and the smallest number, which Eigen asks for.
 template <> struct numeric_limits<reference::Quad> : numeric_limits<double> {
     static reference::Quad min() { return reference::Quad::of(ldexpq(1, -16382)); }
     static reference::Quad epsilon() { return reference::Quad::of(ldexpq(1, -112)); }
 };
 
 } // namespace std
-
-namespace Eigen
-{
-
-template <> struct NumTraits<reference::Quad> : GenericNumTraits<reference::Quad> {
-    using Quad = reference::Quad;
-    using Real = Quad;
-    using NonInteger = Quad;
-    using Nested = Quad;
-    using Literal = Quad;
-    enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0 };
-    enum { ReadCost = 2, AddCost = 40, MulCost = 40 };
-    static Quad epsilon() { return Quad::of(ldexpq(1, -112)); }
-    static Quad dummy_precision() { return Quad::of(ldexpq(1, -100)); }
-    static Quad lowest() { return -highest(); }
-    static Quad highest() { return Quad::of(ldexpq(2 - ldexpq(1, -112), 16383)); }
-    static Quad infinity() { return Quad(std::numeric_limits<double>::infinity()); }
-    static Quad quiet_NaN() { return Quad(std::numeric_limits<double>::quiet_NaN()); }
-    static int digits10() { return 33; }
-};
-
-} // namespace Eigen
 
 #endif

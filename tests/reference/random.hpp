@@ -4,9 +4,16 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 
 namespace reference
 {
+
+/// The seed of argv[1], or the default one.
+inline std::uint64_t seedOf(int argc, char **argv, std::uint64_t otherwise = 1)
+{
+    return argc > 1 ? std::strtoull(argv[1], nullptr, 10) : otherwise;
+}
 
 /// xorshift64* (Vigna 2016), seeded through one step of splitmix64 so that neighbouring seeds
 /// have nothing in common.

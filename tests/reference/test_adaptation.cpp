@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "decompositions.hpp"
 #include "owners.hpp"
 #include "random.hpp"
 #include "verdict.hpp"
@@ -118,10 +119,10 @@ Plant velocity(double lost)
                 Matrix<double>(1, 2),
                 Matrix<double>(1, 1),
                 lost};
-    plant.A << 1, 0.125, 0, 0.99;
-    plant.F << 0.0225, 0.36;
-    plant.H << 1, 0;
-    plant.R << 0.0625;
+    plant.A = rows({{1, 0.125}, {0, 0.99}});
+    plant.F = rows({{0.0225}, {0.36}});
+    plant.H = rows({{1, 0}});
+    plant.R = rows({{0.0625}});
     return plant;
 }
 
@@ -129,7 +130,7 @@ Plant alternating()
 {
     Plant plant = level(0.5);
     plant.name = "AR(1), -0.9";
-    plant.A << -0.9;
+    plant.A = rows({{-0.9}});
     return plant;
 }
 
@@ -141,10 +142,10 @@ Plant two(double lost)
                 Matrix<double>(2, 2),
                 Matrix<double>(2, 2),
                 lost};
-    plant.A << 0.95, 0.1, 0, 0.9;
-    plant.F << 0.3, 0, 0, 0.6;
-    plant.H << 1, 0, 0.5, 1;
-    plant.R << 0.25, 0, 0, 4;
+    plant.A = rows({{0.95, 0.1}, {0, 0.9}});
+    plant.F = rows({{0.3, 0}, {0, 0.6}});
+    plant.H = rows({{1, 0}, {0.5, 1}});
+    plant.R = rows({{0.25, 0}, {0, 4}});
     if (lost > 0) plant.R(0, 1) = plant.R(1, 0) = 0.5;
     return plant;
 }
@@ -155,12 +156,12 @@ class Simulation
 {
   public:
     Simulation(const Plant &plant, std::uint64_t seed)
-        : plant_(plant), random_(seed), noise_(plant.R.llt().matrixL()),
+        : plant_(plant), random_(seed), noise_(choleskyRoot(plant.R).value()),
           x_(Vector<double>::Zero(plant.A.rows()))
     {
     }
 
-    void advance() { x_ = (plant_.A * x_ + plant_.F * normal(plant_.F.cols())).eval(); }
+    void advance() { x_ = plant_.A * x_ + plant_.F * normal(plant_.F.cols()); }
 
     Vector<double> measure()
     {
@@ -173,14 +174,14 @@ class Simulation
     std::uint32_t present()
     {
         std::uint32_t mask = 0;
-        for (Eigen::Index c = 0; c < plant_.R.rows(); ++c) {
+        for (Index c = 0; c < plant_.R.rows(); ++c) {
             if (plant_.lost == 0 || !random_.chance(plant_.lost)) mask |= 1U << c;
         }
         return mask;
     }
 
   private:
-    Vector<double> normal(Eigen::Index count)
+    Vector<double> normal(Index count)
     {
         Vector<double> w(count);
         for (double &entry : w) entry = random_.normal();
@@ -225,7 +226,7 @@ template <class T> class Run
                   Noise::covariance),
           filter_(states_), simulation_(plant, seed)
     {
-        const Eigen::Index n = plant.A.rows();
+        const Index n = plant.A.rows();
         const auto number = Tool::number;
         kq::require(filter_.init(Vector<double>::Zero(n), 16 * Matrix<double>::Identity(n, n)),
                     "filter init");
@@ -493,7 +494,7 @@ void table(std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     if (argc > 2) {
         table(seed);
         return 0;

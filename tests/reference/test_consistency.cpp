@@ -91,14 +91,14 @@ class Simulation
     {
         Vector<double> w(plant_.F.cols());
         for (double &entry : w) entry = random_.normal();
-        x_ = (plant_.A * x_ + plant_.F * w).eval();
+        x_ = plant_.A * x_ + plant_.F * w;
     }
 
     Vector<double> measure(double bias)
     {
         Vector<double> z = plant_.H * x_;
         z(0) += bias * std::sqrt(plant_.r(0));
-        for (Eigen::Index c = 0; c < z.size(); ++c) {
+        for (Index c = 0; c < z.size(); ++c) {
             z(c) = onGrid(z(c) + std::sqrt(plant_.r(c)) * random_.normal());
         }
         return z;
@@ -107,7 +107,7 @@ class Simulation
     std::uint32_t present()
     {
         std::uint32_t mask = UINT32_MAX;
-        for (Eigen::Index c = 0; plant_.missing > 0 && c < plant_.H.rows(); ++c) {
+        for (Index c = 0; plant_.missing > 0 && c < plant_.H.rows(); ++c) {
             if (random_.chance(plant_.missing)) mask &= ~(UINT32_C(1) << c);
         }
         return mask;
@@ -181,7 +181,7 @@ template <class T> class Watch
 template <class T>
 Outside run(const Plant &plant, const Fault &fault, int window, int windows, std::uint64_t seed)
 {
-    const Eigen::Index n = plant.A.rows(), m = plant.H.rows();
+    const Index n = plant.A.rows(), m = plant.H.rows();
     const Formats<T> states(n, Vector<double>::Constant(n, 1 << 20));
     ProcessOwner<T> process(
         states, ProcessModel{plant.A, Matrix<double>(n, 0), std::sqrt(fault.q) * plant.F},
@@ -226,10 +226,10 @@ Plant level()
 {
     Plant plant{"local level", Matrix<double>(1, 1), Matrix<double>(1, 1), Matrix<double>(1, 1),
                 Vector<double>(1)};
-    plant.A << 1;
-    plant.F << 0.5;
-    plant.H << 1;
-    plant.r << 1;
+    plant.A = rows({{1}});
+    plant.F = rows({{0.5}});
+    plant.H = rows({{1}});
+    plant.r = rows({{1}});
     return plant;
 }
 
@@ -243,7 +243,7 @@ Plant motion()
     plant.F(0, 0) = plant.F(2, 1) = 0.25;
     plant.F(1, 0) = plant.F(3, 1) = 0.5;
     plant.H(0, 0) = plant.H(1, 2) = 1;
-    plant.r << 1, 4;
+    plant.r = column({1, 4});
     return plant;
 }
 
@@ -344,7 +344,7 @@ template <class T> void all(Verdict &verdict, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Verdict verdict;
     all<float>(verdict, seed);
     all<double>(verdict, seed);

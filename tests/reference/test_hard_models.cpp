@@ -15,13 +15,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "accuracy.hpp"
 #include "bryson_frazier.hpp"
+#include "decompositions.hpp"
 #include "gain_smoother.hpp"
 #include "library_run.hpp"
 #include "numerics_models.hpp"
@@ -32,7 +32,6 @@ using namespace reference;
 namespace
 {
 
-using Index = Eigen::Index;
 
 constexpr int modelsPerClass = 150;
 constexpr std::size_t stepCount = 40;
@@ -66,25 +65,19 @@ double power(Random &random, double low, double high)
 
 Vector<double> powers(Random &random, Index n, double low, double high)
 {
-    return Vector<double>::NullaryExpr(n, [&] { return power(random, low, high); });
+    return generated(n, 1, [&] { return power(random, low, high); });
 }
 
 /// 1 with a probability, otherwise 0.
 Matrix<double> mask(Random &random, Index height, Index width, double probability)
 {
-    return Matrix<double>::NullaryExpr(height, width,
-                                       [&] { return random.chance(probability) ? 1.0 : 0.0; });
-}
-
-double spectralRadius(const Matrix<double> &A)
-{
-    return Eigen::EigenSolver<Matrix<double>>(A, false).eigenvalues().cwiseAbs().maxCoeff();
+    return generated(height, width, [&] { return random.chance(probability) ? 1.0 : 0.0; });
 }
 
 Matrix<double> shift(Index n)
 {
     Matrix<double> A = Matrix<double>::Zero(n, n);
-    A.diagonal(1).setOnes();
+    A.diagonal(1).setConstant(1);
     return A;
 }
 
@@ -103,7 +96,7 @@ Matrix<double> transition(Random &random, Class kind, Index n)
     if (kind == Class::acceleration || kind == Class::kinematic) return I + 0.1 * shift(n);
     if (kind == Class::companion) return companion(random, n);
     const Matrix<double> N = randomMatrix(random, n, n);
-    if (kind == Class::rotation) return Eigen::HouseholderQR<Matrix<double>>(N).householderQ() * I;
+    if (kind == Class::rotation) return orthogonalFactor(N);
     if (kind == Class::general) {
         return N * (random.uniform(0.3, 1.3) / std::max(spectralRadius(N), 0.1));
     }
@@ -134,8 +127,8 @@ Matrix<double> priorRoot(Random &random, const Vector<double> &size)
     const Index n = size.size();
     const Vector<double> spread = powers(random, n, -1, random.chance(0.5) ? 1 : 4);
     Matrix<double> S = size.asDiagonal() * randomMatrix(random, n, n) * spread.asDiagonal();
-    S = S.triangularView<Eigen::Upper>().toDenseMatrix();
-    if (random.chance(0.3)) S = (S * mask(random, n, 1, 0.6).col(0).asDiagonal()).eval();
+    S = S.upperTriangle();
+    if (random.chance(0.3)) S = S * mask(random, n, 1, 0.6).asDiagonal();
     return S;
 }
 
@@ -166,7 +159,7 @@ void measure(Random &random, Sequence &sequence, Vector<double> x)
             step.readings.push_back({c, rounded(z), random.chance(0.2) ? 0U : 1U});
         }
         sequence.steps.push_back(step);
-        x = (process.A * x + process.F * randomMatrix(random, process.F.cols(), 1)).eval();
+        x = process.A * x + process.F * randomMatrix(random, process.F.cols(), 1);
     }
 }
 
@@ -193,12 +186,6 @@ Sequence hardSequence(Class kind, std::uint64_t seed)
 
 // ------------------------------------------------------------------ errors
 
-/// The estimates of one filter and smoother in float, and what it took.
-struct Estimates {
-    std::vector<Belief<double>> filtered, smoothed;
-    Taken taken;
-};
-
 Estimates runLibrary(const Sequence &sequence)
 {
     Estimates result;
@@ -218,24 +205,13 @@ Estimates runLibrary(const Sequence &sequence)
     return result;
 }
 
-Estimates runGainSmoother(const Sequence &sequence)
-{
-    const GainSmoother smoother(sequence);
-    Estimates result{{}, smoother.smooth(), smoother.taken()};
-    for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
-        result.filtered.push_back(smoother.filtered(t));
-    }
-    return result;
-}
-
 /// sqrt(P_ii), but at least 1e-4 of the sigma before the measurements of the step, and 1e-7 of the
 /// largest sigma of the run: what is below is nothing to a float.
 Vector<Quad> errorUnits(const Matrix<Quad> &P, const Matrix<Quad> &prior, const Vector<Quad> &top)
 {
     Vector<Quad> variance = P.diagonal().cwiseMax(Quad(1e-8) * prior.diagonal());
-    variance = variance.cwiseMax(Quad(1e-14) * top).eval();
-    return (variance.array() > Quad(0))
-        .select(variance.cwiseMax(Quad(0)).cwiseSqrt(), Quad(infinite));
+    variance = variance.cwiseMax(Quad(1e-14) * top);
+    return positiveOr(variance.cwiseMax(Quad(0)).cwiseSqrt(), Quad(infinite));
 }
 
 struct Errors {
@@ -270,11 +246,8 @@ struct Outcome {
 /// Is M positive semi-definite, in these units?
 bool isPositive(const Matrix<Quad> &M, const Vector<Quad> &unit)
 {
-    const Vector<Quad> inverse = unit.cwiseInverse();
-    const Matrix<Quad> C = inverse.asDiagonal() * M * inverse.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix<double>> solver(C.cast<double>(),
-                                                               Eigen::EigenvaluesOnly);
-    return solver.info() == Eigen::Success && solver.eigenvalues()(0) > -referenceGoal;
+    const Matrix<Quad> C = normalised(M, unit);
+    return symmetricEigenvalues(C.cast<long double>())(0) > -referenceGoal;
 }
 
 void countSkipped(Outcome &outcome, const std::vector<bool> &taken,
@@ -288,11 +261,11 @@ void countSkipped(Outcome &outcome, const std::vector<bool> &taken,
 
 Outcome judge(const Sequence &sequence, const Estimates &mine)
 {
-    const BrysonFrazier<Quad> exact(sequence, mine.taken);
+    const BrysonFrazier exact(sequence, mine.taken);
     const std::vector<Smoothed<Quad>> past = exact.smooth();
     Vector<Quad> top = Vector<Quad>::Zero(sequence.states());
     for (const Track<Quad> &track : exact.track()) {
-        top = top.cwiseMax(track.predicted.covariance.diagonal()).eval();
+        top = top.cwiseMax(track.predicted.covariance.diagonal());
     }
     Outcome outcome;
     for (std::size_t t = 1; t < past.size(); ++t) {
@@ -382,7 +355,7 @@ void testClass(Verdict &verdict, const ClassName &name, std::uint64_t seed, Tall
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Verdict verdict;
     Tally library, gain;

@@ -22,6 +22,7 @@
 #include "library.hpp"
 #include "on_line.hpp"
 #include "report.hpp"
+#include "smoother_checks.hpp"
 #include "study.hpp"
 #include "textbook.hpp"
 
@@ -87,7 +88,7 @@ Window windowByRecursion(const Case &model, std::size_t last)
 Window windowByBatch(const Case &model, std::size_t last)
 {
     Window window{0, {}};
-    for (const auto &now : Batch<long double>(part(model.sequence, 0, last)).smoothed()) {
+    for (const auto &now : smoothByLeastSquares(part(model.sequence, 0, last))) {
         window.past.push_back(
             {now.belief.mean.template cast<Quad>(), now.belief.covariance.template cast<Quad>()});
     }
@@ -111,22 +112,7 @@ void compare(Figures &figures, const Case &model, const Belief<Wide<T>> &now,
     const Vector<Quad> unit = units(model, exact.covariance, floorOf<T>());
     figures.add("x", meanError(now.mean, exact.mean, unit));
     figures.add("P", covarianceError(now.covariance, exact.covariance, unit));
-    figures.add("not PSD",
-                -smallestEigenvalue(now.covariance) / eigenvalueRounding<T>(now.mean.size()));
-}
-
-/// P_s <= P_f, over the rounding of a covariance that is handed over in T.
-template <class T>
-void compareOrder(Figures &figures, const Belief<Wide<T>> &filtered, const Belief<Wide<T>> &now)
-{
-    const Matrix<Wide<T>> gained = filtered.covariance - now.covariance;
-    figures.add("above filter", -smallestEigenvalue(gained, filtered.covariance) /
-                                    eigenvalueRounding<T>(now.mean.size()));
-}
-
-template <class Real> double difference(const Belief<Real> &a, const Belief<Real> &b)
-{
-    return a.mean == b.mean && a.covariance == b.covariance ? 0 : 1;
+    figures.add("not PSD", indefinite<T>(now));
 }
 
 /// All that can be asked of the lag at one time.
@@ -141,7 +127,7 @@ void compareLags(Figures &figures, const Case &model, LagOwner<T> &lag, std::siz
         const std::size_t then = t - static_cast<std::size_t>(k);
         const Belief<Wide<T>> now = lag.smooth(k);
         compare<T>(figures, model, now, window->past[then - window->first]);
-        compareOrder<T>(figures, filtered[then], now);
+        figures.add("above filter", aboveFilter<T>(filtered[then], now));
         figures.add("means alone", lag.smoothStates(k) == now.mean ? 0 : 1);
     }
 }
@@ -201,9 +187,8 @@ double refinement(const Case &model, double floor)
     for (const Window &window : model.windows) {
         for (std::size_t k = 0; k < window.past.size(); ++k) {
             const Belief<Quad> &filtered = model.track[window.first + k].filtered;
-            const Vector<Quad> before = units(model, filtered.covariance, floor);
-            const Vector<Quad> after = units(model, window.past[k].covariance, floor);
-            worst = std::max(worst, before.cwiseQuotient(after).cast<double>().maxCoeff());
+            worst = std::max(worst, fallOf(units(model, filtered.covariance, floor),
+                                           units(model, window.past[k].covariance, floor)));
         }
     }
     return worst;
@@ -213,7 +198,7 @@ double refinement(const Case &model, double floor)
 template <class T> Figures inRoundings(const Case &model, const Figures &figures)
 {
     const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = amplificationOf<T>(model), reach = Reach<T>(model).value();
+    const double amplification = amplificationOf<T>(model), reach = reachOf<T>(model);
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "x") result.add("x in roundings", value / (unit * (reach + amplification)));
@@ -292,7 +277,7 @@ void compareBatch(Report &report, Random &random, int number)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;

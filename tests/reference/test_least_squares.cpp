@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "decompositions.hpp"
 #include "owners.hpp"
 #include "random.hpp"
 #include "readings.hpp"
@@ -118,7 +119,7 @@ class NormalEquations
 {
   public:
     NormalEquations(const Vector<double> &x0, const Matrix<double> &P0, double lambda)
-        : lambda_(lambda), W_(convert<Quad>(P0).inverse()), b_(W_ * x0.cast<Quad>()),
+        : lambda_(lambda), W_(inverse(convert<Quad>(P0))), b_(W_ * x0.cast<Quad>()),
           c_(x0.cast<Quad>().dot(b_))
     {
     }
@@ -127,14 +128,14 @@ class NormalEquations
     {
         const Vector<Quad> row = h.cast<Quad>();
         const Quad weight = Quad(1) / Quad(r);
-        W_ = (lambda_ * W_ + weight * row * row.transpose()).eval();
-        b_ = (lambda_ * b_ + weight * Quad(z) * row).eval();
+        W_ = lambda_ * W_ + weight * row * row.transpose();
+        b_ = lambda_ * b_ + weight * Quad(z) * row;
         c_ = lambda_ * c_ + weight * Quad(z) * Quad(z);
     }
 
     Belief<Quad> solution() const
     {
-        const Matrix<Quad> P = W_.inverse();
+        const Matrix<Quad> P = inverse(W_);
         return {P * b_, P};
     }
 
@@ -194,10 +195,10 @@ template <class T>
 void compare(Figures &figures, const Belief<Quad> &expected, const Belief<Wide<T>> &actual)
 {
     const Vector<Quad> sigma = scale(expected.covariance);
-    for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+    for (Index i = 0; i < sigma.size(); ++i) {
         const Quad miss = Quad::of(static_cast<__float128>(actual.mean(i))) - expected.mean(i);
         figures.add("mean", std::abs(static_cast<double>(miss / sigma(i))));
-        for (Eigen::Index j = 0; j < sigma.size(); ++j) {
+        for (Index j = 0; j < sigma.size(); ++j) {
             const Quad P = Quad::of(static_cast<__float128>(actual.covariance(i, j)));
             const Quad off = (P - expected.covariance(i, j)) / (sigma(i) * sigma(j));
             figures.add("P", std::abs(static_cast<double>(off)));
@@ -287,9 +288,9 @@ template <class T> void longRuns(Report &report, std::uint64_t seed)
 /// P- = A P A' / lambda + Q
 template <class T> Figures fadingRun(Random &random, double lambda)
 {
-    const Matrix<double> A = (Matrix<double>(2, 2) << 1, 0.5, 0, 1).finished();
-    const Matrix<double> F = (Matrix<double>(2, 2) << 0.125, 0.0625, 0, 0.25).finished();
-    const Matrix<double> H = (Matrix<double>(1, 2) << 1, 0).finished();
+    const Matrix<double> A = rows({{1, 0.5}, {0, 1}});
+    const Matrix<double> F = rows({{0.125, 0.0625}, {0, 0.25}});
+    const Matrix<double> H = rows({{1, 0}});
     const Matrix<double> R = Matrix<double>::Constant(1, 1, 0.5);
     const Vector<double> x0 = Vector<double>::Zero(2);
     const Matrix<double> P0 = 4 * Matrix<double>::Identity(2, 2);
@@ -308,13 +309,13 @@ template <class T> Figures fadingRun(Random &random, double lambda)
         kq::require(kq::Api<T>::update(filter.get(), sensor.get(), words.data()), "update");
         const Quad S = now.covariance(0, 0) + Quad(0.5);
         const Vector<Quad> gain = now.covariance.col(0) / S;
-        now.mean = (now.mean + gain * (Quad(z) - now.mean(0))).eval();
-        now.covariance = (now.covariance - gain * gain.transpose() * S).eval();
+        now.mean = now.mean + gain * (Quad(z) - now.mean(0));
+        now.covariance = now.covariance - gain * gain.transpose() * S;
         compare<T>(figures, now, read(filter));
         kq::require(Squares<T>::fade(filter.get(), Squares<T>::number(lambda)), "fade");
         kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
-        now.mean = (AQ * now.mean).eval();
-        now.covariance = (AQ * now.covariance * AQ.transpose() / Quad(lambda) + Q).eval();
+        now.mean = AQ * now.mean;
+        now.covariance = AQ * now.covariance * AQ.transpose() / Quad(lambda) + Q;
     }
     return figures;
 }
@@ -339,7 +340,7 @@ template <class T> void all(Report &report, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Report report;
     all<float>(report, seed);
     all<double>(report, seed);

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "api.hpp"
+#include "decompositions.hpp"
 #include "random.hpp"
 #include "report.hpp"
 #include "textbook.hpp"
@@ -19,6 +21,7 @@
 #include "kalmanq/kalmanq.h"
 
 using namespace reference;
+using kq::require;
 
 namespace
 {
@@ -78,13 +81,6 @@ template <> struct Api<double> {
     static constexpr auto logLikelihood = kq_log_likelihood_f64;
     static constexpr std::size_t filterLength = KQ_FILTER_LEN_F64(16);
 };
-
-void require(kq_status status, const char *what)
-{
-    if (status != KQ_OK) {
-        throw std::runtime_error(std::string(what) + ": " + kq_status_text(status));
-    }
-}
 
 /// A model with its memory
 template <class T> class Made
@@ -151,8 +147,8 @@ std::vector<double> someCoefficients(Random &random, int q)
 double largestOf(const Matrix<Quad> &error, const Matrix<Quad> &P)
 {
     double worst = 0;
-    for (Eigen::Index i = 0; i < P.rows(); ++i) {
-        for (Eigen::Index j = 0; j < P.rows(); ++j) {
+    for (Index i = 0; i < P.rows(); ++i) {
+        for (Index j = 0; j < P.rows(); ++j) {
             const Quad scale = squareRoot(P(i, i)) * squareRoot(P(j, j));
             worst = worse(worst, std::abs(static_cast<double>(error(i, j) / scale)));
         }
@@ -174,7 +170,7 @@ Vector<Quad> yuleWalker(const std::vector<double> &phi, double variance, int cou
             M(j, std::abs(j - i)) -= Quad(phi[static_cast<std::size_t>(i - 1)]);
         }
     }
-    const Vector<Quad> first = M.partialPivLu().solve(right);
+    const Vector<Quad> first = solve(M, right);
     Vector<Quad> gamma = Vector<Quad>::Zero(std::max(count, p + 1));
     gamma.head(p + 1) = first;
     for (int j = p + 1; j < count; ++j) {
@@ -188,24 +184,24 @@ Vector<Quad> yuleWalker(const std::vector<double> &phi, double variance, int cou
 /// P = A P A' + Q as linear equations in the upper triangle of P
 Matrix<Quad> lyapunov(const Matrix<Quad> &A, const Matrix<Quad> &Q)
 {
-    const Eigen::Index n = A.rows(), count = n * (n + 1) / 2;
-    const auto at = [](Eigen::Index i, Eigen::Index j) {
+    const Index n = A.rows(), count = n * (n + 1) / 2;
+    const auto at = [](Index i, Index j) {
         return i < j ? j * (j + 1) / 2 + i : i * (i + 1) / 2 + j;
     };
     Matrix<Quad> M = Matrix<Quad>::Identity(count, count);
     Vector<Quad> right(count);
-    for (Eigen::Index j = 0; j < n; ++j) {
-        for (Eigen::Index i = 0; i <= j; ++i) {
+    for (Index j = 0; j < n; ++j) {
+        for (Index i = 0; i <= j; ++i) {
             right(at(i, j)) = Q(i, j);
-            for (Eigen::Index k = 0; k < n; ++k) {
-                for (Eigen::Index l = 0; l < n; ++l) M(at(i, j), at(k, l)) -= A(i, k) * A(j, l);
+            for (Index k = 0; k < n; ++k) {
+                for (Index l = 0; l < n; ++l) M(at(i, j), at(k, l)) -= A(i, k) * A(j, l);
             }
         }
     }
-    const Vector<Quad> solution = M.partialPivLu().solve(right);
+    const Vector<Quad> solution = solve(M, right);
     Matrix<Quad> P(n, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-        for (Eigen::Index j = 0; j < n; ++j) P(i, j) = solution(at(i, j));
+    for (Index i = 0; i < n; ++i) {
+        for (Index j = 0; j < n; ++j) P(i, j) = solution(at(i, j));
     }
     return P;
 }
@@ -249,8 +245,8 @@ template <class T> void factorCovariance(Report &report, Random &random)
 {
     const int n = random.integer(1, 8);
     Matrix<double> A(n, n);
-    for (double &entry : A.reshaped()) entry = random.normal();
-    A *= random.uniform(0.3, 0.95) / A.eigenvalues().cwiseAbs().maxCoeff();
+    for (double &entry : A) entry = random.normal();
+    A *= random.uniform(0.3, 0.95) / spectralRadius(A);
     std::vector<T> transition, loadings, drift, noise(1, 1);
     for (int i = 0; i < n; ++i) {
         drift.push_back(static_cast<T>(random.uniform(0.1, 2)));
@@ -296,21 +292,21 @@ std::vector<Quad> armaAutocovariances(const std::vector<double> &phi,
 /// log N(z; 0, Gamma)
 Quad density(const std::vector<Quad> &gamma, double noise, const std::vector<double> &z)
 {
-    const auto count = static_cast<Eigen::Index>(z.size());
+    const auto count = static_cast<Index>(z.size());
     Matrix<Quad> G(count, count);
     Vector<Quad> values(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
+    for (Index i = 0; i < count; ++i) {
         values(i) = Quad(z[static_cast<std::size_t>(i)]);
-        for (Eigen::Index j = 0; j < count; ++j) {
+        for (Index j = 0; j < count; ++j) {
             G(i, j) = gamma[static_cast<std::size_t>(std::abs(i - j))];
         }
         G(i, i) += Quad(noise);
     }
-    const Eigen::LLT<Matrix<Quad>> factor(G);
-    const Vector<Quad> white = factor.matrixL().solve(values);
+    const Matrix<Quad> L = choleskyRoot(G).value();
+    const Vector<Quad> white = solveLower(L, values);
     Quad sum = white.squaredNorm() + Quad(static_cast<double>(count)) * logarithm(2 * pi<Quad>());
-    for (Eigen::Index i = 0; i < count; ++i) {
-        sum += 2 * logarithm(Quad(factor.matrixLLT()(i, i)));
+    for (Index i = 0; i < count; ++i) {
+        sum += 2 * logarithm(L(i, i));
     }
     return -sum / Quad(2);
 }
@@ -442,7 +438,7 @@ template <class T> void all(Report &report, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Report report;
     all<float>(report, seed);
     all<double>(report, seed);

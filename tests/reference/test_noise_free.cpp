@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -18,6 +17,7 @@
 
 #include "accuracy.hpp"
 #include "bryson_frazier.hpp"
+#include "decompositions.hpp"
 #include "library_run.hpp"
 #include "numerics_models.hpp"
 #include "verdict.hpp"
@@ -58,9 +58,9 @@ std::size_t addSensor(Sequence &sequence, const Matrix<double> &H, const Vector<
     return sequence.sensors.size() - 1;
 }
 
-Matrix<double> none(Eigen::Index n) { return Matrix<double>(n, 0); }
-Matrix<double> identity(Eigen::Index n) { return Matrix<double>::Identity(n, n); }
-Vector<double> noNoise(Eigen::Index m) { return Vector<double>::Zero(m); }
+Matrix<double> none(Index n) { return Matrix<double>(n, 0); }
+Matrix<double> identity(Index n) { return Matrix<double>::Identity(n, n); }
+Vector<double> noNoise(Index m) { return Vector<double>::Zero(m); }
 
 /// Multiples of 2^-12 and below 2^11: sums of two are floats.
 double onGrid(double z) { return std::rint(z * 4096) / 4096; }
@@ -83,7 +83,7 @@ class Truth
 
     void advance()
     {
-        x_ = (process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1)).eval();
+        x_ = process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1);
     }
 
   private:
@@ -152,7 +152,7 @@ Case twins(Sequence sequence, bool separate, std::uint64_t seed)
     data.sequence = std::move(sequence);
     const Matrix<double> h = unitRow(data.sequence.states(), 0);
     const std::size_t one = addSensor(data.sequence, h, noNoise(1));
-    const std::size_t two = addSensor(data.sequence, h.replicate(2, 1), noNoise(2));
+    const std::size_t two = addSensor(data.sequence, h.chooseRows({0, 0}), noNoise(2));
     Truth truth(data.sequence, data.sequence.x0, seed);
     for (int t = 0; t < 60; ++t) {
         const double z = truth.see(h);
@@ -192,12 +192,12 @@ Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
 /// Three dense rows of which one is the sum of the others; `order` says which comes when.  With two
 /// noises the two exact measurements a step determine all of them in the end: the smoother's sigma
 /// falls to a thousandth of the filter's.
-Case sums(const std::vector<int> &order, bool separate, Eigen::Index noises, std::uint64_t seed)
+Case sums(const std::vector<Index> &order, bool separate, Index noises, std::uint64_t seed)
 {
     Random random(seed + 2);
     const Matrix<double> N = randomMatrix(random, 4, 4);
     const Matrix<double> A =
-        0.9 * (Eigen::HouseholderQR<Matrix<double>>(N).householderQ() * identity(4));
+        0.9 * orthogonalFactor(N);
     Case data;
     data.sequence =
         model(std::string("h3 = h1 + h2, ") + (order[0] == 2 ? "h3 first, " : "") +
@@ -205,19 +205,19 @@ Case sums(const std::vector<int> &order, bool separate, Eigen::Index noises, std
               A, randomMatrix(random, 4, noises), noNoise(4), 16 * identity(4));
     Matrix<double> H = rows({{1.5, -0.25, 0.75, 2}, {-0.5, 1.25, 3, -1.75}, {0, 0, 0, 0}});
     H.row(2) = H.row(0) + H.row(1);
-    const Matrix<double> ordered = H(order, Eigen::all);
-    for (Eigen::Index k = 0; k < 3; ++k) addSensor(data.sequence, ordered.row(k), noNoise(1));
+    const Matrix<double> ordered = H.chooseRows(order);
+    for (Index k = 0; k < 3; ++k) addSensor(data.sequence, ordered.row(k), noNoise(1));
     const std::size_t all = addSensor(data.sequence, ordered, noNoise(3));
     Truth truth(data.sequence, column({3, -5, 2, 1}), seed);
     for (int t = 0; t < 60; ++t) {
         Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
         z(2) = z(0) + z(1);
-        const Vector<double> seen = z(order);
+        const Vector<double> seen = z.chooseRows(order);
         std::vector<Reading> readings{reading(all, seen)};
         if (separate) {
             readings.clear();
             for (std::size_t k = 0; k < 3; ++k) {
-                readings.push_back(reading(k, seen.segment(static_cast<Eigen::Index>(k), 1)));
+                readings.push_back(reading(k, seen.segment(static_cast<Index>(k), 1)));
             }
         }
         addStep(data, readings, {true, true, false});
@@ -289,15 +289,15 @@ Case constantState(const std::string &name, const Matrix<double> &H, bool noisy,
     data.sharp = sharp;
     data.sequence = model(name, identity(3), none(3), column({100, 0, -50}),
                           rows({{4, 1, 0}, {1, 9, -2}, {0, -2, 25}}));
-    for (Eigen::Index k = 0; k < H.rows(); ++k) addSensor(data.sequence, H.row(k), noNoise(1));
+    for (Index k = 0; k < H.rows(); ++k) addSensor(data.sequence, H.row(k), noNoise(1));
     const Matrix<double> extra = rows({{1, 1, -0.5}});
     const std::size_t extraSensor = addSensor(data.sequence, extra, column({0.25}));
     Truth truth(data.sequence, column({101.5, -2.25, -46.75}), seed);
-    for (Eigen::Index t = 0; t < 40; ++t) {
-        const Eigen::Index k = t % H.rows();
+    for (Index t = 0; t < 40; ++t) {
+        const Index k = t % H.rows();
         const double z = truth.see(H.row(k));
         std::vector<Reading> readings{reading(static_cast<std::size_t>(k), column({z}))};
-        std::vector<bool> taken{t < std::min<Eigen::Index>(H.rows(), 3)};
+        std::vector<bool> taken{t < std::min<Index>(H.rows(), 3)};
         if (noisy) {
             readings.push_back(reading(extraSensor, column({truth.seeWithNoise(extra, 0.5)})));
             taken.push_back(true);
@@ -386,7 +386,7 @@ template <class T> Vector<Quad> units(const Matrix<Quad> &P, const Matrix<Quad> 
 {
     constexpr double floor = 16 * static_cast<double>(std::numeric_limits<T>::epsilon());
     const Vector<Quad> sigma = sigmas(P, unmeasured, floor);
-    return (sigma.array() > Quad(0)).select(sigma, Quad(knownUnit));
+    return positiveOr(sigma, Quad(knownUnit));
 }
 
 bool isSound(const Belief<double> &belief)
@@ -397,7 +397,7 @@ bool isSound(const Belief<double> &belief)
 
 template <class T>
 void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
-                     const BrysonFrazier<Quad> &reference)
+                     const BrysonFrazier &reference)
 {
     const std::vector<Step> &steps = data.sequence.steps;
     for (std::size_t t = 0; t < steps.size(); ++t) {
@@ -416,7 +416,7 @@ void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
 }
 
 template <class T>
-void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier<Quad> &reference)
+void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier &reference)
 {
     const std::vector<Smoothed<double>> past = run.smooth();
     const std::vector<Smoothed<Quad>> exactPast = reference.smooth();
@@ -431,7 +431,7 @@ void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier<Q
     }
 }
 
-template <class T> Figures runLibrary(const Case &data, const BrysonFrazier<Quad> &reference)
+template <class T> Figures runLibrary(const Case &data, const BrysonFrazier &reference)
 {
     Figures figures;
     LibraryRun<T> run(data.sequence);
@@ -474,7 +474,7 @@ void check(Verdict &verdict, const Case &data, const Figures &figures, const std
 
 void testCase(Verdict &verdict, const Case &data)
 {
-    const BrysonFrazier<Quad> reference(data.sequence, data.taken);
+    const BrysonFrazier reference(data.sequence, data.taken);
     const Figures f32 = runLibrary<float>(data, reference);
     const Figures f64 = runLibrary<double>(data, reference);
     std::printf("%-38s %7.1e %7.1e  %7.1e %7.1e   %7.1e %7.1e  %7.1e %7.1e\n",
@@ -489,7 +489,7 @@ void testCase(Verdict &verdict, const Case &data)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     std::printf("%-38s %-34s  %s\n", "", "f32: filter, smoother", "f64: filter, smoother");
     std::printf("%-38s %7s %7s  %7s %7s   %7s %7s  %7s %7s\n", "R = 0", "x", "P", "x", "P", "x",

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -84,7 +83,7 @@ Figures runLibrary(const Sequence &sequence, const std::vector<Track<Quad>> &exa
 
 void update(UdFilter &filter, const SensorModel &sensor, const Reading &reading)
 {
-    for (const Eigen::Index c : presentComponents(reading)) {
+    for (const Index c : presentComponents(reading)) {
         filter.update(sensor.H.row(c).transpose().cast<float>(), static_cast<float>(sensor.R(c, c)),
                       static_cast<float>(reading.z(c)));
     }
@@ -177,7 +176,7 @@ double testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, s
     std::printf("%-22s %-13s %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e\n",
                 model.name.c_str(), mode.name, f32.x, f64.x, q31.x, ud.x, f32.P, f64.P, q31.P, ud.P,
                 f32.eigenvalue, q31.eigenvalue);
-    const Eigen::Index n = model.states();
+    const Index n = model.states();
     checkSound(verdict, f32, sequence.name + ", f32", eigenvalueRounding<float>(n));
     checkSound(verdict, f64, sequence.name + ", f64", eigenvalueRounding<double>(n));
     checkSound(verdict, q31, sequence.name + ", q31", eigenvalueRounding<Q31>(n));
@@ -200,7 +199,7 @@ void checkAdvantage(Verdict &verdict, std::vector<double> advantages)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu, %zu steps; errors of P below %.0e count as rounding\n",
                 static_cast<unsigned long long>(seed), stepCount, covarianceFloor);
     std::printf("%-36s %-35s   %-35s   %s\n", "", "error of x in sigma", "error of P",

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -67,7 +66,7 @@ class Conventional
 
     void update(const Reading &reading)
     {
-        for (Eigen::Index c = 0; c < reading.z.size(); ++c) {
+        for (Index c = 0; c < reading.z.size(); ++c) {
             const Vector<float> h = model_.H[reading.sensor].row(c).transpose();
             const Vector<float> Ph = belief_.covariance * h;
             const Vector<float> K = Ph / (h.dot(Ph) + model_.R[reading.sensor](c, c));
@@ -178,7 +177,7 @@ void testModel(Verdict &verdict, const char *kind, const NumericsModel &plain,
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu, %zu steps\n", static_cast<unsigned long long>(seed), stepCount);
     std::printf("%-42s %-17s   %-17s   %9s   %s\n", "", "error of x", "error of P", "smallest",
                 "textbook in float");

@@ -8,7 +8,6 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "accuracy.hpp"
@@ -37,8 +36,8 @@ class Reference
 
     void update(const Reading &reading)
     {
-        const Eigen::Index n = belief_.mean.size();
-        for (const Eigen::Index c : presentComponents(reading)) {
+        const Index n = belief_.mean.size();
+        for (const Index c : presentComponents(reading)) {
             const Vector<Quad> h = model_.H[reading.sensor].row(c).transpose();
             const Quad r = model_.R[reading.sensor](c, c);
             const Vector<Quad> Ph = belief_.covariance * h;
@@ -126,7 +125,7 @@ void checkGrowth(Verdict &verdict, const Growth &growth, double goal, const std:
     verdict.expectAtMost(growth.errors[2], least, name + " at 1e6 steps, from 1e5 and 1e4");
 }
 
-void check(Verdict &verdict, const Runner<Q31> &runner, const std::string &name, Eigen::Index n)
+void check(Verdict &verdict, const Runner<Q31> &runner, const std::string &name, Index n)
 {
     verdict.expect(runner.events == 0, name + ": an event was raised");
     verdict.expectAtLeast(runner.eigenvalue, -eigenvalueRounding<Q31>(n),
@@ -165,7 +164,7 @@ void testModel(Verdict &verdict, const NumericsModel &model, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu, %zu steps, %s\n", static_cast<unsigned long long>(seed), stepCount,
                 gaps.name);
     std::printf("largest error of the second half of 1e4, 1e5 and 1e6 steps, and of all; smallest "

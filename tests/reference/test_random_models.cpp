@@ -51,7 +51,7 @@ template <> constexpr double scoreRounding<Q31>() { return 0x1p-23; }
 template <class T> Figures inRoundings(const Study &study, const Figures &figures)
 {
     const double rounding = roundingOf<T>(study), amplification = amplificationOf<T>(study);
-    const double reach = Reach<T>(study).value();
+    const double reach = reachOf<T>(study);
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "events" || name == "taken" || name == "forecast changed") continue;
@@ -162,11 +162,11 @@ template <class T> class Comparison
     void compareForecast(std::size_t t)
     {
         const std::size_t process = sequence_.steps[t].process;
-        const Eigen::Index l = sequence_.processes[process].B.cols();
+        const Index l = sequence_.processes[process].B.cols();
         Matrix<double> u = Matrix<double>::Zero(l, furthest);
         for (std::size_t k = 0; k < furthest && t + k < sequence_.steps.size(); ++k) {
             const Vector<double> &control = sequence_.steps[t + k].u;
-            if (control.size() > 0) u.col(static_cast<Eigen::Index>(k)) = control;
+            if (control.size() > 0) u.col(static_cast<Index>(k)) = control;
         }
         const auto bytes = *filter_.get();
         const auto memory = filter_.memory();
@@ -285,7 +285,7 @@ void compareAll(Report &report, const std::string &group, const Sequence &sequen
 template <class T> Figures singularStart(const Matrix<double> &P0, const Vector<double> &range)
 {
     Figures figures;
-    const Eigen::Index n = P0.rows();
+    const Index n = P0.rows();
     const Formats<T> states(n, range);
     FilterOwner<T> filter(states);
     const bool refused = filter.init(Vector<double>::Zero(n), P0) != KQ_OK;
@@ -300,7 +300,7 @@ template <class T> Figures singularStart(const Matrix<double> &P0, const Vector<
 void compareSingular(Report &report, Random &random)
 {
     for (int number = 0; number < 500; ++number) {
-        const generator::Index n = 2 + number % 8;
+        const Index n = 2 + number % 8;
         const Vector<double> scale = generator::powersOfTwo(random, n, -4, 4);
         const Matrix<double> F = generator::randomFactor(random, n, (n + 1) / 2, scale);
         const Matrix<double> P0 = F * F.transpose();
@@ -316,7 +316,7 @@ void compareSingular(Report &report, Random &random)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;

@@ -19,9 +19,11 @@
 #include "accuracy.hpp"
 #include "api.hpp"
 #include "batch.hpp"
+#include "decompositions.hpp"
 #include "generator.hpp"
 #include "library.hpp"
 #include "report.hpp"
+#include "smoother_checks.hpp"
 #include "study.hpp"
 #include "textbook.hpp"
 
@@ -76,15 +78,15 @@ struct Decorrelation {
 
 Decorrelation decorrelate(const Matrix<Quad> &R)
 {
-    const Eigen::Index m = R.rows();
+    const Index m = R.rows();
     Matrix<Quad> U = Matrix<Quad>::Identity(m, m), rest = R;
     Vector<Quad> D(m);
-    for (Eigen::Index j = m - 1; j >= 0; --j) {
+    for (Index j = m - 1; j >= 0; --j) {
         D(j) = rest(j, j);
         if (D(j) > 0) U.col(j).head(j) = rest.col(j).head(j) / D(j);
-        rest -= (U.col(j) * U.col(j).transpose() * D(j)).eval();
+        rest -= U.col(j) * U.col(j).transpose() * D(j);
     }
-    return {U.inverse(), D};
+    return {inverse(U), D};
 }
 
 /// What the library says of the k-th measurement of the step that was smoothed last.
@@ -102,7 +104,7 @@ void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
         const Matrix<Quad> H = noise.inverse * seen.H;
         const Vector<Quad> v = noise.inverse * seen.z - H * exact.mean;
         const Matrix<Quad> variance = H * exact.covariance * H.transpose();
-        for (Eigen::Index c = 0; c < v.size(); ++c, ++k) {
+        for (Index c = 0; c < v.size(); ++c, ++k) {
             typename Api::Coefficient mean{}, square{};
             kq::require(Api::smoothedMeasurementNoise(history.get(), k, &mean, &square),
                         "smoothed measurement noise");
@@ -146,23 +148,6 @@ template <class T> struct Recording {
     }
 };
 
-/// P_s <= P_f and P_s >= 0, in units of the variances of the filter and of the smoother, over the
-/// rounding of a covariance that is handed over in T.
-template <class T>
-void compareOrder(Figures &figures, const Belief<Wide<T>> &filtered,
-                  const Belief<Wide<T>> &smoothed)
-{
-    const double rounding = eigenvalueRounding<T>(filtered.mean.size());
-    const Matrix<Wide<T>> gained = filtered.covariance - smoothed.covariance;
-    figures.add("above filter", -smallestEigenvalue(gained, filtered.covariance) / rounding);
-    figures.add("not PSD", -smallestEigenvalue(smoothed.covariance) / rounding);
-}
-
-template <class Real> double difference(const Belief<Real> &a, const Belief<Real> &b)
-{
-    return a.mean == b.mean && a.covariance == b.covariance ? 0 : 1;
-}
-
 /// The whole history at once.
 template <class T> std::vector<Belief<Wide<T>>> smoothAll(Figures &figures, const Case &model)
 {
@@ -171,7 +156,8 @@ template <class T> std::vector<Belief<Wide<T>>> smoothAll(Figures &figures, cons
     std::vector<Belief<Wide<T>>> beliefs;
     for (std::size_t t = 0; t < model.past.size(); ++t) {
         beliefs.push_back(readSmoothed(recording.history, t));
-        compareOrder<T>(figures, recording.filtered[t], beliefs[t]);
+        figures.add("above filter", aboveFilter<T>(recording.filtered[t], beliefs[t]));
+        figures.add("not PSD", indefinite<T>(beliefs[t]));
     }
     figures.add("last step", difference(beliefs.back(), recording.filtered.back()));
     return beliefs;
@@ -245,9 +231,8 @@ double refinement(const Case &model, double floor)
 {
     double worst = 1;
     for (std::size_t t = 0; t < model.past.size(); ++t) {
-        const Vector<Quad> before = units(model, model.track[t].filtered.covariance, floor);
-        const Vector<Quad> after = units(model, model.past[t].belief.covariance, floor);
-        worst = std::max(worst, before.cwiseQuotient(after).cast<double>().maxCoeff());
+        worst = std::max(worst, fallOf(units(model, model.track[t].filtered.covariance, floor),
+                                       units(model, model.past[t].belief.covariance, floor)));
     }
     return worst;
 }
@@ -256,7 +241,7 @@ double refinement(const Case &model, double floor)
 template <class T> Figures inRoundings(const Case &model, const Figures &figures)
 {
     const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = amplificationOf<T>(model), reach = Reach<T>(model).value();
+    const double amplification = amplificationOf<T>(model), reach = reachOf<T>(model);
     Figures result;
     for (const auto &[name, value] : figures) {
         if (name == "x" || name == "x alone" || name == "x alone - x" || name == "w" ||
@@ -324,7 +309,7 @@ void compareBatch(Report &report, Random &random, int number)
     const Sequence sequence = generator::randomSequence(random, number, options);
     const Case model(sequence);
     report.add("dense solve", sequence.name,
-               compareReference(model, Batch<long double>(sequence).smoothed()),
+               compareReference(model, smoothByLeastSquares(sequence)),
                allOf(1e-10, 1e-13));
     compareAll(report, "12 steps", model);
 }
@@ -333,7 +318,7 @@ void compareBatch(Report &report, Random &random, int number)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <string>
 #include <type_traits>
@@ -700,7 +699,7 @@ void testJumps(Verdict &verdict, const Jumps &jumps, std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu, %zu runs\n", static_cast<unsigned long long>(seed), runCount);
     Verdict verdict;
     testMeasurementNoise(verdict, seed * 100);

@@ -245,7 +245,7 @@ void wrongPrior(std::uint64_t seed)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     Verdict verdict;
     gates(verdict, seed * 1000);
     outliers(verdict, seed * 1000 + 1);

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
@@ -106,13 +105,13 @@ NumericsModel arma()
 }
 
 /// Level, slope, and a season of `period`; noises of the level, the slope and the season.
-NumericsModel trendAndSeason(Eigen::Index period, double slopeNoise)
+NumericsModel trendAndSeason(Index period, double slopeNoise)
 {
-    const Eigen::Index n = period + 1;
+    const Index n = period + 1;
     Matrix<double> A = Matrix<double>::Zero(n, n), F = Matrix<double>::Zero(n, 3);
     A(0, 0) = A(0, 1) = A(1, 1) = 1;
     A.row(2).tail(period - 1).setConstant(-1);
-    A.diagonal(-1).tail(period - 2).setOnes();
+    A.diagonal(-1).tail(period - 2).setConstant(1);
     F(0, 0) = 0.1;
     F(1, 1) = slopeNoise;
     F(2, 2) = 0.05;
@@ -195,7 +194,7 @@ struct Exact {
 
     explicit Exact(const Sequence &sequence)
     {
-        const BrysonFrazier<Quad> filtered(sequence);
+        const BrysonFrazier filtered(sequence);
         track = filtered.track();
         past = filtered.smooth();
     }
@@ -212,7 +211,7 @@ struct Exact {
         const Matrix<Quad> &prior = track[t].predicted.covariance;
         const Vector<Quad> sigma =
             kind == Kind::noiseFree ? sigmas(P, prior, 16 * epsilon) : sigmas(P);
-        return (sigma.array() > Quad(0)).select(sigma, Quad(knownUnit));
+        return positiveOr(sigma, Quad(knownUnit));
     }
 };
 
@@ -265,7 +264,7 @@ template <class T> Figures runLibrary(const Case &data, const Exact &exact)
         figures.sound = figures.sound && past[t].belief.mean.allFinite() && P.allFinite();
         figures.eigenvalue = std::min(figures.eigenvalue, smallestEigenvalue(P));
         figures.reduction =
-            std::min(figures.reduction, smallestEigenvalue((filtered[t] - P).eval(), filtered[t]));
+            std::min(figures.reduction, smallestEigenvalue((filtered[t] - P), filtered[t]));
     }
     return figures;
 }
@@ -326,7 +325,7 @@ void testCase(Verdict &verdict, const Case &data)
                 name.c_str(), f32.x, f32.P, f32.lagOne, f64.x, f64.P, f64.lagOne, q31.x, q31.P,
                 q31.lagOne, q31.filterX, q31.filterP, f32.eigenvalue, f32.reduction, q31.eigenvalue,
                 q31.reduction);
-    const Eigen::Index n = data.sequence.states();
+    const Index n = data.sequence.states();
     checkSound(verdict, f32, name + ", f32", eigenvalueRounding<float>(n));
     checkSound(verdict, f64, name + ", f64", eigenvalueRounding<double>(n));
     checkSound(verdict, q31, name + ", q31", eigenvalueRounding<Q31>(n));
@@ -347,7 +346,7 @@ void testCase(Verdict &verdict, const Case &data)
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1;
+    const std::uint64_t seed = seedOf(argc, argv);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     std::printf("%-34s %-23s  %-23s  %-23s  %-15s  %s\n", "", "f32", "f64", "q31", "q31: filter",
                 "smallest eigenvalue, f32, q31");

@@ -76,7 +76,7 @@ struct Case {
     void note(const PartBelief &now)
     {
         const Vector<Quad> sigma = sigmas(now.belief.covariance);
-        for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+        for (Index i = 0; i < sigma.size(); ++i) {
             if (!now.known[static_cast<std::size_t>(i)] || sigma(i) == 0) continue;
             if (sigma(i) > largest(i)) largest(i) = sigma(i);
             const Quad move = now.belief.mean(i) - Quad(sequence.x0(i));
@@ -360,7 +360,7 @@ void compare(Groups &groups, const std::string &kind, Sequence sequence, std::ui
 
 int main(int argc, char **argv)
 {
-    const std::uint64_t seed = generator::seedOf(argc, argv);
+    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Groups groups;
@@ -376,7 +376,7 @@ int main(int argc, char **argv)
     }
     for (const Sequence &sequence : generator::namedSequences(random, namedSteps)) {
         const auto all = (UINT32_C(1) << sequence.states()) - 1;
-        const bool noiseFree = sequence.sensors[0].R.isZero(0);
+        const bool noiseFree = sequence.sensors[0].R.isZero();
         const std::string group = noiseFree ? "noise-free models" : "named models";
         compare(groups, group, sequence, all);
         compare(groups, group, sequence, 1);
