@@ -12,7 +12,7 @@
  *         kq_update_f32(&track, &ranger, &z);
  *         if (kq_point_smooth_f32(&start) == KQ_OK)
  *             ... kq_point_mean_f32(&start, i), kq_point_sigma_f32(&start, i)
- *         kq_point_predict_f32(&start, &motion, NULL);    not kq_predict, not kq_step
+ *         kq_predict_f32(&track, &motion, NULL);
  *     }
  *
  * The filter is, bit for bit, what it is without a point.  Processes, sensors and what they refer
@@ -84,8 +84,12 @@ kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory,
  * filter's history, and a filter has one: after kq_filter_init, or with another point, lag or
  * history, the point is not attached any more.  Who has to outlive whom is as in kq_history_attach:
  * point and filter each other, until the point is detached.
+ *     Cost of a predict from then on, beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square
+ * roots and as many divisions.  A point never stops its filter.  More than m measurements in a step, or a
+ * step by kq_step_student, set KQ_EVENT_HISTORY_FULL in the filter: the instant is lost.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a point that was never
- * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
+ * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a
+ * settling is attached to f: detach it).
  */
 kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f);
 kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f);
@@ -96,22 +100,12 @@ kq_status kq_point_detach_f32(kq_point_f32 *point);
 kq_status kq_point_detach_f64(kq_point_f64 *point);
 
 /**
- * kq_predict of the filter, which gives the same bits.
- *   p        may be another one at every step; not kept
- *   u        l, or NULL: no control
- * Cost beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots and as many
- * divisions.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (there
- * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
- * the instant is lost), and the errors of kq_predict.
- */
-
-/**
  * The instant's state given all measurements so far; the functions below read it, until the
  * next call.  The filter does not change.
  * Cost: n^3 + n^2 multiplications.
  * Accuracy: that of the filter; to it come a few eps sigma_filtered in the mean and in sigma.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as above.
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (the instant is
+ * lost).
  */
 kq_status kq_point_smooth_f32(kq_point_f32 *point);
 kq_status kq_point_smooth_f64(kq_point_f64 *point);

@@ -129,7 +129,9 @@ kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t
  * filter was initialised anew still has that filter, and is to be detached before it goes to
  * another one, or assigned anew where the filter is gone.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a history that was
- * never given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
+ * never given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an
+ * adaptation or a settling is attached to f: detach it).  Of a filter whose start is in part unknown it
+ * records from the instant on where all is known (start.h).
  */
 kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f);
 kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f);
