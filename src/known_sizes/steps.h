@@ -155,7 +155,7 @@ KQ_KERNEL void fixed_take(filter *f, const reading *z, int n, int m, int mode)
     }
 }
 
-/* The same with every component compiled for itself */
+/* fixed_take with every component compiled for itself */
 KQ_KERNEL void fixed_take_unrolled(filter *f, const reading *z, int n, int m, int mode)
 {
     KQ_UNROLL
