@@ -35,6 +35,7 @@
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
+#include "tape.h"
 #include "whitened.h"
 
 /* ------------------------------------------------------------------ the ring */
@@ -137,7 +138,7 @@ static kq_status lag_predict(filter *f, const process *p, const num *u)
 }
 
 static const hooks lag_hooks = {
-    .predict = lag_predict, .step = on_line_step, .records = &records_of_rows};
+    .predict = lag_predict, .step = step_attached, KQ_RECORDS_ROWS};
 
 /* ------------------------------------------------------------------ the estimate of age k */
 

@@ -28,6 +28,7 @@
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
+#include "tape.h"
 #include "whitened.h"
 
 KQ_KERNEL num *point_state(const T(kq_point) *point)
@@ -93,7 +94,7 @@ static kq_status point_predict(filter *f, const process *p, const num *u)
 }
 
 static const hooks point_hooks = {
-    .predict = point_predict, .step = on_line_step, .records = &records_of_rows};
+    .predict = point_predict, .step = step_attached, KQ_RECORDS_ROWS};
 
 kq_status T(kq_point_attach)(T(kq_point) *point, filter *f)
 {
