@@ -64,7 +64,7 @@ static void assert_read(const reading *expected, const reading *actual)
 /* The step with the number `step`, but for its last predict */
 static void drive(int step)
 {
-    if (step) ASSERT_OK(K(lag_predict)(&past, process_of(step), control_of(step)));
+    if (step) ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
     measure(&track, step);
 }
 
@@ -216,7 +216,7 @@ static void a_constant_is_known_as_now(void)
     ASSERT_OK(K(process_init)(&motion, still, B, none));
     attach(10);
     for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+        if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
         for (int k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
@@ -234,7 +234,7 @@ static void what_is_known_exactly_stays(void)
     static const num h[] = {1, 0, 0, 1}, free_of_noise[2], z[] = {3, 4};
     ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
     for (int step = 0; step < 8; step++) {
-        if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+        if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
         for (int k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
@@ -255,7 +255,7 @@ static void a_measurement_that_was_not_taken_is_nothing(void)
     for (int both = 0; both < 2; both++) {
         attach(3);
         for (int step = 0; step < 6; step++) {
-            if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+            if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
             ASSERT_OK(K(update_subset)(&track, &radar, z, both ? 3 : 1));
         }
         ASSERT_OK(K(lag_smooth)(&past, 3));
@@ -299,7 +299,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     ASSERT_OK(K(lag_assign)(&window, 16, 16, WIDE_LAG, memory, LAG_LEN(16, 16, WIDE_LAG)));
     ASSERT_OK(K(lag_attach)(&window, &wide));
     for (int step = 0; step < 12; step++) {
-        if (step) ASSERT_OK(K(lag_predict)(&window, &wide_process, NULL));
+        if (step) ASSERT_OK(K(predict)(&wide, &wide_process, NULL));
         for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
         ASSERT_OK(K(update)(&wide, &wide_sensor, z));
     }
@@ -309,7 +309,7 @@ static void sixteen_states_are_sixteen_scalars(void)
         ASSERT_OK(K(lag_attach)(&line, &scalar));
         for (int step = 0; step < 12; step++) {
             const num one = N((i * 5 + step * 3) % 11 - 5);
-            if (step) ASSERT_OK(K(lag_predict)(&line, &scalar_process, NULL));
+            if (step) ASSERT_OK(K(predict)(&scalar, &scalar_process, NULL));
             ASSERT_OK(K(update)(&scalar, &scalar_sensor, &one));
         }
         for (int k = 0; k <= WIDE_LAG; k++) {

@@ -108,8 +108,8 @@ static void drive_lag(int step)
     double u;
     const int32_t *words = control_of(step, &u);
     if (step) {
-        ASSERT_OK(kq_lag_predict_q31(&past, process_of(step), words));
-        ASSERT_OK(K(lag_predict)(&past_f64, step % 3 ? &motion_f64 : &other_f64, &u));
+        ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
+        ASSERT_OK(K(predict)(&track_f64, step % 3 ? &motion_f64 : &other_f64, &u));
     }
     measure(&track, step, 1);
 }
@@ -119,8 +119,8 @@ static void drive_point(int step)
     double u;
     const int32_t *words = control_of(step, &u);
     if (step) {
-        ASSERT_OK(kq_point_predict_q31(&instant, process_of(step), words));
-        ASSERT_OK(K(point_predict)(&instant_f64, step % 3 ? &motion_f64 : &other_f64, &u));
+        ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
+        ASSERT_OK(K(predict)(&track_f64, step % 3 ? &motion_f64 : &other_f64, &u));
     }
     measure(&track, step, 1);
 }
@@ -270,7 +270,7 @@ static void a_constant_is_known_as_now(void)
     static const double still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
     put_process(&motion, 2, 0, range, drive_range, still, NULL, none);
     for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(kq_lag_predict_q31(&past, &motion.process, NULL));
+        if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         const int32_t *words = words_of(z, 2, radar.measurement_format);
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
         for (int k = 0; k <= kq_lag_steps_q31(&past); k++) {
@@ -325,7 +325,7 @@ static void a_long_run_changes_nothing_any_more(void)
     for (int step = 0; step < 3000; step++) {
         double u;
         const int32_t *words = control_of(step, &u);
-        if (step) ASSERT_OK(kq_point_predict_q31(&instant, process_of(step), words));
+        if (step) ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
         measure(&track, step % STEPS, 0);
         if (step != 100) continue;
         ASSERT_OK(kq_point_smooth_q31(&instant));
@@ -356,7 +356,7 @@ static void a_constant_is_refined_for_long(void)
     ASSERT_OK(kq_point_attach_q31(&instant, &track));
     const int32_t *words = words_of(z, 2, radar.measurement_format);
     for (int step = 0; step < 3000; step++) {
-        if (step) ASSERT_OK(kq_point_predict_q31(&instant, &motion.process, NULL));
+        if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
     }
     ASSERT_OK(kq_point_smooth_q31(&instant));
@@ -417,7 +417,7 @@ static void sixteen_states_are_sixteen_scalars(void)
                                     (size_t)KQ_LAG_LEN_Q31((size_t)n, n, WIDE_LAG)));
         ASSERT_OK(kq_lag_attach_q31(&lag, &f));
         for (int step = 0; step < 12; step++) {
-            if (step) ASSERT_OK(kq_lag_predict_q31(&lag, &p, NULL));
+            if (step) ASSERT_OK(kq_predict_q31(&f, &p, NULL));
             for (int i = 0; i < n; i++) {
                 z[i] = (((n == 1 ? 5 : i) * 5 + step * 3) % 11 - 5) * (format[0].range / 100);
             }

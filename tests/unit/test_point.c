@@ -59,7 +59,7 @@ static void assert_read(const reading *expected, const reading *actual)
 /* The step with the number `step`, but for its last predict */
 static void drive(int step)
 {
-    if (step) ASSERT_OK(K(point_predict)(&start, process_of(step), control_of(step)));
+    if (step) ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
     measure(&track, step);
 }
 
@@ -74,7 +74,7 @@ static void an_instant_is_that_of_the_tape(void)
             ASSERT_OK(K(filter_init)(&track, x0, P0));
             for (int step = 0; step < STEPS; step++) {
                 if (step > s) {
-                    ASSERT_OK(K(point_predict)(&start, process_of(step), control_of(step)));
+                    ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
                 } else if (step) {
                     ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
                 }
@@ -151,7 +151,7 @@ static void a_constant_is_known_as_now(void)
     static const num still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
     ASSERT_OK(K(process_init)(&motion, still, B, none));
     for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(K(point_predict)(&start, &motion, NULL));
+        if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
         ASSERT_OK(K(point_smooth)(&start));
         for (int i = 0; i < 2; i++) {
@@ -191,7 +191,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     ASSERT_OK(K(point_assign)(&instant, 16, 16, memory, POINT_LEN(16, 16)));
     ASSERT_OK(K(point_attach)(&instant, &wide));
     for (int step = 0; step < 5; step++) {
-        if (step) ASSERT_OK(K(point_predict)(&instant, &wide_process, NULL));
+        if (step) ASSERT_OK(K(predict)(&wide, &wide_process, NULL));
         for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
         ASSERT_OK(K(update)(&wide, &wide_sensor, z));
     }
@@ -203,7 +203,7 @@ static void sixteen_states_are_sixteen_scalars(void)
         ASSERT_OK(K(point_attach)(&line, &scalar));
         for (int step = 0; step < 5; step++) {
             const num one = N((i * 5 + step * 3) % 11 - 5);
-            if (step) ASSERT_OK(K(point_predict)(&line, &scalar_process, NULL));
+            if (step) ASSERT_OK(K(predict)(&scalar, &scalar_process, NULL));
             ASSERT_OK(K(update)(&scalar, &scalar_sensor, &one));
         }
         ASSERT_OK(K(point_smooth)(&line));
