@@ -156,7 +156,7 @@ MODULE_ROWS = (
     ("step", RUNTIME, "`kq_step`"),
     ("steady", RUNTIME, "`kq_steady_step`"),
     ("steady", FIXED, "`kq_fixed_steady_step`"),
-    ("switch", RUNTIME, "`kq_switch_step`, settled"),
+    ("settling", RUNTIME, "`kq_step`, settled"),
     ("update", RUNTIME, "`kq_update`"),
     ("gated", RUNTIME, "`kq_update_gated`, accepted"),
     ("huber", RUNTIME, "`kq_update_huber`"),
