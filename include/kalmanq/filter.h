@@ -103,7 +103,7 @@ typedef struct {
     uint8_t ready;   /* 0: not initialised, 1, or 2: after a very sharp measurement */
     uint16_t events; /* KQ_EVENT_... */
     uint8_t plain;   /* n where ready is 1 and nothing is attached, otherwise 0 */
-    uint16_t length; /* words at memory */
+    uint16_t known;  /* bit i: component i can be read */
     float *memory;   /* the caller's: mean, then root */
     struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
     kq_likelihood_f32 last;         /* of the last update */
@@ -115,7 +115,7 @@ typedef struct {
     uint8_t ready;
     uint16_t events;
     uint8_t plain;
-    uint16_t length;
+    uint16_t known;
     double *memory;
     struct kq_attached_f64 *attached;
     kq_likelihood_f64 last;
@@ -126,11 +126,11 @@ typedef struct {
 #define KQ_FILTER_F32(name, n)                                                                     \
     static float name##_memory[KQ_FILTER_LEN_F32(n)];                                              \
     static kq_filter_f32 name = {                                                                  \
-        n, 0, 0, 0, KQ_FILTER_LEN_F32(n), name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 #define KQ_FILTER_F64(name, n)                                                                     \
     static double name##_memory[KQ_FILTER_LEN_F64(n)];                                             \
     static kq_filter_f64 name = {                                                                  \
-        n, 0, 0, 0, KQ_FILTER_LEN_F64(n), name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -402,7 +402,7 @@ typedef struct {
     uint8_t ready;
     uint16_t events;
     uint8_t plain;
-    uint16_t length;
+    uint16_t known;
     int32_t *memory;
     struct kq_attached_q31 *attached;
     const kq_format_q31 *state_format;
@@ -417,7 +417,7 @@ typedef struct {
                                  0,                                                                \
                                  0,                                                                \
                                  0,                                                                \
-                                 KQ_FILTER_LEN_Q31(n),                                             \
+                                 0,                                                                 \
                                  name##_memory,                                                    \
                                  NULL,                                                             \
                                  NULL,                                                             \

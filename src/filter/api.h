@@ -32,7 +32,7 @@ KQ_COLD kq_status T(kq_filter_assign)(filter *f, int n, num *memory, size_t leng
     if (!f || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n)) return KQ_ERR_SIZE;
     if (length < (size_t)FILTER_LEN(n)) return KQ_ERR_MEMORY;
-    *f = (filter){.states = (uint8_t)n, .length = (uint16_t)FILTER_LEN(n), .memory = memory};
+    *f = (filter){.states = (uint8_t)n, .memory = memory};
     return KQ_OK;
 }
 

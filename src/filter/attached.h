@@ -32,9 +32,8 @@ struct T(kq_hooks) {
     void (*record_nothing)(filter *f);
     void (*record_end)(filter *f);
     int is_recorder;
-    /* Of a filter that may not be ready: is component i known?  h is to record once all is; or no more.
-       NULL where the filter is ready. */
-    int (*knows)(const filter *f, int i);
+    /* Of a filter that may not be ready: h is to record once all of the state is known; or no more.  NULL
+       where the filter is ready. */
     kq_status (*give)(filter *f, history *h);
     void (*lose)(filter *f, const history *h);
 };

@@ -3,15 +3,14 @@
 
 #include <stdint.h>
 
+#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
 #include "../model/process.h"
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
-#include "attached.h"
 #include "filter.h"
 
 static kq_status sensor_check_for(const filter *f, const sensor *s)
@@ -42,16 +41,11 @@ static kq_status predict_check(const filter *f, const process *p, const num *u)
 }
 
 /* Ready, or on its way to be */
-static int has_state(const filter *f)
-{
-    return f && (f->ready || (f->attached && f->attached->hooks->knows));
-}
+static int has_state(const filter *f) { return f && (f->ready || f->attached); }
 
-KQ_SHARED int index_is_valid(const filter *f, int i)
+static int index_is_valid(const filter *f, int i)
 {
-    if (!f || i < 0 || i >= f->states) return 0;
-    if (f->ready) return 1;
-    return f->attached && f->attached->hooks->knows && f->attached->hooks->knows(f, i);
+    return f && i >= 0 && i < KQ_SIZE_MAX && (f->known >> i & 1);
 }
 
 #endif

@@ -63,6 +63,12 @@ KQ_COLD static void filter_set_attached(filter *f, struct T(kq_attached) *a)
     filter_set_ready(f, f->ready);
 }
 
+/* Every component can be read. */
+static inline void filter_know_all(filter *f)
+{
+    f->known = (uint16_t)((UINT32_C(1) << f->states) - 1);
+}
+
 KQ_INLINE kq_status filter_check(const filter *f)
 {
     if (!f) return KQ_ERR_NULL;
@@ -73,7 +79,7 @@ KQ_COLD static kq_status filter_check_memory(const filter *f)
 {
     if (!f) return KQ_ERR_NULL;
     if (!size_is_valid(f->states)) return KQ_ERR_SIZE;
-    return f->memory && f->length >= FILTER_LEN((uint32_t)f->states) ? KQ_OK : KQ_ERR_MEMORY;
+    return f->memory ? KQ_OK : KQ_ERR_MEMORY;
 }
 
 /* Component c of z - H x */

@@ -2,8 +2,6 @@
 #ifndef KQ_SRC_FILTER_FORECAST_H
 #define KQ_SRC_FILTER_FORECAST_H
 
-#include <stdint.h>
-
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -25,10 +23,8 @@ static kq_status copy_check(const filter *to, const filter *from)
 /* All but the memory, which is its own, and the history, which goes on by `from` alone */
 static void copy_state(filter *to, const filter *from)
 {
-    const uint16_t length = to->length;
     num *memory = to->memory;
     *to = *from;
-    to->length = length;
     to->memory = memory;
     filter_set_attached(to, 0);
     copy(memory, from->memory, FILTER_LEN(from->states));

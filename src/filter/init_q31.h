@@ -34,6 +34,7 @@ KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
     f->events = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
+    filter_know_all(f);
     filter_set_ready(f, FILTER_READY);
     say_all_fit(misfit);
     return KQ_OK;

@@ -30,6 +30,7 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
     f->events = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
+    filter_know_all(f);
     filter_set_ready(f, FILTER_READY);
 }
 

@@ -8,6 +8,7 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
 #include "../arithmetic/coordinates.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
@@ -41,25 +42,30 @@ kq_status T(kq_smoothed_measurement_noise)(const history *h, int k, scaled *mean
     return KQ_OK;
 }
 
+/* Smoothed step t, or NULL where there is no component i of it */
+KQ_SHARED const num *smoothed_at(const history *h, size_t t, int i)
+{
+    if (!smoothed_is_valid(h, t) || i < 0 || i >= h->states) return 0;
+    return history_slot(h, h->states, t);
+}
+
 num T(kq_smoothed_mean)(const history *h, size_t t, int i)
 {
-    if (!smoothed_is_valid(h, t) || i < 0 || i >= h->states) return num_nan();
-    return mean_get(history_slot(h, h->states, t), h->states, i);
+    const num *state = smoothed_at(h, t, i);
+    return state ? mean_get(state, h->states, i) : num_nan();
 }
 
 num T(kq_smoothed_mean_low)(const history *h, size_t t, int i)
 {
-    if (!smoothed_is_valid(h, t) || i < 0 || i >= h->states) return num_nan();
-    return mean_low(history_slot(h, h->states, t), h->states, i);
+    const num *state = smoothed_at(h, t, i);
+    return state ? mean_low(state, h->states, i) : num_nan();
 }
 
 num T(kq_smoothed_sigma)(const history *h, size_t t, int i)
 {
-    if (!smoothed_is_valid(h, t) || h->phase == HISTORY_STATES || i < 0 || i >= h->states) {
-        return num_nan();
-    }
-    const num *S = history_slot(h, h->states, t) + MEAN_PLANES * h->states;
-    return word_of(scaled_root(root_product(S, h->states, i, i)));
+    const num *state = smoothed_at(h, t, i);
+    if (!state || h->phase == HISTORY_STATES) return num_nan();
+    return word_of(scaled_root(root_product(state + MEAN_PLANES * h->states, h->states, i, i)));
 }
 
 kq_status T(kq_smoothed_covariance)(const history *h, size_t t, scaled *P)

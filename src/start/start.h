@@ -45,10 +45,15 @@ static void start_open(start *s)
 
 static void start_close(start *s)
 {
-    s->ready = s->filter->ready;
+    filter *f = s->filter;
+    s->ready = f->ready;
+    f->known = 0;
+    for (int i = 0; i < s->states; i++) {
+        if (unknown_is_zero(s, i)) f->known = (uint16_t)(f->known | UINT32_C(1) << i);
+    }
     if (!s->unknowns) return;
-    filter_set_ready(s->filter, 0);
-    filter_set_attached(s->filter, &s->attached);
+    filter_set_ready(f, 0);
+    filter_set_attached(f, &s->attached);
 }
 
 /* The start that is attached to f, or NULL: then f is a copy of its filter. */
@@ -120,12 +125,6 @@ static kq_status start_step(filter *f, const process *p, const num *u, const sen
     return status ? status : T(kq_update)(f, by, z);
 }
 
-static int start_knows(const filter *f, int i)
-{
-    const start *s = start_of(f);
-    return s && unknown_is_zero(s, i);
-}
-
 /* The history records from the instant on where all is known, the start what comes before it. */
 static kq_status start_give(filter *f, history *h)
 {
@@ -155,7 +154,6 @@ static void start_lose(filter *f, const history *h)
 static const hooks start_hooks = {.predict = start_predict,
                                   .update = start_update,
                                   .step = start_step,
-                                  .knows = start_knows,
                                   .give = start_give,
                                   .lose = start_lose,
                                   KQ_RECORDS_NOTHING};
@@ -212,9 +210,7 @@ static void start_begin(start *s, filter *f, uint32_t unknown)
 
 int T(kq_start_is_determined)(const start *s, int i)
 {
-    if (start_check(s) || i < 0 || i >= s->states) return 0;
-    if (!start_is_open(s)) return s->filter->ready != 0;
-    return unknown_is_zero(s, i);
+    return !start_check(s) && index_is_valid(s->filter, i);
 }
 
 int T(kq_start_count)(const start *s)
