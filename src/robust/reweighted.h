@@ -96,7 +96,7 @@ static kq_status smooth_reweighted(history *h, process *target, const process *s
 {
     const kq_status status = smooth_reweighted_check(h, target, source, root, nu, q);
     if (status) return status;
-    smooth_one(h, 0, 0, HISTORY_SMOOTHING);
+    smooth_one(h, 0, undo_mean_and_root, 0, HISTORY_SMOOTHING);
     while (h->step > 0) {
         scaled *now = q + (h->step - 1);
         set_scaled_noise(target, source, root, scaled_root(*now)); /* has been checked */

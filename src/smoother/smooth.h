@@ -17,9 +17,12 @@
 #include "smoother.h"
 #include "tape.h"
 
-kq_status T(kq_smooth)(history *h) { return smooth_all(h, HISTORY_SMOOTHING); }
+kq_status T(kq_smooth)(history *h)
+{
+    return smooth_all(h, undo_mean_and_root, HISTORY_SMOOTHING);
+}
 
-kq_status T(kq_smooth_states)(history *h) { return smooth_all(h, HISTORY_STATES); }
+kq_status T(kq_smooth_states)(history *h) { return smooth_all(h, undo_mean, HISTORY_STATES); }
 
 kq_status T(kq_smooth_step)(history *h, const process *p, const smooth_extras *extras)
 {
@@ -27,7 +30,7 @@ kq_status T(kq_smooth_step)(history *h, const process *p, const smooth_extras *e
     if (!status && p) status = smooth_check_process(h, p);
     if (status) return status;
     if (!p && h->phase == HISTORY_SMOOTHING && !history_knows_process(h)) return KQ_ERR_CHANGED;
-    smooth_one(h, p, extras, HISTORY_SMOOTHING);
+    smooth_one(h, p, extras ? undo_with_extras : undo_mean_and_root, extras, HISTORY_SMOOTHING);
     return KQ_OK;
 }
 

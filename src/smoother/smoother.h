@@ -107,23 +107,6 @@ KQ_NOINLINE static void smooth_lag_one(scaled *out, const workspace *v, const nu
     }
 }
 
-/* From alpha of the step after to xi: a <- Theta11 a, T <- tria [Theta11 T, Theta12]; S the filtered
-   root, `after` the smoothed one of the step after.  Answers the events. */
-static unsigned undo_predict(const process *m, const num *S, const num *after, const workspace *v,
-                             const smooth_extras *extras)
-{
-    const int n = m->states;
-    unsigned events = 0;
-    predict_root(v->predicted, S, m, v->W, v->pq);
-    if (extras && (extras->noise_mean || extras->noise_covariance)) {
-        events = smooth_process_noise(m, v, extras);
-    }
-    events |= theta_times_root(m, v, n, SHAPE_AS_FOUND);
-    if (extras && extras->lag_one) smooth_lag_one(extras->lag_one, v, S, after, n);
-    take_coordinates(v, n);
-    return events;
-}
-
 /* The mean alone: Theta (a; 0), reflector by reflector */
 KQ_KERNEL unsigned undo_predict_mean(const process *m, const num *S, const workspace *v)
 {
@@ -138,6 +121,44 @@ KQ_KERNEL unsigned undo_predict_mean(const process *m, const num *S, const works
     }
     copy(v->a, v->spare, COORDINATE_PLANES * n);
     return events;
+}
+
+/*
+ * How a predict is undone: from alpha of the step after to xi, S the filtered root, `after` the smoothed one
+ * of the step after.  By reference, so that a program links what it asks for alone.  Answers the events.
+ */
+typedef unsigned undo_predict(const process *m, const num *S, const num *after, const workspace *v,
+                              const smooth_extras *extras);
+
+/* a <- Theta11 a, T <- tria [Theta11 T, Theta12] */
+static unsigned undo_mean_and_root(const process *m, const num *S, const num *after, const workspace *v,
+                                   const smooth_extras *extras)
+{
+    (void)after, (void)extras;
+    predict_root(v->predicted, S, m, v->W, v->pq);
+    const unsigned events = theta_times_root(m, v, m->states, SHAPE_AS_FOUND);
+    take_coordinates(v, m->states);
+    return events;
+}
+
+static unsigned undo_with_extras(const process *m, const num *S, const num *after, const workspace *v,
+                                 const smooth_extras *extras)
+{
+    const int n = m->states;
+    unsigned events = 0;
+    predict_root(v->predicted, S, m, v->W, v->pq);
+    if (extras->noise_mean || extras->noise_covariance) events = smooth_process_noise(m, v, extras);
+    events |= theta_times_root(m, v, n, SHAPE_AS_FOUND);
+    if (extras->lag_one) smooth_lag_one(extras->lag_one, v, S, after, n);
+    take_coordinates(v, n);
+    return events;
+}
+
+static unsigned undo_mean(const process *m, const num *S, const num *after, const workspace *v,
+                          const smooth_extras *extras)
+{
+    (void)after, (void)extras;
+    return undo_predict_mean(m, S, v);
 }
 
 /* The last step is the filter's own: it takes the last slot. */
@@ -155,7 +176,8 @@ static void smooth_begin(history *h)
 }
 
 /* The step before the one done last */
-static void smooth_back(history *h, const process *p, const smooth_extras *extras, int states_only)
+static void smooth_back(history *h, const process *p, undo_predict *undo, const smooth_extras *extras,
+                        int states_only)
 {
     const process *before;
     const int n = h->states;
@@ -164,17 +186,17 @@ static void smooth_back(history *h, const process *p, const smooth_extras *extra
     const num *after = history_slot(h, n, (size_t)h->step) + MEAN_PLANES * n;
     const process *m = p ? p : h->process;
     h->process = before;
-    history_note(h, states_only ? undo_predict_mean(m, S, &v)
-                                : undo_predict(m, S, after, &v, extras));
+    history_note(h, undo(m, S, after, &v, extras));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));
     keep_state(h, state, n);
 }
 
-static void smooth_one(history *h, const process *p, const smooth_extras *extras, uint8_t phase)
+static void smooth_one(history *h, const process *p, undo_predict *undo, const smooth_extras *extras,
+                       uint8_t phase)
 {
     const int n = h->states, states_only = phase == HISTORY_STATES;
     if (h->phase == HISTORY_RECORDING) smooth_begin(h);
-    else smooth_back(h, p, extras, states_only);
+    else smooth_back(h, p, undo, extras, states_only);
     h->phase = phase;
     h->step--;
     undo_updates(h, n, states_only);
@@ -211,12 +233,12 @@ static kq_status smooth_check_process(const history *h, const process *p)
     return p->states == h->states && processes_agree(p, h->process) ? KQ_OK : KQ_ERR_MISMATCH;
 }
 
-static kq_status smooth_all(history *h, uint8_t phase)
+static kq_status smooth_all(history *h, undo_predict *undo, uint8_t phase)
 {
     const kq_status status = smooth_check(h, 0);
     if (status) return status;
     if (!history_knows_processes(h)) return KQ_ERR_CHANGED;
-    do smooth_one(h, 0, 0, phase);
+    do smooth_one(h, 0, undo, 0, phase);
     while (h->step > 0);
     return KQ_OK;
 }

@@ -72,7 +72,7 @@ static kq_status start_smooth_tape(history *h, const filter *f)
     const int done = h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES;
     if (done && h->step == 0) return KQ_OK;
     if (h->filter != f) return KQ_ERR_HISTORY_EMPTY;
-    return smooth_all(h, HISTORY_SMOOTHING);
+    return smooth_all(h, undo_mean_and_root, HISTORY_SMOOTHING);
 }
 
 kq_status T(kq_start_smooth)(start *s)
