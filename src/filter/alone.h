@@ -11,23 +11,24 @@
 #include "../arithmetic/arithmetic.h"
 #include "../model/types.h"
 #include "attached.h"
-#include "filter.h"
 
 static kq_status predict_alone(filter *f, const process *p, const num *u)
 {
     attached *with = f->attached;
-    filter_set_attached(f, 0);
+    f->attached = 0;
     const kq_status status = T(kq_predict)(f, p, u);
-    filter_set_attached(f, with);
+    f->attached = with;
+    f->plain = 0;
     return status;
 }
 
 static kq_status update_alone(filter *f, const sensor *s, const num *z, uint32_t present)
 {
     attached *with = f->attached;
-    filter_set_attached(f, 0);
+    f->attached = 0;
     const kq_status status = T(kq_update_subset)(f, s, z, present);
-    filter_set_attached(f, with);
+    f->attached = with;
+    f->plain = 0;
     return status;
 }
 

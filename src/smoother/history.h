@@ -25,19 +25,10 @@ KQ_COLD kq_status T(kq_history_assign)(history *h, int n, num *memory, size_t le
     return KQ_OK;
 }
 
-KQ_COLD kq_status T(kq_history_attach)(history *h, filter *f)
+kq_status T(kq_history_attach)(history *h, filter *f)
 {
-    if (!h) return KQ_ERR_NULL;
-    if (is_attached(f) && f->attached->hooks->give) return f->attached->hooks->give(f, h);
-    kq_status status = filter_check(f);
-    if (status) return status;
-    if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
-    if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
-    status = history_check_owner(h, f);
-    if (status) return status;
-    if (f->attached && !is_recorded(f)) return KQ_ERR_RECORDING;
-    history_begin(h, f);
-    return KQ_OK;
+    if (h && is_attached(f) && f->attached->hooks->give) return f->attached->hooks->give(f, h);
+    return tape_attach(h, f, &history_hooks);
 }
 
 /* What has been smoothed stays to be read. */

@@ -1,7 +1,6 @@
 #ifndef KQ_SRC_SMOOTHER_ON_LINE_H
 #define KQ_SRC_SMOOTHER_ON_LINE_H
 
-#include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -57,11 +56,9 @@ static void on_line_end(filter *f, const process *p)
 /* Records updates, for map_take_tape */
 static kq_status on_line_attach(history *h, filter *f, const hooks *with)
 {
-    const kq_status status = T(kq_history_attach)(h, f);
-    if (status) return status;
-    h->phase = HISTORY_ROWS;
-    h->attached.hooks = with;
-    return KQ_OK;
+    const kq_status status = tape_attach(h, f, with);
+    if (!status) h->phase = HISTORY_ROWS;
+    return status;
 }
 
 /* Can what is attached to f go on?  If not, f goes on without it. */

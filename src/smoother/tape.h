@@ -24,6 +24,7 @@
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
 #include "../model/process.h"
 #include "../model/types.h"
 #include "../filter/attached.h"
@@ -202,7 +203,7 @@ static kq_status history_check_owner(const history *h, const filter *f)
 }
 
 /* h is empty, and records f from now on: they have been found to fit. */
-static void history_begin(history *h, filter *f)
+static void history_begin(history *h, filter *f, const hooks *with)
 {
     h->phase = HISTORY_RECORDING;
     h->records = 0;
@@ -212,8 +213,23 @@ static void history_begin(history *h, filter *f)
     h->events = 0;
     h->process = 0;
     h->filter = f;
-    h->attached.hooks = &history_hooks;
+    h->attached.hooks = with;
     filter_set_attached(f, &h->attached);
+}
+
+/* A tape that records f from now on, if all fits; with: what it does in the steps */
+KQ_COLD static kq_status tape_attach(history *h, filter *f, const hooks *with)
+{
+    if (!h) return KQ_ERR_NULL;
+    kq_status status = filter_check(f);
+    if (status) return status;
+    if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
+    if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
+    status = history_check_owner(h, f);
+    if (status) return status;
+    if (f->attached && !is_recorded(f)) return KQ_ERR_RECORDING;
+    history_begin(h, f, with);
+    return KQ_OK;
 }
 
 /* ------------------------------------------------------------------ what is on the tape */

@@ -135,7 +135,7 @@ static kq_status start_give(filter *f, history *h)
     const kq_status taken = history_check_owner(h, f);
     if (taken) return taken;
     start_open(s);
-    history_begin(h, f);
+    history_begin(h, f, &history_hooks);
     if (s->unknowns) h->steps = 0;
     start_close(s);
     s->phase = START_WAITING;

@@ -131,7 +131,7 @@ static void start_end(start *s)
 {
     filter_set_ready(s->filter, s->filter->ready);
     if (!start_is_recording(s)) s->tape = 0;
-    else history_begin(s->tape, s->filter);
+    else history_begin(s->tape, s->filter, &history_hooks);
 }
 
 /* D <- D M, so that g = (phi, 0, ...), and B; k = D_1 / phi.  Answers phi. */

@@ -83,7 +83,7 @@ static void smoother_column(scaled *out, int stride, history *h, filter *f, cons
     copy(filter_root(f), root, ROOT_LEN(n));
     predict_root(filter_root(f), filter_root(f), p, v.W, v.pq);
     renormalise(filter_root(f), n);
-    history_begin(h, f);
+    history_begin(h, f, &history_hooks);
     record_innovation(f, z, c, scale);
     for (int i = 0; i < COORDINATE_PLANES * n; i++) v.a[i] = 0;
     if (k >= 0) {
