@@ -43,11 +43,20 @@ struct T(kq_hooks) {
     const recorder *records; /* NULL: it records nothing */
 };
 
+/* NULL also where what is attached has been assigned anew */
 KQ_INLINE const hooks *hooks_of(const filter *f) { return f && f->attached ? f->attached->hooks : 0; }
+
+/* Is something else than `own` attached?  A start of which nothing is unknown has nothing to do any more. */
+static int has_other_attached(const filter *f, const attached *own)
+{
+    const hooks *with = hooks_of(f);
+    return with && f->attached != own && !(with->knows && f->ready);
+}
 
 static const recorder *recorder_of(const filter *f)
 {
-    return f->attached ? f->attached->hooks->records : 0;
+    const hooks *attached = hooks_of(f);
+    return attached ? attached->records : 0;
 }
 
 static void record_predict(filter *f, const process *p)

@@ -58,7 +58,8 @@ static const recorder records_of_rows = {on_line_end, history_record_row, histor
 /* Records updates, for map_take_tape */
 static kq_status on_line_attach(history *h, filter *f, const hooks *with)
 {
-    const kq_status status = T(kq_history_attach)(h, f);
+    kq_status status = filter_check(f); /* a start that is open would take the history */
+    if (!status) status = T(kq_history_attach)(h, f);
     if (status) return status;
     h->phase = HISTORY_ROWS;
     h->attached.hooks = with;

@@ -1,4 +1,4 @@
-/* The steady state in fixed point: the gain schedule, the filter, the smoother and the switch. */
+/* The steady state in fixed point: the gain schedule, the filter, the smoother and the settling filter. */
 #include "q31.h"
 #include "unchanged.h"
 
@@ -24,8 +24,8 @@ KQ_FILTER_Q31(blank, N);
 KQ_HISTORY_Q31(tape, N, M, RUN, 0);
 KQ_STEADY_Q31(steady, N, M);
 KQ_STEADY_Q31(blank_steady, N, M);
-KQ_SWITCH_Q31(lazy, N, M);
-KQ_SWITCH_Q31(blank_switch, N, M);
+KQ_SETTLING_Q31(lazy, N, M);
+KQ_SETTLING_Q31(blank_lazy, N, M);
 static kq_process_q31 blank_process;
 static kq_sensor_q31 blank_sensor;
 
@@ -68,7 +68,7 @@ static void set_up(void)
                                      gains, STEPS, &used));
     ASSERT_OK(kq_steady_assign_q31(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, used));
-    ASSERT_OK(kq_switch_init_q31(&lazy, 14));
+    ASSERT_OK(kq_settling_init_q31(&lazy, 14));
     watch_nothing();
 }
 
@@ -409,13 +409,13 @@ static void the_smoother_holds_what_is_too_large(void)
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, mean[0]);
 }
 
-/* ------------------------------------------------------------------ the switch */
+/* ------------------------------------------------------------------ settling */
 
-static void switch_steps(int count)
+static void settling_steps(int count)
 {
     for (int t = 0; t < count; t++) {
         draw_step();
-        ASSERT_OK(kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, z));
+        ASSERT_OK(kq_step_q31(&track, &motion.process, u, &radar.sensor, z));
         ASSERT_OK(kq_step_q31(&other, &motion.process, u, &radar.sensor, z));
     }
 }
@@ -432,8 +432,8 @@ static void it_settles_and_stays_near_the_full_filter(void)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
-        switch_steps(1);
-        if (!kq_switch_settled_q31(&lazy)) ASSERT_SAME_Q31(&other, &track);
+        settling_steps(1);
+        if (!kq_settling_is_settled_q31(&lazy)) ASSERT_SAME_Q31(&other, &track);
         else if (!began) began = t;
         assert_near(__LINE__);
     }
@@ -442,30 +442,30 @@ static void it_settles_and_stays_near_the_full_filter(void)
 
 static void what_is_different_unsettles_it(void)
 {
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
     draw_step();
-    ASSERT_OK(kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, NULL));
+    ASSERT_OK(kq_step_q31(&track, &motion.process, u, &radar.sensor, NULL));
     ASSERT_OK(kq_predict_q31(&other, &motion.process, u));
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     assert_near(__LINE__);
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
-    ASSERT_OK(kq_switch_step_q31(&lazy, &track, &twin.process, u, &radar.sensor, z));
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_step_q31(&track, &twin.process, u, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     ASSERT_OK(kq_step_q31(&other, &twin.process, u, &radar.sensor, z));
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
     ASSERT_OK(kq_history_attach_q31(&tape, &track));
-    switch_steps(3);
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    settling_steps(3);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     TEST_ASSERT_EQUAL_UINT(4, kq_history_steps_q31(&tape));
     ASSERT_OK(kq_smooth_q31(&tape));
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
-    ASSERT_OK(kq_switch_release_q31(&lazy));
-    switch_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_settling_release_q31(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     assert_near(__LINE__);
 }
 
@@ -475,19 +475,19 @@ static void the_switch_refuses_what_is_wrong(void)
     draw_step();
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     ASSERT_REFUSED(KQ_ERR_NULL,
-                   kq_switch_step_q31(NULL, &track, &motion.process, u, &radar.sensor, z));
+                   kq_step_q31(&track, &motion.process, u, &radar.sensor, z));
     ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_switch_step_q31(&blank_switch, &track, &motion.process, u, &radar.sensor, z));
+                   kq_step_q31(&track, &motion.process, u, &radar.sensor, z));
     ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_switch_step_q31(&lazy, &blank, &motion.process, u, &radar.sensor, z));
+                   kq_step_q31(&blank, &motion.process, u, &radar.sensor, z));
     z[0] = -radar.measurement_format[0].range - 1;
     ASSERT_REFUSED(KQ_ERR_RANGE,
-                   kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_switch_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
+                   kq_step_q31(&track, &motion.process, u, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_settling_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   kq_switch_assign_q31(&lazy, N, M, lazy_memory, KQ_SWITCH_LEN_Q31(N) - 1, gain));
-    ASSERT_OK(kq_switch_assign_q31(&lazy, N, M, lazy_memory, KQ_SWITCH_LEN_Q31(N), lazy_gain));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_switch_release_q31(&lazy));
+                   kq_settling_assign_q31(&lazy, N, M, lazy_memory, KQ_SETTLING_LEN_Q31(N) - 1, gain));
+    ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, KQ_SETTLING_LEN_Q31(N), lazy_gain));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_release_q31(&lazy));
 }
 
 SUITE(steady, set_up)
