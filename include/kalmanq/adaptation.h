@@ -3,12 +3,12 @@
  *
  * You know the shapes of Q and R and not their sizes: the noises are q Q and r R.  An adaptation
  * carries q and r (1 at first), runs the filter with them, and moves them by what every
- * measurement says.  Nothing adapts that is not called from here: there is no other switch.
+ * measurement says.  Nothing adapts to which none is attached: there is no other switch.
  *
  *     kq_adaptation_init_f32(&tuner, &motion, &ranger, &rule);
- *     ... and in the places of kq_predict and kq_update
- *     kq_adaptation_predict_f32(&tuner, &track, NULL);
- *     kq_adaptation_update_f32(&tuner, &track, z, UINT32_MAX);
+ *     kq_adaptation_attach_f32(&tuner, &track);
+ *     ... kq_predict_f32(&track, &motion, NULL);        with q Q
+ *         kq_update_f32(&track, &ranger, z);            with r R; q and r then move
  *
  * How: recursive maximum likelihood.  Beside the filter run the slopes of P and x with log q,
  *
@@ -77,8 +77,9 @@
  * by 7 (their variance: 11).  A jump is taken for a larger q.
  *
  * Learning begins after n scalar measurements, when those have replaced what the prior said.
- * The filter may be read as ever.  Updates by other sensors, a fade or a plain kq_predict in
- * between are not seen by D and d: what is learnt is the less right, the more of them there are.
+ * The filter may be read as ever.  Another process and another sensor than those of init move the filter
+ * as they are; they, robust updates and a fade are not seen by D and d: what is learnt is the less right,
+ * the more of them there are.
  *
  * Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification (1983); Mehra, On
  * the identification of variances and adaptive Kalman filtering, IEEE Trans. AC-15 (1970); Gupta
@@ -191,7 +192,7 @@ typedef struct {
 } kq_adaptation_q31;
 
 /* In floating point, what is behind the memory before init */
-#define KQ_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
+#define KQ_PRIVATE_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
     {                                                                                              \
         {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
@@ -205,11 +206,11 @@ typedef struct {
 #define KQ_ADAPTATION_F32(name, n, m)                                                              \
     static float name##_memory[KQ_ADAPTATION_LEN_F32(n, m)];                                       \
     static kq_adaptation_f32 name =                                                                \
-        KQ_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F32(n, m), name##_memory)
+        KQ_PRIVATE_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F32(n, m), name##_memory)
 #define KQ_ADAPTATION_F64(name, n, m)                                                              \
     static double name##_memory[KQ_ADAPTATION_LEN_F64(n, m)];                                      \
     static kq_adaptation_f64 name =                                                                \
-        KQ_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F64(n, m), name##_memory)
+        KQ_PRIVATE_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F64(n, m), name##_memory)
 #define KQ_ADAPTATION_Q31(name, n, m)                                                              \
     static kq_scaled_q31 name##_memory[KQ_ADAPTATION_LEN_Q31(n, m)];                               \
     static int32_t name##_root[KQ_ROOT_LEN_Q31(n)];                                                \
@@ -266,41 +267,32 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
                                  const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule);
 
 /**
- * The filter starts anew (kq_filter_init): D and d are 0 again, scales and information stay.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY.
+ * From now on kq_predict of f with the p of init takes q Q, kq_update, kq_update_subset and kq_step with its
+ * s take r R, and q and r then move.  D and d are 0, scales and information stay: attach it again where the
+ * filter has started anew (kq_filter_init detaches it).  While q and r are 1, the very bits of the filter.
+ *   f        with nothing attached; a and f have to outlive each other until kq_adaptation_detach
+ * NIS, log-likelihood and count of the filter are those of the scales before they moved.  Nothing
+ * is learnt of a component that is missing, at the floor (filter.h), or beyond the numbers.
+ * The steps answer, beside their own errors: KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r R), q31:
+ * KQ_ERR_COEFFICIENT (q Q, r R) where p or s have since changed so that they no longer fit.
+ * Cost of a predict: a root, and multiplications: n^2/2 to scale G, n^3/6 for Q, and for D 1.5 n^3
+ * where A is dense, half as many where it is upper triangular; of an update: for each component 3 n^2 +
+ * 2 c n multiplications (c: components before it), a root and a division; up to seven divisions more.
+ * Predict and update on a Cortex-M4F in f32: 2934 instructions at n, m = 2, 1, 8029 at 4, 2, 35095 at 9, 3
+ * (kq_step: 884, 1941, 6864); on an M3 in q31 12291, 35114, 152240 (2541, 6147, 19804).
+ * Stack: 40 words more than predict and update (q31: 115), 136 more (q31: 272) where the update decorrelates
+ * R.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (something is attached
+ * to f: a history refers to the processes, and q Q changes).
  */
 kq_status kq_adaptation_attach_f32(kq_adaptation_f32 *a, kq_filter_f32 *f);
 kq_status kq_adaptation_attach_f64(kq_adaptation_f64 *a, kq_filter_f64 *f);
 kq_status kq_adaptation_attach_q31(kq_adaptation_q31 *a, kq_filter_q31 *f);
 
-/**
- * kq_predict with q Q.  While q is 1, the very bits of kq_predict.
- *   f        the filter; it may be another one only after a restart
- *   u        l, or NULL, as for kq_predict
- * Events: those of predict.
- * Cost: the predict, a root, and multiplications: n^2/2 to scale G, n^3/6 for Q, and for D 1.5 n^3
- * where A is dense, half as many where it is upper triangular.
- * Stack: 40 words more than predict (q31: 115).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_RECORDING (a history is attached to f: the process
- * it would refer to changes), q31: KQ_ERR_COEFFICIENT (q Q, as above),
- * and the errors of kq_predict.
- */
-
-/**
- * kq_update_subset with r R; q and r then move.  While r is 1, the very bits of the plain update.
- *   z        m; what is not present is not read
- *   present  as for kq_update_subset; UINT32_MAX: all of z
- * NIS, log-likelihood and count of the filter are those of the scales before they moved.  Nothing
- * is learnt of a component that is missing, at the floor (filter.h), or beyond the numbers.
- * Events: those of the update.
- * Cost: the update; for each component 3 n^2 + 2 c n multiplications (c: components before it), a
- * root and a division; up to seven divisions more.  Predict and update on a Cortex-M4F in f32:
- * 2934 instructions at n, m = 2, 1, 8029 at 4, 2, 35095 at 9, 3 (kq_step: 884, 1941, 6864); on an
- * M3 in q31 12291, 35114, 152240 (2541, 6147, 19804).
- * Stack: 40 words more than the update (q31: 115), 136 more (q31: 272) where that decorrelates R.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RECORDING, KQ_ERR_NOT_FINITE (r R; z), q31:
- * KQ_ERR_COEFFICIENT (r R), and the errors of kq_update_subset.
- */
+/** The filter goes on without it; what was learnt stays.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+kq_status kq_adaptation_detach_f32(kq_adaptation_f32 *a);
+kq_status kq_adaptation_detach_f64(kq_adaptation_f64 *a);
+kq_status kq_adaptation_detach_q31(kq_adaptation_q31 *a);
 
 /** q and r.  NaN, q31: {0, 0}, where a is NULL or not initialised. */
 float kq_adaptation_process_scale_f32(const kq_adaptation_f32 *a);

@@ -145,7 +145,7 @@ kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t l
 
 /**
  * The state before the first measurement: x ~ N(x0, P0).  Clears the events and the
- * log-likelihood, and ends the recording on a history, which is not looked at: it may be gone
+ * log-likelihood, and detaches what is attached, which is not looked at: it may be gone
  * (smoother.h: who has to outlive whom).
  *   x0       n
  *   P0       n x n, symmetric positive semi-definite, may be singular or 0; both triangles are

@@ -8,15 +8,15 @@
  * would say of the first step, up to rounding.  Any k may be asked for at any time, so the window
  * can be flushed at the end of a run.
  *
- * How to use it.  A LAG is attached to a filter and predicts it; the updates are the filter's own,
- * by any of its functions, any number of them, of any sensor, or none.
+ * How to use it.  A LAG is attached to a filter, whose kq_predict, kq_update and kq_step go on as ever:
+ * updates by any of its functions, any number of them, of any sensor, or none.
  *
  *     kq_lag_attach_f32(&past, &track);
  *     for (;;) {
  *         kq_update_f32(&track, &ranger, &z);
  *         if (kq_lag_smooth_f32(&past, kq_lag_steps_f32(&past)) == KQ_OK)
  *             ... kq_lag_mean_f32(&past, i), kq_lag_sigma_f32(&past, i)
- *         kq_lag_predict_f32(&past, &motion, NULL);    not kq_predict, not kq_step
+ *         kq_predict_f32(&track, &motion, NULL);
  *     }
  *
  * The filter is, bit for bit, what it is without a lag.  Processes, sensors and what they refer to
@@ -52,21 +52,21 @@ extern "C" {
  * Each of the L steps takes 2.5 n^2 + 3.5 n words in f32; bytes at L = 10 and (n, m) = (2,1),
  * (4,2), (9,3): 992, 3232, 14220.
  */
-#define KQ_LAG_COLUMNS_LEN(n) (5 * (n) * (n))
-#define KQ_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
-#define KQ_ON_LINE_LEN_F32(n, m)                                                                   \
-    (KQ_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F32((size_t)(n)))
-#define KQ_LAG_STEP_LEN_F32(n) (KQ_FILTER_LEN_F32((size_t)(n)) + KQ_MAP_LEN_F32((size_t)(n)))
+#define KQ_PRIVATE_LAG_COLUMNS_LEN(n) (5 * (n) * (n))
+#define KQ_PRIVATE_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
+#define KQ_PRIVATE_ON_LINE_LEN_F32(n, m)                                                                   \
+    (KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F32((size_t)(n)))
+#define KQ_PRIVATE_LAG_STEP_LEN_F32(n) (KQ_FILTER_LEN_F32((size_t)(n)) + KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
 #define KQ_LAG_LEN_F32(n, m, L)                                                                    \
-    ((kq_length)(L)*KQ_LAG_STEP_LEN_F32(n) + KQ_ON_LINE_LEN_F32(n, m) +                            \
-     KQ_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_MAP_LEN_F32((size_t)(n)))
-#define KQ_MAP_LEN_F64(n) (2 * (n) * (n) + (n))
-#define KQ_ON_LINE_LEN_F64(n, m)                                                                   \
-    (KQ_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F64((size_t)(n)))
-#define KQ_LAG_STEP_LEN_F64(n) (KQ_FILTER_LEN_F64((size_t)(n)) + KQ_MAP_LEN_F64((size_t)(n)))
+    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_F32(n) + KQ_PRIVATE_ON_LINE_LEN_F32(n, m) +                            \
+     KQ_PRIVATE_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
+#define KQ_PRIVATE_MAP_LEN_F64(n) (2 * (n) * (n) + (n))
+#define KQ_PRIVATE_ON_LINE_LEN_F64(n, m)                                                                   \
+    (KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F64((size_t)(n)))
+#define KQ_PRIVATE_LAG_STEP_LEN_F64(n) (KQ_FILTER_LEN_F64((size_t)(n)) + KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 #define KQ_LAG_LEN_F64(n, m, L)                                                                    \
-    ((kq_length)(L)*KQ_LAG_STEP_LEN_F64(n) + KQ_ON_LINE_LEN_F64(n, m) +                            \
-     KQ_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_MAP_LEN_F64((size_t)(n)))
+    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_F64(n) + KQ_PRIVATE_ON_LINE_LEN_F64(n, m) +                            \
+     KQ_PRIVATE_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_lag_f32 {
@@ -98,7 +98,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F32(name, n, m, L)                                                                  \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)];                                           \
     static kq_lag_f32 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -110,7 +110,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F64(name, n, m, L)                                                                  \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)];                                          \
     static kq_lag_f64 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -135,8 +135,14 @@ kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, int L, double *memory
  * history, and a filter has one: after kq_filter_init, or with another lag or history, the lag is
  * not attached any more.  Who has to outlive whom is as in kq_history_attach: lag and filter each
  * other, until the lag is detached.
+ *     From then on a predict is a step more for the lag, too.  Cost beside kq_predict: about 9 n^3 +
+ * 4 m n^2 multiplications, 2n square roots and as many divisions at most, whatever L is; the stack
+ * does not depend on n, since the scratch is in the lag's memory.
+ *     A lag never stops its filter.  More than m measurements in a step, or a step by kq_step_student,
+ * set KQ_EVENT_HISTORY_FULL in the filter, which goes on by itself: attach the lag again.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a lag that was never
- * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
+ * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a
+ * settling is attached to f: detach it).
  */
 kq_status kq_lag_attach_f32(kq_lag_f32 *lag, kq_filter_f32 *f);
 kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
@@ -144,18 +150,6 @@ kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
 /** The filter goes on without it; the answer smoothed last can still be read.  KQ_ERR_NULL. */
 kq_status kq_lag_detach_f32(kq_lag_f32 *lag);
 kq_status kq_lag_detach_f64(kq_lag_f64 *lag);
-
-/**
- * kq_predict of the filter, which gives the same bits, and a step more for the lag.
- *   p        may be another one at every step; not kept
- *   u        l, or NULL: no control
- * Cost beside kq_predict: about 9 n^3 + 4 m n^2 multiplications, 2n square roots and as many
- * divisions at most, whatever L is.  The stack does not depend on n: the scratch is in the lag's
- * memory.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (there
- * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
- * attach it again), and the errors of kq_predict.
- */
 
 /** How far back can be asked: the lesser of L and the steps made since the lag was attached.  -1
     where it is not attached, or cannot go on. */
@@ -170,7 +164,8 @@ int kq_lag_steps_f64(const kq_lag_f64 *lag);
  * few of the L / 2 maps in between, 4 n^3 each.
  * Accuracy: that of the filter; to it come a few eps sigma_filtered in the mean and in sigma, as
  * in kq_smooth.
- * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as above.
+ * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_HISTORY_EMPTY (not attached, or not any more),
+ * KQ_ERR_HISTORY_FULL (a step that it could not follow: attach it again).
  */
 kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, int k);
 kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, int k);
@@ -209,14 +204,14 @@ kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
  * does what smoother.h says of more than 32768 sigma.
  */
 
-#define KQ_MAP_LEN_Q31(n) (2 * (n) * (n) + 2 * (n))
-#define KQ_ON_LINE_LEN_Q31(n, m)                                                                   \
-    (KQ_HISTORY_WORKSPACE_LEN_Q31(n) + (kq_length)(m) * ((kq_length)(n) + 7) +                           \
+#define KQ_PRIVATE_MAP_LEN_Q31(n) (2 * (n) * (n) + 2 * (n))
+#define KQ_PRIVATE_ON_LINE_LEN_Q31(n, m)                                                                   \
+    (KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n) + (kq_length)(m) * ((kq_length)(n) + 7) +                           \
      KQ_FILTER_LEN_Q31((size_t)(n)))
-#define KQ_LAG_STEP_LEN_Q31(n) (KQ_FILTER_LEN_Q31((size_t)(n)) + KQ_MAP_LEN_Q31((size_t)(n)))
+#define KQ_PRIVATE_LAG_STEP_LEN_Q31(n) (KQ_FILTER_LEN_Q31((size_t)(n)) + KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 #define KQ_LAG_LEN_Q31(n, m, L)                                                                    \
-    ((kq_length)(L)*KQ_LAG_STEP_LEN_Q31(n) + KQ_ON_LINE_LEN_Q31(n, m) +                            \
-     KQ_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_MAP_LEN_Q31((size_t)(n)))
+    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_Q31(n) + KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) +                            \
+     KQ_PRIVATE_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
 /* The fields are the library's. */
 typedef struct kq_lag_q31 {
@@ -234,7 +229,7 @@ typedef struct kq_lag_q31 {
 #define KQ_LAG_Q31(name, n, m, L)                                                                  \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)];                                         \
     static kq_lag_q31 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0},            \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \

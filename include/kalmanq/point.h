@@ -12,7 +12,7 @@
  *         kq_update_f32(&track, &ranger, &z);
  *         if (kq_point_smooth_f32(&start) == KQ_OK)
  *             ... kq_point_mean_f32(&start, i), kq_point_sigma_f32(&start, i)
- *         kq_point_predict_f32(&start, &motion, NULL);    not kq_predict, not kq_step
+ *         kq_predict_f32(&track, &motion, NULL);
  *     }
  *
  * The filter is, bit for bit, what it is without a point.  Processes, sensors and what they refer
@@ -40,13 +40,13 @@ extern "C" {
  *   n   states, 1..16
  *   m   the most scalar measurements of one step, of all sensors together, at least 1
  */
-#define KQ_POINT_COLUMNS_LEN(n) (2 * (n) * (n))
+#define KQ_PRIVATE_POINT_COLUMNS_LEN(n) (2 * (n) * (n))
 #define KQ_POINT_LEN_F32(n, m)                                                                     \
-    (KQ_ON_LINE_LEN_F32(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
-     KQ_FILTER_LEN_F32((size_t)(n)) + 2 * KQ_MAP_LEN_F32((size_t)(n)))
+    (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_F32((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
 #define KQ_POINT_LEN_F64(n, m)                                                                     \
-    (KQ_ON_LINE_LEN_F64(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
-     KQ_FILTER_LEN_F64((size_t)(n)) + 2 * KQ_MAP_LEN_F64((size_t)(n)))
+    (KQ_PRIVATE_ON_LINE_LEN_F64(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_F64((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_point_f32 {
@@ -64,11 +64,11 @@ typedef struct kq_point_f64 {
 #define KQ_POINT_F32(name, n, m)                                                                   \
     static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
     static kq_point_f32 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 #define KQ_POINT_F64(name, n, m)                                                                   \
     static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
     static kq_point_f64 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -84,8 +84,12 @@ kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory,
  * filter's history, and a filter has one: after kq_filter_init, or with another point, lag or
  * history, the point is not attached any more.  Who has to outlive whom is as in kq_history_attach:
  * point and filter each other, until the point is detached.
+ *     Cost of a predict from then on, beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square
+ * roots and as many divisions.  A point never stops its filter.  More than m measurements in a step, or a
+ * step by kq_step_student, set KQ_EVENT_HISTORY_FULL in the filter: the instant is lost.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a point that was never
- * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter: detach it).
+ * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a
+ * settling is attached to f: detach it).
  */
 kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f);
 kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f);
@@ -96,22 +100,12 @@ kq_status kq_point_detach_f32(kq_point_f32 *point);
 kq_status kq_point_detach_f64(kq_point_f64 *point);
 
 /**
- * kq_predict of the filter, which gives the same bits.
- *   p        may be another one at every step; not kept
- *   u        l, or NULL: no control
- * Cost beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots and as many
- * divisions.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (there
- * were more than m measurements in a step, KQ_EVENT_HISTORY_FULL, or a kq_predict or kq_step:
- * the instant is lost), and the errors of kq_predict.
- */
-
-/**
  * The instant's state given all measurements so far; the functions below read it, until the
  * next call.  The filter does not change.
  * Cost: n^3 + n^2 multiplications.
  * Accuracy: that of the filter; to it come a few eps sigma_filtered in the mean and in sigma.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as above.
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (the instant is
+ * lost).
  */
 kq_status kq_point_smooth_f32(kq_point_f32 *point);
 kq_status kq_point_smooth_f64(kq_point_f64 *point);
@@ -139,8 +133,8 @@ kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
  */
 
 #define KQ_POINT_LEN_Q31(n, m)                                                                     \
-    (KQ_ON_LINE_LEN_Q31(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
-     KQ_FILTER_LEN_Q31((size_t)(n)) + 2 * KQ_MAP_LEN_Q31((size_t)(n)))
+    (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_Q31((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
 /* The fields are the library's. */
 typedef struct kq_point_q31 {
@@ -151,7 +145,7 @@ typedef struct kq_point_q31 {
 #define KQ_POINT_Q31(name, n, m)                                                                   \
     static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
     static kq_point_q31 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
 kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);

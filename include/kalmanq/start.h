@@ -10,14 +10,14 @@
  * away.  At d = 0 the filter has what the limit of ever larger P0 would have given it: the
  * least-squares solution.
  *
- * While d > 0 the filter is NOT READY: kq_predict, kq_update and kq_history_attach answer
- * KQ_ERR_NOT_READY and its readings NaN, so that no half-known estimate is taken for a known one.
- * The start is used in its place.  From d = 0 on its predict and update are the filter's; use
- * either.
+ * The start is attached to its filter, and takes its predicts, updates and steps until d = 0; then the
+ * filter goes on by itself.  While d > 0 the readings of a component that is not determined are NaN, so
+ * that no half-known estimate is taken for a known one, and what needs all of the state (kq_covariance,
+ * kq_gain, kq_measurement, kq_forecast, robust updates, a lag) answers KQ_ERR_NOT_READY.
  *
  *     kq_start_init_f32(&start, &track, x0, P0, 3);         components 0 and 1 are unknown
- *     ... kq_start_update_f32(&start, &radar, z);
- *         kq_start_predict_f32(&start, &motion, NULL);
+ *     ... kq_update_f32(&track, &radar, z);
+ *         kq_predict_f32(&track, &motion, NULL);
  *         if (kq_start_count_f32(&start) == 0) ...          track is ready
  *
  * What is 0 has to be told from what rounding leaves of it: the start follows the covariance of D's
@@ -62,16 +62,16 @@ extern "C" {
  * instants 132 and 420, and for each of them 72 and 220.  (D and the covariance of its rounding take
  * n^2 numbers each.)
  */
-#define KQ_START_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + (2 * (n) + 1) * (n) + 1)
-#define KQ_START_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + (2 * (n) + 1) * (n) + 1)
+#define KQ_PRIVATE_START_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + (2 * (n) + 1) * (n) + 1)
+#define KQ_PRIVATE_START_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + (2 * (n) + 1) * (n) + 1)
 #define KQ_START_LEN_F32(n, early)                                                                 \
     (3 * (kq_length)(n) * ((kq_length)(n) + 1) + 1 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 3) * (kq_length)(n) +                                   \
-     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_F32(n))
+     (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_F32(n))
 #define KQ_START_LEN_F64(n, early)                                                                 \
     (3 * (kq_length)(n) * ((kq_length)(n) + 1) + 1 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 3) * (kq_length)(n) +                                   \
-     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_F64(n))
+     (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_F64(n))
 
 /* The fields are the library's (see process.h). */
 typedef struct {
@@ -123,8 +123,8 @@ kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memo
 
 /**
  * The state before the first measurement, in part unknown; otherwise as kq_filter_init.
- *   s        read: sizes, memory.  Written: the rest.  It refers to f until the next init, which
- *            does not look at it; f does not refer to s.
+ *   s        read: sizes, memory.  Written: the rest.  Attached to f until d = 0: the two refer to each
+ *            other until then, s to f until the next init, which does not look at it.
  *   f        written; not ready while a component is unknown
  *   x0       n.  For an unknown component it is only where its numbers are counted from: any value
  *            gives the same result but for rounding; one within reach of the truth rounds less.
@@ -132,8 +132,18 @@ kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memo
  *            unknown P0 may be NULL
  *   unknown  bit i set: component i is unknown (bits n and above are ignored); 0: this is
  *            kq_filter_init
- * Cost: that of kq_filter_init.
- * Stack: 680 words.
+ * Cost: that of kq_filter_init.  While d > 0, beside the filter's: 2 n^3 + n^3 / 3 + n^2 d multiplications
+ * for a predict (the covariance of D's rounding and det A), n^2 + n d for a measurement, n^3 + 2 n^2 more
+ * for one that takes a dimension away; for each early instant 3 n^3 a predict, n^2 a measurement, 4 n^3 to
+ * take a dimension away.
+ * Stack: 680 words.  While d > 0 n^2 numbers for det A: 280 words in f32, 550 in q31, beside the filter's.
+ * Accuracy: x^ moves by k e, k = D_1 / phi, with k to a few eps and the residual of the
+ * measurement itself moved away once more.  So a mean is off by about eps times the distance that
+ * it has moved from x0, a row of S by a few n eps of the sigma of z in its units; and an
+ * observability (g against the terms h_i D_ij that it is the sum of) below 16 eps counts as none.
+ * A d that is never seen stays; one that A itself has taken to 0 is forgotten, and below 2^-120
+ * (f32), 2^-400 (f64) of its unit it counts as that; below the root of these its rounding is no
+ * longer followed.  A move beyond the numbers sets KQ_EVENT_OVERFLOW and is not taken.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never given them), KQ_ERR_MISMATCH (states),
  * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or
  * the size of any x0_i above 2^120 in f32, 2^1000 in f64).
@@ -142,25 +152,6 @@ kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, 
                             uint32_t unknown);
 kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0, const double *P0,
                             uint32_t unknown);
-
-/**
- * As kq_predict and kq_update, in the filter's place; arguments and errors are theirs, events are
- * the filter's (kq_events).  Where the filter is ready they are those functions.
- * Cost while d > 0: that of the filter's, and 2 n^3 + n^3 / 3 + n^2 d multiplications for a predict
- * (the covariance of D's rounding and det A), n^2 + n d for a measurement, n^3 + 2 n^2 more for one
- * that takes a dimension away; for each early instant 3 n^3 a predict, n^2 a measurement, 4 n^3 to
- * take a dimension away.
- * Stack: n^2 numbers for det A: 280 words in f32, 550 in q31, beside the filter's.
- * Accuracy: x^ moves by k e, k = D_1 / phi, with k to a few eps and the residual of the
- * measurement itself moved away once more.  So a mean is off by about eps times the distance that
- * it has moved from x0, a row of S by a few n eps of the sigma of z in its units; and an
- * observability (g against the terms h_i D_ij that it is the sum of) below 16 eps counts as none.
- * A d that is never seen stays; one that A itself has taken to 0 is forgotten, and below 2^-120
- * (f32), 2^-400 (f64) of its unit it counts as that; below the root of these its rounding is no
- * longer followed.
- * KQ_ERR_NOT_READY also for a start that was not initialised; KQ_EVENT_OVERFLOW for a move beyond
- * the numbers, which is not taken.
- */
 
 /** d: how many columns D still has, and the most measurements that still have to come.  0: the
    filter is ready.  -1 where s is bad. */
@@ -171,45 +162,28 @@ int kq_start_count_f64(const kq_start_f64 *s);
 int kq_start_is_determined_f32(const kq_start_f32 *s, int i);
 int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
 
-/** x_i, the low part of its word, and sqrt(P_ii); NaN where component i is not yet determined, or s
-   or i is bad. */
-
-/** Of the last update, and of all since init, whether the filter is ready or not.  NaN where s is
-    bad. */
-
 /* ------------------------------------------------------------------ smoother
  *
- * A history cannot record a state that is not determined.  So it is given to the start, which has
- * it attached when d = 0, and until then carries the instants that have been (`early` of them, the
+ * A history cannot record a state that is not determined.  Attached to a filter with a start, it begins
+ * when d = 0, and until then the start carries the instants that have been (`early` of them, the
  * latest ones) along as they are known from the present: x_t = c + C xi + E zeta + B delta goes
  * through every step as x does.  When the history has been smoothed back to where it began, its
  * coordinates there complete them.
  *
  *     KQ_HISTORY_F32(tape, 2, 1, 100, 0);
  *     KQ_START_F32(start, 2, 4);                        room for the first 4 steps
- *     kq_start_init_f32(...);   kq_start_attach_f32(&start, &tape);
- *     ... updates and predicts, all by the start ...
+ *     kq_start_init_f32(...);   kq_history_attach_f32(&tape, &track);
+ *     ... updates and predicts ...
  *     kq_start_smooth_f32(&start);
  *     kq_start_smoothed_mean_f32(&start, t, i);         t = 0, 1, ... from the start
  *
- * Steps are counted from kq_start_attach.  Step t is step t - kq_start_steps() of the history where
+ * Steps are counted from kq_history_attach.  Until d = 0 the history's memory is scratch; it needs room for
+ * at least one step of one measurement (KQ_ERR_MEMORY).  Start, filter and history have to outlive each
+ * other until kq_history_detach, and the history also for as long as its steps are read from the start.
+ * kq_start_init forgets the history, without looking at it.
+ *     Step t is step t - kq_start_steps() of the history where
  * that is not negative: lag-one covariances, process noises and measurement noises are to be had
  * from there on only.
- */
-
-/**
- * Has the filter recorded on h from d = 0 on, and the start what comes before it, from the state as
- * it is.  Its place is behind init; kq_start_init forgets the history, without looking at it.
- *   h        room for at least one step of one measurement; until d = 0 its memory is scratch.
- *            Start, filter and history have to outlive each other until kq_start_detach, and the
- *            history also for as long as its steps are read from the start.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (s), KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states),
- * KQ_ERR_RECORDING (h has another filter: detach it).
- */
-
-/**
- * The start forgets its history, which kq_history_detach detaches from the filter.  Early steps that
- * were smoothed can still be read.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
 
 /** The number of early steps: predicts from attach until the filter was ready, or until now; where
@@ -227,7 +201,7 @@ size_t kq_start_first_f64(const kq_start_f64 *s);
  * anything else.  Where the state is still not determined there is no history: then all steps are
  * early ones, the present one is the last of them and needs room too, and those components are
  * smoothed that all the data determine.  The start goes on from there without a history: what has
- * been smoothed stays as it is, until kq_start_attach.
+ * been smoothed stays as it is, until kq_history_attach.
  * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to
  * another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL,
@@ -265,11 +239,11 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
  * observability below 2^-26 counts as none.
  */
 
-#define KQ_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
+#define KQ_PRIVATE_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
 #define KQ_START_LEN_Q31(n, early)                                                                 \
     ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 2 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 4) * (kq_length)(n) +                                   \
-     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_Q31(n))
+     (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_Q31(n))
 
 /* The fields are the library's. */
 typedef struct {

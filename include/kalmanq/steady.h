@@ -13,7 +13,7 @@
  *     kq_steady_schedule    the gains from the prior on, until they settle (all arithmetics)
  *     kq_steady             the filter that runs them; one gain: the steady one alone
  *     kq_steady_smoother    the smoother without covariances
- *     kq_settling             an ordinary filter that drops its covariance work while it is settled
+ *     kq_settling           an ordinary filter that drops its covariance work while it is settled
  *
  * A steady state exists where every state that does not decay by itself (|eigenvalue of A| >= 1) is
  * measured (detectable) and moved by the noise (stabilisable).
@@ -38,10 +38,10 @@ extern "C" {
 
 /** Words of workspace for kq_steady_solve: 210 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
-    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
+    (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
 #define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
-    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
-#define KQ_STEADY_SQUARES_LEN(n, m)                                                                \
+    (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
+#define KQ_PRIVATE_STEADY_SQUARES_LEN(n, m)                                                                \
     ((n) * (7 * (n) + 2 * (m) + 2 + ((n) > (m) ? (n) : (m))) + 3 * KQ_TRIANGLE(n))
 
 /** What kq_steady_solve can give; each pointer may be NULL. */
@@ -283,18 +283,18 @@ kq_status kq_steady_smooth_f32(const kq_steady_smoother_f32 *c, float *x, const 
 kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const double *e,
                                size_t steps);
 
-/* ------------------------------------------------------------------ the switch
+/* ------------------------------------------------------------------ settling
  *
  * An ordinary kq_filter that stops working on its covariance once that has settled, and begins
  * again when something is different: a measurement is missing, the process or the sensor is another
- * one, a history is attached (it gets every step), or something else has moved the covariance.
+ * one, or something else has moved the covariance.
  *
+ *     kq_settling_attach_f32(&lazy, &track);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
- *     ... kq_settling_step_f32(&lazy, &track, &motion, NULL, &radar, z);   or z = NULL: none
+ *     ... kq_step_f32(&track, &motion, NULL, &radar, z);            or kq_predict: no measurement
  *
- * While it is settled the mean alone moves, by A and the gain as it has become; the root stays the
- * filtered one.  So the filter can be read as ever (but for the likelihood, which rests), and going
- * back is nothing but calling kq_predict and kq_update.
+ * While it is settled kq_step moves the mean alone, by A and the gain as it has become; the root stays the
+ * filtered one.  So the filter can be read as ever (but for the likelihood, which rests).
  */
 
 /** Words and gains of memory. */
@@ -334,7 +334,7 @@ typedef struct {
     kq_filter_f64 *filter; /* attached to */
 } kq_settling_f64;
 
-/** A switch `name` for n states and m components with its storage, in static memory. */
+/** A settling `name` for n states and m components with its storage, in static memory. */
 #define KQ_SETTLING_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                      \
     static kq_settling_f32 name = {                                                                  \
@@ -367,18 +367,21 @@ kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
 kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 
 /**
- * predict and, where there is a measurement, update.
- *   z        m, or NULL: none at this step, and the filter is unsettled by it
+ * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
+ * kq_update by themselves are the filter's own, and unsettle it.
+ *   f        with nothing attached; w and f have to outlive each other until kq_settling_detach
  * Processes and sensors are known again by their addresses and those of A and H: after new content
  * at the same place call kq_settling_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
- * The errors of kq_step; KQ_ERR_NOT_READY also for a switch not initialised, KQ_ERR_MISMATCH also
- * for one of other sizes.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (something is attached
+ * to f).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of other than m components.
  */
 kq_status kq_settling_attach_f32(kq_settling_f32 *w, kq_filter_f32 *f);
-kq_status kq_settling_detach_f32(kq_settling_f32 *w);
 kq_status kq_settling_attach_f64(kq_settling_f64 *w, kq_filter_f64 *f);
+
+/** The full filter goes on without it.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+kq_status kq_settling_detach_f32(kq_settling_f32 *w);
 kq_status kq_settling_detach_f64(kq_settling_f64 *w);
 
 /** Did the last step move the mean alone?  0 for NULL. */

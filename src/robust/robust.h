@@ -93,7 +93,7 @@ typedef struct {
     scaled *noise; /* its entry in the reading's noise */
 } robust_scalar;
 
-/* The same as the careful update has it (filter/sharp.h), with a variance s of its innovation */
+/* A scalar measurement as the careful update has it (filter/sharp.h), s the variance of its innovation */
 static careful_scalar careful_of(const filter *f, const reading *z, const robust_scalar *m, scaled s,
                                  scaled *spare)
 {

@@ -39,7 +39,7 @@ BEGINNINGS = {
 }
 PARTS = ("", "steady_", "adaptation_", "em_")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
-OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
+OPTIONS = {FIXED: "KQ_FIXED_UPPER|KQ_FIXED_BARE", FIXED_DENSE: "KQ_FIXED_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
 
