@@ -517,8 +517,10 @@ static void what_is_assigned_anew_is_not_attached(void)
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
     ASSERT_OK(K(adaptation_attach)(&tuner, &track));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
+    const K(adaptation) kept = tuner;
     memset(&tuner, 0xa5, sizeof tuner);
     ASSERT_OK(K(update)(&track, &radar, z));
+    tuner = kept;
 }
 
 static void an_adaptation_works_at_every_size(void)
