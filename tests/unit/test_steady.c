@@ -89,6 +89,7 @@ static void set_up(void)
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
     ASSERT_OK(K(settling_init)(&lazy, 12));
     ASSERT_OK(K(settling_init)(&lazy1, 12));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
     watch_nothing();
 }
 
@@ -636,7 +637,7 @@ static void a_missing_measurement_unsettles_it(void)
     settling_steps(40);
     for (int t = 0; t < 3; t++) {
         draw_step();
-        ASSERT_OK(K(step)(&track, &motion, u, &radar, NULL));
+        ASSERT_OK(K(predict)(&track, &motion, u));
         ASSERT_OK(K(predict)(&other, &motion, u));
         TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
         ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
@@ -682,44 +683,170 @@ static void the_full_filter_may_go_on_at_any_time(void)
     TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
 }
 
-static void a_history_keeps_it_whole(void)
+/* It gets every step; then the settling begins anew. */
+static void a_history_takes_its_place(void)
 {
     settling_steps(40);
+    WATCH(tape);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
+    ASSERT_OK(K(settling_detach)(&lazy));
     ASSERT_OK(K(history_attach)(&tape, &track));
-    for (int t = 0; t < 40; t++) {
-        settling_steps(1);
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    }
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &track));
+    settling_steps(40);
     TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     settling_steps(40);
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
-static void the_switch_refuses_what_is_wrong(void)
+/* The last step before it settles is a step of the full filter, and so is a predict and an update. */
+static void a_step_of_the_full_filter_is_a_predict_and_an_update(void)
 {
-    draw_step();
-    num gain[N * M];
+    for (int t = 0; t < 4; t++) {
+        draw_step();
+        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
+        ASSERT_OK(K(predict)(&other, &motion, u));
+        ASSERT_OK(K(update)(&other, &radar, z));
+        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        ASSERT_SAME_BITS(other_memory, track_memory);
+        TEST_ASSERT_TRUE(K(log_likelihood)(&other) == K(log_likelihood)(&track));
+    }
+    for (int t = 0; t < 40; t++) { /* called apart they are the full filter's, and it never settles */
+        draw_step();
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
+        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        ASSERT_SAME_BITS(other_memory, track_memory);
+    }
+}
+
+/* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
+static void a_copied_filter_goes_on_by_itself(void)
+{
+    FILTER(copy, N);
+    for (int assigned = 0; assigned < 2; assigned++) {
+        settling_steps(40);
+        ASSERT_OK(K(filter_copy)(&other, &track));
+        ASSERT_OK(K(filter_copy)(&copy, &track));
+        if (assigned) {
+            copy = track;
+            copy.memory = copy_memory;
+        }
+        const K(settling) before = lazy;
+        for (int t = 0; t < 5; t++) {
+            draw_step();
+            if (t % 2) ASSERT_OK(K(step)(&copy, &motion, u, &radar, z));
+            if (t % 2 == 0) ASSERT_OK(K(predict)(&copy, &motion, u));
+            if (t % 2 == 0) ASSERT_OK(K(update)(&copy, &radar, z));
+            ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
+            ASSERT_SAME_BITS(other_memory, copy_memory);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&before, &lazy, sizeof before);
+        settling_steps(1);
+        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    }
+}
+
+static void a_detached_filter_is_the_full_filter(void)
+{
+    settling_steps(40);
+    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(filter_copy)(&other, &track));
+    for (int t = 0; t < 5; t++) {
+        settling_steps(1);
+        ASSERT_SAME_BITS(other_memory, track_memory);
+    }
+    /* one that was initialised anew, too: nothing is looked at that may be gone */
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&other, x0, P0));
+    const K(settling) kept = lazy;
+    memset(&lazy, 0xa5, sizeof lazy);
+    settling_steps(5);
+    ASSERT_SAME_BITS(other_memory, track_memory);
+    lazy = kept;
+    /* and where the settling was assigned anew */
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(
+        K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
+    settling_steps(40);
+    ASSERT_SAME_BITS(other_memory, track_memory);
+}
+
+static void attach_refuses_what_is_wrong(void)
+{
+    SETTLING(second, N, M);
+    START(start, N, 0);
+    ASSERT_OK(K(settling_init)(&second, 12));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    WATCH(blank_lazy), WATCH(z), WATCH(u);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, z));
+    WATCH(blank_lazy), WATCH(lazy1), WATCH(second), WATCH(other), WATCH(blank), WATCH(track1);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(&lazy, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&blank_lazy, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&lazy, &blank));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy, &track1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy1, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&second, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_detach)(&blank_lazy));
+    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&second, &other));
+    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 0));
+    ASSERT_OK(K(settling_attach)(&second, &other)); /* nothing was unknown */
+}
+
+static void assert_steps_are_refused(void)
+{
     ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&blank, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(step)(&track, &blank_process, u, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(step)(&track, &motion, u, &blank_sensor, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track1, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion1, NULL, &radar, z));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar1, z));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &single, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &motion, u));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion1, NULL));
+    const num good_z = z[0], good_u = u[0];
     z[0] = (num)NAN;
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
+    z[0] = good_z;
     u[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict)(&track, &motion, u));
+    u[0] = good_u;
+}
+
+/* Nor does it leave what it has settled to. */
+static void a_bad_step_is_refused(void)
+{
+    draw_step();
+    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
+    WATCH(blank), WATCH(track1);
+    assert_steps_are_refused();
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    assert_steps_are_refused();
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+}
+
+static void the_settling_refuses_what_is_wrong(void)
+{
+    num gain[N * M];
+    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
+    WATCH(blank_lazy);
     ASSERT_REFUSED(KQ_ERR_NULL, K(settling_init)(NULL, 12));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, 0));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, BITS_MAX + 1));
@@ -772,6 +899,11 @@ SUITE(steady, set_up)
     RUN_TEST(a_missing_measurement_unsettles_it);
     RUN_TEST(another_model_unsettles_it);
     RUN_TEST(the_full_filter_may_go_on_at_any_time);
-    RUN_TEST(a_history_keeps_it_whole);
-    RUN_TEST(the_switch_refuses_what_is_wrong);
+    RUN_TEST(a_history_takes_its_place);
+    RUN_TEST(a_step_of_the_full_filter_is_a_predict_and_an_update);
+    RUN_TEST(a_copied_filter_goes_on_by_itself);
+    RUN_TEST(a_detached_filter_is_the_full_filter);
+    RUN_TEST(attach_refuses_what_is_wrong);
+    RUN_TEST(a_bad_step_is_refused);
+    RUN_TEST(the_settling_refuses_what_is_wrong);
 }
