@@ -7,8 +7,8 @@
  * left so; otherwise it is filled with words that are no such mean.
  *
  * Before this: S(name) is kq_name_<T>; word, its number type; is_nothing(word) and is_no_score();
- * line(word), the number that a word stands for; begin(start, filter), the init, take(filter, z) and
- * advance(filter), update and predict; ORDER_<object>_LEN, the memory of each.
+ * line(word), the number that a word stands for; begin(start, filter), take(filter, z) and
+ * advance(filter), its init, update and predict; ORDER_<object>_LEN, the memory of each.
  */
 #ifndef KALMANQ_TESTS_START_ORDERS_H
 #define KALMANQ_TESTS_START_ORDERS_H

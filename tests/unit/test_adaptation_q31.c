@@ -157,7 +157,7 @@ static void steps_and_limits_are_kept(void)
         const double q = process_scale(), r = sensor_scale(), most = 1.125 * (1 + 1e-8);
         int32_t z[2];
         if (t < 200) {
-            z[0] = t % 2 ? 900 << 20 : -(900 << 20);
+            z[0] = t % 2 ? INT32_C(900) << 20 : -(INT32_C(900) << 20);
             z[1] = -z[0];
         } else {
             ASSERT_OK(kq_measurement_q31(&track, &radar.sensor, z, NULL));
@@ -396,7 +396,7 @@ static void refusals_of_a_rule(void)
         assert_bad_number(numbers[k], (kq_scaled_q31){1, 0}, KQ_ERR_COEFFICIENT);
         assert_bad_number(numbers[k], power(1031), KQ_ERR_COEFFICIENT);
         assert_bad_number(numbers[k], none, KQ_ERR_RANGE);
-        assert_bad_number(numbers[k], (kq_scaled_q31){-(1 << 30), -30}, KQ_ERR_RANGE);
+        assert_bad_number(numbers[k], (kq_scaled_q31){-(INT32_C(1) << 30), -30}, KQ_ERR_RANGE);
     }
     assert_bad_number(&rule.step, power(1), KQ_ERR_RANGE);
     assert_bad_number(&rule.process_least, power(1), KQ_ERR_RANGE);

@@ -281,8 +281,8 @@ static void compare_attached(const fixed_size *size)
 
 static void an_adaptation_learns(void)
 {
-    static const kq_scaled_q31 least = {1 << 30, -33}, most = {1 << 30, -27};
-    static const kq_adaptation_rule_q31 rule = {KQ_ADAPT_BOTH, 50, {1 << 30, -33}, least, most, least, most};
+    const kq_scaled_q31 least = {INT32_C(1) << 30, -33}, most = {INT32_C(1) << 30, -27};
+    const kq_adaptation_rule_q31 rule = {KQ_ADAPT_BOTH, 50, least, least, most, least, most};
     static kq_scaled_q31 memory[2][KQ_ADAPTATION_LEN_Q31(STATES, COMPONENTS)];
     static int32_t root[2][KQ_ROOT_LEN_Q31(STATES)];
     own_filter *filters[] = {&ours, &theirs};
