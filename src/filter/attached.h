@@ -42,6 +42,12 @@ KQ_INLINE int is_attached(const filter *f) { return f && f->attached; }
 
 static int is_recorded(const filter *f) { return f->attached && f->attached->hooks->is_recorder; }
 
+/* Is something else than `own` attached?  A start of which nothing is unknown has nothing to do any more. */
+static int has_other_attached(const filter *f, const attached *own)
+{
+    return f->attached && f->attached != own && !(f->attached->hooks->give && f->ready);
+}
+
 static void predict_not_recorded(filter *f, const process *p) { (void)f, (void)p; }
 
 static void update_not_recorded(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s)

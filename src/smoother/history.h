@@ -21,7 +21,10 @@ KQ_COLD kq_status T(kq_history_assign)(history *h, int n, num *memory, size_t le
     if (!h || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n)) return KQ_ERR_SIZE;
     if (length < history_least_length(n)) return KQ_ERR_MEMORY;
-    *h = (history){.states = (uint8_t)n, .length = length, .memory = memory};
+    *h = (history){.attached = {&history_hooks}, /* a filter that it still is attached to sees it by these */
+                   .states = (uint8_t)n,
+                   .length = length,
+                   .memory = memory};
     return KQ_OK;
 }
 

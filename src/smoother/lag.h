@@ -224,7 +224,10 @@ kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, int most, num *memory, 
     if (!size_is_valid(n) || m < 1 || most < 0) return KQ_ERR_SIZE;
     if (length < LAG_LEN(n, m, most)) return KQ_ERR_MEMORY;
     *lag = (T(kq_lag)){
-        .tape = {.states = (uint8_t)n, .length = (size_t)ON_LINE_LEN(n, m), .memory = memory},
+        .tape = {.attached = {&lag_hooks},
+                 .states = (uint8_t)n,
+                 .length = (size_t)ON_LINE_LEN(n, m),
+                 .memory = memory},
         .most = (uint32_t)most};
     return KQ_OK;
 }

@@ -12,7 +12,6 @@
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "../filter/attached.h"
-#include "../filter/filter.h"
 #include "estimate.h"
 #include "tape.h"
 #include "whitened.h"
@@ -66,8 +65,7 @@ static int on_line_goes_on(filter *f)
 {
     const history *h = history_of(f);
     if (h->filter == f) return h->phase == HISTORY_ROWS;
-    filter_set_attached(f, 0); /* it was assigned anew, or f is a copy of its filter */
-    f->events |= KQ_EVENT_HISTORY_FULL;
+    history_end(f);
     return 0;
 }
 

@@ -64,16 +64,6 @@ static unsigned point_settle(num *state, backward_map map, int n)
     return events;
 }
 
-kq_status T(kq_point_assign)(T(kq_point) *point, int n, int m, num *memory, size_t length)
-{
-    if (!point || !memory) return KQ_ERR_NULL;
-    if (!size_is_valid(n) || m < 1) return KQ_ERR_SIZE;
-    if (length < POINT_LEN(n, m)) return KQ_ERR_MEMORY;
-    *point = (T(kq_point)){
-        .tape = {.states = (uint8_t)n, .length = (size_t)ON_LINE_LEN(n, m), .memory = memory}};
-    return KQ_OK;
-}
-
 static kq_status point_predict(filter *f, const process *p, const num *u)
 {
     const kq_status status = predict_check(f, p, u);
@@ -95,6 +85,19 @@ static kq_status point_predict(filter *f, const process *p, const num *u)
 
 static const hooks point_hooks = {
     .predict = point_predict, .step = step_attached, KQ_RECORDS_ROWS};
+
+kq_status T(kq_point_assign)(T(kq_point) *point, int n, int m, num *memory, size_t length)
+{
+    if (!point || !memory) return KQ_ERR_NULL;
+    if (!size_is_valid(n) || m < 1) return KQ_ERR_SIZE;
+    if (length < POINT_LEN(n, m)) return KQ_ERR_MEMORY;
+    *point = (T(kq_point)){
+        .tape = {.attached = {&point_hooks},
+                 .states = (uint8_t)n,
+                 .length = (size_t)ON_LINE_LEN(n, m),
+                 .memory = memory}};
+    return KQ_OK;
+}
 
 kq_status T(kq_point_attach)(T(kq_point) *point, filter *f)
 {

@@ -65,10 +65,13 @@ KQ_KERNEL size_t history_least_length(int n)
 /* Of a filter that a history, or a tape that begins with one, is attached to */
 KQ_INLINE history *history_of(const filter *f) { return (history *)f->attached; }
 
-/* Nothing that comes after this can be smoothed, and nothing before it with what comes after. */
+/* Nothing that comes after this can be smoothed, and nothing before it with what comes after.  A history
+   that was assigned anew, or whose filter f is a copy of, is left alone. */
 static void history_end(filter *f)
 {
-    history_of(f)->phase = HISTORY_FULL;
+    history *h = history_of(f);
+    if (h->filter == f) h->phase = HISTORY_FULL;
+    else filter_set_attached(f, 0);
     f->events |= KQ_EVENT_HISTORY_FULL;
 }
 
@@ -77,13 +80,8 @@ static void history_end(filter *f)
 KQ_COLD static num *history_extend(filter *f, size_t words)
 {
     history *h = history_of(f);
-    if (h->filter != f) { /* it was assigned anew, or f is a copy of its filter */
-        filter_set_attached(f, 0);
-        f->events |= KQ_EVENT_HISTORY_FULL;
-        return 0;
-    }
     const size_t last = (size_t)FILTER_LEN(h->states);
-    if (h->phase < HISTORY_RECORDING || h->records == UINT16_MAX ||
+    if (h->filter != f || h->phase < HISTORY_RECORDING || h->records == UINT16_MAX ||
         h->used + words + last > history_tape_length(h, h->states)) {
         history_end(f);
         return 0;
@@ -183,13 +181,12 @@ static kq_status step_attached(filter *f, const process *p, const num *u, const 
     return status ? status : s->kind->take(f, s, z, UINT32_MAX);
 }
 
-static const hooks history_hooks = {.predict = history_predict,
-                                    .step = step_attached,
-                                    .record_predict = history_record_predict,
-                                    .record_update = history_record_update,
-                                    .record_nothing = history_record_nothing,
-                                    .record_end = history_end,
-                                    .is_recorder = 1};
+#define KQ_RECORDS_STEPS                                                                           \
+    .predict = history_predict, .step = step_attached, .record_predict = history_record_predict,   \
+    .record_update = history_record_update, .record_nothing = history_record_nothing,              \
+    .record_end = history_end, .is_recorder = 1
+
+static const hooks history_hooks = {KQ_RECORDS_STEPS};
 
 /*
  * Is it the history of a filter?  What that filter has to say of it is not asked: a filter that
@@ -227,7 +224,7 @@ KQ_COLD static kq_status tape_attach(history *h, filter *f, const hooks *with)
     if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
     status = history_check_owner(h, f);
     if (status) return status;
-    if (f->attached && !is_recorded(f)) return KQ_ERR_RECORDING;
+    if (has_other_attached(f, &h->attached) && !is_recorded(f)) return KQ_ERR_RECORDING;
     history_begin(h, f, with);
     return KQ_OK;
 }

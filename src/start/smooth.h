@@ -25,6 +25,7 @@
 #include "entries.h"
 #include "past.h"
 #include "start.h"
+#include "take.h"
 #include "unknown.h"
 
 /* What stays unknown is no result. */
@@ -87,6 +88,7 @@ kq_status T(kq_start_smooth)(start *s)
         past_push(s);
         s->tape = 0; /* nothing was recorded on it */
     } else {
+        if (!start_has_tape(s)) return KQ_ERR_HISTORY_EMPTY;
         const kq_status wrong = start_smooth_tape(s->tape, s->filter);
         if (wrong) return wrong;
         const workspace v = workspace_at(s->tape->memory, s->states);
@@ -111,7 +113,7 @@ static int past_is_valid(const start *s, size_t t, int i)
 /* Is step t one of the tape's? */
 static int start_is_on_tape(const start *s, size_t t)
 {
-    return !start_check(s) && s->tape && s->phase != START_WAITING && t >= s->steps;
+    return !start_check(s) && start_has_tape(s) && s->phase != START_WAITING && t >= s->steps;
 }
 
 num T(kq_start_smoothed_mean)(const start *s, size_t t, int i)

@@ -16,6 +16,7 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/alone.h"
 #include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
@@ -63,11 +64,12 @@ static start *start_of(const filter *f)
     return s->filter == f ? s : 0;
 }
 
-/* Nothing was unknown: f is ready from the beginning, and its start is attached up to its first step. */
-static filter *start_hands_over(filter *f)
+/* Where nothing was unknown f is ready from the beginning, and its start attached up to its first step,
+   which has been taken without it. */
+static kq_status start_hands_over(filter *f, kq_status status)
 {
-    filter_set_attached(f, 0);
-    return f;
+    if (!status) filter_set_attached(f, 0);
+    return status;
 }
 
 /* As if it were ready: what a step is checked against */
@@ -81,9 +83,9 @@ static filter filter_known(const filter *f)
 
 static kq_status start_predict(filter *f, const process *p, const num *u)
 {
+    if (f->ready) return start_hands_over(f, predict_alone(f, p, u));
     start *s = start_of(f);
     if (!s) return KQ_ERR_NOT_READY;
-    if (!s->unknowns) return T(kq_predict)(start_hands_over(f), p, u);
     const filter known = filter_known(f);
     const kq_status status = predict_check(&known, p, u);
     if (status) return status;
@@ -100,9 +102,9 @@ static kq_status start_predict(filter *f, const process *p, const num *u)
 
 static kq_status start_update(filter *f, const sensor *by, const num *z, uint32_t present)
 {
+    if (f->ready) return start_hands_over(f, update_alone(f, by, z, present));
     start *s = start_of(f);
     if (!s) return KQ_ERR_NOT_READY;
-    if (!s->unknowns) return T(kq_update_subset)(start_hands_over(f), by, z, present);
     const filter known = filter_known(f);
     const kq_status status = update_check(&known, by, z, present);
     if (status) return status;
@@ -135,11 +137,11 @@ static kq_status start_give(filter *f, history *h)
     const kq_status taken = history_check_owner(h, f);
     if (taken) return taken;
     start_open(s);
-    history_begin(h, f, &history_hooks);
+    s->tape = h;
+    start_begin_tape(s);
     if (s->unknowns) h->steps = 0;
     start_close(s);
     s->phase = START_WAITING;
-    s->tape = h;
     s->steps = 0;
     s->next = 0;
     return KQ_OK;
@@ -165,7 +167,10 @@ kq_status T(kq_start_assign)(start *s, int n, size_t early, num *memory, size_t 
     if (!s || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || early >= UINT16_MAX) return KQ_ERR_SIZE;
     if (length < START_LEN((size_t)n, early)) return KQ_ERR_MEMORY;
-    *s = (start){.states = (uint8_t)n, .early = (uint16_t)early, .memory = memory};
+    *s = (start){.attached = {&start_hooks},
+                 .states = (uint8_t)n,
+                 .early = (uint16_t)early,
+                 .memory = memory};
     return KQ_OK;
 }
 

@@ -19,6 +19,7 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/attached.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/sharp.h"
@@ -126,12 +127,26 @@ static void start_define_root(const start *s, const definition *m, const scaled 
     for (uint32_t t = past_begin(s); t < s->steps; t++) past_turn(s, t, &map, m);
 }
 
+/* What any history does, at an address of its own: a history that has been attached or assigned anew is
+   seen not to be the one that the start began. */
+static const hooks start_tape_hooks = {KQ_RECORDS_STEPS};
+
+static void start_begin_tape(start *s)
+{
+    history_begin(s->tape, s->filter, &start_tape_hooks);
+}
+
+static int start_has_tape(const start *s)
+{
+    return s->tape && s->tape->attached.hooks == &start_tape_hooks;
+}
+
 /* The filter takes over. */
 static void start_end(start *s)
 {
     filter_set_ready(s->filter, s->filter->ready);
     if (!start_is_recording(s)) s->tape = 0;
-    else history_begin(s->tape, s->filter, &history_hooks);
+    else start_begin_tape(s);
 }
 
 /* D <- D M, so that g = (phi, 0, ...), and B; k = D_1 / phi.  Answers phi. */

@@ -32,12 +32,15 @@ typedef T(kq_settling) settling;
    kept; one that hardly did and has kept it; one of the mean alone. */
 enum { SETTLING_MOVING, SETTLING_CALM, SETTLING_KEEPING, SETTLING_SETTLED };
 
+static const hooks settling_hooks; /* below */
+
 kq_status T(kq_settling_assign)(settling *w, int n, int m, num *memory, size_t length, scaled *gain)
 {
     if (!w || !memory || !gain) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
     if (length < (size_t)SETTLING_LEN(n)) return KQ_ERR_MEMORY;
-    *w = (settling){.states = (uint8_t)n,
+    *w = (settling){.attached = {&settling_hooks},
+                    .states = (uint8_t)n,
                     .components = (uint8_t)m,
                     .length = (uint16_t)SETTLING_LEN(n),
                     .memory = memory,
@@ -175,7 +178,7 @@ kq_status T(kq_settling_attach)(settling *w, filter *f)
     if (!status) status = filter_check(f);
     if (status) return status;
     if (f->states != w->states) return KQ_ERR_MISMATCH;
-    if (f->attached && f->attached != &w->attached) return KQ_ERR_RECORDING;
+    if (has_other_attached(f, &w->attached)) return KQ_ERR_RECORDING;
     w->phase = SETTLING_MOVING;
     w->process = 0;
     w->sensor = 0;

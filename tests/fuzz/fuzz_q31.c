@@ -337,18 +337,21 @@ static void adapt(run *r)
          "adaptation");
     const kq_status status = kq_adaptation_init_q31(&a, &r->m.process[0], s, &rule);
     demand(status == KQ_OK || status == KQ_ERR_COEFFICIENT, "adaptation_init", status);
+    if (!status) must(kq_adaptation_attach_q31(&a, &r->filter), "adaptation_attach");
     for (int k = 0; !status && k < 100; k++) {
         if (r->calm) likely_words(&r->filter, s, z);
         else random_words(z, s->measurement_format, m);
         const uint32_t present = chance(0.5) ? UINT32_MAX : (uint32_t)random_bits();
-        must(kq_adaptation_update_q31(&a, &r->filter, z, present), "adaptation_update");
+        must(kq_update_subset_q31(&r->filter, s, z, present), "adaptation, update");
         if (chance(0.8)) {
-            must(kq_adaptation_predict_q31(&a, &r->filter, NULL), "adaptation_predict");
+            const kq_process_q31 *p = &r->m.process[chance(0.1)]; /* the other one teaches nothing */
+            must(kq_predict_q31(&r->filter, p, NULL), "adaptation, predict");
         }
         check_scale(kq_adaptation_process_scale_q31(&a));
         check_scale(kq_adaptation_sensor_scale_q31(&a));
         check_filter(&r->filter);
     }
+    if (!status) must(kq_adaptation_detach_q31(&a), "adaptation_detach");
 }
 
 static void run_model(run *r)

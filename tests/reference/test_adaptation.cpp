@@ -27,8 +27,7 @@ template <> struct Adaptation<float> {
     using Rule = kq_adaptation_rule_f32;
     using Number = float;
     static constexpr auto init = kq_adaptation_init_f32;
-    static constexpr auto predict = kq_adaptation_predict_f32;
-    static constexpr auto update = kq_adaptation_update_f32;
+    static constexpr auto attach = kq_adaptation_attach_f32;
     static constexpr auto processScale = kq_adaptation_process_scale_f32;
     static constexpr auto sensorScale = kq_adaptation_sensor_scale_f32;
     std::vector<float> memory;
@@ -46,8 +45,7 @@ template <> struct Adaptation<double> {
     using Rule = kq_adaptation_rule_f64;
     using Number = double;
     static constexpr auto init = kq_adaptation_init_f64;
-    static constexpr auto predict = kq_adaptation_predict_f64;
-    static constexpr auto update = kq_adaptation_update_f64;
+    static constexpr auto attach = kq_adaptation_attach_f64;
     static constexpr auto processScale = kq_adaptation_process_scale_f64;
     static constexpr auto sensorScale = kq_adaptation_sensor_scale_f64;
     std::vector<double> memory;
@@ -65,8 +63,7 @@ template <> struct Adaptation<Q31> {
     using Rule = kq_adaptation_rule_q31;
     using Number = kq_scaled_q31;
     static constexpr auto init = kq_adaptation_init_q31;
-    static constexpr auto predict = kq_adaptation_predict_q31;
-    static constexpr auto update = kq_adaptation_update_q31;
+    static constexpr auto attach = kq_adaptation_attach_q31;
     static constexpr auto processScale = kq_adaptation_process_scale_q31;
     static constexpr auto sensorScale = kq_adaptation_sensor_scale_q31;
     std::vector<kq_scaled_q31> memory;
@@ -235,14 +232,16 @@ template <class T> class Run
                                      number(0x1p-10), number(0x1p10), number(0x1p-10),
                                      number(0x1p10)};
         kq::require(Tool::init(&adaptation_, process_.get(), sensor_.get(), &of), "init");
+        kq::require(Tool::attach(&adaptation_, filter_.get()), "attach");
     }
 
     void step()
     {
         const auto z = sensor_.components().words(simulation_.measure());
-        kq::require(Tool::update(&adaptation_, filter_.get(), z.data(), simulation_.present()),
+        kq::require(kq::Api<T>::updateSubset(filter_.get(), sensor_.get(), z.data(),
+                                             simulation_.present()),
                     "update");
-        kq::require(Tool::predict(&adaptation_, filter_.get(), nullptr), "predict");
+        kq::require(kq::Api<T>::predict(filter_.get(), process_.get(), nullptr), "predict");
         simulation_.advance();
     }
 

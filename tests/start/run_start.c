@@ -82,9 +82,9 @@ static void print_array(const num *numbers, int count)
 static void print_filtered(int t, int n)
 {
     num mean[MAX], sigma[MAX];
-    const num llf = K(start_log_likelihood_last)(&start);
-    for (int i = 0; i < n; i++) mean[i] = K(start_mean)(&start, i);
-    for (int i = 0; i < n; i++) sigma[i] = K(start_sigma)(&start, i);
+    const num llf = K(log_likelihood_last)(&filter);
+    for (int i = 0; i < n; i++) mean[i] = K(mean)(&filter, i);
+    for (int i = 0; i < n; i++) sigma[i] = K(sigma)(&filter, i);
     printf("filtered %d %d %.17g", t, K(start_count)(&start), (double)llf);
     print_array(mean, n);
     print_array(sigma, n);
@@ -114,7 +114,7 @@ static void update(int t, int n, int m)
     }
     (void)n;
     require(K(sensor_change_measurement)(&sensor, H[t]), "sensor");
-    require(K(start_update_subset)(&start, &sensor, z[t], present), "update");
+    require(K(update_subset)(&filter, &sensor, z[t], present), "update");
 }
 
 int main(void)
@@ -140,9 +140,9 @@ int main(void)
     require(K(start_assign)(&start, n, (size_t)early, start_memory, START_LEN(MAX, STEPS)),
             "start");
     require(K(start_init)(&start, &filter, x0, P0, unknown), "start");
-    require(K(start_attach)(&start, &tape), "attach");
+    require(K(history_attach)(&tape, &filter), "attach");
     for (int t = 0; t < steps; t++) {
-        if (t > 0) require(K(start_predict)(&start, &process, NULL), "predict");
+        if (t > 0) require(K(predict)(&filter, &process, NULL), "predict");
         update(t, n, m);
         print_filtered(t, n);
     }

@@ -7,8 +7,8 @@
  * left so; otherwise it is filled with words that are no such mean.
  *
  * Before this: S(name) is kq_name_<T>; word, its number type; is_nothing(word) and is_no_score();
- * line(word), the number that a word stands for; begin(start, filter), take(start, z) and
- * advance(start), its init, update and predict; ORDER_<object>_LEN, the memory of each.
+ * line(word), the number that a word stands for; begin(start, filter), take(filter, z) and
+ * advance(filter), its init, update and predict; ORDER_<object>_LEN, the memory of each.
  */
 #ifndef KALMANQ_TESTS_START_ORDERS_H
 #define KALMANQ_TESTS_START_ORDERS_H
@@ -41,7 +41,11 @@ static void expect(expectation *e, int call)
     static const expectation none;
     const int keeps = e->attached && !e->smoothed && is_open(e);
     if (call == CALL_INIT) *e = none;
-    if (call == CALL_ATTACH) {
+    if (call == CALL_ATTACH && !is_open(e)) { /* the history is no longer the start's */
+        e->attached = 0;
+        e->last = e->early - 1;
+    }
+    if (call == CALL_ATTACH && is_open(e)) {
         e->attached = 1;
         e->origin = e->now;
         e->early = e->smoothed = 0;
@@ -82,17 +86,18 @@ static void assert_word(int expected, double value, word high, word low, word si
 
 static double line_at(int t, int i) { return i ? 2 : 3 + 2 * t; }
 
-static void assert_readings(const S(start) * s, const expectation *e)
+static void assert_readings(const S(start) * s, const S(filter) * f, const expectation *e)
 {
     S(covariance_word) P[4];
     TEST_ASSERT_EQUAL_INT(2 - e->seen, S(start_count)(s));
     for (int i = 0; i < 2; i++) {
         TEST_ASSERT_EQUAL_INT(is_expected(e, i), S(start_is_determined)(s, i));
-        assert_word(is_expected(e, i), line_at(e->now, i), S(start_mean)(s, i),
-                    S(start_mean_low)(s, i), S(start_sigma)(s, i));
+        assert_word(is_expected(e, i), line_at(e->now, i), S(mean)(f, i),
+                    S(mean_low)(f, i), S(sigma)(f, i));
     }
-    TEST_ASSERT_FALSE(is_no_score(S(start_log_likelihood)(s)));
-    TEST_ASSERT_FALSE(is_no_score(S(start_log_likelihood_last)(s)));
+    TEST_ASSERT_EQUAL_INT(is_open(e) ? KQ_ERR_NOT_READY : KQ_OK, S(covariance)(f, P));
+    TEST_ASSERT_FALSE(is_no_score(S(log_likelihood)(f)));
+    TEST_ASSERT_FALSE(is_no_score(S(log_likelihood_last)(f)));
     for (int t = 0; t <= ORDER_STEPS; t++) {
         int whole = 1;
         for (int i = 0; i < 2; i++) {
@@ -111,9 +116,9 @@ static void assert_readings(const S(start) * s, const expectation *e)
 static void make_call(S(start) * s, S(filter) * f, S(history) * tape, int now, int call)
 {
     if (call == CALL_INIT) begin(s, f);
-    if (call == CALL_ATTACH) ASSERT_OK(S(start_attach)(s, tape));
-    if (call == CALL_UPDATE) take(s, line_at(now, 0));
-    if (call == CALL_PREDICT) advance(s);
+    if (call == CALL_ATTACH) ASSERT_OK(S(history_attach)(tape, f));
+    if (call == CALL_UPDATE) take(f, line_at(now, 0));
+    if (call == CALL_PREDICT) advance(f);
     if (call == CALL_SMOOTH) (void)S(start_smooth)(s); /* may be refused */
 }
 
@@ -147,7 +152,7 @@ static void run_order(int order, int depth)
         make_call(&s, &f, &tape, e.now, call);
         expect(&e, call);
     }
-    assert_readings(&s, &e);
+    assert_readings(&s, &f, &e);
 }
 
 static void calls_in_every_order(void)

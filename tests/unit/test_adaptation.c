@@ -8,10 +8,12 @@
 #define STEPS 60
 
 PROCESS(motion, 2, 1);
+PROCESS(another, 2, 1);
 SENSOR(radar, 2, 2);
 SENSOR(coupled, 2, 2);
 FILTER(track, 2);
 FILTER(twin, 2);
+FILTER(third, 2);
 ADAPTATION(tuner, 2, 2);
 HISTORY(tape, 2, 2, 8, 0);
 
@@ -39,6 +41,7 @@ static void set_up(void)
     z[0] = 1.5, z[1] = -0.5, u[0] = 2;
     rule = (K(adaptation_rule)){KQ_ADAPT_BOTH, 50, 0.125, 0.0625, 16, 0.125, 8};
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    ASSERT_OK(K(process_init)(&another, A, B, P0));
     ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
     ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
     ASSERT_OK(K(sensor_init)(&coupled, H, R));
@@ -48,6 +51,7 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(filter_init)(&track3, identity3, identity3));
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
     watch_nothing();
     WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory), WATCH(track);
     WATCH(track_memory), WATCH(tuner), WATCH(tuner_memory), WATCH(blank_tuner), WATCH(rule);
@@ -80,10 +84,10 @@ static void scales_that_may_not_move_leave_the_bits(void)
         ASSERT_OK(K(adaptation_init)(&tuner, &motion, sensors[k], &rule));
         for (int t = 0; t < STEPS; t++) {
             draw(&seed);
-            ASSERT_OK(K(adaptation_update)(&tuner, &track, z, present_at(t)));
+            ASSERT_OK(K(update_subset)(&track, sensors[k], z, present_at(t)));
             ASSERT_OK(K(update_subset)(&twin, sensors[k], z, present_at(t)));
             ASSERT_SAME_FILTER(&twin, &track, 2);
-            ASSERT_OK(K(adaptation_predict)(&tuner, &track, t % 2 ? u : NULL));
+            ASSERT_OK(K(predict)(&track, &motion, t % 2 ? u : NULL));
             ASSERT_OK(K(predict)(&twin, &motion, t % 2 ? u : NULL));
             ASSERT_SAME_FILTER(&twin, &track, 2);
         }
@@ -116,15 +120,16 @@ static void follow_the_textbook(const K(sensor) * s, const num *noise_covariance
     put_textbook(&book, noise_covariance);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, s, &rule));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
     for (int t = 0; t < STEPS; t++) {
         draw(&seed);
         if (t == 20) z[0] = 30; /* an outlier */
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, present_at(t)));
+        ASSERT_OK(K(update_subset)(&track, s, z, present_at(t)));
         textbook_takes(&book, present_at(t));
         ASSERT_WITHIN(2048 * EPS * book.q, book.q, process_scale());
         ASSERT_WITHIN(2048 * EPS * book.r, book.r, sensor_scale());
         ASSERT_WITHIN(2048 * EPS * 8, book.x[0], K(mean)(&track, 0));
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, NULL));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
         textbook_predict(&book);
     }
     const double learnt = fabs(log(process_scale())) + fabs(log(sensor_scale()));
@@ -189,10 +194,11 @@ static void the_scales_of_a_plant_are_found(void)
     ASSERT_OK(K(sensor_init)(&gauge, one, one));
     ASSERT_OK(K(filter_init)(&level, none, one));
     ASSERT_OK(K(adaptation_init)(&finder, &walk, &gauge, &rule));
+    ASSERT_OK(K(adaptation_attach)(&finder, &level));
     for (int t = 0; t < 1500; t++) {
         num seen[] = {x + noise(&seed) * 2};
-        ASSERT_OK(K(adaptation_update)(&finder, &level, seen, ALL));
-        ASSERT_OK(K(adaptation_predict)(&finder, &level, NULL));
+        ASSERT_OK(K(update_subset)(&level, &gauge, seen, ALL));
+        ASSERT_OK(K(predict)(&level, &walk, NULL));
         x += noise(&seed) / 2;
     }
     ASSERT_WITHIN(0.4, log(0.25), log((double)K(adaptation_process_scale)(&finder)));
@@ -202,13 +208,13 @@ static void the_scales_of_a_plant_are_found(void)
 static void learning_begins_after_n_measurements(void)
 {
     for (int k = 0; k < 2; k++) {
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, 1));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
         ASSERT_WITHIN(0, 1, process_scale());
         ASSERT_WITHIN(0, 1, sensor_scale());
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+        ASSERT_OK(K(predict)(&track, &motion, u));
     }
     z[0] = 20;
-    ASSERT_OK(K(adaptation_update)(&tuner, &track, z, 1));
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
     TEST_ASSERT_TRUE(process_scale() > 1 && sensor_scale() > 1);
 }
 
@@ -217,14 +223,14 @@ static void without_a_measurement_nothing_is_learnt(void)
     uint32_t seed = 2;
     for (int t = 0; t < 10; t++) {
         draw(&seed);
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL));
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
+        ASSERT_OK(K(predict)(&track, &motion, u));
     }
     const K(adaptation) before = tuner;
     z[0] = z[1] = (num)NAN; /* not read */
     for (int t = 0; t < 5; t++) {
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, 0));
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, 0));
+        ASSERT_OK(K(predict)(&track, &motion, u));
     }
     ASSERT_WITHIN(0, before.process_scale, process_scale());
     ASSERT_WITHIN(0, before.sensor_scale, sensor_scale());
@@ -241,13 +247,14 @@ static void an_outlier_counts_as_four_sigma(void)
         uint32_t seed = 2;
         ASSERT_OK(K(filter_init)(&track, x0, P0));
         ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
+        ASSERT_OK(K(adaptation_attach)(&tuner, &track));
         for (int t = 0; t < 10; t++) {
             draw(&seed);
-            ASSERT_OK(K(adaptation_update)(&tuner, &track, z, 1));
-            ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+            ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
+            ASSERT_OK(K(predict)(&track, &motion, u));
         }
         z[0] = k == 0 ? 30 : k == 1 ? 1000 : NUM_MAX / 4;
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, 1));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
         found[k][0] = K(adaptation_process_scale)(&tuner);
         found[k][1] = K(adaptation_sensor_scale)(&tuner);
     }
@@ -269,14 +276,14 @@ static void steps_and_limits_are_kept(void)
         const double q = process_scale(), s = sensor_scale();
         z[0] = t < 200 ? N(t % 2 ? 1e4 : -1e4) : K(mean)(&track, 0);
         z[1] = t < 200 ? -z[0] : K(mean)(&track, 0) / 2 + K(mean)(&track, 1);
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
         assert_step(q, process_scale());
         assert_step(s, sensor_scale());
         moved += process_scale() != q;
         TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
         TEST_ASSERT_TRUE(sensor_scale() >= 0.125 && sensor_scale() <= 8);
         if (t == 199) ASSERT_WITHIN(0, 8, sensor_scale());
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, NULL));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
     }
     ASSERT_WITHIN(0, 0.125, sensor_scale());
     TEST_ASSERT_TRUE(moved > 10);
@@ -287,12 +294,14 @@ static void what_leaves_the_numbers_is_forgotten(void)
 {
     static const num growing[] = {1, 0, 0, 1024}, seen[] = {1, 0};
     ADAPTATION(other, 2, 1);
+    ASSERT_OK(K(adaptation_detach)(&tuner));
     ASSERT_OK(K(process_init)(&motion, growing, B, Q));
     ASSERT_OK(K(sensor_init_diagonal)(&single, seen, r));
     ASSERT_OK(K(adaptation_init)(&other, &motion, &single, &rule));
+    ASSERT_OK(K(adaptation_attach)(&other, &track));
     for (int t = 0; t < 200; t++) {
-        ASSERT_OK(K(adaptation_update)(&other, &track, z, 1));
-        ASSERT_OK(K(adaptation_predict)(&other, &track, u));
+        ASSERT_OK(K(update_subset)(&track, &single, z, 1));
+        ASSERT_OK(K(predict)(&track, &motion, u));
     }
     const num q = K(adaptation_process_scale)(&other), s = K(adaptation_sensor_scale)(&other);
     TEST_ASSERT_TRUE(q > 0 && q <= 16 && s > 0 && s <= 8);
@@ -307,8 +316,8 @@ static void no_noise_stays_none(void)
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
     for (int t = 0; t < STEPS; t++) {
         draw(&seed);
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL));
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
+        ASSERT_OK(K(predict)(&track, &motion, u));
     }
     TEST_ASSERT_TRUE(sensor_scale() != 1);
     const K(process) *p = K(adaptation_process)(&tuner);
@@ -323,10 +332,11 @@ static void learn_something(void)
 {
     uint32_t seed = 4;
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &coupled, &rule));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
     for (int t = 0; t < STEPS; t++) {
         draw(&seed);
-        ASSERT_OK(K(adaptation_update)(&tuner, &track, z, present_at(t)));
-        ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+        ASSERT_OK(K(update_subset)(&track, &coupled, z, present_at(t)));
+        ASSERT_OK(K(predict)(&track, &motion, u));
     }
     TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
 }
@@ -345,10 +355,10 @@ static void the_scaled_models_are_those_of_the_scales(void)
     for (int k = 0; k < 4; k++) {
         ASSERT_CLOSE((sensor_scale() - 1) * (double)R[k], S[k] - S0[k], 8);
     }
-    ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+    ASSERT_OK(K(predict)(&track, &motion, u));
     ASSERT_SAME_STATE(&twin, &track, 2);
     ASSERT_OK(K(update)(&twin, K(adaptation_sensor)(&tuner), z));
-    ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL));
+    ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL));
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
@@ -360,28 +370,157 @@ static void another_model_is_that_of_the_next_step(void)
     ASSERT_OK(K(process_change_transition)(&motion, A2));
     ASSERT_OK(K(process_scale_noise)(&expected, &motion, K(adaptation_process_scale)(&tuner)));
     ASSERT_OK(K(forecast)(&track, &expected, u, 1, &twin));
-    ASSERT_OK(K(adaptation_predict)(&tuner, &track, u));
+    ASSERT_OK(K(predict)(&track, &motion, u));
     ASSERT_SAME_STATE(&twin, &track, 2);
     ASSERT_OK(K(sensor_change_measurement)(&coupled, H2));
     ASSERT_OK(K(update)(&twin, K(adaptation_sensor)(&tuner), z));
-    ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL));
+    ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL));
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
-static void a_restart_keeps_what_was_learnt(void)
+static void an_attach_keeps_what_was_learnt(void)
 {
     learn_something();
     const K(adaptation) before = tuner;
-    ASSERT_OK(K(adaptation_restart)(&tuner));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
     z[0] = 20;
-    ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL)); /* waits for two */
+    ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL)); /* waits for two */
     ASSERT_WITHIN(0, before.process_scale, process_scale());
     ASSERT_WITHIN(0, before.sensor_scale, sensor_scale());
     ASSERT_SAME_BITS(before.information, tuner.information);
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &coupled, &rule));
     ASSERT_WITHIN(0, 1, process_scale());
     ASSERT_WITHIN(0, 1, sensor_scale());
+}
+
+/* Steps by which nothing may be learnt, beside a filter that has none to learn by */
+static void other_models_are_taken_as_they_are(void)
+{
+    uint32_t seed = 6;
+    learn_something();
+    ASSERT_OK(K(filter_copy)(&twin, &track));
+    const K(adaptation) before = tuner;
+    num memory[ADAPTATION_LEN(2, 2)];
+    memcpy(memory, tuner_memory, sizeof memory);
+    for (int t = 0; t < STEPS; t++) {
+        draw(&seed);
+        const uint32_t present = present_at(t);
+        ASSERT_OK(K(predict)(&track, &another, u));
+        ASSERT_OK(K(predict)(&twin, &another, u));
+        ASSERT_OK(K(update_subset)(&track, &radar, z, present));
+        ASSERT_OK(K(update_subset)(&twin, &radar, z, present));
+        ASSERT_OK(K(update)(&track, &single, z));
+        ASSERT_OK(K(update)(&twin, &single, z));
+        ASSERT_OK(K(step)(&track, &another, u, &radar, z));
+        ASSERT_OK(K(step)(&twin, &another, u, &radar, z));
+        ASSERT_SAME_FILTER(&twin, &track, 2);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(memory, tuner_memory, sizeof memory);
+    /* one of the two may be another */
+    ASSERT_OK(K(step)(&track, &another, u, &coupled, z));
+    TEST_ASSERT_TRUE(memcmp(&before, &tuner, sizeof before) != 0);
+}
+
+static void a_step_is_a_predict_and_an_update(void)
+{
+    ADAPTATION(other, 2, 2);
+    const K(sensor) * sensors[] = {&radar, &coupled, &single};
+    for (int k = 0; k < 2; k++) {
+        uint32_t seed = 6;
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        ASSERT_OK(K(filter_init)(&twin, x0, P0));
+        ASSERT_OK(K(adaptation_init)(&tuner, &motion, sensors[k], &rule));
+        ASSERT_OK(K(adaptation_init)(&other, &motion, sensors[k], &rule));
+        ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+        ASSERT_OK(K(adaptation_attach)(&other, &twin));
+        for (int t = 0; t < STEPS; t++) {
+            const K(process) *p = t % 5 == 4 ? &another : &motion;
+            const K(sensor) *s = t % 7 == 5 ? &single : sensors[k];
+            draw(&seed);
+            ASSERT_OK(K(predict)(&track, p, u));
+            ASSERT_OK(K(update)(&track, s, z));
+            ASSERT_OK(K(step)(&twin, p, u, s, z));
+            ASSERT_SAME_FILTER(&track, &twin, 2);
+            TEST_ASSERT_TRUE(K(adaptation_process_scale)(&other) == (num)process_scale());
+            TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&other) == (num)sensor_scale());
+        }
+        TEST_ASSERT_TRUE(sensor_scale() != 1 && process_scale() != 1);
+    }
+}
+
+static void a_detached_filter_goes_on_by_itself(void)
+{
+    learn_something();
+    ASSERT_OK(K(filter_copy)(&twin, &track));
+    ASSERT_OK(K(adaptation_detach)(&tuner));
+    const K(adaptation) before = tuner;
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(K(step)(&track, &motion, u, &coupled, z));
+        ASSERT_OK(K(step)(&twin, &motion, u, &coupled, z));
+        ASSERT_SAME_FILTER(&twin, &track, 2);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
+    ASSERT_OK_UNCHANGED(K(adaptation_detach)(&tuner)); /* it is */
+    /* attached again, or to another filter, it is what it had learnt that counts */
+    ASSERT_OK(K(adaptation_attach)(&tuner, &twin));
+    ASSERT_OK(K(forecast)(&twin, K(adaptation_process)(&tuner), u, 1, &track));
+    ASSERT_OK(K(predict)(&twin, &motion, u));
+    ASSERT_SAME_STATE(&track, &twin, 2);
+    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
+    /* and a history may take its place */
+    ASSERT_OK(K(adaptation_detach)(&tuner));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+}
+
+/* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
+static void a_copied_filter_goes_on_by_itself(void)
+{
+    for (int assigned = 0; assigned < 2; assigned++) {
+        learn_something();
+        ASSERT_OK(K(filter_copy)(&twin, &track));
+        ASSERT_OK(K(filter_copy)(&third, &track));
+        if (assigned) {
+            twin = track;
+            twin.memory = twin_memory;
+        }
+        const K(adaptation) before = tuner;
+        for (int t = 0; t < 3; t++) {
+            ASSERT_OK(K(update)(&twin, &coupled, z));
+            ASSERT_OK(K(update)(&third, &coupled, z));
+            ASSERT_OK(K(predict)(&twin, &motion, u));
+            ASSERT_OK(K(predict)(&third, &motion, u));
+            ASSERT_OK(K(step)(&twin, &motion, u, &coupled, z));
+            ASSERT_OK(K(step)(&third, &motion, u, &coupled, z));
+            ASSERT_SAME_FILTER(&third, &twin, 2);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
+        ASSERT_OK(K(update)(&track, &coupled, z)); /* the filter itself has lost nothing */
+        TEST_ASSERT_TRUE(memcmp(&before, &tuner, sizeof before) != 0);
+    }
+}
+
+/* It may then be gone, or assigned anew: the filter does not go to it any more. */
+static void what_is_assigned_anew_is_not_attached(void)
+{
+    ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(update)(&twin, &radar, z));
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(predict)(&twin, &motion, u));
+        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
+        ASSERT_OK(K(step)(&twin, &motion, u, &radar, z));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    const K(adaptation) kept = tuner;
+    memset(&tuner, 0xa5, sizeof tuner);
+    ASSERT_OK(K(update)(&track, &radar, z));
+    tuner = kept;
 }
 
 static void an_adaptation_works_at_every_size(void)
@@ -409,10 +548,11 @@ static void an_adaptation_works_at_every_size(void)
         ASSERT_OK(K(process_init)(&p, I, NULL, I));
         ASSERT_OK(K(sensor_init)(&s, H_m, R_m));
         ASSERT_OK(K(adaptation_init)(&a, &p, &s, &rule));
+        ASSERT_OK(K(adaptation_attach)(&a, &f));
         for (int t = 0; t < 20; t++) {
             for (int c = 0; c < m; c++) seen[c] = N(t % 3 - 1 + 0.25 * c);
-            ASSERT_OK(K(adaptation_update)(&a, &f, seen, t % 4 ? ALL : 0x5555));
-            ASSERT_OK(K(adaptation_predict)(&a, &f, NULL));
+            ASSERT_OK(K(update_subset)(&f, &s, seen, t % 4 ? ALL : 0x5555));
+            ASSERT_OK(K(predict)(&f, &p, NULL));
         }
         TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a) != 1);
         TEST_ASSERT_TRUE(K(adaptation_process_scale)(&a) != 1);
@@ -435,7 +575,7 @@ static void refusals_of_assign(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, K(adaptation_assign)(&a, 2, 17, words, COUNT(words)));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(adaptation_assign)(&a, 2, 2, words, COUNT(words) - 1));
     ASSERT_OK(K(adaptation_assign)(&a, 2, 2, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_predict)(&a, &track, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&a, &track));
 }
 
 static kq_status try_init(void) { return K(adaptation_init)(&tuner, &motion, &radar, &rule); }
@@ -507,32 +647,98 @@ static void refusals_of_what_cannot_be_scaled(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, try_init());
 }
 
+static void refusals_of_attach(void)
+{
+    LAG(lag, 2, 2, 2);
+    POINT(point, 2, 2);
+    START(start, 2, 0);
+    ADAPTATION(other, 2, 2);
+    ASSERT_OK(K(adaptation_init)(&other, &motion, &radar, &rule));
+    WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_attach)(&tuner, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&blank_tuner, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&tuner, &blank));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_attach)(&tuner, &track3));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(lag_attach)(&lag, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(point_attach)(&point, &track));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
+    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(lag_attach)(&lag, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
+    ASSERT_OK(K(lag_detach)(&lag));
+    ASSERT_OK(K(point_attach)(&point, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
+    ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&other, &twin));
+    ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 0));
+    ASSERT_OK(K(adaptation_attach)(&other, &twin)); /* nothing was unknown */
+    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_detach)(&blank_tuner));
+}
+
+/* Beside the processes and sensors that are learnt from, others, which are refused alike */
 static void refusals_of_predict(void)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_predict)(NULL, &track, u));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_predict)(&tuner, NULL, u));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_predict)(&blank_tuner, &track, u));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_predict)(&tuner, &blank, u));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_predict)(&tuner, &track3, u));
-    u[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(adaptation_predict)(&tuner, &track, u));
-    u[0] = 1;
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_predict)(&tuner, &track, u));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_update)(&tuner, &track, z, ALL));
+    const K(process) * processes[] = {&motion, &another};
+    for (int k = 0; k < COUNT(processes); k++) {
+        ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, processes[k], u));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, processes[k], u));
+        ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track3, processes[k], u));
+        u[0] = (num)NAN;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict)(&track, processes[k], u));
+        u[0] = 1;
+    }
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, u));
 }
 
 static void refusals_of_update(void)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_update)(NULL, &track, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_update)(&tuner, NULL, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_update)(&tuner, &track, NULL, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_update)(&blank_tuner, &track, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_update)(&tuner, &blank, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_update)(&tuner, &track3, z, ALL));
+    const K(sensor) * sensors[] = {&radar, &coupled};
+    for (int k = 0; k < COUNT(sensors); k++) {
+        ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(NULL, sensors[k], z, ALL));
+        ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, sensors[k], NULL, ALL));
+        ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, sensors[k], NULL));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&blank, sensors[k], z, ALL));
+        ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track3, sensors[k], z, ALL));
+        z[1] = (num)INFINITY;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, sensors[k], z, ALL));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update)(&track, sensors[k], z));
+        ASSERT_OK(K(update_subset)(&track, sensors[k], z, 1));
+        z[1] = 1;
+    }
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, NULL, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&track, &blank_sensor, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track, &radar3, z, ALL));
+}
+
+/* A step that is refused has not predicted, either. */
+static void refusals_of_step(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar3, z));
     z[1] = (num)INFINITY;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(adaptation_update)(&tuner, &track, z, ALL));
-    ASSERT_OK(K(adaptation_update)(&tuner, &track, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
+    z[1] = 1;
+    u[0] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
+    u[0] = 1;
+    const K(sensor) kept = radar;
+    radar = single;
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar, z));
+    radar = kept;
+    ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
 }
 
 /* The models that it refers to have become others */
@@ -541,16 +747,16 @@ static void refusals_of_models_that_changed(void)
     const K(process) kept = motion;
     const K(sensor) kept_sensor = radar;
     motion = motion3;
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_predict)(&tuner, &track, u));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion, u));
     TEST_ASSERT_NULL(K(adaptation_process)(&tuner));
     motion = blank_process;
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_predict)(&tuner, &track, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &motion, u));
     motion = kept;
     radar = single;
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_update)(&tuner, &track, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track, &radar, z, ALL));
     TEST_ASSERT_NULL(K(adaptation_sensor)(&tuner));
     radar = kept_sensor;
-    ASSERT_OK(K(adaptation_update)(&tuner, &track, z, ALL));
+    ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
 }
 
 static void readings_of_nothing(void)
@@ -561,8 +767,6 @@ static void readings_of_nothing(void)
     ASSERT_NAN(K(adaptation_sensor_scale)(&blank_tuner));
     TEST_ASSERT_NULL(K(adaptation_process)(NULL));
     TEST_ASSERT_NULL(K(adaptation_sensor)(&blank_tuner));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_restart)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_restart)(&blank_tuner));
 }
 
 SUITE(adaptation, set_up)
@@ -579,14 +783,21 @@ SUITE(adaptation, set_up)
     RUN_TEST(no_noise_stays_none);
     RUN_TEST(the_scaled_models_are_those_of_the_scales);
     RUN_TEST(another_model_is_that_of_the_next_step);
-    RUN_TEST(a_restart_keeps_what_was_learnt);
+    RUN_TEST(an_attach_keeps_what_was_learnt);
+    RUN_TEST(other_models_are_taken_as_they_are);
+    RUN_TEST(a_step_is_a_predict_and_an_update);
+    RUN_TEST(a_detached_filter_goes_on_by_itself);
+    RUN_TEST(a_copied_filter_goes_on_by_itself);
+    RUN_TEST(what_is_assigned_anew_is_not_attached);
     RUN_TEST(an_adaptation_works_at_every_size);
     RUN_TEST(refusals_of_assign);
     RUN_TEST(refusals_of_init);
     RUN_TEST(refusals_of_a_rule);
     RUN_TEST(refusals_of_what_cannot_be_scaled);
+    RUN_TEST(refusals_of_attach);
     RUN_TEST(refusals_of_predict);
     RUN_TEST(refusals_of_update);
+    RUN_TEST(refusals_of_step);
     RUN_TEST(refusals_of_models_that_changed);
     RUN_TEST(readings_of_nothing);
 }

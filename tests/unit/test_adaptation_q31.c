@@ -12,7 +12,7 @@ KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
 KQ_FILTER_Q31(blank_filter, 2);
 KQ_HISTORY_Q31(tape, 2, 2, 4, 0);
-static process_model motion, motion3, finer;
+static process_model motion, motion3, finer, another;
 static sensor_model radar, coupled, single;
 static prior_model start, start3;
 static kq_process_q31 blank_process;
@@ -44,6 +44,7 @@ static double sensor_scale(void) { return of_number(kq_adaptation_sensor_scale_q
 static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_process(&another, 2, 1, range, drive_range, A, B, P0);
     put_process(&motion3, 3, 0, range, NULL, identity3, NULL, identity3);
     put_process(&finer, 2, 0, fine_range, NULL, (const double[]){1, 0, 0, 1}, NULL, Q);
     put_sensor(&coupled, 2, 2, range, measured_range, H, R);
@@ -61,6 +62,7 @@ static void set_up(void)
     rule = (kq_adaptation_rule_q31){KQ_ADAPT_BOTH, 50,        power(-3), power(-4),
                                     power(4),      power(-3), power(3)};
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, &rule));
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
     watch_nothing();
     WATCH(motion), WATCH(radar), WATCH(track), WATCH(track_memory), WATCH(tuner);
     WATCH(tuner_memory), WATCH(tuner_root), WATCH(blank), WATCH(rule);
@@ -96,10 +98,10 @@ static void scales_that_may_not_move_leave_the_bits(void)
         ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, sensors[k], &rule));
         for (int t = 0; t < STEPS; t++) {
             const int32_t *z = drawn(&seed, 2);
-            ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, z, present_at(t)));
+            ASSERT_OK(kq_update_subset_q31(&track, sensors[k], z, present_at(t)));
             ASSERT_OK(kq_update_subset_q31(&twin, sensors[k], z, present_at(t)));
             ASSERT_SAME_Q31(&twin, &track);
-            ASSERT_OK(kq_adaptation_predict_q31(&tuner, &track, t % 2 ? drive() : NULL));
+            ASSERT_OK(kq_predict_q31(&track, &motion.process, t % 2 ? drive() : NULL));
             ASSERT_OK(kq_predict_q31(&twin, &motion.process, t % 2 ? drive() : NULL));
             ASSERT_SAME_Q31(&twin, &track);
         }
@@ -114,23 +116,25 @@ static void follow_double(const kq_sensor_q31 *s, const double *R_wide, kq_adapt
     rule.scales = scales;
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, s, &rule));
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
     ASSERT_OK(K(process_init)(&wide_motion, A, B, Q));
     ASSERT_OK(K(sensor_init)(&wide_radar, H, R_wide));
     ASSERT_OK(K(filter_init)(&wide_track, x0, P0));
     ASSERT_OK(K(adaptation_init)(&wide_tuner, &wide_motion, &wide_radar, &wide));
+    ASSERT_OK(K(adaptation_attach)(&wide_tuner, &wide_track));
     for (int t = 0; t < STEPS; t++) {
         double seen[2];
         const int32_t *z = drawn(&seed, t == 100 ? 40 : 2);
         for (int c = 0; c < 2; c++) seen[c] = ldexp(z[c], -s->measurement_format[c].fraction);
-        ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, z, present_at(t)));
-        ASSERT_OK(K(adaptation_update)(&wide_tuner, &wide_track, seen, present_at(t)));
+        ASSERT_OK(kq_update_subset_q31(&track, s, z, present_at(t)));
+        ASSERT_OK(K(update_subset)(&wide_track, &wide_radar, seen, present_at(t)));
         const double q = K(adaptation_process_scale)(&wide_tuner);
         const double r = K(adaptation_sensor_scale)(&wide_tuner);
         ASSERT_WITHIN(1e-6 * q, q, process_scale());
         ASSERT_WITHIN(1e-6 * r, r, sensor_scale());
         ASSERT_LIKE(&wide_track, &track, 1e-6);
-        ASSERT_OK(kq_adaptation_predict_q31(&tuner, &track, NULL));
-        ASSERT_OK(K(adaptation_predict)(&wide_tuner, &wide_track, NULL));
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        ASSERT_OK(K(predict)(&wide_track, &wide_motion, NULL));
         ASSERT_LIKE(&wide_track, &track, 1e-6);
     }
     TEST_ASSERT_TRUE(fabs(log(process_scale())) + fabs(log(sensor_scale())) > 0.2);
@@ -153,18 +157,18 @@ static void steps_and_limits_are_kept(void)
         const double q = process_scale(), r = sensor_scale(), most = 1.125 * (1 + 1e-8);
         int32_t z[2];
         if (t < 200) {
-            z[0] = t % 2 ? 900 << 20 : -(900 << 20);
+            z[0] = t % 2 ? INT32_C(900) << 20 : -(INT32_C(900) << 20);
             z[1] = -z[0];
         } else {
             ASSERT_OK(kq_measurement_q31(&track, &radar.sensor, z, NULL));
         }
-        ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, z, ALL));
+        ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, ALL));
         TEST_ASSERT_TRUE(process_scale() <= q * most && process_scale() >= q / most);
         TEST_ASSERT_TRUE(sensor_scale() <= r * most && sensor_scale() >= r / most);
         TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
         TEST_ASSERT_TRUE(sensor_scale() >= 0.125 && sensor_scale() <= 8);
         if (t == 199) ASSERT_WITHIN(0, 8, sensor_scale());
-        ASSERT_OK(kq_adaptation_predict_q31(&tuner, &track, NULL));
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
     }
     ASSERT_WITHIN(0, 0.125, sensor_scale());
 }
@@ -183,10 +187,11 @@ static void ends_of_the_numbers_are_safe(void)
         ASSERT_OK(kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
         ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
         ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, &rule));
+        ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
         for (int t = 0; t < 2000; t++) {
             const int32_t *z = drawn(&seed, 2);
-            ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, z, t < 1000 ? 3 : 0));
-            ASSERT_OK(kq_adaptation_predict_q31(&tuner, &track, NULL));
+            ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, t < 1000 ? 3 : 0));
+            ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         }
         TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
         TEST_ASSERT_TRUE(sensor_scale() >= 0x1p-40 && sensor_scale() <= 0x1p40);
@@ -199,9 +204,10 @@ static void learn_something(void)
 {
     uint32_t seed = 4;
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
     for (int t = 0; t < STEPS; t++) {
-        ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, drawn(&seed, 3), present_at(t)));
-        ASSERT_OK(kq_adaptation_predict_q31(&tuner, &track, NULL));
+        ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 3), present_at(t)));
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
     }
     TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
 }
@@ -220,26 +226,110 @@ static void the_scaled_models_are_those_of_the_scales(void)
     ASSERT_WITHIN(1e-9, sensor_scale(), of_number(s->noise[0]) / of_number(coupled.noise[0]));
     ASSERT_WITHIN(0, of_number(coupled.noise[1]), of_number(s->noise[1])); /* of U */
     ASSERT_OK(kq_forecast_q31(&track, p, NULL, 1, &twin));
-    ASSERT_OK(kq_adaptation_predict_q31(&tuner, &track, NULL));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
     TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
     const int32_t *z = drawn(&seed, 2);
     ASSERT_OK(kq_update_q31(&twin, s, z));
-    ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, z, ALL));
+    ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, z, ALL));
     TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
 }
 
-static void a_restart_keeps_what_was_learnt(void)
+static void an_attach_keeps_what_was_learnt(void)
 {
     uint32_t seed = 8;
     learn_something();
     const kq_adaptation_q31 before = tuner;
-    ASSERT_OK(kq_adaptation_restart_q31(&tuner));
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, drawn(&seed, 20), ALL)); /* waits for two */
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 20), ALL)); /* waits for two */
     TEST_ASSERT_EQUAL_MEMORY(&before.information, &tuner.information, sizeof tuner.information);
     ASSERT_WITHIN(0, of_number(before.process_scale), process_scale());
-    ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, drawn(&seed, 20), ALL));
+    ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 20), ALL));
     TEST_ASSERT_TRUE(memcmp(&before.information, &tuner.information, sizeof before.information));
+}
+
+/* Steps by which nothing may be learnt, beside a filter that has none to learn by */
+static void other_models_are_taken_as_they_are(void)
+{
+    uint32_t seed = 6;
+    learn_something();
+    ASSERT_OK(kq_filter_copy_q31(&twin, &track));
+    const kq_adaptation_q31 before = tuner;
+    for (int t = 0; t < STEPS; t++) {
+        const int32_t *z = drawn(&seed, 2);
+        ASSERT_OK(kq_predict_q31(&track, &another.process, NULL));
+        ASSERT_OK(kq_predict_q31(&twin, &another.process, NULL));
+        ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, present_at(t)));
+        ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, z, present_at(t)));
+        ASSERT_OK(kq_step_q31(&track, &another.process, NULL, &single.sensor, z));
+        ASSERT_OK(kq_step_q31(&twin, &another.process, NULL, &single.sensor, z));
+        ASSERT_SAME_Q31(&twin, &track);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
+}
+
+static void a_step_is_a_predict_and_an_update(void)
+{
+    KQ_ADAPTATION_Q31(other, 2, 2);
+    const kq_sensor_q31 *sensors[] = {&radar.sensor, &coupled.sensor};
+    for (int k = 0; k < 2; k++) {
+        uint32_t seed = 6;
+        ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+        ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
+        ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, sensors[k], &rule));
+        ASSERT_OK(kq_adaptation_init_q31(&other, &motion.process, sensors[k], &rule));
+        ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+        ASSERT_OK(kq_adaptation_attach_q31(&other, &twin));
+        for (int t = 0; t < STEPS; t++) {
+            const kq_process_q31 *p = t % 5 == 4 ? &another.process : &motion.process;
+            const kq_sensor_q31 *s = t % 7 == 5 ? &single.sensor : sensors[k];
+            const int32_t *z = drawn(&seed, 2);
+            ASSERT_OK(kq_predict_q31(&track, p, NULL));
+            ASSERT_OK(kq_update_q31(&track, s, z));
+            ASSERT_OK(kq_step_q31(&twin, p, NULL, s, z));
+            ASSERT_SAME_Q31(&track, &twin);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(tuner.information, other.information, sizeof tuner.information);
+        TEST_ASSERT_TRUE(process_scale() != 1 && sensor_scale() != 1);
+    }
+}
+
+static void assert_goes_on_alone(kq_filter_q31 *f)
+{
+    KQ_FILTER_Q31(alone, 2);
+    uint32_t seed = 6;
+    const kq_adaptation_q31 before = tuner;
+    memcpy(alone_memory, f->memory, sizeof alone_memory);
+    alone = *f;
+    alone.memory = alone_memory;
+    alone.attached = NULL;
+    for (int t = 0; t < 3; t++) {
+        const int32_t *z = drawn(&seed, 2);
+        ASSERT_OK(kq_update_q31(f, &coupled.sensor, z));
+        ASSERT_OK(kq_update_q31(&alone, &coupled.sensor, z));
+        ASSERT_OK(kq_predict_q31(f, &motion.process, NULL));
+        ASSERT_OK(kq_predict_q31(&alone, &motion.process, NULL));
+        ASSERT_OK(kq_step_q31(f, &motion.process, NULL, &coupled.sensor, z));
+        ASSERT_OK(kq_step_q31(&alone, &motion.process, NULL, &coupled.sensor, z));
+        ASSERT_SAME_Q31(&alone, f);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
+}
+
+static void what_is_detached_or_copied_goes_on_by_itself(void)
+{
+    learn_something();
+    ASSERT_OK(kq_filter_copy_q31(&twin, &track));
+    assert_goes_on_alone(&twin);
+    twin = track;
+    twin.memory = twin_memory;
+    assert_goes_on_alone(&twin);
+    ASSERT_OK(kq_adaptation_detach_q31(&tuner));
+    assert_goes_on_alone(&track);
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &twin));
+    ASSERT_OK(kq_forecast_q31(&twin, kq_adaptation_process_q31(&tuner), NULL, 1, &track));
+    ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
+    TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
 }
 
 /* ------------------------------------------------------------------------------ refusals */
@@ -258,6 +348,7 @@ static void refusals_of_assign(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 2, 0, words, length, root));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_adaptation_assign_q31(&a, 2, 2, words, length - 1, root));
     ASSERT_OK(kq_adaptation_assign_q31(&a, 2, 2, words, length, root));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_attach_q31(&a, &track));
     ASSERT_OK(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
 }
 
@@ -305,7 +396,7 @@ static void refusals_of_a_rule(void)
         assert_bad_number(numbers[k], (kq_scaled_q31){1, 0}, KQ_ERR_COEFFICIENT);
         assert_bad_number(numbers[k], power(1031), KQ_ERR_COEFFICIENT);
         assert_bad_number(numbers[k], none, KQ_ERR_RANGE);
-        assert_bad_number(numbers[k], (kq_scaled_q31){-(1 << 30), -30}, KQ_ERR_RANGE);
+        assert_bad_number(numbers[k], (kq_scaled_q31){-(INT32_C(1) << 30), -30}, KQ_ERR_RANGE);
     }
     assert_bad_number(&rule.step, power(1), KQ_ERR_RANGE);
     assert_bad_number(&rule.process_least, power(1), KQ_ERR_RANGE);
@@ -325,24 +416,52 @@ static void refusals_of_a_rule(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, try_init());
 }
 
+static void refusals_of_attach(void)
+{
+    KQ_FILTER_Q31(track3, 3);
+    KQ_ADAPTATION_Q31(other, 2, 2);
+    ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
+    ASSERT_OK(kq_adaptation_init_q31(&other, &motion.process, &radar.sensor, &rule));
+    WATCH(track3), WATCH(other), WATCH(other_memory), WATCH(tape);
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_attach_q31(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_attach_q31(&tuner, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_attach_q31(&blank, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_attach_q31(&tuner, &blank_filter));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_attach_q31(&tuner, &track3));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&other, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_detach_q31(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_detach_q31(&blank));
+    ASSERT_OK(kq_adaptation_detach_q31(&tuner));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&tuner, &track));
+}
+
 static void refusals_of_steps(void)
 {
     KQ_FILTER_Q31(track3, 3);
     int32_t z[] = {INT32_MAX, 0}, u[] = {INT32_MAX};
+    const kq_sensor_q31 *s = &radar.sensor;
     ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_predict_q31(NULL, &track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_predict_q31(&blank, &track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_predict_q31(&tuner, &blank_filter, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_predict_q31(&tuner, &track3, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_adaptation_predict_q31(&tuner, &track, u));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_update_q31(&tuner, &track, NULL, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_update_q31(&blank, &track, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_update_q31(&tuner, &track3, z, 2));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_adaptation_update_q31(&tuner, &track, z, ALL));
-    ASSERT_OK(kq_adaptation_update_q31(&tuner, &track, z, 2));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_update_q31(&tuner, &track, z, 2));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_predict_q31(&tuner, &track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(NULL, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&blank_filter, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track3, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track, &motion3.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track, &finer.process, NULL)); /* formats */
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_q31(&track, &motion.process, u));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_subset_q31(&track, s, NULL, ALL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_subset_q31(&track, &blank_sensor, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_update_subset_q31(&track3, s, z, 2));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_subset_q31(&track, s, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_q31(&track, s, z));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, &motion.process, NULL, s, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_step_q31(&track, &motion3.process, NULL, s, z));
+    ASSERT_OK(kq_update_subset_q31(&track, s, z, 2));
+    z[0] = 0;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, &motion.process, u, s, z));
+    ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, s, z));
 }
 
 static void readings_of_nothing(void)
@@ -352,8 +471,6 @@ static void readings_of_nothing(void)
     TEST_ASSERT_TRUE(a.mantissa == 0 && a.exponent == 0 && b.mantissa == 0 && b.exponent == 0);
     TEST_ASSERT_NULL(kq_adaptation_process_q31(&blank));
     TEST_ASSERT_NULL(kq_adaptation_sensor_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_restart_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_restart_q31(&blank));
 }
 
 SUITE(adaptation, set_up)
@@ -363,10 +480,14 @@ SUITE(adaptation, set_up)
     RUN_TEST(steps_and_limits_are_kept);
     RUN_TEST(ends_of_the_numbers_are_safe);
     RUN_TEST(the_scaled_models_are_those_of_the_scales);
-    RUN_TEST(a_restart_keeps_what_was_learnt);
+    RUN_TEST(an_attach_keeps_what_was_learnt);
+    RUN_TEST(other_models_are_taken_as_they_are);
+    RUN_TEST(a_step_is_a_predict_and_an_update);
+    RUN_TEST(what_is_detached_or_copied_goes_on_by_itself);
     RUN_TEST(refusals_of_assign);
     RUN_TEST(refusals_of_init);
     RUN_TEST(refusals_of_a_rule);
+    RUN_TEST(refusals_of_attach);
     RUN_TEST(refusals_of_steps);
     RUN_TEST(readings_of_nothing);
 }

@@ -436,6 +436,90 @@ static void other_numbers_of_controls_are_taken_as_they_are(void)
     ASSERT_SAME();
 }
 
+/* Steps that predict and update apart by turns, of a filter that something is attached to */
+static void compare_attached(const fixed_size *size)
+{
+    num z[COMPONENTS], u[1];
+    for (int t = 0; t < STEPS; t++) {
+        draw_measurement(z, size->m);
+        u[0] = draw();
+        if (t % 6 == 4) {
+            ASSERT_OK(size->predict(&ours.filter, &process_of, u));
+            ASSERT_OK(K(predict)(&theirs.filter, &process_of, u));
+            ASSERT_OK(size->update(&ours.filter, &sensor_of, z));
+            ASSERT_OK(K(update)(&theirs.filter, &sensor_of, z));
+        } else {
+            ASSERT_OK(size->step(&ours.filter, &process_of, u, &sensor_of, z));
+            ASSERT_OK(K(step)(&theirs.filter, &process_of, u, &sensor_of, z));
+        }
+        ASSERT_SAME();
+        assert_same_likelihood();
+    }
+}
+
+static void an_adaptation_learns(void)
+{
+    static const K(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, 0.125, 0.0625, 16, 0.125, 8};
+    static num memory[2][ADAPTATION_LEN(STATES, COMPONENTS)];
+    own_filter *filters[] = {&ours, &theirs};
+    K(adaptation) a[2];
+    for (size_t k = 0; k < COUNT(dense); k++) {
+        const fixed_size *size = &dense[k];
+        begin(size->n, size->m, 0);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_OK(
+                K(adaptation_assign)(&a[i], size->n, size->m, memory[i], COUNT(memory[i])));
+            ASSERT_OK(K(adaptation_init)(&a[i], &process_of, &sensor_of, &rule));
+            ASSERT_OK(K(adaptation_attach)(&a[i], &filters[i]->filter));
+        }
+        compare_attached(size);
+        TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a[0]) != 1);
+        TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a[0]) == K(adaptation_sensor_scale)(&a[1]));
+        TEST_ASSERT_TRUE(K(adaptation_process_scale)(&a[0]) == K(adaptation_process_scale)(&a[1]));
+    }
+}
+
+static void a_settling_settles(void)
+{
+    static num memory[2][KQ_TRIANGLE(STATES)], gain[2][STATES * COMPONENTS];
+    own_filter *filters[] = {&ours, &theirs};
+    K(settling) w[2];
+    for (size_t k = 0; k < COUNT(dense); k++) {
+        const fixed_size *size = &dense[k];
+        begin(size->n, size->m, 0);
+        for (int i = 0; i < size->n * size->n; i++) A[i] /= 2;
+        ASSERT_OK(K(process_init)(&process_of, A, B, Q));
+        for (int i = 0; i < 2; i++) {
+            ASSERT_OK(K(settling_assign)(&w[i], size->n, size->m, memory[i], COUNT(memory[i]),
+                                         gain[i]));
+            ASSERT_OK(K(settling_init)(&w[i], 4));
+            ASSERT_OK(K(settling_attach)(&w[i], &filters[i]->filter));
+        }
+        compare_attached(size);
+        compare_steps(size, NULL, STEPS, 1);
+        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&w[0]));
+        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&w[1]));
+    }
+}
+
+static void an_unknown_start_becomes_known(void)
+{
+    static num memory[2][START_LEN(STATES, 0)];
+    own_filter *filters[] = {&ours, &theirs};
+    K(start) s[2];
+    for (size_t k = 0; k < COUNT(dense); k++) {
+        const fixed_size *size = &dense[k];
+        begin(size->n, size->m, 0);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_OK(K(start_assign)(&s[i], size->n, 0, memory[i], COUNT(memory[i])));
+            ASSERT_OK(K(start_init)(&s[i], &filters[i]->filter, x0, NULL, UINT32_MAX));
+        }
+        compare_attached(size);
+        TEST_ASSERT_EQUAL_INT(0, K(start_count)(&s[0]));
+        TEST_ASSERT_EQUAL_INT(0, K(start_count)(&s[1]));
+    }
+}
+
 static void set_up(void) { seed = 1; }
 
 SUITE(fixed, set_up)
@@ -445,6 +529,9 @@ SUITE(fixed, set_up)
     RUN_TEST(bare_leaves_the_likelihood_as_it_was);
     RUN_TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too);
     RUN_TEST(a_history_records);
+    RUN_TEST(an_adaptation_learns);
+    RUN_TEST(a_settling_settles);
+    RUN_TEST(an_unknown_start_becomes_known);
     RUN_TEST(a_lean_sensor_is_left_to_the_library);
     RUN_TEST(an_unusual_measurement_is_taken_with_care);
     RUN_TEST(a_correlated_R_is_decorrelated);

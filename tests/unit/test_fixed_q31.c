@@ -267,6 +267,56 @@ static void errors_are_those_of_the_library(void)
     ASSERT_SAME();
 }
 
+static void compare_attached(const fixed_size *size)
+{
+    int32_t z[COMPONENTS];
+    for (int t = 0; t < 2 * STEPS; t++) {
+        draw_words(z, size->m);
+        ASSERT_OK(size->step(&ours.filter, &process_of, NULL, &sensor_of, z));
+        ASSERT_OK(kq_step_q31(&theirs.filter, &process_of, NULL, &sensor_of, z));
+        ASSERT_SAME();
+        assert_same_likelihood();
+    }
+}
+
+static void an_adaptation_learns(void)
+{
+    const kq_scaled_q31 least = {INT32_C(1) << 30, -33}, most = {INT32_C(1) << 30, -27};
+    const kq_adaptation_rule_q31 rule = {KQ_ADAPT_BOTH, 50, least, least, most, least, most};
+    static kq_scaled_q31 memory[2][KQ_ADAPTATION_LEN_Q31(STATES, COMPONENTS)];
+    static int32_t root[2][KQ_ROOT_LEN_Q31(STATES)];
+    own_filter *filters[] = {&ours, &theirs};
+    kq_adaptation_q31 a[2];
+    begin(4, 2, 0);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_OK(kq_adaptation_assign_q31(&a[i], 4, 2, memory[i],
+                                           sizeof memory[i] / sizeof memory[i][0], root[i]));
+        ASSERT_OK(kq_adaptation_init_q31(&a[i], &process_of, &sensor_of, &rule));
+        ASSERT_OK(kq_adaptation_attach_q31(&a[i], &filters[i]->filter));
+    }
+    compare_attached(&dense[3]);
+    TEST_ASSERT_EQUAL_MEMORY(a[0].information, a[1].information, sizeof a[0].information);
+    TEST_ASSERT_TRUE(a[0].information[0].mantissa != 0);
+}
+
+static void a_settling_settles(void)
+{
+    static int32_t memory[2][KQ_ROOT_LEN_Q31(STATES)];
+    static kq_scaled_q31 gain[2][STATES * COMPONENTS];
+    own_filter *filters[] = {&ours, &theirs};
+    kq_settling_q31 w[2];
+    begin(3, 2, 0);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_OK(kq_settling_assign_q31(&w[i], 3, 2, memory[i],
+                                         sizeof memory[i] / sizeof memory[i][0], gain[i]));
+        ASSERT_OK(kq_settling_init_q31(&w[i], 6));
+        ASSERT_OK(kq_settling_attach_q31(&w[i], &filters[i]->filter));
+    }
+    compare_attached(&dense[2]);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&w[0]));
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&w[1]));
+}
+
 static void set_up(void) { seed = 1; }
 
 SUITE(fixed, set_up)
@@ -275,5 +325,7 @@ SUITE(fixed, set_up)
     RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
     RUN_TEST(a_sharp_measurement_is_taken_with_care);
     RUN_TEST(a_mean_may_leave_its_word_between_components);
+    RUN_TEST(an_adaptation_learns);
+    RUN_TEST(a_settling_settles);
     RUN_TEST(errors_are_those_of_the_library);
 }

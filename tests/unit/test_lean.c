@@ -220,13 +220,15 @@ static void an_adaptation_takes_it(void)
     uint32_t seed = 1;
     sharpen(1, SHARP);
     ASSERT_OK(K(adaptation_init)(&taught, &motion, &full, &rule));
+    ASSERT_OK(K(adaptation_attach)(&taught, &track));
     ASSERT_OK(K(adaptation_init)(&taught_lean, &motion, &lean, &rule));
+    ASSERT_OK(K(adaptation_attach)(&taught_lean, &twin));
     for (int t = 0; t < STEPS; t++) {
         for (int c = 0; c < 3; c++) z[c] = noise(&seed);
-        ASSERT_OK(K(adaptation_predict)(&taught, &track, NULL));
-        ASSERT_OK(K(adaptation_predict)(&taught_lean, &twin, NULL));
-        ASSERT_OK(K(adaptation_update)(&taught, &track, z, 7));
-        ASSERT_OK(K(adaptation_update)(&taught_lean, &twin, z, 7));
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_OK(K(predict)(&twin, &motion, NULL));
+        ASSERT_OK(K(update_subset)(&track, &full, z, 7));
+        ASSERT_OK(K(update_subset)(&twin, &lean, z, 7));
         ASSERT_SAME_FILTER(&track, &twin, 2);
     }
 }

@@ -542,6 +542,22 @@ static void a_history_assigned_anew_forgets_its_filter(void)
     ASSERT_WITHIN(0, x0[0], K(smoothed_mean)(&tape, 0, 0));
 }
 
+/* Nor is it attached to another one: the filter says so at what it would have recorded first. */
+static void a_history_assigned_anew_is_not_recorded_on(void)
+{
+    for (int updates = 0; updates < 2; updates++) {
+        ASSERT_OK(K(filter_init)(&track, x0, P0));
+        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+        const kq_status status = updates ? K(update)(&track, &radar, radar_z[3])
+                                         : K(predict)(&track, &motion, NULL);
+        ASSERT_OK(status);
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+        ASSERT_OK(K(step)(&track, &motion, NULL, &radar, radar_z[3]));
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+    }
+}
+
 /* The state as it is becomes step 0, whatever came before. */
 static void attach_begins_in_the_middle_of_a_run(void)
 {
@@ -1204,6 +1220,7 @@ static void run_history(void)
     RUN_TEST(steps_are_the_predicts_and_one);
     RUN_TEST(attach_empties_the_history);
     RUN_TEST(a_history_assigned_anew_forgets_its_filter);
+    RUN_TEST(a_history_assigned_anew_is_not_recorded_on);
     RUN_TEST(attach_begins_in_the_middle_of_a_run);
     RUN_TEST(a_history_records_one_filter_at_a_time);
     RUN_TEST(a_filter_goes_on_without_its_history);

@@ -60,10 +60,10 @@ static void set_up(void)
 static void update(double z)
 {
     const num word = N(z);
-    ASSERT_OK(K(start_update)(&start, &level, &word));
+    ASSERT_OK(K(update)(&track, &level, &word));
 }
 
-static void predict(const K(process) * p) { ASSERT_OK(K(start_predict)(&start, p, NULL)); }
+static void predict(const K(process) * p) { ASSERT_OK(K(predict)(&track, p, NULL)); }
 
 /* Count and what is determined, as bits */
 static void assert_open(int count, int bits, UNITY_LINE_TYPE line)
@@ -72,12 +72,17 @@ static void assert_open(int count, int bits, UNITY_LINE_TYPE line)
     for (int i = 0; i < 2; i++) {
         const int is = bits >> i & 1;
         UNITY_TEST_ASSERT_EQUAL_INT(is, K(start_is_determined)(&start, i), line, "determined");
-        UNITY_TEST_ASSERT(isnan(K(start_mean)(&start, i)) == !is, line, "mean");
-        UNITY_TEST_ASSERT(isnan(K(start_mean_low)(&start, i)) == !is, line, "mean low");
-        UNITY_TEST_ASSERT(isnan(K(start_sigma)(&start, i)) == !is, line, "sigma");
+        UNITY_TEST_ASSERT(isnan(K(mean)(&track, i)) == !is, line, "mean");
+        UNITY_TEST_ASSERT(isnan(K(mean_low)(&track, i)) == !is, line, "mean low");
+        UNITY_TEST_ASSERT(isnan(K(sigma)(&track, i)) == !is, line, "sigma");
     }
-    UNITY_TEST_ASSERT(isnan(K(mean)(&track, 0)) == (count > 0), line, "the filter's mean");
-    UNITY_TEST_ASSERT(isnan(K(log_likelihood)(&track)) == (count > 0), line, "its likelihood");
+    num P[4];
+    const kq_status status = count > 0 ? KQ_ERR_NOT_READY : KQ_OK;
+    UNITY_TEST_ASSERT_EQUAL_INT(status, K(covariance)(&track, P), line, "covariance");
+    UNITY_TEST_ASSERT(!isnan(K(log_likelihood)(&track)), line, "likelihood");
+    UNITY_TEST_ASSERT(!isnan(K(log_likelihood_last)(&track)), line, "likelihood, last");
+    UNITY_TEST_ASSERT(!isnan(K(nis)(&track)), line, "NIS");
+    UNITY_TEST_ASSERT(K(taken)(&track) >= 0, line, "taken");
 }
 
 #define ASSERT_OPEN(count, bits) assert_open(count, bits, __LINE__)
@@ -89,12 +94,12 @@ static void assert_state(const double *x, double p00, double p01, double p11, UN
     const double size = p00 + p11 + fabs(x[0]) + fabs(x[1]);
     for (int i = 0; i < 2; i++) {
         assert_within(TOLERANCE * size, x[i], whole_mean(&track, i), line);
-        assert_within(TOLERANCE * size, x[i], (double)K(start_mean)(&start, i), line);
+        assert_within(TOLERANCE * size, x[i], (double)K(mean)(&track, i), line);
     }
     assert_within(TOLERANCE * size, p00, (double)P[0], line);
     assert_within(TOLERANCE * size, p01, (double)P[1], line);
     assert_within(TOLERANCE * size, p11, (double)P[3], line);
-    assert_within(TOLERANCE * size, sqrt(p11), (double)K(start_sigma)(&start, 1), line);
+    assert_within(TOLERANCE * size, sqrt(p11), (double)K(sigma)(&track, 1), line);
 }
 
 #define ASSERT_STATE(x0, x1, p00, p01, p11)                                                        \
@@ -107,9 +112,9 @@ static void two_measurements_determine_a_trend(void)
     ASSERT_OPEN(2, 0);
     update(10);
     ASSERT_OPEN(1, 1);
-    ASSERT_CLOSE(10, K(start_mean)(&start, 0), 10);
-    ASSERT_CLOSE(sqrt(2), K(start_sigma)(&start, 0), 1);
-    ASSERT_CLOSE(-log_2_pi / 2, K(start_log_likelihood)(&start), 1);
+    ASSERT_CLOSE(10, K(mean)(&track, 0), 10);
+    ASSERT_CLOSE(sqrt(2), K(sigma)(&track, 0), 1);
+    ASSERT_CLOSE(-log_2_pi / 2, K(log_likelihood)(&track), 1);
     predict(&trend);
     ASSERT_OPEN(1, 0);
     update(13);
@@ -117,7 +122,7 @@ static void two_measurements_determine_a_trend(void)
     /* slope at 1: z1 - z0 - w0 - v1 + v0 + w1 */
     ASSERT_STATE(13, 3, 2, 2, 2 + 2 + 0.25 + 0.5);
     ASSERT_CLOSE(-log_2_pi, K(log_likelihood)(&track), 1);
-    ASSERT_CLOSE(-log_2_pi / 2, K(start_log_likelihood_last)(&start), 1);
+    ASSERT_CLOSE(-log_2_pi / 2, K(log_likelihood_last)(&track), 1);
     TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
     TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
 }
@@ -126,12 +131,12 @@ static void phi_counts_in_the_likelihood(void)
 {
     static const num h[] = {3, 4}, z = 10;
     ASSERT_OK(K(sensor_change_measurement)(&level, h));
-    ASSERT_OK(K(start_update)(&start, &level, &z));
+    ASSERT_OK(K(update)(&track, &level, &z));
     ASSERT_OPEN(1, 0);
-    ASSERT_CLOSE(-(log_2_pi + log(25)) / 2, K(start_log_likelihood)(&start), 4);
-    ASSERT_OK(K(start_update)(&start, &level, &z)); /* the same again: ordinary, S = 2 r */
+    ASSERT_CLOSE(-(log_2_pi + log(25)) / 2, K(log_likelihood)(&track), 4);
+    ASSERT_OK(K(update)(&track, &level, &z)); /* the same again: ordinary, S = 2 r */
     ASSERT_OPEN(1, 0);
-    ASSERT_CLOSE(-(log_2_pi + log(4)) / 2, K(start_log_likelihood_last)(&start), 4);
+    ASSERT_CLOSE(-(log_2_pi + log(4)) / 2, K(log_likelihood_last)(&track), 4);
 }
 
 static void the_known_rest_correlates_with_what_is_determined(void)
@@ -139,13 +144,13 @@ static void the_known_rest_correlates_with_what_is_determined(void)
     static const num z[] = {5, 0};
     ASSERT_OK(K(start_init)(&start, &track, x0, P0, 1));
     ASSERT_OPEN(1, 2);
-    ASSERT_CLOSE(-2, K(start_mean)(&start, 1), 2);
-    ASSERT_CLOSE(3, K(start_sigma)(&start, 1), 3);
-    ASSERT_OK(K(start_update_subset)(&start, &both, z + 1, 0)); /* nothing */
+    ASSERT_CLOSE(-2, K(mean)(&track, 1), 2);
+    ASSERT_CLOSE(3, K(sigma)(&track, 1), 3);
+    ASSERT_OK(K(update_subset)(&track, &both, z + 1, 0)); /* nothing */
     ASSERT_OPEN(1, 2);
     static const num h[] = {1, 1};
     ASSERT_OK(K(sensor_change_measurement)(&level, h));
-    ASSERT_OK(K(start_update)(&start, &level, z)); /* x0 = z - x1 - v */
+    ASSERT_OK(K(update)(&track, &level, z)); /* x0 = z - x1 - v */
     ASSERT_OPEN(0, 3);
     ASSERT_STATE(7, -2, 9 + 2, -9, 9);
 }
@@ -156,14 +161,14 @@ static void what_is_not_known_of_the_prior_is_not_looked_at(void)
     const num x[] = {1e6, -2}, z = 5;
     ASSERT_OK(K(start_init)(&start, &track, x, P, 1 | 4));
     ASSERT_OPEN(1, 2);
-    ASSERT_OK(K(start_update)(&start, &level, &z));
+    ASSERT_OK(K(update)(&track, &level, &z));
     ASSERT_STATE(5, -2, 2, 0, 9);
 }
 
 static void correlated_components_determine_at_once(void)
 {
     static const num z[] = {4, 1};
-    ASSERT_OK(K(start_update)(&start, &both, z));
+    ASSERT_OK(K(update)(&track, &both, z));
     ASSERT_OPEN(0, 3);
     /* x = H^-1 z, P = H^-1 R H^-T, H^-1 = [1 0; -1 1], det H = 1 */
     ASSERT_STATE(4, -3, 0.5, -0.25, 1);
@@ -174,21 +179,21 @@ static void correlated_components_determine_at_once(void)
 static void one_of_two_correlated_components(void)
 {
     static const num z[] = {4, 1};
-    ASSERT_OK(K(start_update_subset)(&start, &both, z, 2));
+    ASSERT_OK(K(update_subset)(&track, &both, z, 2));
     ASSERT_OPEN(1, 0);
-    ASSERT_OK(K(start_update_subset)(&start, &both, z, 1));
+    ASSERT_OK(K(update_subset)(&track, &both, z, 1));
     ASSERT_STATE(4, -3, 0.5, -0.5, 1.5);
 }
 
 static void noise_free_measurements(void)
 {
     static const num z[] = {4, 8}, h[] = {1, 0, 0, 1}, more[] = {1, 6};
-    ASSERT_OK(K(start_update)(&start, &exact_sum, z)); /* the second says nothing new */
+    ASSERT_OK(K(update)(&track, &exact_sum, z)); /* the second says nothing new */
     ASSERT_OPEN(1, 0);
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_FLOOR, K(events)(&track));
     K(events_clear)(&track);
     ASSERT_OK(K(sensor_change_measurement)(&exact_sum, h));
-    ASSERT_OK(K(start_update_subset)(&start, &exact_sum, more, 1));
+    ASSERT_OK(K(update_subset)(&track, &exact_sum, more, 1));
     ASSERT_STATE(1, 3, 0, 0, 0);
     TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
 }
@@ -213,7 +218,7 @@ static void a_long_wait_costs_nothing(void)
     ASSERT_OPEN(2, 0);
     update(5);
     ASSERT_OPEN(1, 1);
-    ASSERT_CLOSE(5, K(start_mean)(&start, 0), 5);
+    ASSERT_CLOSE(5, K(mean)(&track, 0), 5);
 }
 
 static void a_turning_state_is_known_when_it_has_been_seen_twice(void)
@@ -253,25 +258,25 @@ static void a_measurement_beyond_the_numbers_is_not_taken(void)
 {
     static const num h[] = {(num)0x1p-60, 0}, z = NUM_MAX;
     ASSERT_OK(K(sensor_change_measurement)(&level, h));
-    ASSERT_OK(K(start_update)(&start, &level, &z));
+    ASSERT_OK(K(update)(&track, &level, &z));
     ASSERT_OPEN(2, 0);
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_OVERFLOW, K(events)(&track));
-    ASSERT_WITHIN(0, 0, K(start_log_likelihood)(&start));
+    ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
 }
 
 static void the_filter_goes_on_as_it_would(void)
 {
     static const num z[] = {4, 1}, more[] = {3, 2};
-    ASSERT_OK(K(start_update)(&start, &both, z));
+    ASSERT_OK(K(update)(&track, &both, z));
     memcpy(twin_memory, track_memory, sizeof twin_memory);
     twin = track;
     twin.memory = twin_memory;
     for (int t = 0; t < 3; t++) {
-        ASSERT_OK(K(start_predict)(&start, &trend, NULL));
+        ASSERT_OK(K(predict)(&track, &trend, NULL));
         ASSERT_OK(K(predict)(&twin, &trend, NULL));
-        ASSERT_OK(K(start_update)(&start, &both, more));
+        ASSERT_OK(K(update)(&track, &both, more));
         ASSERT_OK(K(update)(&twin, &both, more));
-        ASSERT_OK(K(start_update_subset)(&start, &both, more, 2));
+        ASSERT_OK(K(update_subset)(&track, &both, more, 2));
         ASSERT_OK(K(update_subset)(&twin, &both, more, 2));
     }
     ASSERT_SAME_FILTER(&twin, &track, 2);
@@ -311,10 +316,10 @@ static void sizes_from_1_to_16(void)
         ASSERT_OK(K(sensor_assign)(&by, n, n, sensor_memory, COUNT(sensor_memory)));
         ASSERT_OK(K(sensor_init_diagonal)(&by, H16, r));
         ASSERT_OK(K(start_init)(&s, &f, x, NULL, UINT32_MAX));
-        ASSERT_OK(K(start_attach)(&s, &h));
+        ASSERT_OK(K(history_attach)(&h, &f));
         TEST_ASSERT_EQUAL_INT(n, K(start_count)(&s));
-        ASSERT_OK(K(start_predict)(&s, &p, NULL));
-        ASSERT_OK(K(start_update)(&s, &by, z));
+        ASSERT_OK(K(predict)(&f, &p, NULL));
+        ASSERT_OK(K(update)(&f, &by, z));
         TEST_ASSERT_EQUAL_INT(0, K(start_count)(&s));
         ASSERT_OK(K(covariance)(&f, P));
         for (int i = 0; i < n; i++) { /* H x = z, H P H' = I */
@@ -344,7 +349,7 @@ static void smoothed_constant_is_the_mean_of_all(void)
 {
     static const double z[] = {3, 8, -2, 5};
     num P[4];
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     for (int t = 0; t < 3; t++) predict(&still);
     static const num h[2][2] = {{1, 0}, {0, 1}};
     for (int t = 0; t < 4; t++) {
@@ -376,11 +381,12 @@ static void smoothed_constant_is_the_mean_of_all(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
 }
 
+static const num trend_data[] = {10, 13, 14, 18};
+
 static void run_trend(void)
 {
-    static const double z[] = {10, 13, 14, 18};
     for (int t = 0; t < 4; t++) {
-        update(z[t]);
+        update((double)trend_data[t]);
         predict(&trend);
     }
 }
@@ -388,13 +394,13 @@ static void run_trend(void)
 static void smoothed_in_slices_or_at_once(void)
 {
     num all[4], sliced[4];
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     run_trend();
     ASSERT_OK(K(start_smooth)(&start));
     const num mean = K(start_smoothed_mean)(&start, 0, 1);
     ASSERT_OK(K(start_smoothed_covariance)(&start, 0, all));
     ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     run_trend();
     ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
@@ -411,12 +417,12 @@ static void smoothed_in_slices_or_at_once(void)
 static void means_alone(void)
 {
     num P[4];
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     run_trend();
     ASSERT_OK(K(start_smooth)(&start));
     const double mean = (double)K(start_smoothed_mean)(&start, 0, 1);
     ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     run_trend();
     ASSERT_OK(K(smooth_states)(&tape));
     ASSERT_OK(K(start_smooth)(&start));
@@ -429,7 +435,7 @@ static void means_alone(void)
 static void the_latest_steps_are_kept(void)
 {
     num P[4];
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     for (int t = 0; t < 6; t++) predict(&still);
     update(1);
     ASSERT_OK(K(sensor_change_measurement)(&level, H2 + 2));
@@ -452,7 +458,7 @@ static void the_latest_steps_are_kept(void)
 static void what_all_the_data_do_not_determine(void)
 {
     num P[4];
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     update(3);
     predict(&still);
     update(5);
@@ -475,7 +481,7 @@ static void what_all_the_data_do_not_determine(void)
 
 static void what_was_forgotten_stays_unknown(void)
 {
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     update(3);
     predict(&reset);
     update(1);
@@ -487,21 +493,74 @@ static void what_was_forgotten_stays_unknown(void)
     ASSERT_CLOSE(0, K(start_smoothed_mean)(&start, 1, 1), 1);
 }
 
+/* Then the start has nothing to do with it. */
 static void a_determined_start_is_recorded_by_the_history(void)
 {
     static const num z[] = {4, 1};
-    ASSERT_OK(K(start_update)(&start, &both, z));
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(update)(&track, &both, z));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     predict(&trend);
     update(4);
     TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(&start));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_FALSE(isnan(K(smoothed_mean)(&tape, 0, 1)));
+    ASSERT_NAN(K(start_smoothed_mean)(&start, 0, 1));
+}
+
+/* The early steps do not belong to what it records from there on. */
+static void a_history_that_begins_anew_is_no_longer_the_starts(void)
+{
+    for (int smoothed = 0; smoothed < 2; smoothed++) {
+        ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
+        ASSERT_OK(K(history_attach)(&tape, &track));
+        run_trend();
+        if (smoothed) ASSERT_OK(K(start_smooth)(&start));
+        const num early = K(start_smoothed_mean)(&start, 0, 0);
+        ASSERT_OK(K(history_attach)(&tape, &track));
+        predict(&trend);
+        update(20);
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+        ASSERT_OK(K(smooth)(&tape));
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+        for (size_t t = K(start_steps)(&start); t < 8; t++) {
+            ASSERT_NAN(K(start_smoothed_mean)(&start, t, 0));
+        }
+        const num now = K(start_smoothed_mean)(&start, 0, 0);
+        TEST_ASSERT_TRUE(smoothed ? now == early : !!isnan(now));
+    }
+}
+
+static void nothing_unknown_is_recorded_from_the_beginning(void)
+{
+    HISTORY(plain_tape, 2, 2, STEPS, STEPS);
+    ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(history_attach)(&plain_tape, &twin));
+    run_trend();
+    for (int t = 0; t < 4; t++) {
+        const num z = trend_data[t];
+        ASSERT_OK(K(update)(&twin, &level, &z));
+        ASSERT_OK(K(predict)(&twin, &trend, NULL));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
     ASSERT_OK(K(start_smooth)(&start));
-    TEST_ASSERT_TRUE(K(start_smoothed_mean)(&start, 0, 1) == K(smoothed_mean)(&tape, 0, 1));
+    ASSERT_OK(K(smooth)(&plain_tape));
+    TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(&start));
+    TEST_ASSERT_EQUAL_UINT(5, K(history_steps)(&tape));
+    for (size_t t = 0; t < 5; t++) {
+        reading expected, now;
+        read_smoothed(&expected, &plain_tape, t, 2);
+        read_smoothed(&now, &tape, t, 2);
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &now, sizeof now);
+        TEST_ASSERT_TRUE(expected.mean[1] == K(start_smoothed_mean)(&start, t, 1));
+    }
 }
 
 static void a_history_that_has_gone_elsewhere(void)
 {
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     update(1);
     predict(&trend);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
@@ -511,7 +570,7 @@ static void a_history_that_has_gone_elsewhere(void)
     update(2);
     ASSERT_OPEN(0, 3);
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(start_attach)(&start, &tape));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
     ASSERT_OK(K(smooth)(&tape));
 }
 
@@ -520,13 +579,13 @@ static void a_history_that_was_detached(void)
 {
     for (int measurements = 0; measurements <= 3; measurements++) {
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, UINT32_MAX));
-        ASSERT_OK(K(start_attach)(&start, &tape));
+        ASSERT_OK(K(history_attach)(&tape, &track));
         for (int k = 0; k < measurements; k++) {
             predict(&trend);
             update(1);
         }
-        ASSERT_OK(K(start_detach)(&start));
-        ASSERT_OK(K(start_detach)(&start));
+        ASSERT_OK(K(history_detach)(&tape));
+        ASSERT_OK(K(history_detach)(&tape));
         watch_nothing();
         memset(&tape, 0xa5, sizeof tape);
         WATCH(tape), WATCH(tape_memory);
@@ -542,26 +601,34 @@ static void a_history_that_was_detached(void)
         watched_assert_unchanged(__LINE__);
         ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
     }
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(start_detach)(NULL));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, K(start_detach)(&blank_start));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_detach)(NULL));
+    ASSERT_OK_UNCHANGED(K(history_detach)(&blank_tape));
 }
 
 /* ---------------------------------------------------------------------------------- errors */
 
-static void the_filter_is_not_ready(void)
+/* What needs all of the state */
+static void what_is_not_ready(void)
 {
     static const num z[] = {1};
-    num P[4];
+    num P[4], weights[1];
+    LAG(lag, 2, 2, 2);
+    POINT(point, 2, 2);
     update(1);
-    WATCH(P);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &trend, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &level, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &trend, NULL, &level, z));
+    WATCH(P), WATCH(weights), WATCH(lag), WATCH(lag_memory), WATCH(point), WATCH(point_memory);
+    WATCH(twin), WATCH(twin_memory);
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(&track, P));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &track));
-    ASSERT_NAN(K(sigma)(&track, 0));
-    TEST_ASSERT_EQUAL_INT(-1, K(taken)(&track));
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(measurement)(&track, &level, weights, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(innovation)(&track, &level, z, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(gain)(&track, &level, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&track, &trend, NULL, 1, &twin));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_copy)(&twin, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_huber)(&track, &level, z, 1, 2, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_student)(&track, &level, z, 1, 4, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_jump)(&track, &level, z, 1, 9));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_attach)(&lag, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&point, &track));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
 }
@@ -612,21 +679,117 @@ static void init_refuses(void)
 static void steps_refuse(void)
 {
     static const num z[] = {1, 2}, bad[] = {(num)NAN, 1};
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_predict)(NULL, &trend, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_predict)(&start, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_predict)(&blank_start, &trend, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_predict)(&start, &blank_process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_predict)(&start, &motion3, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update)(NULL, &level, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update)(&start, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update)(&start, &level, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_update)(&blank_start, &level, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_update)(&start, &blank_sensor, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_update)(&start, &sensor3, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(start_update)(&start, &level, bad));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_update_subset)(NULL, &level, z, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(start_update_subset)(&start, &both, bad, 3));
-    ASSERT_OK(K(start_update_subset)(&start, &both, bad, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&blank, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update)(&track, &sensor3, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update)(&track, &level, bad));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(NULL, &level, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, &both, bad, 3));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &trend, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &trend, NULL, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &trend, NULL, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &trend, NULL, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &trend, NULL, &sensor3, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &trend, NULL, &level, bad));
+    ASSERT_OK(K(update_subset)(&track, &both, bad, 2));
+}
+
+/* A step from the unknown, and through the instant at which all is known */
+static void a_step_is_a_predict_and_an_update(void)
+{
+    static num other_memory[START_LEN(2, EARLY)];
+    HISTORY(other_tape, 2, 2, STEPS, STEPS);
+    K(start) other;
+    ASSERT_OK(K(start_assign)(&other, 2, EARLY, other_memory, COUNT(other_memory)));
+    ASSERT_OK(K(start_init)(&other, &twin, x0, NULL, 3));
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(history_attach)(&other_tape, &twin));
+    for (int t = 0; t < 5; t++) {
+        const num z = N(3 * t - 1);
+        predict(&trend);
+        ASSERT_OK(K(update)(&track, &level, &z));
+        ASSERT_OK(K(step)(&twin, &trend, NULL, &level, &z));
+        TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
+        TEST_ASSERT_EQUAL_INT(K(start_count)(&start), K(start_count)(&other));
+        TEST_ASSERT_TRUE(K(log_likelihood)(&track) == K(log_likelihood)(&twin));
+    }
+    ASSERT_SAME_FILTER(&track, &twin, 2);
+    ASSERT_OK(K(start_smooth)(&start));
+    ASSERT_OK(K(start_smooth)(&other));
+    for (size_t t = 0; t < 6; t++) {
+        TEST_ASSERT_TRUE(K(start_smoothed_mean)(&start, t, 1) ==
+                         K(start_smoothed_mean)(&other, t, 1));
+    }
+}
+
+/* The start is that of the filter it was made for: a copy has no half of it. */
+static void a_copied_filter_has_no_start(void)
+{
+    static const num z[] = {3, 1};
+    update(10);
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    WATCH(twin), WATCH(twin_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&twin, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&twin, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&twin, &level, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&twin, &trend, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &twin));
+    ASSERT_NAN(K(mean)(&twin, 0));
+    ASSERT_NAN(K(sigma)(&twin, 0));
+    ASSERT_CLOSE(10, K(mean)(&track, 0), 10);
+    /* one of which nothing is unknown goes on by itself, and so does its filter */
+    ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    for (int t = 0; t < 3; t++) {
+        update(t);
+        ASSERT_OK(K(update)(&twin, &level, (const num[]){N(t)}));
+        predict(&trend);
+        ASSERT_OK(K(predict)(&twin, &trend, NULL));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+/* Nothing being unknown, it is in nobody's way: of what is attached, or of a step that is refused. */
+static void a_start_of_nothing_unknown_gives_way(void)
+{
+    static const num z[] = {3};
+    LAG(lag, 2, 2, 2);
+    ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &trend, NULL, &sensor3, z));
+    ASSERT_OK(K(lag_attach)(&lag, &track));
+    ASSERT_OK(K(step)(&track, &trend, NULL, &level, z));
+    TEST_ASSERT_EQUAL_INT(1, K(lag_steps)(&lag));
+    ASSERT_OK(K(lag_smooth)(&lag, 1));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
+}
+
+/* Nothing refers to the start any more. */
+static void a_filter_that_begins_anew_has_no_start(void)
+{
+    update(10);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    memset(&start, 0xa5, sizeof start);
+    ASSERT_OK(K(predict)(&track, &trend, NULL));
+    ASSERT_OK(K(predict)(&twin, &trend, NULL));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
 static void attach_and_smooth_refuse(void)
@@ -634,16 +797,16 @@ static void attach_and_smooth_refuse(void)
     num P[4];
     K(history) none;
     memset(&none, 0, sizeof none);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_attach)(NULL, &tape));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_attach)(&start, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_attach)(&blank_start, &tape));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(start_attach)(&start, &tape3));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(start_attach)(&start, &none));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(&tape, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &blank));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach)(&tape3, &track));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(history_attach)(&none, &track));
     none.states = 2;
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_attach)(&start, &none));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_attach)(&none, &track));
     none.memory = tape_memory;
     none.length = HISTORY_LEN(2, 1, 1, 0) - 1;
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_attach)(&start, &none));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_attach)(&none, &track));
     ASSERT_REFUSED(KQ_ERR_NULL, K(start_smooth)(NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smooth)(&blank_start));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
@@ -651,13 +814,13 @@ static void attach_and_smooth_refuse(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(NULL, 0, P));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&blank_start, 0, P));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(start_smoothed_covariance)(&start, 0, P));
-    ASSERT_OK(K(start_attach)(&start, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     predict(&still);
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, 0, P));
     ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(&start, 0, NULL));
     /* without room an undetermined run has nothing to smooth */
     ASSERT_OK(K(start_init)(&plain, &track, x0, NULL, 3));
-    ASSERT_OK(K(start_attach)(&plain, &tape));
+    ASSERT_OK(K(history_attach)(&tape, &track));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&plain));
 }
 
@@ -666,7 +829,7 @@ static void a_full_history_is_refused(void)
     static num memory[HISTORY_LEN(2, 1, 1, 0)];
     K(history) small;
     ASSERT_OK(K(history_assign)(&small, 2, memory, COUNT(memory)));
-    ASSERT_OK(K(start_attach)(&start, &small));
+    ASSERT_OK(K(history_attach)(&small, &track));
     run_trend();
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_HISTORY_FULL, K(events)(&track));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(start_smooth)(&start));
@@ -679,11 +842,11 @@ static void readings_of_what_is_bad(void)
     TEST_ASSERT_EQUAL_INT(0, K(start_is_determined)(NULL, 0));
     TEST_ASSERT_EQUAL_INT(0, K(start_is_determined)(&start, -1));
     TEST_ASSERT_EQUAL_INT(0, K(start_is_determined)(&start, 2));
-    ASSERT_NAN(K(start_mean)(NULL, 0));
-    ASSERT_NAN(K(start_mean_low)(&start, 2));
-    ASSERT_NAN(K(start_sigma)(&blank_start, 0));
-    ASSERT_NAN(K(start_log_likelihood)(NULL));
-    ASSERT_NAN(K(start_log_likelihood_last)(&blank_start));
+    ASSERT_NAN(K(mean)(NULL, 0));
+    ASSERT_NAN(K(mean_low)(&track, 2));
+    ASSERT_NAN(K(sigma)(&blank, 0));
+    ASSERT_NAN(K(log_likelihood)(NULL));
+    ASSERT_NAN(K(log_likelihood_last)(&blank));
     TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(NULL));
     TEST_ASSERT_EQUAL_UINT(0, K(start_first)(&blank_start));
     ASSERT_NAN(K(start_smoothed_mean)(NULL, 0, 0));
@@ -716,12 +879,18 @@ SUITE(start, set_up)
     RUN_TEST(what_all_the_data_do_not_determine);
     RUN_TEST(what_was_forgotten_stays_unknown);
     RUN_TEST(a_determined_start_is_recorded_by_the_history);
+    RUN_TEST(a_history_that_begins_anew_is_no_longer_the_starts);
+    RUN_TEST(nothing_unknown_is_recorded_from_the_beginning);
     RUN_TEST(a_history_that_has_gone_elsewhere);
     RUN_TEST(a_history_that_was_detached);
-    RUN_TEST(the_filter_is_not_ready);
+    RUN_TEST(what_is_not_ready);
     RUN_TEST(assign_refuses);
     RUN_TEST(init_refuses);
     RUN_TEST(steps_refuse);
+    RUN_TEST(a_step_is_a_predict_and_an_update);
+    RUN_TEST(a_copied_filter_has_no_start);
+    RUN_TEST(a_start_of_nothing_unknown_gives_way);
+    RUN_TEST(a_filter_that_begins_anew_has_no_start);
     RUN_TEST(attach_and_smooth_refuse);
     RUN_TEST(a_full_history_is_refused);
     RUN_TEST(readings_of_what_is_bad);

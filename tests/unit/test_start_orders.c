@@ -21,13 +21,13 @@ static void begin(K(start) * s, K(filter) * f)
     ASSERT_OK(K(start_init)(s, f, x0, NULL, 3));
 }
 
-static void take(K(start) * s, double z)
+static void take(K(filter) * f, double z)
 {
     const num word = N(z);
-    ASSERT_OK(K(start_update)(s, &level, &word));
+    ASSERT_OK(K(update)(f, &level, &word));
 }
 
-static void advance(K(start) * s) { ASSERT_OK(K(start_predict)(s, &trend, NULL)); }
+static void advance(K(filter) * f) { ASSERT_OK(K(predict)(f, &trend, NULL)); }
 
 #include "start_orders.h"
 

@@ -23,14 +23,14 @@ static void begin(kq_start_q31 *s, kq_filter_q31 *f)
     ASSERT_OK(kq_start_init_q31(s, f, &prior.table, 3, NULL));
 }
 
-static void take(kq_start_q31 *s, double z)
+static void take(kq_filter_q31 *f, double z)
 {
-    ASSERT_OK(kq_start_update_q31(s, &level.sensor, words_of(&z, 1, level.measurement_format)));
+    ASSERT_OK(kq_update_q31(f, &level.sensor, words_of(&z, 1, level.measurement_format)));
 }
 
-static void advance(kq_start_q31 *s)
+static void advance(kq_filter_q31 *f)
 {
-    ASSERT_OK(kq_start_predict_q31(s, &trend.process, NULL));
+    ASSERT_OK(kq_predict_q31(f, &trend.process, NULL));
 }
 
 #include "start_orders.h"

@@ -12,6 +12,7 @@ static prior_model prior, prior3;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
 KQ_FILTER_Q31(track3, 3);
+KQ_FILTER_Q31(blank, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 KQ_START_Q31(start, 2, EARLY);
 KQ_START_Q31(blank_start, 2, 0);
@@ -38,9 +39,9 @@ static kq_scaled_q31 P_words[4];
 static void begin(uint32_t unknown)
 {
     ASSERT_OK(kq_start_init_q31(&start, &track, &prior.table, unknown, NULL));
-    ASSERT_OK(kq_start_attach_q31(&start, &tape));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
     ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, P0, unknown));
-    ASSERT_OK(K(start_attach)(&start_f64, &tape_f64));
+    ASSERT_OK(K(history_attach)(&tape_f64, &track_f64));
 }
 
 static void set_up(void)
@@ -69,15 +70,15 @@ static void set_up(void)
 static void update(sensor_model *s, const K(sensor) * by, const double *z, uint32_t present)
 {
     const int32_t *words = words_of(z, s->table.components, s->measurement_format);
-    ASSERT_OK(kq_start_update_subset_q31(&start, &s->sensor, words, present));
-    ASSERT_OK(K(start_update_subset)(&start_f64, by, z, present));
+    ASSERT_OK(kq_update_subset_q31(&track, &s->sensor, words, present));
+    ASSERT_OK(K(update_subset)(&track_f64, by, z, present));
 }
 
 static void predict(const double *u)
 {
-    ASSERT_OK(kq_start_predict_q31(&start, &motion.process,
+    ASSERT_OK(kq_predict_q31(&track, &motion.process,
                                    u ? words_of(u, 1, motion.control_format) : NULL));
-    ASSERT_OK(K(start_predict)(&start_f64, &motion_f64, u));
+    ASSERT_OK(K(predict)(&track_f64, &motion_f64, u));
 }
 
 static double word_value(int32_t word, int32_t low, int i)
@@ -92,21 +93,21 @@ static void assert_like_double(UNITY_LINE_TYPE line)
     for (int i = 0; i < 2; i++) {
         const int is = K(start_is_determined)(&start_f64, i);
         UNITY_TEST_ASSERT_EQUAL_INT(is, kq_start_is_determined_q31(&start, i), line, "determined");
-        const int32_t mean = kq_start_mean_q31(&start, i), low = kq_start_mean_low_q31(&start, i);
+        const int32_t mean = kq_mean_q31(&track, i), low = kq_mean_low_q31(&track, i);
         UNITY_TEST_ASSERT((mean == KQ_NOT_A_WORD_Q31) == !is, line, "mean");
-        UNITY_TEST_ASSERT((kq_start_sigma_q31(&start, i) == KQ_NOT_A_WORD_Q31) == !is, line,
+        UNITY_TEST_ASSERT((kq_sigma_q31(&track, i) == KQ_NOT_A_WORD_Q31) == !is, line,
                           "sigma");
         if (!is) continue;
-        const double sigma = K(start_sigma)(&start_f64, i);
-        assert_within(LIKE * (sigma + 10), K(start_mean)(&start_f64, i), word_value(mean, low, i),
+        const double sigma = K(sigma)(&track_f64, i);
+        assert_within(LIKE * (sigma + 10), K(mean)(&track_f64, i), word_value(mean, low, i),
                       line);
-        assert_within(LIKE * (sigma + 10), sigma, word_value(kq_start_sigma_q31(&start, i), 0, i),
+        assert_within(LIKE * (sigma + 10), sigma, word_value(kq_sigma_q31(&track, i), 0, i),
                       line);
     }
-    assert_within(1e-5, K(start_log_likelihood)(&start_f64),
-                  score_value(kq_start_log_likelihood_q31(&start)), line);
-    assert_within(1e-5, K(start_log_likelihood_last)(&start_f64),
-                  score_value(kq_start_log_likelihood_last_q31(&start)), line);
+    assert_within(1e-5, K(log_likelihood)(&track_f64),
+                  score_value(kq_log_likelihood_q31(&track)), line);
+    assert_within(1e-5, K(log_likelihood_last)(&track_f64),
+                  score_value(kq_log_likelihood_last_q31(&track)), line);
 }
 
 #define ASSERT_LIKE_DOUBLE() assert_like_double(__LINE__)
@@ -187,8 +188,8 @@ static void what_is_not_seen_stays_unknown(void)
     static const double z[] = {3};
     const int32_t *words = words_of(z, 1, ranger.measurement_format);
     for (int t = 0; t < 100; t++) {
-        ASSERT_OK(kq_start_predict_q31(&start, &still.process, NULL));
-        ASSERT_OK(kq_start_update_q31(&start, &ranger.sensor, words));
+        ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
+        ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words));
     }
     TEST_ASSERT_EQUAL_INT(1, kq_start_count_q31(&start));
     TEST_ASSERT_EQUAL_INT(0, kq_start_is_determined_q31(&start, 0));
@@ -202,11 +203,11 @@ static void noise_free(void)
 {
     static const double z[] = {3}, z2[] = {3, 1};
     const int32_t *words = words_of(z, 1, precise.measurement_format);
-    ASSERT_OK(kq_start_update_q31(&start, &precise.sensor, words));
-    ASSERT_OK(kq_start_update_q31(&start, &precise.sensor, words)); /* says nothing new */
+    ASSERT_OK(kq_update_q31(&track, &precise.sensor, words));
+    ASSERT_OK(kq_update_q31(&track, &precise.sensor, words)); /* says nothing new */
     TEST_ASSERT_EQUAL_INT(1, kq_start_count_q31(&start));
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_FLOOR, kq_events_q31(&track));
-    ASSERT_OK(kq_start_update_subset_q31(&start, &radar.sensor,
+    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor,
                                          words_of(z2, 2, radar.measurement_format), 1));
     TEST_ASSERT_EQUAL_INT(0, kq_start_count_q31(&start));
     ASSERT_WITHIN(1e-6, 3, 0.75 * mean_value(&track, 0) + 0.5 * mean_value(&track, 1));
@@ -218,7 +219,7 @@ static void a_state_beyond_its_word_is_held(void)
     static const kq_scaled_q31 small[] = {{INT32_C(1) << 30, -60}, {0, 0}};
     ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small));
     ASSERT_OK(
-        kq_start_update_q31(&start, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
+        kq_update_q31(&track, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_SATURATED, kq_events_q31(&track));
     TEST_ASSERT_EQUAL_INT(1, kq_start_count_q31(&start));
 }
@@ -229,18 +230,18 @@ static void it_decays_without_end(void)
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -31};
     ASSERT_OK(kq_process_change_transition_q31(&still.process, half));
     for (int t = 0; t < 5000; t++) {
-        ASSERT_OK(kq_start_predict_q31(&start, &still.process, NULL));
+        ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     }
     TEST_ASSERT_EQUAL_INT(2, kq_start_count_q31(&start));
     for (int t = 0; t < 5000; t++) {
-        ASSERT_OK(kq_start_predict_q31(&start, &still.process, NULL));
+        ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     }
     TEST_ASSERT_EQUAL_INT(0, kq_start_count_q31(&start));
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -26};
     ASSERT_OK(kq_process_change_transition_q31(&still.process, half));
     begin(3);
     for (int t = 0; t < 3000; t++) {
-        ASSERT_OK(kq_start_predict_q31(&start, &still.process, NULL));
+        ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     }
     TEST_ASSERT_EQUAL_INT(2, kq_start_count_q31(&start));
 }
@@ -274,22 +275,61 @@ static void init_refuses(void)
 static void steps_refuse(void)
 {
     static const int32_t z[] = {1, 1}, beyond[] = {INT32_MIN, 0};
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_start_predict_q31(NULL, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_start_predict_q31(&blank_start, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_start_predict_q31(&start, &motion.process, beyond));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_start_update_q31(&start, &radar.sensor, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_start_update_q31(&start, &radar.sensor, beyond));
-    ASSERT_OK(kq_start_update_subset_q31(&start, &radar.sensor, beyond, 2));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(NULL, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&blank, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_q31(&track, &motion.process, beyond));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_q31(&track, &radar.sensor, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_q31(&track, &radar.sensor, beyond));
+    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, beyond, 2));
     kq_format_q31 format[2] = {prior.state_format[0], prior.state_format[1]};
     kq_sensor_table_q31 table = radar.table;
     kq_sensor_q31 other;
     format[0].fraction--;
     table.state_format = format;
     ASSERT_OK(kq_sensor_init_q31(&other, &table, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_start_update_q31(&start, &other, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_q31(&track, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_update_q31(&track, &other, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_step_q31(&track, &motion.process, NULL, &other, z));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, &motion.process, NULL, &radar.sensor, beyond));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, &motion.process, beyond, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&track, P_words));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_gain_q31(&track, &radar.sensor, P_words));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
+}
+
+/* A step from the unknown, and through the instant at which all is known */
+static void a_step_is_a_predict_and_an_update(void)
+{
+    static const double z[] = {3, 1};
+    static int32_t other_memory[KQ_START_LEN_Q31(2, 0)];
+    kq_start_q31 other;
+    ASSERT_OK(kq_start_assign_q31(&other, 2, 0, other_memory, COUNT(other_memory)));
+    ASSERT_OK(kq_start_init_q31(&other, &twin, &prior.table, 3, NULL));
+    for (int t = 0; t < 4; t++) {
+        const int32_t *words = words_of(z, 1, ranger.measurement_format);
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words));
+        ASSERT_OK(kq_step_q31(&twin, &motion.process, NULL, &ranger.sensor, words));
+        TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
+        TEST_ASSERT_EQUAL_INT(kq_start_count_q31(&start), kq_start_count_q31(&other));
+        TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
+    }
+    TEST_ASSERT_EQUAL_INT(0, kq_start_count_q31(&start));
+    ASSERT_SAME_Q31(&track, &twin);
+}
+
+static void a_copied_filter_has_no_start(void)
+{
+    static const int32_t z[] = {1, 1};
+    static const double seen[] = {3};
+    ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words_of(seen, 1, ranger.measurement_format)));
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    WATCH(twin), WATCH(twin_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&twin, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_q31(&twin, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&twin, &motion.process, NULL, &radar.sensor, z));
+    TEST_ASSERT_TRUE(kq_mean_q31(&twin, 0) == KQ_NOT_A_WORD_Q31);
 }
 
 static void the_rest_refuses(void)
@@ -298,16 +338,16 @@ static void the_rest_refuses(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_assign_q31(&start, 17, 0, start_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_start_assign_q31(&start, 2, EARLY, start_memory, COUNT(start_memory) - 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_start_attach_q31(&start, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_start_attach_q31(&blank_start, &tape));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_history_attach_q31(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_history_attach_q31(&tape, &blank));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_start_smooth_q31(&blank_start));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_start_smoothed_covariance_q31(NULL, 0, P_words));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_smoothed_covariance_q31(&start, 0, P_words));
     TEST_ASSERT_EQUAL_INT(-1, kq_start_count_q31(&blank_start));
-    TEST_ASSERT_TRUE(kq_start_log_likelihood_q31(NULL) == KQ_NOT_A_SCORE_Q31);
-    TEST_ASSERT_TRUE(kq_start_log_likelihood_last_q31(&blank_start) == KQ_NOT_A_SCORE_Q31);
-    TEST_ASSERT_TRUE(kq_start_mean_q31(&start, 2) == KQ_NOT_A_WORD_Q31);
-    TEST_ASSERT_TRUE(kq_start_mean_low_q31(&start, 0) == KQ_NOT_A_WORD_Q31);
+    TEST_ASSERT_TRUE(kq_log_likelihood_q31(NULL) == KQ_NOT_A_SCORE_Q31);
+    TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(&blank) == KQ_NOT_A_SCORE_Q31);
+    TEST_ASSERT_TRUE(kq_mean_q31(&track, 2) == KQ_NOT_A_WORD_Q31);
+    TEST_ASSERT_TRUE(kq_mean_low_q31(&track, 0) == KQ_NOT_A_WORD_Q31);
     TEST_ASSERT_TRUE(kq_start_smoothed_sigma_q31(&start, 0, 0) == KQ_NOT_A_WORD_Q31);
     TEST_ASSERT_TRUE(kq_start_smoothed_mean_low_q31(NULL, 0, 0) == KQ_NOT_A_WORD_Q31);
 }
@@ -325,5 +365,7 @@ SUITE(start, set_up)
     RUN_TEST(it_decays_without_end);
     RUN_TEST(init_refuses);
     RUN_TEST(steps_refuse);
+    RUN_TEST(a_step_is_a_predict_and_an_update);
+    RUN_TEST(a_copied_filter_has_no_start);
     RUN_TEST(the_rest_refuses);
 }

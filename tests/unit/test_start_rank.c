@@ -35,10 +35,10 @@ static void begin(int n)
 static void take(double z)
 {
     const num word = N(z);
-    ASSERT_OK(K(start_update)(&start, &sensor, &word));
+    ASSERT_OK(K(update)(&filter, &sensor, &word));
 }
 
-static void advance(void) { ASSERT_OK(K(start_predict)(&start, &process, NULL)); }
+static void advance(void) { ASSERT_OK(K(predict)(&filter, &process, NULL)); }
 
 #include "start_patterns.h"
 

@@ -55,10 +55,10 @@ static void begin(int n)
 
 static void take(double z)
 {
-    ASSERT_OK(kq_start_update_q31(&start, &sensor, words_of(&z, 1, measured_format)));
+    ASSERT_OK(kq_update_q31(&filter, &sensor, words_of(&z, 1, measured_format)));
 }
 
-static void advance(void) { ASSERT_OK(kq_start_predict_q31(&start, &process, NULL)); }
+static void advance(void) { ASSERT_OK(kq_predict_q31(&filter, &process, NULL)); }
 
 #include "start_patterns.h"
 

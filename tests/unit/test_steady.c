@@ -1,24 +1,24 @@
-/* The steady state: the equation, the gain schedule, the filter, the smoother and the switch. */
+/* The steady state: the equation, the gain schedule, the filter, the smoother and the settling filter. */
 #include "unchanged.h"
 
 enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, STEPS = 60, RUN = 200 };
 
 #ifdef KQ_TEST_F32
 #define STEADY KQ_STEADY_F32
-#define SWITCH KQ_SWITCH_F32
+#define SETTLING KQ_SETTLING_F32
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define WORK_LEN KQ_STEADY_WORK_LEN_F32
 #define STEADY_LEN KQ_STEADY_LEN_F32
-#define SWITCH_LEN KQ_SWITCH_LEN_F32
+#define SETTLING_LEN KQ_SETTLING_LEN_F32
 #define BITS_MAX KQ_SETTLED_BITS_MAX_F32
 #define PRINTED 5e-7 /* six digits */
 #else
 #define STEADY KQ_STEADY_F64
-#define SWITCH KQ_SWITCH_F64
+#define SETTLING KQ_SETTLING_F64
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define WORK_LEN KQ_STEADY_WORK_LEN_F64
 #define STEADY_LEN KQ_STEADY_LEN_F64
-#define SWITCH_LEN KQ_SWITCH_LEN_F64
+#define SETTLING_LEN KQ_SETTLING_LEN_F64
 #define BITS_MAX KQ_SETTLED_BITS_MAX_F64
 #define PRINTED 5e-9 /* all that are printed */
 #endif
@@ -29,19 +29,19 @@ FILTER(track, N);
 FILTER(other, N);
 HISTORY(tape, N, M, RUN, 0);
 STEADY(steady, N, M);
-SWITCH(lazy, N, M);
+SETTLING(lazy, N, M);
 
 /* never initialised, and of other sizes */
 PROCESS(blank_process, N, 1);
 SENSOR(blank_sensor, N, M);
 FILTER(blank, N);
 STEADY(blank_steady, N, M);
-SWITCH(blank_switch, N, M);
+SETTLING(blank_lazy, N, M);
 PROCESS(motion1, 1, 0);
 SENSOR(radar1, 1, 1);
 SENSOR(single, N, 1);
 FILTER(track1, 1);
-SWITCH(lazy1, 1, 1);
+SETTLING(lazy1, 1, 1);
 
 static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
 static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, one[] = {1};
@@ -87,8 +87,9 @@ static void set_up(void)
         K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS, &used));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
-    ASSERT_OK(K(switch_init)(&lazy, 12));
-    ASSERT_OK(K(switch_init)(&lazy1, 12));
+    ASSERT_OK(K(settling_init)(&lazy, 12));
+    ASSERT_OK(K(settling_init)(&lazy1, 12));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
     watch_nothing();
 }
 
@@ -576,13 +577,13 @@ static void the_smoother_refuses_what_is_wrong(void)
                                                             COUNT(work), root, back, drive));
 }
 
-/* ------------------------------------------------------------------ the switch */
+/* ------------------------------------------------------------------ settling */
 
-static void switch_steps(int count)
+static void settling_steps(int count)
 {
     for (int t = 0; t < count; t++) {
         draw_step();
-        ASSERT_OK(K(switch_step)(&lazy, &track, &motion, u, &radar, z));
+        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
         ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
     }
 }
@@ -604,8 +605,8 @@ static void it_settles_and_stays_near_the_full_filter(void)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
-        switch_steps(1);
-        if (!K(switch_settled)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
+        settling_steps(1);
+        if (!K(settling_is_settled)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
         else if (!began) began = t;
         ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     }
@@ -615,128 +616,254 @@ static void it_settles_and_stays_near_the_full_filter(void)
 /* Until it has settled it is the full filter, bit for bit. */
 static void before_that_it_is_the_full_filter(void)
 {
-    while (!K(switch_settled)(&lazy)) {
+    while (!K(settling_is_settled)(&lazy)) {
         ASSERT_SAME_BITS(track_memory, other_memory);
-        switch_steps(1);
+        settling_steps(1);
     }
 }
 
 static void the_root_rests_while_it_is_settled(void)
 {
-    switch_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
     watch(track_memory + FILTER_LEN(N) - KQ_TRIANGLE(N), KQ_TRIANGLE(N) * sizeof(num));
     WATCH(track.last), WATCH(track.run);
     draw_step();
-    ASSERT_OK_UNCHANGED(K(switch_step)(&lazy, &track, &motion, u, &radar, z));
+    ASSERT_OK_UNCHANGED(K(step)(&track, &motion, u, &radar, z));
 }
 
 static void a_missing_measurement_unsettles_it(void)
 {
-    switch_steps(40);
+    settling_steps(40);
     for (int t = 0; t < 3; t++) {
         draw_step();
-        ASSERT_OK(K(switch_step)(&lazy, &track, &motion, u, &radar, NULL));
+        ASSERT_OK(K(predict)(&track, &motion, u));
         ASSERT_OK(K(predict)(&other, &motion, u));
-        TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
         ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     }
-    switch_steps(2);
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    settling_steps(2);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    switch_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
 }
 
 static void another_model_unsettles_it(void)
 {
     static const num slow[] = {0.75, 0, 0, 0.5};
-    switch_steps(40);
+    settling_steps(40);
     ASSERT_OK(K(process_change_transition)(&motion, slow));
-    switch_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
-    switch_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     ASSERT_OK(K(sensor_change_measurement)(&radar, slow));
-    switch_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
-    switch_steps(40);
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
 static void the_full_filter_may_go_on_at_any_time(void)
 {
-    switch_steps(40);
+    settling_steps(40);
     draw_step();
     ASSERT_OK(K(update)(&track, &radar, z)); /* one more measurement at the same instant */
     ASSERT_OK(K(update)(&other, &radar, z));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    switch_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    switch_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
-    ASSERT_OK(K(switch_release)(&lazy));
-    switch_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(settling_release)(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
 }
 
-static void a_history_keeps_it_whole(void)
+/* It gets every step; then the settling begins anew. */
+static void a_history_takes_its_place(void)
 {
-    switch_steps(40);
+    settling_steps(40);
+    WATCH(tape);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
+    ASSERT_OK(K(settling_detach)(&lazy));
     ASSERT_OK(K(history_attach)(&tape, &track));
-    for (int t = 0; t < 40; t++) {
-        switch_steps(1);
-        TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&lazy));
-    }
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &track));
+    settling_steps(40);
     TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
-    switch_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(switch_settled)(&lazy));
+    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
-static void the_switch_refuses_what_is_wrong(void)
+/* The last step before it settles is a step of the full filter, and so is a predict and an update. */
+static void a_step_of_the_full_filter_is_a_predict_and_an_update(void)
+{
+    for (int t = 0; t < 4; t++) {
+        draw_step();
+        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
+        ASSERT_OK(K(predict)(&other, &motion, u));
+        ASSERT_OK(K(update)(&other, &radar, z));
+        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        ASSERT_SAME_BITS(other_memory, track_memory);
+        TEST_ASSERT_TRUE(K(log_likelihood)(&other) == K(log_likelihood)(&track));
+    }
+    for (int t = 0; t < 40; t++) { /* called apart they are the full filter's, and it never settles */
+        draw_step();
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(update)(&track, &radar, z));
+        ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
+        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        ASSERT_SAME_BITS(other_memory, track_memory);
+    }
+}
+
+/* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
+static void a_copied_filter_goes_on_by_itself(void)
+{
+    FILTER(copy, N);
+    for (int assigned = 0; assigned < 2; assigned++) {
+        settling_steps(40);
+        ASSERT_OK(K(filter_copy)(&other, &track));
+        ASSERT_OK(K(filter_copy)(&copy, &track));
+        if (assigned) {
+            copy = track;
+            copy.memory = copy_memory;
+        }
+        const K(settling) before = lazy;
+        for (int t = 0; t < 5; t++) {
+            draw_step();
+            if (t % 2) ASSERT_OK(K(step)(&copy, &motion, u, &radar, z));
+            if (t % 2 == 0) ASSERT_OK(K(predict)(&copy, &motion, u));
+            if (t % 2 == 0) ASSERT_OK(K(update)(&copy, &radar, z));
+            ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
+            ASSERT_SAME_BITS(other_memory, copy_memory);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&before, &lazy, sizeof before);
+        settling_steps(1);
+        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    }
+}
+
+static void a_detached_filter_is_the_full_filter(void)
+{
+    settling_steps(40);
+    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(filter_copy)(&other, &track));
+    for (int t = 0; t < 5; t++) {
+        settling_steps(1);
+        ASSERT_SAME_BITS(other_memory, track_memory);
+    }
+    /* one that was initialised anew, too: nothing is looked at that may be gone */
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&other, x0, P0));
+    const K(settling) kept = lazy;
+    memset(&lazy, 0xa5, sizeof lazy);
+    settling_steps(5);
+    ASSERT_SAME_BITS(other_memory, track_memory);
+    lazy = kept;
+    /* and where the settling was assigned anew */
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(
+        K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
+    settling_steps(40);
+    ASSERT_SAME_BITS(other_memory, track_memory);
+}
+
+static void attach_refuses_what_is_wrong(void)
+{
+    SETTLING(second, N, M);
+    START(start, N, 0);
+    ASSERT_OK(K(settling_init)(&second, 12));
+    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
+    WATCH(blank_lazy), WATCH(lazy1), WATCH(second), WATCH(other), WATCH(blank), WATCH(track1);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(&lazy, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&blank_lazy, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&lazy, &blank));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy, &track1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy1, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&second, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_detach)(&blank_lazy));
+    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&second, &other));
+    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 0));
+    ASSERT_OK(K(settling_attach)(&second, &other)); /* nothing was unknown */
+}
+
+static void assert_steps_are_refused(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&blank, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track1, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion1, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar1, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &single, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &motion, u));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion1, NULL));
+    const num good_z = z[0], good_u = u[0];
+    z[0] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
+    z[0] = good_z;
+    u[0] = (num)NAN;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict)(&track, &motion, u));
+    u[0] = good_u;
+}
+
+/* Nor does it leave what it has settled to. */
+static void a_bad_step_is_refused(void)
 {
     draw_step();
+    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
+    WATCH(blank), WATCH(track1);
+    assert_steps_are_refused();
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    assert_steps_are_refused();
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+}
+
+static void the_settling_refuses_what_is_wrong(void)
+{
     num gain[N * M];
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    WATCH(blank_switch), WATCH(z), WATCH(u);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(NULL, &track, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, NULL, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, &track, NULL, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_step)(&lazy, &track, &motion, u, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_step)(&blank_switch, &track, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_step)(&lazy, &blank, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(switch_step)(&lazy, &track, &blank_process, u, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(switch_step)(&lazy, &track, &motion, u, &blank_sensor, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy, &track1, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy, &track, &motion, u, &radar1, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy, &track, &motion, u, &single, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(switch_step)(&lazy1, &track, &motion, u, &radar, z));
-    z[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(switch_step)(&lazy, &track, &motion, u, &radar, z));
-    u[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(switch_step)(&lazy, &track, &motion, u, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_init)(NULL, 12));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_init)(&lazy, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_init)(&lazy, BITS_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_release)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(switch_release)(&blank_switch));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_assign)(NULL, N, M, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_assign)(&lazy, N, M, NULL, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(switch_assign)(&lazy, N, M, lazy_memory, 3, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_assign)(&lazy, 17, M, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(switch_assign)(&lazy, N, 0, lazy_memory, 3, gain));
+    WATCH(blank_lazy);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_init)(NULL, 12));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, BITS_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_release)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_release)(&blank_lazy));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(NULL, N, M, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(&lazy, N, M, NULL, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(&lazy, N, M, lazy_memory, 3, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_assign)(&lazy, 17, M, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_assign)(&lazy, N, 0, lazy_memory, 3, gain));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   K(switch_assign)(&lazy, N, M, lazy_memory, SWITCH_LEN(N) - 1, gain));
-    K(switch) empty;
+                   K(settling_assign)(&lazy, N, M, lazy_memory, SETTLING_LEN(N) - 1, gain));
+    K(settling) empty;
     memset(&empty, 0, sizeof empty);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(switch_init)(&empty, 12));
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(NULL));
-    TEST_ASSERT_EQUAL_INT(0, K(switch_settled)(&blank_switch));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(settling_init)(&empty, 12));
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(NULL));
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&blank_lazy));
 }
 
 SUITE(steady, set_up)
@@ -772,6 +899,11 @@ SUITE(steady, set_up)
     RUN_TEST(a_missing_measurement_unsettles_it);
     RUN_TEST(another_model_unsettles_it);
     RUN_TEST(the_full_filter_may_go_on_at_any_time);
-    RUN_TEST(a_history_keeps_it_whole);
-    RUN_TEST(the_switch_refuses_what_is_wrong);
+    RUN_TEST(a_history_takes_its_place);
+    RUN_TEST(a_step_of_the_full_filter_is_a_predict_and_an_update);
+    RUN_TEST(a_copied_filter_goes_on_by_itself);
+    RUN_TEST(a_detached_filter_is_the_full_filter);
+    RUN_TEST(attach_refuses_what_is_wrong);
+    RUN_TEST(a_bad_step_is_refused);
+    RUN_TEST(the_settling_refuses_what_is_wrong);
 }

@@ -1,4 +1,4 @@
-/* The steady state in fixed point: the gain schedule, the filter, the smoother and the switch. */
+/* The steady state in fixed point: the gain schedule, the filter, the smoother and the settling filter. */
 #include "q31.h"
 #include "unchanged.h"
 
@@ -24,8 +24,8 @@ KQ_FILTER_Q31(blank, N);
 KQ_HISTORY_Q31(tape, N, M, RUN, 0);
 KQ_STEADY_Q31(steady, N, M);
 KQ_STEADY_Q31(blank_steady, N, M);
-KQ_SWITCH_Q31(lazy, N, M);
-KQ_SWITCH_Q31(blank_switch, N, M);
+KQ_SETTLING_Q31(lazy, N, M);
+KQ_SETTLING_Q31(blank_lazy, N, M);
 static kq_process_q31 blank_process;
 static kq_sensor_q31 blank_sensor;
 
@@ -68,7 +68,8 @@ static void set_up(void)
                                      gains, STEPS, &used));
     ASSERT_OK(kq_steady_assign_q31(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, used));
-    ASSERT_OK(kq_switch_init_q31(&lazy, 14));
+    ASSERT_OK(kq_settling_init_q31(&lazy, 14));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
     watch_nothing();
 }
 
@@ -409,13 +410,13 @@ static void the_smoother_holds_what_is_too_large(void)
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, mean[0]);
 }
 
-/* ------------------------------------------------------------------ the switch */
+/* ------------------------------------------------------------------ settling */
 
-static void switch_steps(int count)
+static void settling_steps(int count)
 {
     for (int t = 0; t < count; t++) {
         draw_step();
-        ASSERT_OK(kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, z));
+        ASSERT_OK(kq_step_q31(&track, &motion.process, u, &radar.sensor, z));
         ASSERT_OK(kq_step_q31(&other, &motion.process, u, &radar.sensor, z));
     }
 }
@@ -432,8 +433,8 @@ static void it_settles_and_stays_near_the_full_filter(void)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
-        switch_steps(1);
-        if (!kq_switch_settled_q31(&lazy)) ASSERT_SAME_Q31(&other, &track);
+        settling_steps(1);
+        if (!kq_settling_is_settled_q31(&lazy)) ASSERT_SAME_Q31(&other, &track);
         else if (!began) began = t;
         assert_near(__LINE__);
     }
@@ -442,52 +443,112 @@ static void it_settles_and_stays_near_the_full_filter(void)
 
 static void what_is_different_unsettles_it(void)
 {
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
     draw_step();
-    ASSERT_OK(kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, NULL));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, u));
     ASSERT_OK(kq_predict_q31(&other, &motion.process, u));
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     assert_near(__LINE__);
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
-    ASSERT_OK(kq_switch_step_q31(&lazy, &track, &twin.process, u, &radar.sensor, z));
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_step_q31(&track, &twin.process, u, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     ASSERT_OK(kq_step_q31(&other, &twin.process, u, &radar.sensor, z));
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_settling_detach_q31(&lazy));
     ASSERT_OK(kq_history_attach_q31(&tape, &track));
-    switch_steps(3);
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    settling_steps(3);
     TEST_ASSERT_EQUAL_UINT(4, kq_history_steps_q31(&tape));
     ASSERT_OK(kq_smooth_q31(&tape));
-    switch_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&lazy));
-    ASSERT_OK(kq_switch_release_q31(&lazy));
-    switch_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, kq_switch_settled_q31(&lazy));
+    ASSERT_OK(kq_history_detach_q31(&tape));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_settling_release_q31(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     assert_near(__LINE__);
 }
 
-static void the_switch_refuses_what_is_wrong(void)
+/* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
+static void a_copied_filter_goes_on_by_itself(void)
 {
+    KQ_FILTER_Q31(copy, N);
+    for (int assigned = 0; assigned < 2; assigned++) {
+        settling_steps(60);
+        ASSERT_OK(kq_filter_copy_q31(&other, &track));
+        ASSERT_OK(kq_filter_copy_q31(&copy, &track));
+        if (assigned) {
+            copy = track;
+            copy.memory = copy_memory;
+        }
+        const kq_settling_q31 before = lazy;
+        for (int t = 0; t < 5; t++) {
+            draw_step();
+            ASSERT_OK(kq_predict_q31(&copy, &motion.process, u));
+            ASSERT_OK(kq_update_q31(&copy, &radar.sensor, z));
+            ASSERT_OK(kq_step_q31(&other, &motion.process, u, &radar.sensor, z));
+            ASSERT_SAME_Q31(&other, &copy);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&before, &lazy, sizeof before);
+        settling_steps(1);
+        TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    }
+}
+
+static void assert_steps_are_refused(void)
+{
+    const kq_process_q31 *p = &motion.process;
+    const int32_t kept = z[0];
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(NULL, p, u, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, NULL, u, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, p, u, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, p, u, &radar.sensor, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&track, &blank_process, u, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&track, p, u, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&blank, p, u, &radar.sensor, z));
+    z[0] = -radar.measurement_format[0].range - 1;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, p, u, &radar.sensor, z));
+    z[0] = kept;
+}
+
+static void the_settling_refuses_what_is_wrong(void)
+{
+    KQ_SETTLING_Q31(wide, 3, M);
+    KQ_SETTLING_Q31(tall, N, M + 1);
     kq_scaled_q31 gain[N * M];
     draw_step();
+    ASSERT_OK(kq_settling_init_q31(&wide, 14));
+    ASSERT_OK(kq_settling_init_q31(&tall, 14));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   kq_switch_step_q31(NULL, &track, &motion.process, u, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_switch_step_q31(&blank_switch, &track, &motion.process, u, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_switch_step_q31(&lazy, &blank, &motion.process, u, &radar.sensor, z));
-    z[0] = -radar.measurement_format[0].range - 1;
-    ASSERT_REFUSED(KQ_ERR_RANGE,
-                   kq_switch_step_q31(&lazy, &track, &motion.process, u, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_switch_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
-    ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   kq_switch_assign_q31(&lazy, N, M, lazy_memory, KQ_SWITCH_LEN_Q31(N) - 1, gain));
-    ASSERT_OK(kq_switch_assign_q31(&lazy, N, M, lazy_memory, KQ_SWITCH_LEN_Q31(N), lazy_gain));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_switch_release_q31(&lazy));
+    WATCH(wide), WATCH(tall), WATCH(blank_lazy), WATCH(blank), WATCH(tape);
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_attach_q31(NULL, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_attach_q31(&lazy, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_attach_q31(&blank_lazy, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_attach_q31(&lazy, &blank));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_settling_attach_q31(&wide, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&tall, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_detach_q31(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_detach_q31(&blank_lazy));
+    assert_steps_are_refused();
+    settling_steps(60);
+    assert_steps_are_refused();
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_settling_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_settling_assign_q31(&lazy, N, M, lazy_memory,
+                                                         COUNT(lazy_memory) - 1, gain));
+    ASSERT_OK(kq_settling_detach_q31(&lazy));
+    ASSERT_OK(kq_settling_attach_q31(&tall, &track));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH,
+                   kq_step_q31(&track, &motion.process, u, &radar.sensor, z)); /* components */
+    ASSERT_OK(kq_settling_detach_q31(&tall));
+    ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_release_q31(&lazy));
 }
 
 SUITE(steady, set_up)
@@ -508,5 +569,6 @@ SUITE(steady, set_up)
     RUN_TEST(the_smoother_holds_what_is_too_large);
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(what_is_different_unsettles_it);
-    RUN_TEST(the_switch_refuses_what_is_wrong);
+    RUN_TEST(a_copied_filter_goes_on_by_itself);
+    RUN_TEST(the_settling_refuses_what_is_wrong);
 }
