@@ -70,8 +70,7 @@ static int on_line_goes_on(filter *f)
 {
     const history *h = history_of(f);
     if (h->filter == f) return h->phase == HISTORY_ROWS;
-    filter_set_attached(f, 0); /* it was assigned anew, or f is a copy of its filter */
-    f->events |= KQ_EVENT_HISTORY_FULL;
+    history_end(f);
     return 0;
 }
 

@@ -64,10 +64,13 @@ KQ_KERNEL size_t history_least_length(int n)
 /* Of a filter that a history, or a tape that begins with one, is attached to */
 KQ_INLINE history *history_of(const filter *f) { return (history *)f->attached; }
 
-/* Nothing that comes after this can be smoothed, and nothing before it with what comes after. */
+/* Nothing that comes after this can be smoothed, and nothing before it with what comes after.  A history
+   that was assigned anew, or whose filter f is a copy of, is left alone. */
 static void history_end(filter *f)
 {
-    history_of(f)->phase = HISTORY_FULL;
+    history *h = history_of(f);
+    if (h->filter == f) h->phase = HISTORY_FULL;
+    else filter_set_attached(f, 0);
     f->events |= KQ_EVENT_HISTORY_FULL;
 }
 
@@ -76,13 +79,8 @@ static void history_end(filter *f)
 KQ_COLD static num *history_extend(filter *f, size_t words)
 {
     history *h = history_of(f);
-    if (h->filter != f) { /* it was assigned anew, or f is a copy of its filter */
-        filter_set_attached(f, 0);
-        f->events |= KQ_EVENT_HISTORY_FULL;
-        return 0;
-    }
     const size_t last = (size_t)FILTER_LEN(h->states);
-    if (h->phase < HISTORY_RECORDING || h->records == UINT16_MAX ||
+    if (h->filter != f || h->phase < HISTORY_RECORDING || h->records == UINT16_MAX ||
         h->used + words + last > history_tape_length(h, h->states)) {
         history_end(f);
         return 0;

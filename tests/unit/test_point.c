@@ -388,10 +388,12 @@ static K(filter) copy_of_track(num *memory)
 static void an_assigned_copy_goes_on_alone(void)
 {
     static num memory[FILTER_LEN(2)];
+    num q;
+    PROCESS(target, 2, 1);
     drive(0), drive(1);
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(start), WATCH(start_memory);
-    for (int first = 0; first < 3; first++) {
+    for (int first = 0; first < 4; first++) {
         K(filter) copied = copy_of_track(memory);
         if (first == 0) {
             ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
@@ -399,6 +401,11 @@ static void an_assigned_copy_goes_on_alone(void)
         } else if (first == 1) {
             ASSERT_OK_UNCHANGED(K(update)(&copied, &radar, z_of(1)));
             ASSERT_OK(K(update)(&twin, &radar, z_of(1)));
+        } else if (first == 2) {
+            const num *z = z_of(1);
+            ASSERT_OK_UNCHANGED(
+                K(step_student)(&copied, &motion, NULL, &radar, z, 3, 4, &target, &q));
+            ASSERT_OK(K(step_student)(&twin, &motion, NULL, &radar, z, 3, 4, &target, &q));
         }
         ASSERT_OK_UNCHANGED(K(step)(&copied, &motion, NULL, &radar, z_of(2)));
         ASSERT_OK(K(step)(&twin, &motion, NULL, &radar, z_of(2)));
