@@ -30,15 +30,9 @@ KQ_COLD kq_status T(kq_history_attach)(history *h, filter *f)
     if (!h) return KQ_ERR_NULL;
     const hooks *attached = hooks_of(f);
     if (attached && attached->give) return attached->give(f, h);
-    kq_status status = filter_check(f);
-    if (status) return status;
-    if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
-    if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
-    status = history_check_owner(h, f);
-    if (status) return status;
-    if (f->attached && !recorder_of(f)) return KQ_ERR_RECORDING;
-    history_begin(h, f);
-    return KQ_OK;
+    const kq_status status = history_check_attach(h, f);
+    if (!status) history_begin(h, f);
+    return status;
 }
 
 /* What has been smoothed stays to be read. */

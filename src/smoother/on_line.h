@@ -58,11 +58,9 @@ static const recorder records_of_rows = {on_line_end, history_record_row, histor
 /* Records updates, for map_take_tape */
 static kq_status on_line_attach(history *h, filter *f, const hooks *with)
 {
-    const kq_status status = T(kq_history_attach)(h, f);
-    if (status) return status;
-    h->phase = HISTORY_ROWS;
-    h->attached.hooks = with;
-    return KQ_OK;
+    const kq_status status = history_check_attach(h, f);
+    if (!status) history_begin_as(h, f, HISTORY_ROWS, with);
+    return status;
 }
 
 /* Can what is attached to f go on?  If not, f goes on without it. */

@@ -24,6 +24,7 @@
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
+#include "../arithmetic/size.h"
 #include "../model/process.h"
 #include "../model/types.h"
 #include "../filter/attached.h"
@@ -197,10 +198,23 @@ static kq_status history_check_owner(const history *h, const filter *f)
     return h->filter && h->filter != f ? KQ_ERR_RECORDING : KQ_OK;
 }
 
-/* h is empty, and records f from now on: they have been found to fit. */
-static void history_begin(history *h, filter *f)
+/* May h record f?  Another recording, or a start that has nothing left to do, it takes the place of. */
+static kq_status history_check_attach(const history *h, const filter *f)
 {
-    h->phase = HISTORY_RECORDING;
+    kq_status status = filter_check(f);
+    if (status) return status;
+    if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
+    if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
+    status = history_check_owner(h, f);
+    if (status) return status;
+    const hooks *attached = hooks_of(f);
+    return attached && !attached->records && !attached->give ? KQ_ERR_RECORDING : KQ_OK;
+}
+
+/* h is empty, and records f from now on: they have been found to fit. */
+static void history_begin_as(history *h, filter *f, int phase, const hooks *with)
+{
+    h->phase = (uint8_t)phase;
     h->records = 0;
     h->steps = 1;
     h->step = 1;
@@ -208,8 +222,13 @@ static void history_begin(history *h, filter *f)
     h->events = 0;
     h->process = 0;
     h->filter = f;
-    h->attached.hooks = &history_hooks;
+    h->attached.hooks = with;
     filter_set_attached(f, &h->attached);
+}
+
+static void history_begin(history *h, filter *f)
+{
+    history_begin_as(h, f, HISTORY_RECORDING, &history_hooks);
 }
 
 /* ------------------------------------------------------------------ what is on the tape */

@@ -420,6 +420,27 @@ static void an_assigned_copy_goes_on_alone(void)
     ASSERT_OK(K(point_smooth)(&start));
 }
 
+/* Of a start it takes the place once nothing is unknown, not before. */
+static void a_start_goes_before(void)
+{
+    START(unknown, 2, 2);
+    const num z[] = {1, 2};
+    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 3));
+    WATCH(unknown), WATCH(unknown_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&start, &track));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_INT(0, K(start_count)(&unknown));
+    ASSERT_OK(K(point_attach)(&start, &track));
+    drive(1);
+    ASSERT_OK(K(point_smooth)(&start));
+    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 0));
+    ASSERT_OK(K(point_attach)(&start, &track));
+    drive(1);
+    ASSERT_OK(K(point_smooth)(&start));
+}
+
 static void it_may_be_detached(void)
 {
     drive(0), drive(1);
@@ -498,6 +519,7 @@ SUITE(point, set_up)
     RUN_TEST(after_too_many_measurements_the_filter_goes_on);
     RUN_TEST(after_a_step_of_another_kind_the_filter_goes_on);
     RUN_TEST(an_assigned_copy_goes_on_alone);
+    RUN_TEST(a_start_goes_before);
     RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
