@@ -7,8 +7,38 @@ static const float x0[] = {0, 0}, S0[] = {10, 0, 3};
 KQ_PROCESS_F32(motion, 2, 0);
 KQ_SENSOR_F32(ranger, 2, 1);
 KQ_FILTER_F32(cart, 2);
-#ifdef WITH_HISTORY
+
+/* What is attached to the filter */
+#if defined(WITH_HISTORY)
 KQ_HISTORY_F32(tape, 2, 1, 8, 0);
+static kq_status attach(void) { return kq_history_attach_f32(&tape, &cart); }
+#elif defined(WITH_LAG)
+KQ_LAG_F32(past, 2, 1, 8);
+static kq_status attach(void) { return kq_lag_attach_f32(&past, &cart); }
+#elif defined(WITH_POINT)
+KQ_POINT_F32(instant, 2, 1);
+static kq_status attach(void) { return kq_point_attach_f32(&instant, &cart); }
+#elif defined(WITH_START)
+KQ_START_F32(start, 2, 0);
+static const float P0[] = {100, 0, 0, 9};
+static kq_status attach(void) { return kq_start_init_f32(&start, &cart, x0, P0, 1); }
+#elif defined(WITH_ADAPTATION)
+KQ_ADAPTATION_F32(tuner, 2, 1);
+static const kq_adaptation_rule_f32 rule = {KQ_ADAPT_BOTH, 500, 0.125f, 0.001f, 1000, 0.001f, 1000};
+static kq_status attach(void)
+{
+    const kq_status status = kq_adaptation_init_f32(&tuner, &motion, &ranger, &rule);
+    return status ? status : kq_adaptation_attach_f32(&tuner, &cart);
+}
+#elif defined(WITH_SETTLING)
+KQ_SETTLING_F32(calm, 2, 1);
+static kq_status attach(void)
+{
+    const kq_status status = kq_settling_init_f32(&calm, 8);
+    return status ? status : kq_settling_attach_f32(&calm, &cart);
+}
+#else
+static kq_status attach(void) { return KQ_OK; }
 #endif
 
 int main(void)
@@ -23,9 +53,12 @@ int main(void)
     if (!status) status = kq_sensor_init_diagonal_f32(&ranger, H, R);
 #endif
     if (!status) status = kq_filter_init_root_f32(&cart, x0, S0);
-#ifdef WITH_HISTORY
-    if (!status) status = kq_history_attach_f32(&tape, &cart);
-#endif
+    if (!status) status = attach();
+    if (!status) status = kq_predict_f32(&cart, &motion, NULL);
+    if (!status) status = kq_update_f32(&cart, &ranger, &z);
     if (!status) status = kq_step_f32(&cart, &motion, NULL, &ranger, &z);
+#ifdef WITH_ROBUST
+    if (!status) status = kq_update_huber_f32(&cart, &ranger, &z, 1, 1.5f, NULL);
+#endif
     return status || !(kq_mean_f32(&cart, 0) > 0) || !(kq_sigma_f32(&cart, 0) < 10);
 }

@@ -1,7 +1,7 @@
 #!/bin/sh
-# linked.sh LIBRARY WORK: what a program does not use is not linked: the recording of a history, what takes a
-# correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp measurement.  What it does
-# use is, so that the names are right.
+# linked.sh LIBRARY WORK: what a program does not use is not linked: what can be attached to a filter, robust
+# updates, what takes a correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp
+# measurement.  What it does use is, so that the names are right.
 # shellcheck disable=SC2086
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -10,18 +10,38 @@ core_select m3 gcc
 library=$1 work=$2/linked
 mkdir -p "$work"
 
-names='^(history_record_update|take_correlated|begin_root|take_with_care)$'
-expect() { # what of these is linked with the flags that follow
-    wanted=$1
-    shift
+names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|point|start|adaptation|settling|steady|em)_.*'
+names="$names|kq_(update_(huber|student|jump|gated)|step_student)_f32"
+names="$names|take_correlated|begin_root|take_with_care)$"
+objects=
+for part in filter steady adaptation em statistics; do objects="$objects $library/kq_${part}_f32.c.o"; done
+
+link() { # a program with the flags that follow
     $compiler $include -std=c11 -O2 "$@" -c "$root/tests/target/linked.c" -o "$work/program.o"
-    $linker -Wl,--gc-sections "$work/program.o" "$library/kq_filter_f32.c.o" $libraries -o "$work/program"
+    $linker -Wl,--gc-sections "$work/program.o" $objects $libraries -o "$work/program"
     found=$($nm "$work/program" | awk '{ print $NF }' | sed 's/[.].*//' | grep -E "$names" |
         sort -u | tr '\n' ' ')
     echo "linked $*: $found"
+}
+expect() { # what of these is linked with the flags that follow
+    wanted=$1
+    shift
+    link "$@"
     [ "$found" = "$wanted" ] || { echo "expected: $wanted"; exit 1; }
 }
+expect_hooks() { # of what is attached, with the flag that follows, there are these, and of nothing else
+    wanted=$1
+    link "$2"
+    hooks=$(echo "$found" | tr ' ' '\n' | grep '_hooks$' | tr '\n' ' ')
+    [ "$hooks" = "$wanted" ] || { echo "expected: $wanted"; exit 1; }
+}
 expect 'take_with_care '
-expect 'history_record_update take_with_care ' -DWITH_HISTORY
 expect 'begin_root take_correlated take_with_care ' -DWITH_CORRELATION
+expect 'begin_root kq_update_huber_f32 take_with_care ' -DWITH_ROBUST
 expect '' -DLEAN
+expect_hooks 'history_hooks ' -DWITH_HISTORY
+expect_hooks 'lag_hooks ' -DWITH_LAG
+expect_hooks 'point_hooks ' -DWITH_POINT
+expect_hooks 'history_hooks start_hooks ' -DWITH_START
+expect_hooks 'adaptation_hooks ' -DWITH_ADAPTATION
+expect_hooks 'settling_hooks ' -DWITH_SETTLING

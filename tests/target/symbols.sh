@@ -50,11 +50,12 @@ check_object() { # name, what it may refer to
 }
 
 check_object kq_filter_q31 "$integers"
-check_object kq_steady_f32 "$floats|^kq_(predict|update)_f32$"
-check_object kq_steady_q31 "$integers|^kq_(predict|update)_q31$"
+settling="predict|update_subset|step|gain|history_assign" # and the smoother's, on a history of its own
+check_object kq_steady_f32 "$floats|^kq_($settling|filter_assign)_f32$"
+check_object kq_steady_q31 "$integers|^kq_($settling)_q31$"
 check_object kq_misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
-check_object kq_adaptation_q31 "$integers|^kq_(predict|update_subset)_q31$|^kq_sensor_independent_q31$"
+check_object kq_adaptation_q31 "$integers|^kq_(predict|update|update_subset|sensor_independent)_q31$"
 check_object kq_self_test_q31 "$integers|^kq_((process|sensor|filter)_init|filter_assign|step|log_likelihood)_q31$"
 case $sources in
 *kq_filter_f32*)
@@ -62,10 +63,11 @@ case $sources in
     self_test="$self_test|^kq_(predict|update|mean|mean_low|log_likelihood)_f32$"
     check_object kq_self_test_f32 "$floats|$self_test"
     check_object kq_filter_f32 "$floats"
-    check_object kq_statistics_f32 "$floats|^kq_update_f32$|^kq_sensor_independent_f32$"
-    check_object kq_adaptation_f32 "$floats|^kq_(predict|update_subset)_f32$|^kq_sensor_independent_f32$"
+    check_object kq_statistics_f32 "$floats|^kq_(update|sensor_assign|sensor_independent)_f32$"
+    check_object kq_adaptation_f32 "$floats|^kq_(predict|update|update_subset|sensor_independent)_f32$"
     check_object kq_models_f32 "$floats"
-    check_object kq_em_f32 "$floats|^kq_(predict|update_subset|sensor_(independent|correlated))_f32$"
+    em="predict|update_subset|sensor_(independent|correlated)|(filter|process|sensor|history)_assign"
+    check_object kq_em_f32 "$floats|^kq_($em|history_attach)_f32$"
     ;;
 esac
 echo "$name: clean"

@@ -13,6 +13,12 @@
 #include "fixed.h"
 
 #ifdef KQ_TEST_F32
+#define SETTLING KQ_SETTLING_F32
+#else
+#define SETTLING KQ_SETTLING_F64
+#endif
+
+#ifdef KQ_TEST_F32
 FIXED_SIZES(f32, float, 0, dense)
 FIXED_SIZES(f32, float, KQ_FIXED_UPPER, upper)
 FIXED_SIZES(f32, float, KQ_FIXED_BARE, bare)
@@ -212,6 +218,66 @@ static void a_history_records(void)
         ASSERT_SAME_BITS(one, two);
     }
     ASSERT_SAME();
+}
+
+/* Both filters by the same steps; one in four is a predict and an update. */
+static void run_both(void)
+{
+    for (int t = 0; t < 60; t++) {
+        const num z[2] = {(num)(t % 3), 1};
+        if (t % 4 == 1 && t < 8) {
+            ASSERT_OK(dense[2].predict(&ours.filter, &process_of, NULL));
+            ASSERT_OK(dense[2].update(&ours.filter, &sensor_of, z));
+            ASSERT_OK(K(predict)(&theirs.filter, &process_of, NULL));
+            ASSERT_OK(K(update)(&theirs.filter, &sensor_of, z));
+        } else {
+            ASSERT_OK(dense[2].step(&ours.filter, &process_of, NULL, &sensor_of, z));
+            ASSERT_OK(K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
+        }
+        ASSERT_SAME();
+    }
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&ours.filter));
+}
+
+/* What is attached follows the steps of known sizes as it does the library's. */
+static void a_lag_and_a_point_follow(void)
+{
+    LAG(lag, 3, 2, 4);
+    LAG(other_lag, 3, 2, 4);
+    POINT(point, 3, 2);
+    POINT(other_point, 3, 2);
+    begin(3, 2, 0);
+    ASSERT_OK(K(lag_attach)(&lag, &ours.filter));
+    ASSERT_OK(K(lag_attach)(&other_lag, &theirs.filter));
+    run_both();
+    TEST_ASSERT_EQUAL_INT(4, K(lag_steps)(&lag));
+    ASSERT_OK(K(lag_smooth)(&lag, 4));
+    ASSERT_OK(K(lag_smooth)(&other_lag, 4));
+    ASSERT_OK(K(point_attach)(&point, &ours.filter));
+    ASSERT_OK(K(point_attach)(&other_point, &theirs.filter));
+    run_both();
+    ASSERT_OK(K(point_smooth)(&point));
+    ASSERT_OK(K(point_smooth)(&other_point));
+    for (int i = 0; i < 3; i++) {
+        const num one = K(lag_mean)(&lag, i), two = K(lag_mean)(&other_lag, i);
+        const num first = K(point_mean)(&point, i), second = K(point_mean)(&other_point, i);
+        ASSERT_SAME_BITS(one, two);
+        ASSERT_SAME_BITS(first, second);
+    }
+}
+
+static void a_settling_settles(void)
+{
+    SETTLING(calm, 3, 2);
+    SETTLING(other, 3, 2);
+    begin(3, 2, 0);
+    ASSERT_OK(K(settling_init)(&calm, 4));
+    ASSERT_OK(K(settling_init)(&other, 4));
+    ASSERT_OK(K(settling_attach)(&calm, &ours.filter));
+    ASSERT_OK(K(settling_attach)(&other, &theirs.filter));
+    run_both();
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&calm));
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&other));
 }
 
 /* The library takes its measurements, and says which are sharp. */
@@ -530,6 +596,7 @@ SUITE(fixed, set_up)
     RUN_TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too);
     RUN_TEST(a_history_records);
     RUN_TEST(an_adaptation_learns);
+    RUN_TEST(a_lag_and_a_point_follow);
     RUN_TEST(a_settling_settles);
     RUN_TEST(an_unknown_start_becomes_known);
     RUN_TEST(a_lean_sensor_is_left_to_the_library);

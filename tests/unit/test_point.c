@@ -388,10 +388,12 @@ static K(filter) copy_of_track(num *memory)
 static void an_assigned_copy_goes_on_alone(void)
 {
     static num memory[FILTER_LEN(2)];
+    num q;
+    PROCESS(target, 2, 1);
     drive(0), drive(1);
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(start), WATCH(start_memory);
-    for (int first = 0; first < 3; first++) {
+    for (int first = 0; first < 4; first++) {
         K(filter) copied = copy_of_track(memory);
         if (first == 0) {
             ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
@@ -399,6 +401,11 @@ static void an_assigned_copy_goes_on_alone(void)
         } else if (first == 1) {
             ASSERT_OK_UNCHANGED(K(update)(&copied, &radar, z_of(1)));
             ASSERT_OK(K(update)(&twin, &radar, z_of(1)));
+        } else if (first == 2) {
+            const num *z = z_of(1);
+            ASSERT_OK_UNCHANGED(
+                K(step_student)(&copied, &motion, NULL, &radar, z, 3, 4, &target, &q));
+            ASSERT_OK(K(step_student)(&twin, &motion, NULL, &radar, z, 3, 4, &target, &q));
         }
         ASSERT_OK_UNCHANGED(K(step)(&copied, &motion, NULL, &radar, z_of(2)));
         ASSERT_OK(K(step)(&twin, &motion, NULL, &radar, z_of(2)));
@@ -410,6 +417,27 @@ static void an_assigned_copy_goes_on_alone(void)
         TEST_ASSERT_EQUAL_MEMORY(twin_memory, memory, sizeof memory);
     }
     drive(2);
+    ASSERT_OK(K(point_smooth)(&start));
+}
+
+/* Of a start it takes the place once nothing is unknown, not before. */
+static void a_start_goes_before(void)
+{
+    START(unknown, 2, 2);
+    const num z[] = {1, 2};
+    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 3));
+    WATCH(unknown), WATCH(unknown_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&start, &track));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_INT(0, K(start_count)(&unknown));
+    ASSERT_OK(K(point_attach)(&start, &track));
+    drive(1);
+    ASSERT_OK(K(point_smooth)(&start));
+    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 0));
+    ASSERT_OK(K(point_attach)(&start, &track));
+    drive(1);
     ASSERT_OK(K(point_smooth)(&start));
 }
 
@@ -491,6 +519,7 @@ SUITE(point, set_up)
     RUN_TEST(after_too_many_measurements_the_filter_goes_on);
     RUN_TEST(after_a_step_of_another_kind_the_filter_goes_on);
     RUN_TEST(an_assigned_copy_goes_on_alone);
+    RUN_TEST(a_start_goes_before);
     RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);
