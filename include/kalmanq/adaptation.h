@@ -192,7 +192,7 @@ typedef struct {
 } kq_adaptation_q31;
 
 /* In floating point, what is behind the memory before init */
-#define KQ_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
+#define KQ_PRIVATE_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
     {                                                                                              \
         {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
@@ -206,11 +206,11 @@ typedef struct {
 #define KQ_ADAPTATION_F32(name, n, m)                                                              \
     static float name##_memory[KQ_ADAPTATION_LEN_F32(n, m)];                                       \
     static kq_adaptation_f32 name =                                                                \
-        KQ_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F32(n, m), name##_memory)
+        KQ_PRIVATE_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F32(n, m), name##_memory)
 #define KQ_ADAPTATION_F64(name, n, m)                                                              \
     static double name##_memory[KQ_ADAPTATION_LEN_F64(n, m)];                                      \
     static kq_adaptation_f64 name =                                                                \
-        KQ_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F64(n, m), name##_memory)
+        KQ_PRIVATE_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F64(n, m), name##_memory)
 #define KQ_ADAPTATION_Q31(name, n, m)                                                              \
     static kq_scaled_q31 name##_memory[KQ_ADAPTATION_LEN_Q31(n, m)];                               \
     static int32_t name##_root[KQ_ROOT_LEN_Q31(n)];                                                \

@@ -40,13 +40,13 @@ extern "C" {
  *   n   states, 1..16
  *   m   the most scalar measurements of one step, of all sensors together, at least 1
  */
-#define KQ_POINT_COLUMNS_LEN(n) (2 * (n) * (n))
+#define KQ_PRIVATE_POINT_COLUMNS_LEN(n) (2 * (n) * (n))
 #define KQ_POINT_LEN_F32(n, m)                                                                     \
-    (KQ_ON_LINE_LEN_F32(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
-     KQ_FILTER_LEN_F32((size_t)(n)) + 2 * KQ_MAP_LEN_F32((size_t)(n)))
+    (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_F32((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
 #define KQ_POINT_LEN_F64(n, m)                                                                     \
-    (KQ_ON_LINE_LEN_F64(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
-     KQ_FILTER_LEN_F64((size_t)(n)) + 2 * KQ_MAP_LEN_F64((size_t)(n)))
+    (KQ_PRIVATE_ON_LINE_LEN_F64(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_F64((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_point_f32 {
@@ -64,11 +64,11 @@ typedef struct kq_point_f64 {
 #define KQ_POINT_F32(name, n, m)                                                                   \
     static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
     static kq_point_f32 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 #define KQ_POINT_F64(name, n, m)                                                                   \
     static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
     static kq_point_f64 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -133,8 +133,8 @@ kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
  */
 
 #define KQ_POINT_LEN_Q31(n, m)                                                                     \
-    (KQ_ON_LINE_LEN_Q31(n, m) + KQ_POINT_COLUMNS_LEN((size_t)(n)) +                                \
-     KQ_FILTER_LEN_Q31((size_t)(n)) + 2 * KQ_MAP_LEN_Q31((size_t)(n)))
+    (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+     KQ_FILTER_LEN_Q31((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
 /* The fields are the library's. */
 typedef struct kq_point_q31 {
@@ -145,7 +145,7 @@ typedef struct kq_point_q31 {
 #define KQ_POINT_Q31(name, n, m)                                                                   \
     static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
     static kq_point_q31 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
 
 kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
 kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);

@@ -393,7 +393,7 @@ kq_status kq_update_student_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const 
 kq_status kq_update_jump_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                              uint32_t present, kq_scaled_q31 g);
 kq_status kq_process_scale_noise_q31(kq_process_q31 *target, const kq_process_q31 *source,
-                                     kq_scaled_q31 q, int32_t *root);
+                                     int32_t *root, kq_scaled_q31 q);
 kq_status kq_step_student_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
                               const kq_sensor_q31 *s, const int32_t *z, uint32_t present,
                               kq_scaled_q31 nu, kq_process_q31 *target, int32_t *root,

@@ -62,16 +62,16 @@ extern "C" {
  * instants 132 and 420, and for each of them 72 and 220.  (D and the covariance of its rounding take
  * n^2 numbers each.)
  */
-#define KQ_START_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + (2 * (n) + 1) * (n) + 1)
-#define KQ_START_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + (2 * (n) + 1) * (n) + 1)
+#define KQ_PRIVATE_START_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + (2 * (n) + 1) * (n) + 1)
+#define KQ_PRIVATE_START_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + (2 * (n) + 1) * (n) + 1)
 #define KQ_START_LEN_F32(n, early)                                                                 \
     (3 * (kq_length)(n) * ((kq_length)(n) + 1) + 1 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 3) * (kq_length)(n) +                                   \
-     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_F32(n))
+     (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_F32(n))
 #define KQ_START_LEN_F64(n, early)                                                                 \
     (3 * (kq_length)(n) * ((kq_length)(n) + 1) + 1 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 3) * (kq_length)(n) +                                   \
-     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_F64(n))
+     (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_F64(n))
 
 /* The fields are the library's (see process.h). */
 typedef struct {
@@ -239,11 +239,11 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
  * observability below 2^-26 counts as none.
  */
 
-#define KQ_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
+#define KQ_PRIVATE_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
 #define KQ_START_LEN_Q31(n, early)                                                                 \
     ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 2 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 4) * (kq_length)(n) +                                   \
-     (kq_length)(early) * (kq_length)KQ_START_PAST_LEN_Q31(n))
+     (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_Q31(n))
 
 /* The fields are the library's. */
 typedef struct {

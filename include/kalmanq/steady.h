@@ -38,10 +38,10 @@ extern "C" {
 
 /** Words of workspace for kq_steady_solve: 210 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
-    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
+    (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
 #define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
-    (KQ_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
-#define KQ_STEADY_SQUARES_LEN(n, m)                                                                \
+    (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
+#define KQ_PRIVATE_STEADY_SQUARES_LEN(n, m)                                                                \
     ((n) * (7 * (n) + 2 * (m) + 2 + ((n) > (m) ? (n) : (m))) + 3 * KQ_TRIANGLE(n))
 
 /** What kq_steady_solve can give; each pointer may be NULL. */

@@ -498,7 +498,8 @@ static kq_status adaptation_step(filter *f, const process *p, const num *u, cons
 }
 
 static const hooks adaptation_hooks = {
-    .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step};
+    .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step,
+    KQ_RECORDS_NOTHING};
 
 /* ------------------------------------------------------------------ the object */
 

@@ -153,7 +153,7 @@ KQ_SHARED unsigned mean_move(int32_t *x, int n, int i, const scaled *row, const 
     return wide_set_held(x, n, i, mean_moved(x, n, i, row, a));
 }
 
-/* The same for an x that is no result yet */
+/* mean_move for an x that is no result yet: it may have carries. */
 static inline unsigned mean_gather(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
 {
     return wide_set_carried(x, n, i, mean_moved(x, n, i, row, a));

@@ -56,7 +56,7 @@ static inline int32_t shift_down_rounded(int32_t a, int32_t shift)
     return shift > 31 ? 0 : shift_rounded(a, (int)shift);
 }
 
-/* The same for |a| < 2^63 - 1; most shifts are below 32, and cost a 32-bit core less */
+/* a 2^-shift rounded to nearest, |a| < 2^63 - 1; most shifts are below 32, and cost a 32-bit core less */
 static inline int64_t shift_down_rounded_wide(int64_t a, int32_t shift)
 {
     if (shift > 0 && shift < 32) return shift_rounded_long(a, (int)shift);
@@ -77,7 +77,7 @@ KQ_KERNEL int64_t shift_up_wide(int64_t a, int shift, int bits)
     return (int64_t)((uint64_t)a << shift);
 }
 
-/* The same of one word, 0 <= shift <= 31, |a 2^shift| <= 2^bits */
+/* One word as 64 bits, a 2^shift, 0 <= shift <= 31, |a 2^shift| <= 2^bits */
 KQ_KERNEL int64_t shift_up_word(int32_t a, int shift, int bits)
 {
     (void)bits;

@@ -47,7 +47,7 @@ KQ_KERNEL void mean_settle(num *x, int n)
     }
 }
 
-/* The same for an increment of any size: hi and lo are brought apart again, the sum is exact. */
+/* mean_correct for an increment of any size: hi and lo are brought apart again, the sum is exact. */
 static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 {
     const num d = b * w;

@@ -58,7 +58,7 @@ KQ_SHARED unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
     return held == value ? 0 : KQ_EVENT_SATURATED;
 }
 
-/* The same where there may be carries, |value| <= 2^61 */
+/* x_i where it may have carries, |x_i| <= 2^61 */
 static inline wide carried_get(const int32_t *x, int n, int i)
 {
     const wide carry = shift_up_wide(x[n + i] >> 24, 56, 61);
@@ -102,7 +102,7 @@ static inline int64_t word_product(scaled c, int32_t high, int32_t low)
     return sum_of(product(c.mantissa, high), product(c.mantissa, low) >> 24, 63);
 }
 
-/* The same in units of 2^-26, rounded; |c| <= 16, which is 2^30 2^-26, so nothing is shifted up. */
+/* c x_i in units of 2^-26, rounded; |c| <= 16, which is 2^30 2^-26, so nothing is shifted up. */
 static inline int64_t wide_product(scaled c, int32_t high, int32_t low)
 {
     return shift_down_rounded_wide(word_product(c, high, low), -26 - c.exponent);
@@ -149,7 +149,7 @@ KQ_KERNEL unsigned mean_correct(int32_t *x, int n, int i, scaled b, scaled w)
     return wide_set_carried(x, n, i, sum_of(wide_get(x, n, i), d, 63));
 }
 
-/* The same where there may be carries: |x| < 2^61, so that here, too, nothing is cut unseen */
+/* mean_correct where x may have carries: |x| < 2^61, so that nothing is cut unseen */
 static inline unsigned mean_correct_exactly(int32_t *x, int n, int i, scaled b, scaled w)
 {
     const wide d = wide_from(product(b.mantissa, w.mantissa), b.exponent + w.exponent + 24, 62);

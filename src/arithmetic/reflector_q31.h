@@ -56,7 +56,7 @@ KQ_OUTLINE int32_t reflect(int32_t *restrict w, int32_t g, const int32_t *restri
     return entry;
 }
 
-/* The same for a row of coordinates that is num_one at `at` and 0 elsewhere, g = 0 */
+/* reflect for a row of coordinates that is num_one at `at` and 0 elsewhere, g = 0 */
 KQ_KERNEL int32_t reflect_unit(int32_t *restrict w, const int32_t *restrict V, const int32_t *pq,
                                int at, int count)
 {

@@ -27,7 +27,7 @@ KQ_KERNEL void project(num *f, const num *S, const scaled *h, int n)
     row_set_exponent(f, n, exponent);
 }
 
-/* The same for an h that takes state k alone, as it is: f is row k of S. */
+/* f = S'h for an h that takes state k alone, as it is: f is row k of S. */
 KQ_INLINE void project_selected(num *f, const num *S, scaled h, int k, int n)
 {
     const num *s = S + column(k) + k;

@@ -25,8 +25,8 @@ static inline int is_blunt(scaled r, scaled s, scaled e) { return is_ordinary(r,
 /* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
 static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
 
-/* The same for such a noise in one comparison, which some ordinary ones fail, too: r is not below twice
-   its share of s, and e^2 / s is below 2^16 or, in double, 2^48. */
+/* Is it ordinary, in one comparison that some ordinary ones fail, too?  r is not below twice its share of
+   s, and e^2 / s is below 2^16 or, in double, 2^48. */
 static inline int is_surely_ordinary(scaled r, scaled s, scaled e)
 {
     return r > num_sure_share * (s + e * e);

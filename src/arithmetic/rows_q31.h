@@ -70,7 +70,7 @@ KQ_OUTLINE void row_times_triangle(int32_t *out, const int32_t *c, const int32_t
     }
 }
 
-/* The same for all columns and a c that is 0 from `count` >= 1 on */
+/* row_times_triangle for all columns, by a c that is 0 from `count` >= 1 on */
 KQ_KERNEL void short_row_times_triangle(int32_t *out, const int32_t *c, int count, const int32_t *s,
                                         int n)
 {

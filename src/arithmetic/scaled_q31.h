@@ -51,7 +51,7 @@ KQ_SHARED scaled scaled_of(int64_t a, int32_t exponent)
     return scaled_negative(scaled_of_positive(0 - (uint64_t)a, exponent));
 }
 
-/* The same number with a normalised mantissa */
+/* a with a normalised mantissa */
 static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
 
 static inline int scaled_is_zero(scaled a) { return a.mantissa == 0; }

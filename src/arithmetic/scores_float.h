@@ -58,7 +58,7 @@ static void tally_fade(tally *t, scaled c) { tally_add(t, (c - 1) * tally_value(
 
 static score tally_score(const tally *t) { return tally_value(t); }
 
-/* The same into the lower two parts alone, at a fifth of the additions: `a` loses what is below its
+/* tally_add into the lower two parts alone, at a fifth of the additions: `a` loses what is below its
    own last bit or that of `low`, an eps of it as long as tally_carry is called now and then. */
 KQ_KERNEL void tally_add_next(tally *t, num a)
 {

@@ -57,7 +57,7 @@ typedef struct {
     num *blocks[EM_START];    /* those of the last steps, not yet in the sums */
     sums_work work;
     num *ordered; /* scratch: R, its components in another order */
-    /* Those of the parameters that are free: new ones, until the M-step exchanges them with the
+    /* The parameters that are free: new ones, until the M-step exchanges them with the
        caller's; then those that they replace, until the E-step has found them worse */
     num *A, *H, *Q, *R, *x0, *P0;
 } em_places;

@@ -38,29 +38,29 @@ KQ_COLD kq_status T(kq_filter_assign)(filter *f, int n, num *memory, size_t leng
 
 kq_status T(kq_predict)(filter *f, const process *p, const num *u)
 {
-    const hooks *attached = hooks_of(f);
-    return attached ? attached->predict(f, p, u) : predict_plain(f, p, u);
+    if (is_attached(f)) return f->attached->hooks->predict(f, p, u);
+    return predict_plain(f, p, u);
 }
+
+/* Does what is attached take its updates? */
+KQ_INLINE int has_updates(const filter *f) { return is_attached(f) && f->attached->hooks->update; }
 
 kq_status T(kq_update)(filter *f, const sensor *s, const num *z)
 {
-    const hooks *attached = hooks_of(f);
-    if (attached && attached->update) return attached->update(f, s, z, UINT32_MAX);
+    if (has_updates(f)) return f->attached->hooks->update(f, s, z, UINT32_MAX);
     const kq_status status = update_check(f, s, z, UINT32_MAX);
     return status ? status : s->kind->take(f, s, z, UINT32_MAX);
 }
 
 kq_status T(kq_update_subset)(filter *f, const sensor *s, const num *z, uint32_t present)
 {
-    const hooks *attached = hooks_of(f);
-    if (attached && attached->update) return attached->update(f, s, z, present);
+    if (has_updates(f)) return f->attached->hooks->update(f, s, z, present);
     return update_present(f, s, z, present);
 }
 
 kq_status T(kq_step)(filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
-    const hooks *attached = hooks_of(f);
-    if (attached) return attached->step(f, p, u, s, z);
+    if (is_attached(f)) return f->attached->hooks->step(f, p, u, s, z);
     kq_status status = predict_check(f, p, u);
     if (status) return status;
     status = update_check(f, s, z, UINT32_MAX);

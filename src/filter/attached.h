@@ -17,17 +17,6 @@
 
 typedef struct T(kq_attached) attached;
 typedef struct T(kq_hooks) hooks;
-typedef struct T(kq_recorder) recorder;
-
-/* Of each step that is recorded: before a predict; before a scalar measurement of row S'h (or `exact`, in
-   numbers), noise r, innovation e and variance s is taken; for one that is not taken; where the state has
-   left the numbers. */
-struct T(kq_recorder) {
-    void (*predict)(filter *f, const process *p);
-    void (*update)(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s);
-    void (*nothing)(filter *f);
-    void (*end)(filter *f);
-};
 
 struct T(kq_hooks) {
     /* In the place of the public functions, with the checks that they have.  update: NULL where it is the
@@ -35,43 +24,37 @@ struct T(kq_hooks) {
     kq_status (*predict)(filter *f, const process *p, const num *u);
     kq_status (*update)(filter *f, const sensor *s, const num *z, uint32_t present);
     kq_status (*step)(filter *f, const process *p, const num *u, const sensor *s, const num *z);
+    /* Of each step that is recorded: before a predict; before a scalar measurement of row S'h (or `exact`,
+       in numbers), noise r, innovation e and variance s is taken; for one that is not taken; where the state
+       has left the numbers.  All of them, or the empty ones below. */
+    void (*record_predict)(filter *f, const process *p);
+    void (*record_update)(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s);
+    void (*record_nothing)(filter *f);
+    void (*record_end)(filter *f);
+    int is_recorder;
     /* Of a filter that may not be ready: is component i known?  h is to record once all is; or no more.
-       NULL where it is ready. */
+       NULL where the filter is ready. */
     int (*knows)(const filter *f, int i);
     kq_status (*give)(filter *f, history *h);
     void (*lose)(filter *f, const history *h);
-    const recorder *records; /* NULL: it records nothing */
 };
 
-KQ_INLINE const hooks *hooks_of(const filter *f) { return f && f->attached ? f->attached->hooks : 0; }
+KQ_INLINE int is_attached(const filter *f) { return f && f->attached; }
 
-static const recorder *recorder_of(const filter *f)
+static int is_recorded(const filter *f) { return f->attached && f->attached->hooks->is_recorder; }
+
+static void predict_not_recorded(filter *f, const process *p) { (void)f, (void)p; }
+
+static void update_not_recorded(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s)
 {
-    return f->attached ? f->attached->hooks->records : 0;
+    (void)f, (void)row, (void)exact, (void)r, (void)e, (void)s;
 }
 
-static void record_predict(filter *f, const process *p)
-{
-    const recorder *r = recorder_of(f);
-    if (r) r->predict(f, p);
-}
+static void nothing_recorded(filter *f) { (void)f; }
 
-static void record_update(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s)
-{
-    const recorder *to = recorder_of(f);
-    if (to) to->update(f, row, exact, r, e, s);
-}
-
-static void record_nothing(filter *f)
-{
-    const recorder *r = recorder_of(f);
-    if (r) r->nothing(f);
-}
-
-static void record_end(filter *f)
-{
-    const recorder *r = recorder_of(f);
-    if (r) r->end(f);
-}
+/* The empty functions of what records nothing */
+#define KQ_RECORDS_NOTHING                                                                         \
+    .record_predict = predict_not_recorded, .record_update = update_not_recorded,                  \
+    .record_nothing = nothing_recorded, .record_end = nothing_recorded
 
 #endif

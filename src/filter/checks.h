@@ -6,6 +6,7 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
 #include "../model/process.h"
 #include "../model/sensor.h"
 #include "../model/types.h"
@@ -43,14 +44,14 @@ static kq_status predict_check(const filter *f, const process *p, const num *u)
 /* Ready, or on its way to be */
 static int has_state(const filter *f)
 {
-    const hooks *attached = hooks_of(f);
-    return f && (f->ready || (attached && attached->knows));
+    return f && (f->ready || (f->attached && f->attached->hooks->knows));
 }
 
-static int index_is_valid(const filter *f, int i)
+KQ_SHARED int index_is_valid(const filter *f, int i)
 {
-    if (!has_state(f) || i < 0 || i >= f->states) return 0;
-    return f->ready || hooks_of(f)->knows(f, i);
+    if (!f || i < 0 || i >= f->states) return 0;
+    if (f->ready) return 1;
+    return f->attached && f->attached->hooks->knows && f->attached->hooks->knows(f, i);
 }
 
 #endif

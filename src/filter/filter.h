@@ -37,7 +37,7 @@ KQ_KERNEL void filter_note(filter *f, unsigned events)
     if (events) f->events = (uint16_t)(f->events | (events & ~inner));
 }
 
-/* Those of a move of its mean, MEAN_WIDE among them */
+/* The events of a move of the mean, MEAN_WIDE among them */
 KQ_KERNEL void filter_note_move(filter *f, unsigned events)
 {
     filter_note(f, events);
@@ -85,7 +85,7 @@ KQ_COLD static scaled component_innovation(const filter *f, const reading *z, in
     return mean_residual(z->z[c], h, f->memory, n, 0, n);
 }
 
-/* Its innovation, decorrelated */
+/* The innovation of decorrelated component c */
 KQ_COLD static scaled correlated_innovation(const filter *f, const reading *z, int c)
 {
     const sensor *s = z->sensor;

@@ -58,7 +58,7 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
     likelihood_clear(&f->last);
     for (int c = 0; c < m; c++) {
         if (!(present >> c & 1) || take_component(f, &now, c, n, MODE_LEAN)) continue;
-        record_nothing(f);
+        if (f->attached) f->attached->hooks->record_nothing(f);
         f->events |= KQ_EVENT_SHARP;
         status = KQ_SHARP;
     }

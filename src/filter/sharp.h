@@ -92,7 +92,7 @@ static void refuse_overflow(filter *f)
     f->events |= KQ_EVENT_OVERFLOW;
     if (state_is_finite(f->memory, filter_root(f), f->states)) return;
     filter_note(f, state_hold(f->memory, filter_root(f), f->states));
-    record_end(f);
+    if (f->attached) f->attached->hooks->record_end(f);
 }
 
 /* Does the innovation say something?  If not, there is an event. */
@@ -130,7 +130,7 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, careful_scalar *m, const 
     m->r = least_noise(m->r, m->s, m->h, f->states);
     m->w = scaled_over(m->e, m->s);
     m->sharp = scaled_is_less(m->r, sharp_share(m->s));
-    record_update(f, 0, w->f, m->r, m->e, m->s);
+    if (f->attached) f->attached->hooks->record_update(f, 0, w->f, m->r, m->e, m->s);
     likelihood_add(&f->last, scaled_times(m->e, m->w),
                    physical_variance(m->z->sensor, m->component, m->s));
     if (contradicts(m)) f->events |= KQ_EVENT_RESOLUTION;
@@ -142,7 +142,7 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, careful_scalar *m, const 
 KQ_COLD static int update_root(filter *f, careful_scalar *m, const sharp_work *w)
 {
     if (!weigh_scalar(f, m, w)) {
-        record_nothing(f);
+        if (f->attached) f->attached->hooks->record_nothing(f);
         return 0;
     }
     tell_scalar(f, m, w);

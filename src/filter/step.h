@@ -7,7 +7,6 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"
@@ -30,19 +29,20 @@ static unsigned predict_now(filter *f, const process *p, const num *u)
 
 /* ------------------------------------------------------------------ update */
 
-/* As a step that may be recorded */
-KQ_NOINLINE static void predict_recorded(filter *f, const process *p, const num *u)
+/* Of a filter that something is attached to */
+static void predict_recorded(filter *f, const process *p, const num *u)
 {
-    record_predict(f, p);
-    if (predict_now(f, p, u) & KQ_EVENT_OVERFLOW) record_end(f);
+    f->attached->hooks->record_predict(f, p);
+    if ((predict_now(f, p, u) & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
 }
 
 /* kq_predict of a filter whose predicts are its own */
 static kq_status predict_plain(filter *f, const process *p, const num *u)
 {
     const kq_status status = predict_check(f, p, u);
-    if (!status) predict_now(f, p, u);
-    return status;
+    if (status) return status;
+    predict_now(f, p, u);
+    return KQ_OK;
 }
 
 /* kq_update_subset of a filter whose updates are its own */

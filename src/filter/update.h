@@ -47,7 +47,7 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     const int as_given = mode == MODE_LEAN ? is_blunt(r, s, e) : is_ordinary(r, s, e);
     const int ordinary = surely || (!is_copy && as_given);
     if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
-    if (is_general(mode) && f->attached) record_update(f, row, 0, r, e, s);
+    if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, row, 0, r, e, s);
     const rotor end = rotate_root(S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */
     const scaled w = rotor_weight(&end, e, s);

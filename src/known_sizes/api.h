@@ -17,7 +17,7 @@
 #include "options.h"
 #include "steps.h"
 
-/* What KQ_BARE leaves to the library leaves the likelihood as it was, too. */
+/* What KQ_FIXED_BARE leaves to the library leaves the likelihood as it was, too. */
 KQ_NOINLINE static kq_status update_bare(filter *f, const sensor *s, const num *z)
 {
     if (!f) return T(kq_update)(f, s, z);
@@ -52,7 +52,7 @@ KQ_KERNEL kq_status T(kq_fixed_update)(T(kq_filter) *f, const T(kq_sensor) *s, c
                                         int n, int m, int options)
 {
     if (KQ_MOSTLY(fixed_update(f, s, z, n, m, options) == KQ_OK)) return KQ_OK;
-    return options & KQ_BARE ? update_bare(f, s, z) : T(kq_update)(f, s, z);
+    return options & KQ_FIXED_BARE ? update_bare(f, s, z) : T(kq_update)(f, s, z);
 }
 
 KQ_KERNEL kq_status T(kq_fixed_step)(T(kq_filter) *f, const T(kq_process) *p, const num *u,
@@ -60,7 +60,7 @@ KQ_KERNEL kq_status T(kq_fixed_step)(T(kq_filter) *f, const T(kq_process) *p, co
                                       int options)
 {
     if (KQ_MOSTLY(fixed_step(f, p, u, s, z, n, m, l, options) == KQ_OK)) return KQ_OK;
-    return options & KQ_BARE ? step_bare(f, p, u, s, z) : T(kq_step)(f, p, u, s, z);
+    return options & KQ_FIXED_BARE ? step_bare(f, p, u, s, z) : T(kq_step)(f, p, u, s, z);
 }
 
 KQ_KERNEL kq_status T(kq_fixed_smooth_step)(T(kq_history) *h, const T(kq_process) *p,
@@ -70,7 +70,7 @@ KQ_KERNEL kq_status T(kq_fixed_smooth_step)(T(kq_history) *h, const T(kq_process
     return T(kq_smooth_step)(h, p, extras);
 }
 
-/* The steady-state filter's (kalmanq/steady.h); options: KQ_UPPER or 0 */
+/* The steady-state filter's (kalmanq/steady.h); options: KQ_FIXED_UPPER or 0 */
 KQ_KERNEL kq_status T(kq_fixed_steady_step)(T(kq_steady) *st, const num *u, const num *z,
                                              int n, int m, int l, int options)
 {

@@ -4,7 +4,7 @@
  * kalmanq/filter.h and kalmanq/smoother.h, and
  *
  *   n, m, l   the filter's states, the sensor's components and the process's controls, constants
- *   options   KQ_UPPER, KQ_BARE or 0, a constant (KQ_BARE: for update and step)
+ *   options   KQ_FIXED_UPPER, KQ_FIXED_BARE or 0, a constant (KQ_FIXED_BARE: for update and step)
  */
 #ifndef KALMANQ_FIXED_F64_H
 #define KALMANQ_FIXED_F64_H

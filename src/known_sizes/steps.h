@@ -39,7 +39,7 @@ KQ_KERNEL int filter_is_plain(const filter *f, int n) { return f->plain == n; }
 /* flags: PROCESS_ROUNDED or 0 */
 KQ_KERNEL int process_has_shape(const process *p, int n, int options, int flags)
 {
-    if (options & KQ_UPPER) return p->plain == (n | PROCESS_UPPER | flags);
+    if (options & KQ_FIXED_UPPER) return p->plain == (n | PROCESS_UPPER | flags);
     return (p->plain & ~PROCESS_UPPER) == (n | flags);
 }
 
@@ -90,7 +90,7 @@ KQ_KERNEL int fixed_copy_mean(num *t, num *x, const process *p, fixed_task task)
 KQ_KERNEL int fixed_predict_with(num *x, const fixed_inputs *in, fixed_task task, num *scratch,
                                  unsigned *events)
 {
-    const int n = task.n, shape = task.options & KQ_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
+    const int n = task.n, shape = task.options & KQ_FIXED_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
     num *S = x + MEAN_PLANES * n;
     const num *u = task.l ? in->u : 0;
     if (!fixed_copy_mean(scratch, x, in->process, task)) return NOT_PLAIN;
@@ -155,7 +155,7 @@ KQ_KERNEL void fixed_take(filter *f, const reading *z, int n, int m, int mode)
     }
 }
 
-/* The same with every component compiled for itself */
+/* fixed_take with every component compiled for itself */
 KQ_KERNEL void fixed_take_unrolled(filter *f, const reading *z, int n, int m, int mode)
 {
     KQ_UNROLL
@@ -169,7 +169,7 @@ KQ_KERNEL void fixed_take_unrolled(filter *f, const reading *z, int n, int m, in
 KQ_KERNEL void fixed_update_state(filter *f, const fixed_inputs *in, fixed_task task)
 {
     const reading now = {in->sensor, in->sensor->noise, in->z, UINT32_MAX};
-    const int mode = task.options & KQ_BARE ? MODE_BARE : MODE_PLAIN;
+    const int mode = task.options & KQ_FIXED_BARE ? MODE_BARE : MODE_PLAIN;
     if (mode != MODE_BARE) likelihood_clear(&f->last);
     if (task.n <= states_unrolled) fixed_take_unrolled(f, &now, task.n, task.m, mode);
     else fixed_take(f, &now, task.n, task.m, mode);
@@ -198,7 +198,7 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
     if (task.updates) {
         fixed_update_state(&copy, in, task);
         if (!KQ_MOSTLY(copy.ready == FILTER_READY)) return NOT_PLAIN;
-        if (!(task.options & KQ_BARE)) {
+        if (!(task.options & KQ_FIXED_BARE)) {
             f->last = copy.last;
             likelihood_run_add(&f->run, &f->last);
         }
@@ -219,7 +219,7 @@ KQ_KERNEL int fixed_run_in_place(filter *f, const fixed_inputs *in, fixed_task t
     }
     if (task.updates) {
         fixed_update_state(f, in, task);
-        if (!(task.options & KQ_BARE)) likelihood_run_add(&f->run, &f->last);
+        if (!(task.options & KQ_FIXED_BARE)) likelihood_run_add(&f->run, &f->last);
     }
     return KQ_OK;
 }
@@ -260,7 +260,7 @@ KQ_KERNEL int fixed_step(filter *f, const process *p, const num *u, const sensor
 KQ_KERNEL int steady_is_plain(const steady *st, int n, int m, int options)
 {
     if (!st) return 0;
-    if (options & KQ_UPPER) return st->plain == (n | PROCESS_UPPER | m << 8);
+    if (options & KQ_FIXED_UPPER) return st->plain == (n | PROCESS_UPPER | m << 8);
     return (st->plain & ~PROCESS_UPPER) == (n | m << 8);
 }
 
@@ -270,7 +270,7 @@ KQ_KERNEL int fixed_steady_step(steady *st, const num *u, const num *z, int n, i
     if (!steady_is_plain(st, n, m, options) || !z) return NOT_PLAIN;
     if (sensor_check_together(st->sensor, z, m)) return NOT_PLAIN;
     if (!controls_are_plain(st->process, u, l)) return NOT_PLAIN;
-    const int shape = options & KQ_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
+    const int shape = options & KQ_FIXED_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
     steady_step_now(st, l ? u : 0, z, n, m, l, shape);
     return KQ_OK;
 }
@@ -328,7 +328,7 @@ KQ_KERNEL int fixed_smooth_step(history *h, const process *p, const smooth_extra
     const process *m = p ? p : h->process, *before;
     if (!process_has_size(m, n, options) || (!p && !history_knows_process(h))) return NOT_PLAIN;
     if (p && !processes_agree(p, h->process)) return NOT_PLAIN;
-    const int shape = options & KQ_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
+    const int shape = options & KQ_FIXED_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
     num *state = history_pop_predict(h, &before, n);
     h->process = before;
     if (n <= 4) history_note(h, fixed_smooth_to_4(h, state, m, n, shape));

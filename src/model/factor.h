@@ -206,7 +206,7 @@ KQ_COLD static kq_status root_of(num *restrict S, const num *restrict P, int n)
     return KQ_OK;
 }
 
-/* The same of a covariance that has been found to be one, or of a part of it */
+/* The root of a covariance that has been found to be one, or of the rows and columns in `present` */
 KQ_COLD KQ_NOINLINE static void root_of_covariance(num *restrict S, const num *restrict P, int n,
                                                    uint32_t present)
 {

@@ -55,7 +55,7 @@ KQ_COLD static kq_status state_covariance_check(const num *P, int n)
     return status ? status : largest_variance_check(P, n);
 }
 
-/* The same of F F', F n x r; a square that is infinite is beyond it, too. */
+/* Is F, n x r, finite, and no variance of F F' beyond what predict holds?  An infinite square is. */
 KQ_COLD static kq_status factor_check(const num *F, int n, int r)
 {
     if (!all_finite(F, n * r)) return KQ_ERR_NOT_FINITE;
@@ -159,7 +159,7 @@ KQ_COLD static void sensor_set_diagonal(sensor *s, const sensor_kind *kind, cons
     sensor_set_plain(s);
 }
 
-/* Its memory has R decorrelated, M and D. */
+/* A sensor whose R has correlations: R decorrelated, M and D, is in the sensor's memory. */
 KQ_COLD static void sensor_set_correlated(sensor *s, const num *H, const num *R)
 {
     s->noise = s->memory;
@@ -189,7 +189,7 @@ KQ_COLD static num noise_covariance(const sensor *s, int j, int c)
     return j == c ? s->noise[c] : 0;
 }
 
-/* That of the components present, made anew */
+/* The decorrelated noise of the components present alone, made anew */
 KQ_COLD static void noise_of_present(num *noise, const sensor *s, uint32_t present)
 {
     root_of_covariance(noise, s->covariance, s->components, present);

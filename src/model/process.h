@@ -62,7 +62,7 @@ KQ_COLD static void process_set_transition(process *p, const scaled *A)
     p->fingerprint = process_fingerprint(p);
 }
 
-/* That of c G, the source's own for c = 1 */
+/* The fingerprint of a process of noise c G; of c = 1: the source's own */
 static uint32_t scaled_fingerprint(const process *source, scaled c)
 {
     if (scaled_is_unit(c)) return source->fingerprint;

@@ -56,7 +56,7 @@ KQ_KERNEL kq_status sensor_check_values(const sensor *s, const num *z, int m, ui
     return KQ_OK;
 }
 
-/* The same, a finite z of huge sum counting as not finite */
+/* Is z finite?  In one sum, so that a finite z whose sum is not counts as none. */
 KQ_KERNEL int sensor_check_together(const sensor *s, const num *z, int m)
 {
     num total = 0;

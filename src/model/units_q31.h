@@ -38,7 +38,7 @@ static int process_fits(const process *p, const filter *f)
     return p->states == f->states && formats_agree(p->state_format, f->state_format, p->states);
 }
 
-/* The same states in the same formats?  recorded: NULL if there is none */
+/* Have the two as many states, in the same formats?  recorded: NULL if there is none */
 static int processes_agree(const process *p, const process *recorded)
 {
     return !recorded || formats_agree(p->state_format, recorded->state_format, p->states);

@@ -93,7 +93,7 @@ typedef struct {
     scaled *noise; /* its entry in the reading's noise */
 } robust_scalar;
 
-/* The same as the careful update has it (filter/sharp.h), with a variance s of its innovation */
+/* A scalar measurement as the careful update has it (filter/sharp.h), s the variance of its innovation */
 static careful_scalar careful_of(const filter *f, const reading *z, const robust_scalar *m, scaled s,
                                  scaled *spare)
 {
@@ -192,7 +192,7 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
     scaled weight, s;
     const scaled r = *m->noise;
     if (!robust_prepare(f, z, m, how, &weight, &s)) {
-        record_nothing(f);
+        if (f->attached) f->attached->hooks->record_nothing(f);
         return zero;
     }
     const likelihood before = f->last;
@@ -284,7 +284,7 @@ kq_status T(kq_update_student)(filter *f, const sensor *s, const num *z, uint32_
     return filter_update_robust(f, s, z, present, (robustness){ROBUST_STUDENT, nu, weights});
 }
 
-static int is_recording(const filter *f) { return recorder_of(f) && history_of(f)->filter == f; }
+static int is_recording(const filter *f) { return is_recorded(f) && history_of(f)->filter == f; }
 
 /* A raised P is no step that the history could undo. */
 kq_status T(kq_update_jump)(filter *f, const sensor *s, const num *z, uint32_t present, scaled g)

@@ -23,7 +23,7 @@ kq_status T(kq_step_student)(filter *f, const process *p, const num *u, const se
 
 kq_status T(kq_process_scale_noise)(process *target, const process *source, scaled q)
 {
-    return process_scale_noise(target, source, q, 0);
+    return process_scale_noise(target, source, 0, q);
 }
 
 kq_status T(kq_smooth_reweighted)(history *h, process *target, const process *source,

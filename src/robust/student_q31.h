@@ -21,9 +21,9 @@ kq_status T(kq_step_student)(filter *f, const process *p, const num *u, const se
     return filter_step_student(f, &(student_step){p, u, s, z, present, nu, target, root}, q);
 }
 
-kq_status T(kq_process_scale_noise)(process *target, const process *source, scaled q, num *root)
+kq_status T(kq_process_scale_noise)(process *target, const process *source, num *root, scaled q)
 {
-    return process_scale_noise(target, source, q, root);
+    return process_scale_noise(target, source, root, q);
 }
 
 kq_status T(kq_smooth_reweighted)(history *h, process *target, const process *source, num *root,

@@ -41,7 +41,7 @@ static kq_status process_scale_check(const process *target, const process *sourc
     return scaled_noise_check(target, source, root, scaled_root(q));
 }
 
-static kq_status process_scale_noise(process *target, const process *source, scaled q, num *root)
+static kq_status process_scale_noise(process *target, const process *source, num *root, scaled q)
 {
     const kq_status status = process_scale_check(target, source, q, root);
     if (status) return status;

@@ -28,15 +28,14 @@ KQ_COLD kq_status T(kq_history_assign)(history *h, int n, num *memory, size_t le
 KQ_COLD kq_status T(kq_history_attach)(history *h, filter *f)
 {
     if (!h) return KQ_ERR_NULL;
-    const hooks *attached = hooks_of(f);
-    if (attached && attached->give) return attached->give(f, h);
+    if (is_attached(f) && f->attached->hooks->give) return f->attached->hooks->give(f, h);
     kq_status status = filter_check(f);
     if (status) return status;
     if (!size_is_valid(h->states)) return KQ_ERR_SIZE;
     if (!h->memory || h->length < history_least_length(h->states)) return KQ_ERR_MEMORY;
     status = history_check_owner(h, f);
     if (status) return status;
-    if (f->attached && !recorder_of(f)) return KQ_ERR_RECORDING;
+    if (f->attached && !is_recorded(f)) return KQ_ERR_RECORDING;
     history_begin(h, f);
     return KQ_OK;
 }
@@ -45,9 +44,9 @@ KQ_COLD kq_status T(kq_history_attach)(history *h, filter *f)
 kq_status T(kq_history_detach)(history *h)
 {
     if (!h) return KQ_ERR_NULL;
-    const hooks *attached = hooks_of(h->filter);
-    if (attached && attached->lose) attached->lose(h->filter, h);
-    if (attached && h->filter->attached == &h->attached) filter_set_attached(h->filter, 0);
+    filter *f = h->filter;
+    if (is_attached(f) && f->attached->hooks->lose) f->attached->hooks->lose(f, h);
+    if (f && f->attached == &h->attached) filter_set_attached(f, 0);
     h->filter = 0;
     if (h->phase == HISTORY_SMOOTHING || h->phase == HISTORY_STATES) return KQ_OK;
     h->phase = HISTORY_UNUSED;

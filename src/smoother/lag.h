@@ -35,37 +35,36 @@
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
+#include "tape.h"
 #include "whitened.h"
-
-typedef T(kq_lag) lag_smoother;
 
 /* ------------------------------------------------------------------ the ring */
 
-KQ_KERNEL backward_map lag_head(const lag_smoother *lag, int n)
+KQ_KERNEL backward_map lag_head(const T(kq_lag) *lag, int n)
 {
     return map_at(lag->tape.memory + lag->tape.length + LAG_COLUMNS_LEN(n), n);
 }
 
-KQ_KERNEL backward_map lag_middle(const lag_smoother *lag, int n)
+KQ_KERNEL backward_map lag_middle(const T(kq_lag) *lag, int n)
 {
     return map_at(lag_head(lag, n).columns + MAP_LEN(n), n);
 }
 
 /* The filtered state of the slot of an age, 1 .. L; its map is behind it */
-KQ_KERNEL num *lag_slot(const lag_smoother *lag, uint32_t age, int n)
+KQ_KERNEL num *lag_slot(const T(kq_lag) *lag, uint32_t age, int n)
 {
     const uint32_t place = (lag->next >= age ? lag->next : lag->next + lag->most) - age;
     const size_t slot_length = (size_t)(FILTER_LEN(n) + MAP_LEN(n));
     return lag_middle(lag, n).columns + MAP_LEN(n) + place * slot_length;
 }
 
-KQ_KERNEL backward_map lag_map(const lag_smoother *lag, uint32_t age, int n)
+KQ_KERNEL backward_map lag_map(const T(kq_lag) *lag, uint32_t age, int n)
 {
     return map_at(lag_slot(lag, age, n) + FILTER_LEN(n), n);
 }
 
 /* The youngest slot's step is over.  Answers the events. */
-KQ_KERNEL unsigned lag_close(lag_smoother *lag, const workspace *v, int n)
+KQ_KERNEL unsigned lag_close(T(kq_lag) *lag, const workspace *v, int n)
 {
     unsigned events = 0;
     const backward_map youngest = lag_map(lag, 1, n), head = lag_head(lag, n);
@@ -86,7 +85,7 @@ KQ_KERNEL unsigned lag_close(lag_smoother *lag, const workspace *v, int n)
 }
 
 /* A slot for the step that is being left; it takes the place of one that is too old. */
-KQ_KERNEL backward_map lag_open(lag_smoother *lag, const filter *f, int n)
+KQ_KERNEL backward_map lag_open(T(kq_lag) *lag, const filter *f, int n)
 {
     if (lag->steps < lag->most) lag->steps++;
     lag->next = lag->next + 1 < lag->most ? lag->next + 1 : 0;
@@ -96,7 +95,7 @@ KQ_KERNEL backward_map lag_open(lag_smoother *lag, const filter *f, int n)
     return lag_map(lag, 1, n);
 }
 
-KQ_KERNEL void lag_move_of(lag_smoother *lag, const process *p, const num *u, int n)
+KQ_KERNEL void lag_move_of(T(kq_lag) *lag, const process *p, const num *u, int n)
 {
     filter *f = lag->tape.filter;
     const workspace v = workspace_at(lag->tape.memory, n);
@@ -106,17 +105,17 @@ KQ_KERNEL void lag_move_of(lag_smoother *lag, const process *p, const num *u, in
     predict_by_map(f, p, u, lag->most ? lag_open(lag, f, n) : lag_head(lag, n), &v, n);
 }
 
-KQ_NOINLINE static void lag_move_1(lag_smoother *lag, const process *p, const num *u)
+KQ_NOINLINE static void lag_move_1(T(kq_lag) *lag, const process *p, const num *u)
 {
     lag_move_of(lag, p, u, 1);
 }
 
-KQ_NOINLINE static void lag_move_2(lag_smoother *lag, const process *p, const num *u)
+KQ_NOINLINE static void lag_move_2(T(kq_lag) *lag, const process *p, const num *u)
 {
     lag_move_of(lag, p, u, 2);
 }
 
-KQ_NOINLINE static void lag_move_3(lag_smoother *lag, const process *p, const num *u)
+KQ_NOINLINE static void lag_move_3(T(kq_lag) *lag, const process *p, const num *u)
 {
     lag_move_of(lag, p, u, 3);
 }
@@ -129,7 +128,7 @@ static kq_status lag_predict(filter *f, const process *p, const num *u)
         predict_now(f, p, u);
         return KQ_OK;
     }
-    lag_smoother *lag = (lag_smoother *)f->attached;
+    T(kq_lag) *lag = (T(kq_lag) *)f->attached;
     const int n = f->states;
     if (n > KQ_STATES_APART) lag_move_of(lag, p, u, n);
     else if (n == 1) lag_move_1(lag, p, u);
@@ -139,13 +138,13 @@ static kq_status lag_predict(filter *f, const process *p, const num *u)
 }
 
 static const hooks lag_hooks = {
-    .predict = lag_predict, .step = on_line_step, .records = &records_of_rows};
+    .predict = lag_predict, .step = step_attached, KQ_RECORDS_ROWS};
 
 /* ------------------------------------------------------------------ the estimate of age k */
 
 /* From the newest coordinates, which are those of the open slot's map, to the slot of age k.
    Answers the events. */
-KQ_KERNEL unsigned lag_walk(const lag_smoother *lag, estimate *now, uint32_t k, int n)
+KQ_KERNEL unsigned lag_walk(const T(kq_lag) *lag, estimate *now, uint32_t k, int n)
 {
     unsigned events = 0;
     const workspace v = workspace_at(lag->tape.memory, n);
@@ -168,7 +167,7 @@ KQ_KERNEL unsigned lag_walk(const lag_smoother *lag, estimate *now, uint32_t k, 
     return events;
 }
 
-KQ_KERNEL int lag_estimate_of(lag_smoother *lag, uint32_t k, int states_only, int n)
+KQ_KERNEL int lag_estimate_of(T(kq_lag) *lag, uint32_t k, int states_only, int n)
 {
     estimate now = answer_of(&lag->tape, 0, n);
     if (k == 0) {
@@ -183,22 +182,22 @@ KQ_KERNEL int lag_estimate_of(lag_smoother *lag, uint32_t k, int states_only, in
     return now.count;
 }
 
-KQ_NOINLINE static int lag_estimate_1(lag_smoother *lag, uint32_t k, int states_only)
+KQ_NOINLINE static int lag_estimate_1(T(kq_lag) *lag, uint32_t k, int states_only)
 {
     return lag_estimate_of(lag, k, states_only, 1);
 }
 
-KQ_NOINLINE static int lag_estimate_2(lag_smoother *lag, uint32_t k, int states_only)
+KQ_NOINLINE static int lag_estimate_2(T(kq_lag) *lag, uint32_t k, int states_only)
 {
     return lag_estimate_of(lag, k, states_only, 2);
 }
 
-KQ_NOINLINE static int lag_estimate_3(lag_smoother *lag, uint32_t k, int states_only)
+KQ_NOINLINE static int lag_estimate_3(T(kq_lag) *lag, uint32_t k, int states_only)
 {
     return lag_estimate_of(lag, k, states_only, 3);
 }
 
-static int lag_estimate(lag_smoother *lag, uint32_t k, int states_only)
+static int lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only)
 {
     const int n = lag->tape.states;
     if (n > KQ_STATES_APART) return lag_estimate_of(lag, k, states_only, n);
@@ -206,7 +205,7 @@ static int lag_estimate(lag_smoother *lag, uint32_t k, int states_only)
     return n == 2 ? lag_estimate_2(lag, k, states_only) : lag_estimate_3(lag, k, states_only);
 }
 
-static kq_status lag_smooth(lag_smoother *lag, int k, int states_only)
+static kq_status lag_smooth(T(kq_lag) *lag, int k, int states_only)
 {
     if (!lag) return KQ_ERR_NULL;
     const kq_status status = on_line_check(&lag->tape);
@@ -219,18 +218,18 @@ static kq_status lag_smooth(lag_smoother *lag, int k, int states_only)
 
 /* ------------------------------------------------------------------ the object */
 
-kq_status T(kq_lag_assign)(lag_smoother *lag, int n, int m, int most, num *memory, size_t length)
+kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, int most, num *memory, size_t length)
 {
     if (!lag || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || m < 1 || most < 0) return KQ_ERR_SIZE;
     if (length < LAG_LEN(n, m, most)) return KQ_ERR_MEMORY;
-    *lag = (lag_smoother){
+    *lag = (T(kq_lag)){
         .tape = {.states = (uint8_t)n, .length = (size_t)ON_LINE_LEN(n, m), .memory = memory},
         .most = (uint32_t)most};
     return KQ_OK;
 }
 
-kq_status T(kq_lag_attach)(lag_smoother *lag, filter *f)
+kq_status T(kq_lag_attach)(T(kq_lag) *lag, filter *f)
 {
     if (!lag) return KQ_ERR_NULL;
     const kq_status status = on_line_attach(&lag->tape, f, &lag_hooks);
@@ -245,38 +244,38 @@ kq_status T(kq_lag_attach)(lag_smoother *lag, filter *f)
     return KQ_OK;
 }
 
-kq_status T(kq_lag_detach)(lag_smoother *lag)
+kq_status T(kq_lag_detach)(T(kq_lag) *lag)
 {
     return lag ? T(kq_history_detach)(&lag->tape) : KQ_ERR_NULL;
 }
 
-int T(kq_lag_steps)(const lag_smoother *lag)
+int T(kq_lag_steps)(const T(kq_lag) *lag)
 {
     return lag && !on_line_check(&lag->tape) ? (int)lag->steps : -1;
 }
 
-static int lag_is_smoothed(const lag_smoother *lag) { return lag && lag->smoothed; }
+static int lag_is_smoothed(const T(kq_lag) *lag) { return lag && lag->smoothed; }
 
-kq_status T(kq_lag_smooth)(lag_smoother *lag, int k) { return lag_smooth(lag, k, 0); }
+kq_status T(kq_lag_smooth)(T(kq_lag) *lag, int k) { return lag_smooth(lag, k, 0); }
 
-kq_status T(kq_lag_smooth_states)(lag_smoother *lag, int k) { return lag_smooth(lag, k, 1); }
+kq_status T(kq_lag_smooth_states)(T(kq_lag) *lag, int k) { return lag_smooth(lag, k, 1); }
 
-num T(kq_lag_mean)(const lag_smoother *lag, int i)
+num T(kq_lag_mean)(const T(kq_lag) *lag, int i)
 {
     return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
 }
 
-num T(kq_lag_mean_low)(const lag_smoother *lag, int i)
+num T(kq_lag_mean_low)(const T(kq_lag) *lag, int i)
 {
     return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
 }
 
-num T(kq_lag_sigma)(const lag_smoother *lag, int i)
+num T(kq_lag_sigma)(const T(kq_lag) *lag, int i)
 {
     return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
 }
 
-kq_status T(kq_lag_covariance)(const lag_smoother *lag, scaled *P)
+kq_status T(kq_lag_covariance)(const T(kq_lag) *lag, scaled *P)
 {
     return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
 }

@@ -1,8 +1,6 @@
 #ifndef KQ_SRC_SMOOTHER_ON_LINE_H
 #define KQ_SRC_SMOOTHER_ON_LINE_H
 
-#include <stdint.h>
-
 #include "kalmanq/smoother.h"
 #include "kalmanq/status.h"
 
@@ -16,7 +14,6 @@
 #include "../model/types.h"
 #include "../filter/attached.h"
 #include "../filter/filter.h"
-#include "../filter/step.h"
 #include "estimate.h"
 #include "tape.h"
 #include "whitened.h"
@@ -52,8 +49,10 @@ static void on_line_end(filter *f, const process *p)
     history_end(f);
 }
 
-static const recorder records_of_rows = {on_line_end, history_record_row, history_record_no_row,
-                                         history_end};
+/* What lag and point record */
+#define KQ_RECORDS_ROWS                                                                            \
+    .record_predict = on_line_end, .record_update = history_record_row,                            \
+    .record_nothing = history_record_no_row, .record_end = history_end, .is_recorder = 1
 
 /* Records updates, for map_take_tape */
 static kq_status on_line_attach(history *h, filter *f, const hooks *with)
@@ -73,14 +72,6 @@ static int on_line_goes_on(filter *f)
     filter_set_attached(f, 0); /* it was assigned anew, or f is a copy of its filter */
     f->events |= KQ_EVENT_HISTORY_FULL;
     return 0;
-}
-
-/* kq_step, where predict has its hook */
-static kq_status on_line_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
-{
-    kq_status status = step_check(f, p, u, s, z);
-    if (!status) status = f->attached->hooks->predict(f, p, u);
-    return status ? status : s->kind->take(f, s, z, UINT32_MAX);
 }
 
 /* Is it attached, and has it been able to follow? */

@@ -28,17 +28,16 @@
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
+#include "tape.h"
 #include "whitened.h"
 
-typedef T(kq_point) point_smoother;
-
-KQ_KERNEL num *point_state(const point_smoother *point)
+KQ_KERNEL num *point_state(const T(kq_point) *point)
 {
     const int n = point->tape.states;
     return point->tape.memory + point->tape.length + POINT_COLUMNS_LEN(n);
 }
 
-KQ_KERNEL backward_map point_map(const point_smoother *point)
+KQ_KERNEL backward_map point_map(const T(kq_point) *point)
 {
     const int n = point->tape.states;
     return map_at(point_state(point) + FILTER_LEN(n), n);
@@ -65,12 +64,12 @@ static unsigned point_settle(num *state, backward_map map, int n)
     return events;
 }
 
-kq_status T(kq_point_assign)(point_smoother *point, int n, int m, num *memory, size_t length)
+kq_status T(kq_point_assign)(T(kq_point) *point, int n, int m, num *memory, size_t length)
 {
     if (!point || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || m < 1) return KQ_ERR_SIZE;
     if (length < POINT_LEN(n, m)) return KQ_ERR_MEMORY;
-    *point = (point_smoother){
+    *point = (T(kq_point)){
         .tape = {.states = (uint8_t)n, .length = (size_t)ON_LINE_LEN(n, m), .memory = memory}};
     return KQ_OK;
 }
@@ -83,7 +82,7 @@ static kq_status point_predict(filter *f, const process *p, const num *u)
         predict_now(f, p, u);
         return KQ_OK;
     }
-    point_smoother *point = (point_smoother *)f->attached;
+    T(kq_point) *point = (T(kq_point) *)f->attached;
     const int n = f->states;
     const workspace v = workspace_at(point->tape.memory, n);
     const backward_map so_far = point_map(point), of_step = map_at(so_far.columns + MAP_LEN(n), n);
@@ -95,9 +94,9 @@ static kq_status point_predict(filter *f, const process *p, const num *u)
 }
 
 static const hooks point_hooks = {
-    .predict = point_predict, .step = on_line_step, .records = &records_of_rows};
+    .predict = point_predict, .step = step_attached, KQ_RECORDS_ROWS};
 
-kq_status T(kq_point_attach)(point_smoother *point, filter *f)
+kq_status T(kq_point_attach)(T(kq_point) *point, filter *f)
 {
     if (!point) return KQ_ERR_NULL;
     const kq_status status = on_line_attach(&point->tape, f, &point_hooks);
@@ -109,7 +108,7 @@ kq_status T(kq_point_attach)(point_smoother *point, filter *f)
 }
 
 
-kq_status T(kq_point_smooth)(point_smoother *point)
+kq_status T(kq_point_smooth)(T(kq_point) *point)
 {
     if (!point) return KQ_ERR_NULL;
     const kq_status status = on_line_check(&point->tape);
@@ -123,29 +122,29 @@ kq_status T(kq_point_smooth)(point_smoother *point)
     return KQ_OK;
 }
 
-kq_status T(kq_point_detach)(point_smoother *point)
+kq_status T(kq_point_detach)(T(kq_point) *point)
 {
     return point ? T(kq_history_detach)(&point->tape) : KQ_ERR_NULL;
 }
 
-static int point_is_smoothed(const point_smoother *point) { return point && point->columns; }
+static int point_is_smoothed(const T(kq_point) *point) { return point && point->columns; }
 
-num T(kq_point_mean)(const point_smoother *point, int i)
+num T(kq_point_mean)(const T(kq_point) *point, int i)
 {
     return point_is_smoothed(point) ? answer_mean(&point->tape, i) : num_nan();
 }
 
-num T(kq_point_mean_low)(const point_smoother *point, int i)
+num T(kq_point_mean_low)(const T(kq_point) *point, int i)
 {
     return point_is_smoothed(point) ? answer_mean_low(&point->tape, i) : num_nan();
 }
 
-num T(kq_point_sigma)(const point_smoother *point, int i)
+num T(kq_point_sigma)(const T(kq_point) *point, int i)
 {
     return point_is_smoothed(point) ? answer_sigma(&point->tape, point->columns, i) : num_nan();
 }
 
-kq_status T(kq_point_covariance)(const point_smoother *point, scaled *P)
+kq_status T(kq_point_covariance)(const T(kq_point) *point, scaled *P)
 {
     return point ? answer_covariance(&point->tape, point->columns, P) : KQ_ERR_NULL;
 }

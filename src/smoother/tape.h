@@ -167,9 +167,6 @@ KQ_COLD static void history_record_nothing(filter *f)
 
 /* ------------------------------------------------------------------ the object */
 
-static const recorder records_of_steps = {history_record_predict, history_record_update,
-                                          history_record_nothing, history_end};
-
 static kq_status history_predict(filter *f, const process *p, const num *u)
 {
     const kq_status status = predict_check(f, p, u);
@@ -177,16 +174,21 @@ static kq_status history_predict(filter *f, const process *p, const num *u)
     return status;
 }
 
-static kq_status history_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+/* kq_step of a filter whose predicts are not its own */
+static kq_status step_attached(filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
-    const kq_status status = step_check(f, p, u, s, z);
-    if (status) return status;
-    predict_recorded(f, p, u);
-    return s->kind->take(f, s, z, UINT32_MAX);
+    kq_status status = step_check(f, p, u, s, z);
+    if (!status) status = f->attached->hooks->predict(f, p, u);
+    return status ? status : s->kind->take(f, s, z, UINT32_MAX);
 }
 
-static const hooks history_hooks = {
-    .predict = history_predict, .step = history_step, .records = &records_of_steps};
+static const hooks history_hooks = {.predict = history_predict,
+                                    .step = step_attached,
+                                    .record_predict = history_record_predict,
+                                    .record_update = history_record_update,
+                                    .record_nothing = history_record_nothing,
+                                    .record_end = history_end,
+                                    .is_recorder = 1};
 
 /*
  * Is it the history of a filter?  What that filter has to say of it is not asked: a filter that

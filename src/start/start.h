@@ -157,7 +157,8 @@ static const hooks start_hooks = {.predict = start_predict,
                                   .step = start_step,
                                   .knows = start_knows,
                                   .give = start_give,
-                                  .lose = start_lose};
+                                  .lose = start_lose,
+                                  KQ_RECORDS_NOTHING};
 
 /* ------------------------------------------------------------------ init */
 

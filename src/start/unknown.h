@@ -70,7 +70,7 @@ typedef struct {
     num *lost;    /* bit i: row i depends on a delta that the present no longer does */
 } past_state;
 
-/* That of step t, one of the latest: they are kept in a ring. */
+/* The early instant of step t, one of the latest: they are kept in a ring. */
 static past_state past_at(const start *s, uint32_t t)
 {
     const int n = s->states;

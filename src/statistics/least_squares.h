@@ -37,7 +37,7 @@ static kq_status fade_check(const filter *f, scaled lambda)
 {
     const kq_status status = filter_check(f);
     if (status) return status;
-    return recorder_of(f) && fades(lambda) ? KQ_ERR_RECORDING : KQ_OK;
+    return is_recorded(f) && fades(lambda) ? KQ_ERR_RECORDING : KQ_OK;
 }
 
 /* Is a variance so large that divided by lambda it would pass the limit? */

@@ -167,7 +167,7 @@ static kq_status settling_step(filter *f, const process *p, const num *u, const 
     return KQ_OK;
 }
 
-static const hooks settling_hooks = {.predict = settling_predict, .step = settling_step};
+static const hooks settling_hooks = {.predict = settling_predict, .step = settling_step, KQ_RECORDS_NOTHING};
 
 kq_status T(kq_settling_attach)(settling *w, filter *f)
 {

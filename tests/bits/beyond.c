@@ -46,6 +46,12 @@ static void prepare(const model_case *c)
     put_status(K(filter_assign)(&filter, M.n, filter_memory, LENGTH(filter_memory)));
 }
 
+/* What answers it is not in the digests, unless it fails. */
+static void need(kq_status status)
+{
+    if (status) put_status(status);
+}
+
 static void begin(void) { put_status(K(filter_init)(&filter, M.x0, M.P0)); }
 
 static const num *draw_control(void)
@@ -106,7 +112,7 @@ static void lag(void)
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
         for (int k = K(lag_steps)(&past); k >= 0; k -= 2) put_lag(&past, k, t % 3 == 1);
-        put_status(K(lag_predict)(&past, &process, draw_control()));
+        put_status(K(predict)(&filter, &process, draw_control()));
         check("lag", t);
     }
     put_filter();
@@ -136,7 +142,7 @@ static void point(void)
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
         put_point(&instant);
-        put_status(K(point_predict)(&instant, &process, draw_control()));
+        put_status(K(predict)(&filter, &process, draw_control()));
         check("point", t);
     }
 }
@@ -228,17 +234,19 @@ static void steady(void)
 /* Settles within the steps, mostly; then lacks a measurement. */
 static void lazy(void)
 {
-    K(switch) lazy;
+    K(settling) lazy;
     num z[C], memory[KQ_TRIANGLE(N)];
     begin();
-    put_status(K(switch_assign)(&lazy, M.n, M.m, memory, LENGTH(memory), gains));
-    put_status(K(switch_init)(&lazy, 4));
+    put_status(K(settling_assign)(&lazy, M.n, M.m, memory, LENGTH(memory), gains));
+    put_status(K(settling_init)(&lazy, 4));
+    need(K(settling_attach)(&lazy, &filter));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, 0);
-        if (t == STEPS + 4) put_status(K(switch_release)(&lazy));
-        put_status(K(switch_step)(&lazy, &filter, &process, draw_control(), &sensor,
-                                  t == STEPS + 1 ? NULL : z));
-        put_word((uint32_t)K(switch_settled)(&lazy));
+        if (t == STEPS + 4) put_status(K(settling_release)(&lazy));
+        const num *u = draw_control();
+        put_status(t == STEPS + 1 ? K(predict)(&filter, &process, u)
+                                  : K(step)(&filter, &process, u, &sensor, z));
+        put_word((uint32_t)K(settling_is_settled)(&lazy));
         put_filter();
         if (t % 4 == 3) check("switch", t);
     }
@@ -407,12 +415,12 @@ static void put_start(const K(start) * s)
     for (int i = 0; i < M.n; i++) {
         put_word((uint32_t)K(start_is_determined)(s, i));
         if (!K(start_is_determined)(s, i)) continue;
-        put(K(start_mean)(s, i));
-        put(K(start_mean_low)(s, i));
-        put(K(start_sigma)(s, i));
+        put(K(mean)(&filter, i));
+        put(K(mean_low)(&filter, i));
+        put(K(sigma)(&filter, i));
     }
-    put(K(start_log_likelihood_last)(s));
-    put(K(start_log_likelihood)(s));
+    put(K(log_likelihood_last)(&filter));
+    put(K(log_likelihood)(&filter));
     put_word(K(events)(&filter));
 }
 
@@ -442,14 +450,14 @@ static void start(uint32_t unknown)
     put_status(K(start_assign)(&s, M.n, EARLY, early_memory, LENGTH(early_memory)));
     put_status(K(start_init)(&s, &filter, M.x0, M.P0, unknown));
     put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
-    put_status(K(start_attach)(&s, &tape));
+    put_status(K(history_attach)(&tape, &filter));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
-        put_status(t == 1 ? K(start_update_subset)(&s, &sensor, z, UINT32_C(1))
-                          : K(start_update)(&s, &sensor, z));
+        put_status(t == 1 ? K(update_subset)(&filter, &sensor, z, UINT32_C(1))
+                          : K(update)(&filter, &sensor, z));
         put_start(&s);
         check("start", t);
-        if (t < STEPS - 1) put_status(K(start_predict)(&s, &process, draw_control()));
+        if (t < STEPS - 1) put_status(K(predict)(&filter, &process, draw_control()));
     }
     put_start_smoothed(&s);
 }
@@ -467,14 +475,15 @@ static void adaptation(kq_adapted scales)
     begin();
     put_status(K(adaptation_assign)(&a, M.n, M.m, pool, LENGTH(pool)));
     put_status(K(adaptation_init)(&a, &process, &sensor, &rule));
+    need(K(adaptation_attach)(&a, &filter));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, t);
-        put_status(K(adaptation_update)(&a, &filter, z, present_at(t)));
+        put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
         put(K(adaptation_process_scale)(&a));
         put(K(adaptation_sensor_scale)(&a));
         put_all(a.information, 3);
         put_filter();
-        put_status(K(adaptation_predict)(&a, &filter, draw_control()));
+        put_status(K(predict)(&filter, &process, draw_control()));
     }
     check("adaptation", 2 * STEPS);
 }

@@ -157,8 +157,8 @@ class House:
 
 
 def main():
-    house = House(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else __file__).resolve()
-                  if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parents[2])
+    here = pathlib.Path(__file__).resolve().parents[2]
+    house = House(pathlib.Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else here)
     for check in ("guards", "headers_alone", "layers", "public_files", "names", "arithmetic", "macros",
                   "instances"):
         getattr(house, "check_" + check)()

@@ -102,14 +102,8 @@ template <> struct Api<float> {
     }
     static constexpr auto startAssign = kq_start_assign_f32;
     static constexpr auto startInit = kq_start_init_f32;
-    static constexpr auto startAttach = kq_start_attach_f32;
-    static constexpr auto startPredict = kq_start_predict_f32;
-    static constexpr auto startUpdateSubset = kq_start_update_subset_f32;
     static constexpr auto startCount = kq_start_count_f32;
     static constexpr auto startIsDetermined = kq_start_is_determined_f32;
-    static constexpr auto startMean = kq_start_mean_f32;
-    static constexpr auto startMeanLow = kq_start_mean_low_f32;
-    static constexpr auto startLogLikelihood = kq_start_log_likelihood_f32;
     static constexpr auto startSteps = kq_start_steps_f32;
     static constexpr auto startSmooth = kq_start_smooth_f32;
     static constexpr auto startSmoothedMean = kq_start_smoothed_mean_f32;
@@ -189,14 +183,8 @@ template <> struct Api<double> {
     }
     static constexpr auto startAssign = kq_start_assign_f64;
     static constexpr auto startInit = kq_start_init_f64;
-    static constexpr auto startAttach = kq_start_attach_f64;
-    static constexpr auto startPredict = kq_start_predict_f64;
-    static constexpr auto startUpdateSubset = kq_start_update_subset_f64;
     static constexpr auto startCount = kq_start_count_f64;
     static constexpr auto startIsDetermined = kq_start_is_determined_f64;
-    static constexpr auto startMean = kq_start_mean_f64;
-    static constexpr auto startMeanLow = kq_start_mean_low_f64;
-    static constexpr auto startLogLikelihood = kq_start_log_likelihood_f64;
     static constexpr auto startSteps = kq_start_steps_f64;
     static constexpr auto startSmooth = kq_start_smooth_f64;
     static constexpr auto startSmoothedMean = kq_start_smoothed_mean_f64;
@@ -272,14 +260,8 @@ template <> struct Api<Q31> {
     }
     static constexpr auto startAssign = kq_start_assign_q31;
     static constexpr auto startInit = kq_start_init_q31;
-    static constexpr auto startAttach = kq_start_attach_q31;
-    static constexpr auto startPredict = kq_start_predict_q31;
-    static constexpr auto startUpdateSubset = kq_start_update_subset_q31;
     static constexpr auto startCount = kq_start_count_q31;
     static constexpr auto startIsDetermined = kq_start_is_determined_q31;
-    static constexpr auto startMean = kq_start_mean_q31;
-    static constexpr auto startMeanLow = kq_start_mean_low_q31;
-    static constexpr auto startLogLikelihood = kq_start_log_likelihood_q31;
     static constexpr auto startSteps = kq_start_steps_q31;
     static constexpr auto startSmooth = kq_start_smooth_q31;
     static constexpr auto startSmoothedMean = kq_start_smoothed_mean_q31;

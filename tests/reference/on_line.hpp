@@ -27,7 +27,6 @@ template <> struct OnLine<float> {
     }
     static constexpr auto lagAssign = kq_lag_assign_f32;
     static constexpr auto lagAttach = kq_lag_attach_f32;
-    static constexpr auto lagPredict = kq_lag_predict_f32;
     static constexpr auto lagSmooth = kq_lag_smooth_f32;
     static constexpr auto lagSmoothStates = kq_lag_smooth_states_f32;
     static constexpr auto lagSteps = kq_lag_steps_f32;
@@ -36,7 +35,6 @@ template <> struct OnLine<float> {
     static constexpr auto lagCovariance = kq_lag_covariance_f32;
     static constexpr auto pointAssign = kq_point_assign_f32;
     static constexpr auto pointAttach = kq_point_attach_f32;
-    static constexpr auto pointPredict = kq_point_predict_f32;
     static constexpr auto pointSmooth = kq_point_smooth_f32;
     static constexpr auto pointMean = kq_point_mean_f32;
     static constexpr auto pointMeanLow = kq_point_mean_low_f32;
@@ -56,7 +54,6 @@ template <> struct OnLine<double> {
     }
     static constexpr auto lagAssign = kq_lag_assign_f64;
     static constexpr auto lagAttach = kq_lag_attach_f64;
-    static constexpr auto lagPredict = kq_lag_predict_f64;
     static constexpr auto lagSmooth = kq_lag_smooth_f64;
     static constexpr auto lagSmoothStates = kq_lag_smooth_states_f64;
     static constexpr auto lagSteps = kq_lag_steps_f64;
@@ -65,7 +62,6 @@ template <> struct OnLine<double> {
     static constexpr auto lagCovariance = kq_lag_covariance_f64;
     static constexpr auto pointAssign = kq_point_assign_f64;
     static constexpr auto pointAttach = kq_point_attach_f64;
-    static constexpr auto pointPredict = kq_point_predict_f64;
     static constexpr auto pointSmooth = kq_point_smooth_f64;
     static constexpr auto pointMean = kq_point_mean_f64;
     static constexpr auto pointMeanLow = kq_point_mean_low_f64;
@@ -85,7 +81,6 @@ template <> struct OnLine<Q31> {
     }
     static constexpr auto lagAssign = kq_lag_assign_q31;
     static constexpr auto lagAttach = kq_lag_attach_q31;
-    static constexpr auto lagPredict = kq_lag_predict_q31;
     static constexpr auto lagSmooth = kq_lag_smooth_q31;
     static constexpr auto lagSmoothStates = kq_lag_smooth_states_q31;
     static constexpr auto lagSteps = kq_lag_steps_q31;
@@ -94,7 +89,6 @@ template <> struct OnLine<Q31> {
     static constexpr auto lagCovariance = kq_lag_covariance_q31;
     static constexpr auto pointAssign = kq_point_assign_q31;
     static constexpr auto pointAttach = kq_point_attach_q31;
-    static constexpr auto pointPredict = kq_point_predict_q31;
     static constexpr auto pointSmooth = kq_point_smooth_q31;
     static constexpr auto pointMean = kq_point_mean_q31;
     static constexpr auto pointMeanLow = kq_point_mean_low_q31;
@@ -134,13 +128,6 @@ template <class T> class LagOwner : NotCopied
     void attach(FilterOwner<T> &filter)
     {
         kq::require(Api::lagAttach(&handle_, filter.get()), "lag attach");
-    }
-
-    void predict(Library<T> &library, const Step &step)
-    {
-        const auto *process = library.process(step.process);
-        const auto u = library.controls(step.process).words(step.u);
-        kq::require(Api::lagPredict(&handle_, process, dataOrNull(u)), "lag predict");
     }
 
     int steps() const { return Api::lagSteps(&handle_); }
@@ -183,13 +170,6 @@ template <class T> class PointOwner : NotCopied
     void attach(FilterOwner<T> &filter)
     {
         kq::require(Api::pointAttach(&handle_, filter.get()), "point attach");
-    }
-
-    void predict(Library<T> &library, const Step &step)
-    {
-        const auto *process = library.process(step.process);
-        const auto u = library.controls(step.process).words(step.u);
-        kq::require(Api::pointPredict(&handle_, process, dataOrNull(u)), "point predict");
     }
 
     Belief<Wide<T>> smooth()

@@ -151,7 +151,7 @@ template <class T> void runLag(Figures &figures, const Case &model, int L)
         figures.add("filter", filter.memory() == twin.memory() ? 0 : 1);
         compareLags(figures, model, lag, t, filtered);
         if (t + 1 == sequence.steps.size()) break;
-        lag.predict(library, sequence.steps[t]);
+        library.predict(filter.get(), sequence.steps[t]);
         library.predict(twin.get(), sequence.steps[t]);
     }
 }
@@ -173,8 +173,7 @@ template <class T> void runPoint(Figures &figures, const Case &model, std::size_
             compare<T>(figures, model, point.smooth(), window->past[at - window->first]);
         }
         if (t + 1 == sequence.steps.size()) break;
-        if (t < at) library.predict(filter.get(), step);
-        else point.predict(library, step);
+        library.predict(filter.get(), step);
     }
 }
 

@@ -156,7 +156,7 @@ template <> struct Arithmetic<Q31> {
     static kq_status scaleNoise(kq_process_q31 *target, const kq_process_q31 *source,
                                 kq_scaled_q31 q)
     {
-        return kq_process_scale_noise_q31(target, source, q, scaledRoot);
+        return kq_process_scale_noise_q31(target, source, scaledRoot, q);
     }
     static kq_status smoothReweighted(kq_history_q31 *h, kq_process_q31 *target,
                                       const kq_process_q31 *source, kq_scaled_q31 nu,

@@ -156,7 +156,7 @@ template <class T> class Run
           start_(library_.states().count(), model.sequence.steps.size())
     {
         init<T>(start_, filter_, model.sequence, model.unknown);
-        kq::require(Api::startAttach(start_.get(), history_.get()), "start attach");
+        kq::require(Api::historyAttach(history_.get(), filter_.get()), "history attach");
     }
 
     Errors errors()
@@ -168,7 +168,7 @@ template <class T> class Run
             compareFiltered(t);
             if (t + 1 < steps.size()) predict(steps[t]);
         }
-        const double logLikelihood = scoreOf(Api::startLogLikelihood(start_.get()));
+        const double logLikelihood = scoreOf(Api::logLikelihood(filter_.get()));
         errors_.logLikelihood = std::fabs(logLikelihood - model_.logLikelihood);
         errors_.events = Api::events(filter_.get());
         kq::require(Api::startSmooth(start_.get()), "start smooth");
@@ -181,15 +181,14 @@ template <class T> class Run
     {
         const auto *sensor = library_.sensor(reading.sensor);
         const auto z = library_.components(reading.sensor).words(reading.z);
-        kq::require(Api::startUpdateSubset(start_.get(), sensor, z.data(), reading.present),
-                    "start update");
+        kq::require(Api::updateSubset(filter_.get(), sensor, z.data(), reading.present), "update");
     }
 
     void predict(const Step &step)
     {
         const auto *process = library_.process(step.process);
         const auto u = library_.controls(step.process).words(step.u);
-        kq::require(Api::startPredict(start_.get(), process, dataOrNull(u)), "start predict");
+        kq::require(Api::predict(filter_.get(), process, dataOrNull(u)), "predict");
     }
 
     void compareFiltered(std::size_t t)

@@ -116,7 +116,7 @@ static quad lag_error(void)
     quad worst = 0;
     int status = 0;
     for (int t = 0; t < exact.steps; t++) {
-        if (t) status |= kq_lag_predict_q31(&lag, &motion, exact.l ? controls[t - 1] : NULL);
+        if (t) status |= kq_predict_q31(&watched, &motion, exact.l ? controls[t - 1] : NULL);
         status |= measure(&watched, t);
     }
     for (int k = 0; k <= 6; k++) {
@@ -136,7 +136,7 @@ static quad point_error(void)
     quad worst = 0;
     int status = 0;
     for (int t = 0; t < exact.steps; t++) {
-        if (t) status |= kq_point_predict_q31(&point, &motion, exact.l ? controls[t - 1] : NULL);
+        if (t) status |= kq_predict_q31(&marked, &motion, exact.l ? controls[t - 1] : NULL);
         status |= measure(&marked, t);
     }
     status |= kq_point_smooth_q31(&point);

@@ -34,7 +34,7 @@
     }                                                                                              \
     static kq_status steady_##n##_##m##_upper(kq_steady_##T *st, const num *u, const num *z)       \
     {                                                                                              \
-        return kq_fixed_steady_step_##T(st, u, z, n, m, 1, KQ_UPPER);                                 \
+        return kq_fixed_steady_step_##T(st, u, z, n, m, 1, KQ_FIXED_UPPER);                                 \
     }
 
 #define FIXED_ROW(n, m, suffix)                                                                    \

@@ -214,8 +214,8 @@ static void the_scaled_models_are_those_of_the_scales(void)
     learn_something();
     const kq_process_q31 *p = kq_adaptation_process_q31(&tuner);
     const kq_sensor_q31 *s = kq_adaptation_sensor_q31(&tuner);
-    ASSERT_OK(kq_process_scale_noise_q31(&expected, &motion.process,
-                                         kq_adaptation_process_scale_q31(&tuner), root));
+    ASSERT_OK(kq_process_scale_noise_q31(&expected, &motion.process, root,
+                                         kq_adaptation_process_scale_q31(&tuner)));
     TEST_ASSERT_EQUAL_MEMORY(root, p->noise_root, sizeof root);
     ASSERT_WITHIN(1e-9, sensor_scale(), of_number(s->noise[0]) / of_number(coupled.noise[0]));
     ASSERT_WITHIN(0, of_number(coupled.noise[1]), of_number(s->noise[1])); /* of U */

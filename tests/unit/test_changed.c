@@ -301,7 +301,7 @@ static void a_lag_takes_the_process_as_it_was(void)
     ASSERT_OK(K(lag_attach)(&past, &track));
     for (int t = 0; t < STEPS; t++) {
         change(t);
-        if (t) ASSERT_OK(K(lag_predict)(&past, &turn, NULL));
+        if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
         measure(&track, t);
     }
     change(0);
@@ -323,7 +323,7 @@ static void a_point_takes_the_process_as_it_was(void)
     ASSERT_OK(K(point_attach)(&instant, &track));
     for (int t = 0; t < STEPS; t++) {
         change(t);
-        if (t) ASSERT_OK(K(point_predict)(&instant, &turn, NULL));
+        if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
         measure(&track, t);
     }
     change(0);
@@ -342,12 +342,12 @@ static void a_start_smooths_what_has_not_changed(void)
         set_up();
         ASSERT_OK(K(history_detach)(&tape));
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-        ASSERT_OK(K(start_attach)(&start, &tape));
+        ASSERT_OK(K(history_attach)(&tape, &track));
         for (int t = 0; t < 5; t++) {
             const num z[] = {N(3 * sin(1.7 * t))};
             if (t == changed) change(t + 1);
-            if (t) ASSERT_OK(K(start_predict)(&start, &turn, NULL));
-            ASSERT_OK(K(start_update)(&start, &radar, z));
+            if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
+            ASSERT_OK(K(update)(&track, &radar, z));
         }
         const int early = (int)K(start_steps)(&start);
         TEST_ASSERT_EQUAL_INT(1, early);

@@ -14,7 +14,7 @@ void tearDown(void);
 void setUp(void) {}
 void tearDown(void) {}
 
-static_assert(sizeof(float) * KQ_HISTORY_STEP_LEN_F32(2, 1) == 44, "bytes of one step");
+static_assert(sizeof(float) * KQ_PRIVATE_HISTORY_STEP_LEN_F32(2, 1) == 44, "bytes of one step");
 static_assert(KQ_OK == 0 && KQ_ERR_HISTORY_FULL < 0, "status");
 static_assert(KQ_VERSION >= 100, "version");
 static_assert(std::is_standard_layout<kq_filter_f32>::value, "plain data");

@@ -14,14 +14,14 @@
 
 #ifdef KQ_TEST_F32
 FIXED_SIZES(f32, float, 0, dense)
-FIXED_SIZES(f32, float, KQ_UPPER, upper)
-FIXED_SIZES(f32, float, KQ_BARE, bare)
+FIXED_SIZES(f32, float, KQ_FIXED_UPPER, upper)
+FIXED_SIZES(f32, float, KQ_FIXED_BARE, bare)
 FIXED_STEADY(f32, float, 1, 1)
 FIXED_STEADY(f32, float, 4, 2)
 #else
 FIXED_SIZES(f64, double, 0, dense)
-FIXED_SIZES(f64, double, KQ_UPPER, upper)
-FIXED_SIZES(f64, double, KQ_BARE, bare)
+FIXED_SIZES(f64, double, KQ_FIXED_UPPER, upper)
+FIXED_SIZES(f64, double, KQ_FIXED_BARE, bare)
 FIXED_STEADY(f64, double, 1, 1)
 FIXED_STEADY(f64, double, 4, 2)
 #endif

@@ -9,8 +9,8 @@
 #include "fixed.h"
 
 FIXED_SIZES(q31, int32_t, 0, dense)
-FIXED_SIZES(q31, int32_t, KQ_UPPER, upper)
-FIXED_SIZES(q31, int32_t, KQ_BARE, bare)
+FIXED_SIZES(q31, int32_t, KQ_FIXED_UPPER, upper)
+FIXED_SIZES(q31, int32_t, KQ_FIXED_BARE, bare)
 FIXED_STEADY(q31, int32_t, 1, 1)
 FIXED_STEADY(q31, int32_t, 4, 2)
 

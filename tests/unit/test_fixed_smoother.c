@@ -4,16 +4,16 @@
 #if defined(KQ_TEST_F32)
 #include "known_sizes/kq_fixed_f32.h"
 #define K(name) kq_##name##_f32
-#define STEP_LEN KQ_HISTORY_STEP_LEN_F32
+#define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F32
 #elif defined(KQ_TEST_F64)
 #include "known_sizes/kq_fixed_f64.h"
 #define K(name) kq_##name##_f64
-#define STEP_LEN KQ_HISTORY_STEP_LEN_F64
+#define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
 #else
 #include "known_sizes/kq_fixed_q31.h"
 #include "kalmanq/prepare.h"
 #define K(name) kq_##name##_q31
-#define STEP_LEN KQ_HISTORY_STEP_LEN_Q31
+#define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_Q31
 #endif
 
 #include "suite.h"
@@ -212,9 +212,9 @@ static void assert_same(int n)
         }                                                                                          \
         return -1;                                                                                 \
     }
-AT_ANY(step_upper, K(fixed_smooth_step), KQ_UPPER)
+AT_ANY(step_upper, K(fixed_smooth_step), KQ_FIXED_UPPER)
 AT_ANY(step_dense, K(fixed_smooth_step), 0)
-AT_ANY(alone_upper, fixed_smooth_step, KQ_UPPER)
+AT_ANY(alone_upper, fixed_smooth_step, KQ_FIXED_UPPER)
 AT_ANY(alone_dense, fixed_smooth_step, 0)
 
 typedef int step_function(history *h, const process *p, const smooth_extras *extras, int n);

@@ -10,6 +10,7 @@ LAG(past, 2, MOST, LONGEST);
 /* never initialised, and of another size */
 FILTER(blank, 2);
 PROCESS(blank_process, 2, 1);
+SENSOR(blank_sensor, 2, 1);
 LAG(unused, 2, 1, 2);
 FILTER(track3, 3);
 PROCESS(motion3, 3, 0);
@@ -64,7 +65,7 @@ static void assert_read(const reading *expected, const reading *actual)
 /* The step with the number `step`, but for its last predict */
 static void drive(int step)
 {
-    if (step) ASSERT_OK(K(lag_predict)(&past, process_of(step), control_of(step)));
+    if (step) ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
     measure(&track, step);
 }
 
@@ -119,6 +120,33 @@ static void the_filter_is_the_same_with_a_lag(void)
         ASSERT_SAME_FILTER(&twin, &track, 2);
         TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
     }
+}
+
+static const num *z_of(int step)
+{
+    static num z[2];
+    z[0] = N(0.75 * (step % 5) - 1), z[1] = N(2 - 0.5 * (step % 7));
+    return z;
+}
+
+static void a_step_is_predict_and_update(void)
+{
+    reading expected, now;
+    LAG(beside, 2, MOST, 5);
+    ASSERT_OK(K(lag_attach)(&beside, &twin));
+    for (int step = 0; step < STEPS; step++) {
+        ASSERT_OK(K(step)(&track, process_of(step), control_of(step), &radar, z_of(step)));
+        ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+        ASSERT_OK(K(update)(&twin, &radar, z_of(step)));
+        ASSERT_SAME_FILTER(&twin, &track, 2);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+        ASSERT_OK(K(lag_smooth)(&beside, K(lag_steps)(&beside)));
+        read_lag(&expected, &beside, 2);
+        ASSERT_OK(K(lag_smooth)(&past, K(lag_steps)(&past)));
+        read_lag(&now, &past, 2);
+        ASSERT_SAME_BITS(expected, now);
+    }
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
 /* Whether and when it was asked before makes no difference. */
@@ -216,7 +244,7 @@ static void a_constant_is_known_as_now(void)
     ASSERT_OK(K(process_init)(&motion, still, B, none));
     attach(10);
     for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+        if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
         for (int k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
@@ -234,7 +262,7 @@ static void what_is_known_exactly_stays(void)
     static const num h[] = {1, 0, 0, 1}, free_of_noise[2], z[] = {3, 4};
     ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
     for (int step = 0; step < 8; step++) {
-        if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+        if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
         for (int k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
@@ -255,7 +283,7 @@ static void a_measurement_that_was_not_taken_is_nothing(void)
     for (int both = 0; both < 2; both++) {
         attach(3);
         for (int step = 0; step < 6; step++) {
-            if (step) ASSERT_OK(K(lag_predict)(&past, &motion, NULL));
+            if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
             ASSERT_OK(K(update_subset)(&track, &radar, z, both ? 3 : 1));
         }
         ASSERT_OK(K(lag_smooth)(&past, 3));
@@ -299,7 +327,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     ASSERT_OK(K(lag_assign)(&window, 16, 16, WIDE_LAG, memory, LAG_LEN(16, 16, WIDE_LAG)));
     ASSERT_OK(K(lag_attach)(&window, &wide));
     for (int step = 0; step < 12; step++) {
-        if (step) ASSERT_OK(K(lag_predict)(&window, &wide_process, NULL));
+        if (step) ASSERT_OK(K(predict)(&wide, &wide_process, NULL));
         for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
         ASSERT_OK(K(update)(&wide, &wide_sensor, z));
     }
@@ -309,7 +337,7 @@ static void sixteen_states_are_sixteen_scalars(void)
         ASSERT_OK(K(lag_attach)(&line, &scalar));
         for (int step = 0; step < 12; step++) {
             const num one = N((i * 5 + step * 3) % 11 - 5);
-            if (step) ASSERT_OK(K(lag_predict)(&line, &scalar_process, NULL));
+            if (step) ASSERT_OK(K(predict)(&scalar, &scalar_process, NULL));
             ASSERT_OK(K(update)(&scalar, &scalar_sensor, &one));
         }
         for (int k = 0; k <= WIDE_LAG; k++) {
@@ -345,7 +373,7 @@ static void assign_refuses(void)
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, 1, INT_MAX, past_memory, least));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, INT_MAX, 3, past_memory, least));
     ASSERT_OK(K(lag_assign)(&past, 2, 1, 3, past_memory, least));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 0));
 }
 
 /* Sizes whose length is a little more than a multiple of 2^16 or 2^32: as a size_t of so many bits,
@@ -389,17 +417,30 @@ static void attach_refuses(void)
     TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(&unused));
 }
 
-static void predict_refuses(void)
+/* By the plain functions, and nothing has changed */
+static void predict_and_step_refuse(void)
 {
-    static const num bad[] = {(num)NAN};
+    static const num bad[] = {(num)NAN, 0}, z[] = {1, -1};
     drive(0), drive(1);
     watch(past_memory, LAG_LEN(2, MOST, 5) * sizeof(num));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_predict)(NULL, &motion, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_predict)(&past, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_predict)(&past, &blank_process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(lag_predict)(&past, &motion3, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(lag_predict)(&past, &motion, bad));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&unused, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict)(&track, &motion, bad));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, NULL, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, NULL, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, NULL, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&blank, &motion, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, NULL, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, bad, &radar, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, NULL, &radar, bad));
+    drive(2);
+    ASSERT_OK(K(lag_smooth)(&past, 0));
 }
 
 static void smooth_refuses(void)
@@ -418,18 +459,35 @@ static void smooth_refuses(void)
     ASSERT_OK(K(lag_smooth)(&past, 2));
 }
 
-/* More measurements than there is room for, a predict that is not the lag's: the chain is broken */
+/* The chain is broken, and the filter goes on: by the bits of the twin, which has the same state and
+   nothing attached. */
+static void assert_goes_on_alone(void)
+{
+    ASSERT_OK(K(filter_copy)(&twin, &track));
+    for (int step = 1; step < 6; step++) {
+        ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+        ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
+        ASSERT_OK(K(update)(&twin, &radar, z_of(step)));
+        ASSERT_OK(K(update)(&track, &radar, z_of(step)));
+        ASSERT_OK(K(step)(&twin, process_of(step), control_of(step), &compass, z_of(step)));
+        ASSERT_OK(K(step)(&track, process_of(step), control_of(step), &compass, z_of(step)));
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+    }
+}
+
 static void assert_broken(void)
 {
+    TEST_ASSERT_TRUE(K(events)(&track) & KQ_EVENT_HISTORY_FULL);
     TEST_ASSERT_EQUAL_INT(-1, K(lag_steps)(&past));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_smooth)(&past, 0));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_predict)(&past, &motion, NULL));
+    assert_goes_on_alone();
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_smooth)(&past, 0));
     ASSERT_OK(K(lag_attach)(&past, &track));
     drive(1);
     ASSERT_OK(K(lag_smooth)(&past, 1));
 }
 
-static void too_many_measurements_are_an_event_and_refused(void)
+static void after_too_many_measurements_the_filter_goes_on(void)
 {
     drive(0), drive(1);
     measure(&track, 3);
@@ -439,15 +497,54 @@ static void too_many_measurements_are_an_event_and_refused(void)
     assert_broken();
 }
 
-static void another_predict_is_refused(void)
+/* Student's step predicts by itself. */
+static void after_a_step_of_another_kind_the_filter_goes_on(void)
 {
+    static const num z[] = {1, -1};
+    num q;
+    PROCESS(target, 2, 1);
     drive(0), drive(1);
-    ASSERT_OK(K(predict)(&track, &motion, NULL));
+    ASSERT_OK(K(step_student)(&track, &motion, NULL, &radar, z, 3, 4, &target, &q));
     assert_broken();
-    drive(1);
-    measure(&track, 3);
-    ASSERT_OK(K(predict)(&track, &motion, NULL));
-    assert_broken();
+}
+
+/* The struct alone, with a memory of its own */
+static K(filter) copy_of_track(num *memory)
+{
+    K(filter) copied = track;
+    memcpy(memory, track_memory, sizeof track_memory);
+    copied.memory = memory;
+    ASSERT_OK(K(filter_copy)(&twin, &track));
+    return copied;
+}
+
+/* It goes on by itself, and says so; what is attached to its original knows nothing of it. */
+static void an_assigned_copy_goes_on_alone(void)
+{
+    static num memory[FILTER_LEN(2)];
+    drive(0), drive(1);
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(past), WATCH(past_memory);
+    for (int first = 0; first < 3; first++) {
+        K(filter) copied = copy_of_track(memory);
+        if (first == 0) {
+            ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
+            ASSERT_OK(K(predict)(&twin, &motion, NULL));
+        } else if (first == 1) {
+            ASSERT_OK_UNCHANGED(K(update)(&copied, &radar, z_of(1)));
+            ASSERT_OK(K(update)(&twin, &radar, z_of(1)));
+        }
+        ASSERT_OK_UNCHANGED(K(step)(&copied, &motion, NULL, &radar, z_of(2)));
+        ASSERT_OK(K(step)(&twin, &motion, NULL, &radar, z_of(2)));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&copied));
+        K(events_clear)(&copied);
+        ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
+        ASSERT_OK(K(predict)(&twin, &motion, NULL));
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&copied));
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, memory, sizeof memory);
+    }
+    drive(2);
+    ASSERT_OK(K(lag_smooth)(&past, 1));
 }
 
 static void it_may_be_detached(void)
@@ -459,7 +556,7 @@ static void it_may_be_detached(void)
     ASSERT_OK(K(lag_detach)(&past));
     ASSERT_OK(K(lag_detach)(&past));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(lag_detach)(NULL));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 0));
     ASSERT_WITHIN(0, mean, K(lag_mean)(&past, 0));
     watch_nothing();
     WATCH(past), WATCH(past_memory);
@@ -471,7 +568,7 @@ static void it_may_be_detached(void)
     watch_nothing();
     WATCH(past), WATCH(past_memory);
     ASSERT_OK_UNCHANGED(K(filter_init)(&twin, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 0));
 }
 
 static void another_history_takes_its_place(void)
@@ -480,7 +577,7 @@ static void another_history_takes_its_place(void)
     ASSERT_OK(K(lag_smooth)(&past, 1));
     ASSERT_OK(K(history_attach)(&tape, &track));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 1));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_predict)(&past, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 0));
     TEST_ASSERT_FALSE(isnan(K(lag_mean)(&past, 0)));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     measure(&track, 3);
@@ -517,6 +614,7 @@ SUITE(lag, set_up)
     RUN_TEST(every_lag_is_that_of_the_tape);
     RUN_TEST(none_is_the_filter_bit_for_bit);
     RUN_TEST(the_filter_is_the_same_with_a_lag);
+    RUN_TEST(a_step_is_predict_and_update);
     RUN_TEST(asking_changes_nothing);
     RUN_TEST(an_answer_stays_until_the_next_one);
     RUN_TEST(updates_may_come_after_an_answer);
@@ -529,10 +627,11 @@ SUITE(lag, set_up)
     RUN_TEST(assign_refuses);
     RUN_TEST(a_length_that_would_wrap_is_refused);
     RUN_TEST(attach_refuses);
-    RUN_TEST(predict_refuses);
+    RUN_TEST(predict_and_step_refuse);
     RUN_TEST(smooth_refuses);
-    RUN_TEST(too_many_measurements_are_an_event_and_refused);
-    RUN_TEST(another_predict_is_refused);
+    RUN_TEST(after_too_many_measurements_the_filter_goes_on);
+    RUN_TEST(after_a_step_of_another_kind_the_filter_goes_on);
+    RUN_TEST(an_assigned_copy_goes_on_alone);
     RUN_TEST(it_may_be_detached);
     RUN_TEST(another_history_takes_its_place);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_number);

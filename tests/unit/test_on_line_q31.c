@@ -108,8 +108,8 @@ static void drive_lag(int step)
     double u;
     const int32_t *words = control_of(step, &u);
     if (step) {
-        ASSERT_OK(kq_lag_predict_q31(&past, process_of(step), words));
-        ASSERT_OK(K(lag_predict)(&past_f64, step % 3 ? &motion_f64 : &other_f64, &u));
+        ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
+        ASSERT_OK(K(predict)(&track_f64, step % 3 ? &motion_f64 : &other_f64, &u));
     }
     measure(&track, step, 1);
 }
@@ -119,8 +119,8 @@ static void drive_point(int step)
     double u;
     const int32_t *words = control_of(step, &u);
     if (step) {
-        ASSERT_OK(kq_point_predict_q31(&instant, process_of(step), words));
-        ASSERT_OK(K(point_predict)(&instant_f64, step % 3 ? &motion_f64 : &other_f64, &u));
+        ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
+        ASSERT_OK(K(predict)(&track_f64, step % 3 ? &motion_f64 : &other_f64, &u));
     }
     measure(&track, step, 1);
 }
@@ -270,7 +270,7 @@ static void a_constant_is_known_as_now(void)
     static const double still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
     put_process(&motion, 2, 0, range, drive_range, still, NULL, none);
     for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(kq_lag_predict_q31(&past, &motion.process, NULL));
+        if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         const int32_t *words = words_of(z, 2, radar.measurement_format);
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
         for (int k = 0; k <= kq_lag_steps_q31(&past); k++) {
@@ -325,7 +325,7 @@ static void a_long_run_changes_nothing_any_more(void)
     for (int step = 0; step < 3000; step++) {
         double u;
         const int32_t *words = control_of(step, &u);
-        if (step) ASSERT_OK(kq_point_predict_q31(&instant, process_of(step), words));
+        if (step) ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
         measure(&track, step % STEPS, 0);
         if (step != 100) continue;
         ASSERT_OK(kq_point_smooth_q31(&instant));
@@ -356,7 +356,7 @@ static void a_constant_is_refined_for_long(void)
     ASSERT_OK(kq_point_attach_q31(&instant, &track));
     const int32_t *words = words_of(z, 2, radar.measurement_format);
     for (int step = 0; step < 3000; step++) {
-        if (step) ASSERT_OK(kq_point_predict_q31(&instant, &motion.process, NULL));
+        if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
     }
     ASSERT_OK(kq_point_smooth_q31(&instant));
@@ -417,7 +417,7 @@ static void sixteen_states_are_sixteen_scalars(void)
                                     (size_t)KQ_LAG_LEN_Q31((size_t)n, n, WIDE_LAG)));
         ASSERT_OK(kq_lag_attach_q31(&lag, &f));
         for (int step = 0; step < 12; step++) {
-            if (step) ASSERT_OK(kq_lag_predict_q31(&lag, &p, NULL));
+            if (step) ASSERT_OK(kq_predict_q31(&f, &p, NULL));
             for (int i = 0; i < n; i++) {
                 z[i] = (((n == 1 ? 5 : i) * 5 + step * 3) % 11 - 5) * (format[0].range / 100);
             }
@@ -485,46 +485,122 @@ static void attach_refuses(void)
     TEST_ASSERT_EQUAL_INT(-1, kq_lag_steps_q31(&unused));
 }
 
+/* By the plain functions, and nothing has changed */
+static void assert_predict_and_step_refuse(void)
+{
+    static const int32_t beyond[] = {INT32_MAX, INT32_MAX}, z[] = {0, 0};
+    const kq_process_q31 *p = &motion.process;
+    const kq_sensor_q31 *s = &radar.sensor;
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(NULL, p, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track, &three.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_q31(&track, p, beyond));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, NULL, NULL, s, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, p, NULL, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_step_q31(&track, p, NULL, s, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&track, &blank_process, NULL, s, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_step_q31(&track, &three.process, NULL, s, z));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, p, beyond, s, z));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, p, NULL, s, beyond));
+}
+
+/* Two measurements each, and there is room for two: the bits of the filter are those of the twin, which has
+   nothing attached. */
+static void assert_full_and_going_on(void)
+{
+    for (int k = 0; k < 3; k++) measure(&track, 2, 0);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, kq_events_q31(&track));
+    ASSERT_OK(kq_filter_copy_q31(&twin, &track));
+    for (int step = 1; step < 5; step++) {
+        const int32_t z[] = {step * 1000, -step * 1000};
+        ASSERT_OK(kq_predict_q31(&track, process_of(step), NULL));
+        ASSERT_OK(kq_predict_q31(&twin, process_of(step), NULL));
+        ASSERT_OK(kq_step_q31(&track, process_of(step), NULL, &radar.sensor, z));
+        ASSERT_OK(kq_step_q31(&twin, process_of(step), NULL, &radar.sensor, z));
+        ASSERT_SAME_Q31(&twin, &track);
+    }
+}
+
 static void lag_refuses(void)
 {
     static const int bad[] = {3, -1, INT_MAX, INT_MIN};
-    const int32_t beyond[] = {INT32_MAX};
     for (int step = 0; step < 3; step++) drive_lag(step);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_predict_q31(NULL, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_predict_q31(&past, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_lag_predict_q31(&past, &blank_process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_lag_predict_q31(&past, &three.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_lag_predict_q31(&past, &motion.process, beyond));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_lag_predict_q31(&unused, &motion.process, NULL));
+    watch(past_memory, 2048);
+    assert_predict_and_step_refuse();
     ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_smooth_q31(NULL, 0));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_lag_smooth_q31(&unused, 0));
     for (int k = 0; k < COUNT(bad); k++) {
         ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_smooth_q31(&past, bad[k]));
         ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_smooth_states_q31(&past, bad[k]));
     }
-    for (int k = 0; k < 3; k++) measure(&track, 2, 0); /* two each, and there is room for two */
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, kq_events_q31(&track));
+    ASSERT_OK(kq_lag_smooth_q31(&past, 2));
+    assert_full_and_going_on();
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_lag_smooth_q31(&past, 0));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_lag_predict_q31(&past, &motion.process, NULL));
 }
 
 static void point_refuses(void)
 {
-    const int32_t beyond[] = {INT32_MAX};
     attach_point();
     for (int step = 0; step < 3; step++) drive_point(step);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_predict_q31(NULL, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_predict_q31(&instant, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_point_predict_q31(&instant, &blank_process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_point_predict_q31(&instant, &three.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_point_predict_q31(&instant, &motion.process, beyond));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY,
-                   kq_point_predict_q31(&unused_point, &motion.process, NULL));
+    assert_predict_and_step_refuse();
     ASSERT_REFUSED(KQ_ERR_NULL, kq_point_smooth_q31(NULL));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_point_smooth_q31(&unused_point));
-    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+    ASSERT_OK(kq_point_smooth_q31(&instant));
+    assert_full_and_going_on();
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_point_smooth_q31(&instant));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_point_predict_q31(&instant, &motion.process, NULL));
+}
+
+/* The struct alone: the twin is a copy of the filter as it should be. */
+static void assert_copy_goes_on_alone(void)
+{
+    static int32_t memory[KQ_FILTER_LEN_Q31(2)];
+    static const int32_t z[] = {1000, -1000};
+    kq_filter_q31 copied = track;
+    memcpy(memory, track_memory, sizeof memory);
+    copied.memory = memory;
+    ASSERT_OK(kq_filter_copy_q31(&twin, &track));
+    for (int step = 1; step < 4; step++) {
+        ASSERT_OK_UNCHANGED(kq_step_q31(&copied, process_of(step), NULL, &radar.sensor, z));
+        TEST_ASSERT_EQUAL_HEX(step == 1 ? KQ_EVENT_HISTORY_FULL : 0, kq_events_q31(&copied));
+        kq_events_clear_q31(&copied);
+        ASSERT_OK(kq_step_q31(&twin, process_of(step), NULL, &radar.sensor, z));
+        ASSERT_SAME_Q31(&twin, &copied);
+    }
+}
+
+static void an_assigned_copy_goes_on_alone(void)
+{
+    for (int step = 0; step < 3; step++) drive_lag(step);
+    assert_copy_goes_on_alone();
+    drive_lag(3);
+    ASSERT_OK(kq_lag_smooth_q31(&past, 3));
+    attach_point();
+    for (int step = 0; step < 3; step++) drive_point(step);
+    assert_copy_goes_on_alone();
+    drive_point(3);
+    ASSERT_OK(kq_point_smooth_q31(&instant));
+}
+
+static void a_step_is_predict_and_update(void)
+{
+    KQ_LAG_Q31(beside, 2, 2, 5);
+    kq_scaled_q31 P[4];
+    ASSERT_OK(kq_lag_attach_q31(&beside, &twin));
+    for (int step = 0; step < STEPS; step++) {
+        const int32_t z[] = {step * 1000, 50000 - step * 3000};
+        ASSERT_OK(kq_step_q31(&track, process_of(step), NULL, &radar.sensor, z));
+        ASSERT_OK(kq_predict_q31(&twin, process_of(step), NULL));
+        ASSERT_OK(kq_update_q31(&twin, &radar.sensor, z));
+        ASSERT_SAME_Q31(&twin, &track);
+        ASSERT_OK(kq_lag_smooth_q31(&beside, kq_lag_steps_q31(&beside)));
+        ASSERT_OK(kq_lag_covariance_q31(&beside, P));
+        ASSERT_OK(kq_lag_smooth_q31(&past, kq_lag_steps_q31(&past)));
+        ASSERT_OK(kq_lag_covariance_q31(&past, out));
+        ASSERT_SAME_BITS(P, out);
+        TEST_ASSERT_EQUAL_INT32(kq_lag_mean_q31(&beside, 1), kq_lag_mean_q31(&past, 1));
+    }
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
 static void assert_no_word(const kq_lag_q31 *lag, const kq_point_q31 *point, int i)
@@ -569,5 +645,7 @@ SUITE(on_line, set_up)
     RUN_TEST(attach_refuses);
     RUN_TEST(lag_refuses);
     RUN_TEST(point_refuses);
+    RUN_TEST(an_assigned_copy_goes_on_alone);
+    RUN_TEST(a_step_is_predict_and_update);
     RUN_TEST(what_is_read_where_there_is_nothing_is_no_word);
 }

@@ -331,7 +331,7 @@ static void a_student_step_is_one_with_scaled_noise(void)
         const int32_t *z = seen(t == 3 ? 300 : t, 1);
         ASSERT_OK(kq_step_student_q31(&track, &motion.process, drive(), &radar.sensor, z,
                                       t == 4 ? 0 : ALL, number(2), &scaled, root, q));
-        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, q[0], root));
+        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, q[0]));
         ASSERT_OK(kq_predict_q31(&twin, &scaled, drive()));
         ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, z, t == 4 ? 0 : ALL));
         TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
@@ -345,13 +345,13 @@ static void powers_of_4_move_the_exponents_alone(void)
 {
     for (int k = -3; k < 8; k++) {
         ASSERT_OK(
-            kq_process_scale_noise_q31(&scaled, &motion.process, number(ldexp(1, 2 * k)), root));
+            kq_process_scale_noise_q31(&scaled, &motion.process, root, number(ldexp(1, 2 * k))));
         for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i], root[i]);
         for (int i = 3; i < 5; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i] + k, root[i]);
     }
     TEST_ASSERT_TRUE(scaled.noise_root == root);
     TEST_ASSERT_TRUE(scaled.transition == motion.transition);
-    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, number(0), root));
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, number(0)));
     for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(0, root[i]);
     ASSERT_OK(kq_predict_q31(&track, &scaled, drive()));
 }
@@ -361,7 +361,7 @@ static void scaled_noise_is_that_of_double(void)
     for (int k = 0; k < 20; k++) {
         const kq_scaled_q31 factor = number(exp(k - 8));
         start();
-        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, factor, root));
+        ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, factor));
         ASSERT_OK(K(process_scale_noise)(&wide_scaled, &wide_motion, of_number(factor)));
         ASSERT_OK(kq_predict_q31(&track, &scaled, drive()));
         ASSERT_OK(K(predict)(&wide_track, &wide_scaled, (const double[]){4}));
@@ -380,7 +380,7 @@ static void the_reweighted_smoother_is_that_of_double(void)
         ASSERT_OK(K(history_attach)(&wide_tape, &wide_track));
         for (int t = 0; t < 30; t++) {
             const int32_t *z = seen(t + (t > 12 ? 60 : 0) + noise(&seed), t + noise(&seed));
-            ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, q[t], root));
+            ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, q[t]));
             ASSERT_OK(K(process_scale_noise)(&wide_scaled, &wide_motion, wide_q[t]));
             ASSERT_OK(kq_step_q31(&track, &scaled, drive(), &radar.sensor, z));
             ASSERT_OK(
@@ -421,7 +421,7 @@ static void a_noise_too_small_to_be_held_is_refused(void)
         motion.noise_root[3] = exponent;
         ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
         const kq_status status =
-            kq_process_scale_noise_q31(&scaled, &motion.process, number(1), root);
+            kq_process_scale_noise_q31(&scaled, &motion.process, root, number(1));
         TEST_ASSERT_EQUAL_INT(exponent < 32 - 1000 ? KQ_ERR_COEFFICIENT : KQ_OK, status);
         TEST_ASSERT_EQUAL_INT(status,
                               kq_step_student_q31(&track, &motion.process, drive(), &radar.sensor,
@@ -457,15 +457,15 @@ static void refusals(void)
     }
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_jump_q31(&track, s, z, ALL, number(0.5)));
 
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(NULL, m, two, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(&scaled, NULL, two, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(&scaled, m, two, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(NULL, m, root, two));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(&scaled, NULL, root, two));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_scale_noise_q31(&scaled, m, NULL, two));
     ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_process_scale_noise_q31(&scaled, &blank_process, two, root));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(m, m, two, root));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(&scaled, m, two, motion.noise_root));
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_scale_noise_q31(&scaled, m, bad, root));
-    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_process_scale_noise_q31(&scaled, m, less, root));
+                   kq_process_scale_noise_q31(&scaled, &blank_process, root, two));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(m, m, root, two));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_process_scale_noise_q31(&scaled, m, motion.noise_root, two));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_scale_noise_q31(&scaled, m, root, bad));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, kq_process_scale_noise_q31(&scaled, m, root, less));
 
     ASSERT_REFUSED(KQ_ERR_NULL,
                    kq_step_student_q31(&track, m, NULL, s, z, ALL, two, NULL, root, q));
@@ -492,19 +492,19 @@ static void exponents_stay_within_their_limits(void)
     const kq_scaled_q31 large = {INT32_C(1) << 30, 1000}, small = {INT32_C(1) << 30, -1000};
     kq_process_q31 again;
     int32_t other[KQ_ROOT_LEN_Q31(2)];
-    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, large, root));
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, large));
     kq_status status = KQ_OK;
     for (int k = 0; k < 4 && !status; k++) {
-        status = kq_process_scale_noise_q31(&again, &scaled, large, other);
-        if (!status) status = kq_process_scale_noise_q31(&scaled, &again, large, root);
+        status = kq_process_scale_noise_q31(&again, &scaled, other, large);
+        if (!status) status = kq_process_scale_noise_q31(&scaled, &again, root, large);
     }
     TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
     ASSERT_OK(kq_predict_q31(&track, &scaled, NULL));
-    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, small, root));
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, small));
     status = KQ_OK;
     for (int k = 0; k < 4 && !status; k++) {
-        status = kq_process_scale_noise_q31(&again, &scaled, small, other);
-        if (!status) status = kq_process_scale_noise_q31(&scaled, &again, small, root);
+        status = kq_process_scale_noise_q31(&again, &scaled, other, small);
+        if (!status) status = kq_process_scale_noise_q31(&scaled, &again, root, small);
     }
     TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
 }

@@ -405,7 +405,7 @@ static void a_process_changed_after_the_recording_is_refused(void)
     }
     ASSERT_OK(kq_process_init_q31(&motion.process, &other.table, NULL));
     assert_changed();
-    ASSERT_OK(kq_process_scale_noise_q31(&motion.process, &other.process, four, root));
+    ASSERT_OK(kq_process_scale_noise_q31(&motion.process, &other.process, root, four));
     assert_changed();
     ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
     ASSERT_OK(kq_smooth_q31(&tape));

@@ -11,13 +11,13 @@ _Static_assert(KQ_PROCESS_LEN(3) == 6, "process");
 _Static_assert(KQ_SENSOR_LEN(3) == 6 && KQ_SENSOR_DIAGONAL_LEN(3) == 3, "sensor");
 _Static_assert(KQ_FILTER_LEN_F32(2) == 7 && KQ_FILTER_LEN_F64(2) == 5, "filter");
 
-#define STEP_BYTES(n, m) (sizeof(float) * KQ_HISTORY_STEP_LEN_F32(n, m))
+#define STEP_BYTES(n, m) (sizeof(float) * KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m))
 _Static_assert(STEP_BYTES(2, 1) == 44, "bytes of one step of history, n = 2, m = 1");
 _Static_assert(STEP_BYTES(4, 2) == 116, "bytes of one step of history, n = 4, m = 2");
 _Static_assert(STEP_BYTES(9, 3) == 376, "bytes of one step of history, n = 9, m = 3");
 
-_Static_assert(KQ_HISTORY_CHANGE_LEN_F32 * sizeof(float) >= sizeof(void *) + 4, "change, f32");
-_Static_assert(KQ_HISTORY_CHANGE_LEN_F64 * sizeof(double) >= sizeof(void *) + 4, "change, f64");
+_Static_assert(KQ_PRIVATE_HISTORY_CHANGE_LEN_F32 * sizeof(float) >= sizeof(void *) + 4, "change, f32");
+_Static_assert(KQ_PRIVATE_HISTORY_CHANGE_LEN_F64 * sizeof(double) >= sizeof(void *) + 4, "change, f64");
 
 _Static_assert(KQ_VERSION == KQ_VERSION_MAJOR * 10000 + KQ_VERSION_MINOR * 100 + KQ_VERSION_PATCH,
                "version");
@@ -31,7 +31,7 @@ static num history_words[HISTORY_LEN(2, 1, 3, 1)];
 /* An expression as a size is taken as a whole. */
 _Static_assert(KQ_TRIANGLE(1 + 1) == 3 && FILTER_LEN(1 + 1) == FILTER_LEN(2), "parentheses");
 _Static_assert(HISTORY_STEP_LEN(1 + 1, 0 + 1) == HISTORY_STEP_LEN(2, 1), "parentheses");
-_Static_assert(KQ_HISTORY_WORKSPACE_LEN(1 + 1) == KQ_HISTORY_WORKSPACE_LEN(2), "parentheses");
+_Static_assert(KQ_PRIVATE_HISTORY_WORKSPACE_LEN(1 + 1) == KQ_PRIVATE_HISTORY_WORKSPACE_LEN(2), "parentheses");
 _Static_assert(HISTORY_LEN(1 + 1, 0 + 1, 1 + 2, 0 + 1) == HISTORY_LEN(2, 1, 3, 1), "parentheses");
 
 /* No length wraps, whatever the bits of a size_t: an array of it does not compile. */
@@ -137,7 +137,7 @@ static void events_are_separate_bits(void)
 static void a_history_is_its_steps_changes_and_workspace(void)
 {
     const size_t step = (size_t)HISTORY_STEP_LEN(2, 1);
-    TEST_ASSERT_EQUAL_UINT(3 * step + HISTORY_CHANGE_LEN + KQ_HISTORY_WORKSPACE_LEN(2),
+    TEST_ASSERT_EQUAL_UINT(3 * step + HISTORY_CHANGE_LEN + KQ_PRIVATE_HISTORY_WORKSPACE_LEN(2),
                            COUNT(history_words));
     TEST_ASSERT_EQUAL_INT(3, COUNT(process_words));
     TEST_ASSERT_EQUAL_INT(3 + 2, COUNT(sensor_words));

@@ -9,7 +9,7 @@ KQ_HISTORY_Q31(tape, 2, 2, 16, 16);
 KQ_LAG_Q31(lag, 2, 2, 3);
 KQ_POINT_Q31(point, 2, 2);
 KQ_START_Q31(start, 2, 16);
-KQ_SWITCH_Q31(settling, 2, 2);
+KQ_SETTLING_Q31(settling, 2, 2);
 
 /* the same in double */
 PROCESS(trend_f64, 2, 0);
@@ -142,20 +142,14 @@ static void the_end_of_the_headroom_is_flagged(void)
 
 /* Nothing at step 0, both states at step 1; all filtered means are within their words.  Of the
    smoothed state 0 the two terms are 2000 and -1995. */
-static void run_linked(kq_status (*predict)(void))
+static void run_linked(void)
 {
     const double five[] = {5}, twenty[] = {20};
-    ASSERT_OK(predict());
+    ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(five, 1, first.measurement_format)));
     ASSERT_OK(kq_update_q31(&track, &second.sensor, words_of(twenty, 1, second.measurement_format)));
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
-
-static kq_status predict_still(void) { return kq_predict_q31(&track, &still.process, NULL); }
-
-static kq_status predict_lag(void) { return kq_lag_predict_q31(&lag, &still.process, NULL); }
-
-static kq_status predict_point(void) { return kq_point_predict_q31(&point, &still.process, NULL); }
 
 static double value_of_word(int32_t word) { return ldexp(word, -prior.state_format[0].fraction); }
 
@@ -164,7 +158,7 @@ static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
         ASSERT_OK(kq_history_attach_q31(&tape, &track));
-        run_linked(predict_still);
+        run_linked();
         if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
         if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
         for (int t = 0; k == 2 && t < 2; t++) ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
@@ -178,13 +172,13 @@ static void so_it_may_on_line(void)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_lag_attach_q31(&lag, &track));
-    run_linked(predict_lag);
+    run_linked();
     ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
     ASSERT_WITHIN(0.02, 5, value_of_word(kq_lag_mean_q31(&lag, 0)));
     ASSERT_WITHIN(0.02, 20, value_of_word(kq_lag_mean_q31(&lag, 1)));
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_point_attach_q31(&point, &track));
-    run_linked(predict_point);
+    run_linked();
     ASSERT_OK(kq_point_smooth_q31(&point));
     ASSERT_WITHIN(0.02, 5, value_of_word(kq_point_mean_q31(&point, 0)));
     ASSERT_WITHIN(0.02, 20, value_of_word(kq_point_mean_q31(&point, 1)));
@@ -192,19 +186,13 @@ static void so_it_may_on_line(void)
 }
 
 /* x_0 = 10 x_1 = 1000 */
-static void run_shrinking(kq_status (*predict)(void))
+static void run_shrinking(void)
 {
     const double hundred[] = {100};
-    ASSERT_OK(predict());
+    ASSERT_OK(kq_predict_q31(&track, &shrink.process, NULL));
     ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(hundred, 1, first.measurement_format)));
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
-
-static kq_status shrink_still(void) { return kq_predict_q31(&track, &shrink.process, NULL); }
-
-static kq_status shrink_lag(void) { return kq_lag_predict_q31(&lag, &shrink.process, NULL); }
-
-static kq_status shrink_point(void) { return kq_point_predict_q31(&point, &shrink.process, NULL); }
 
 static void a_smoothed_mean_that_is_held_is_flagged(void)
 {
@@ -212,7 +200,7 @@ static void a_smoothed_mean_that_is_held_is_flagged(void)
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
         ASSERT_OK(kq_history_attach_q31(&tape, &track));
         TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(&tape));
-        run_shrinking(shrink_still);
+        run_shrinking();
         if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
         if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
         for (int t = 0; k == 2 && t < 2; t++) ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
@@ -227,12 +215,12 @@ static void so_is_one_on_line(void)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_lag_attach_q31(&lag, &track));
-    run_shrinking(shrink_lag);
+    run_shrinking();
     ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_point_attach_q31(&point, &track));
-    run_shrinking(shrink_point);
+    run_shrinking();
     ASSERT_OK(kq_point_smooth_q31(&point));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
 }
@@ -271,19 +259,18 @@ static void a_settled_filter_is_held_at_the_end_of_a_step(void)
 {
     static const double Q[] = {1e4, 0, 0, 1};
     put_process(&still, 2, 0, range, NULL, identity, NULL, Q);
-    ASSERT_OK(kq_switch_init_q31(&settling, 8));
+    ASSERT_OK(kq_settling_init_q31(&settling, 8));
+    ASSERT_OK(kq_settling_attach_q31(&settling, &track));
     for (int t = 0; t < 40; t++) {
-        ASSERT_OK(kq_switch_step_q31(&settling, &track, &still.process, NULL, &independent.sensor,
-                                     inside()));
+        ASSERT_OK(kq_step_q31(&track, &still.process, NULL, &independent.sensor, inside()));
     }
-    TEST_ASSERT_EQUAL_INT(1, kq_switch_settled_q31(&settling));
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&settling));
     for (int sign = -1; sign <= 1; sign += 2) {
         const double z[] = {605 * sign, 5 * sign};
         int32_t words[2];
         ASSERT_OK(kq_vector_prepare_q31(words, z, 2, independent.measurement_format, NULL));
         for (int t = 0; t < 40; t++) {
-            ASSERT_OK(kq_switch_step_q31(&settling, &track, &still.process, NULL,
-                                         &independent.sensor, words));
+            ASSERT_OK(kq_step_q31(&track, &still.process, NULL, &independent.sensor, words));
         }
         assert_mean(5 * sign, 20 * sign);
     }
@@ -305,16 +292,16 @@ static void begin_trend(void)
 {
     ASSERT_OK(kq_start_assign_q31(&start, 2, 16, start_memory, COUNT(start_memory)));
     ASSERT_OK(kq_start_init_q31(&start, &track, &level_prior.table, 3, NULL));
-    ASSERT_OK(kq_start_attach_q31(&start, &tape));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
     ASSERT_OK(K(start_assign)(&start_f64, 2, 16, start_f64_memory, COUNT(start_f64_memory)));
     ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, identity, 3));
-    ASSERT_OK(K(start_attach)(&start_f64, &tape_f64));
+    ASSERT_OK(K(history_attach)(&tape_f64, &track_f64));
 }
 
 /* Is what is known of the present, in double, within 2/3 of the word? */
 static int is_within(void)
 {
-    const double level = K(start_mean)(&start_f64, 0), slope = K(start_mean)(&start_f64, 1);
+    const double level = K(mean)(&track_f64, 0), slope = K(mean)(&track_f64, 1);
     return !(fabs(level) > 85) && !(fabs(slope) > 85);
 }
 
@@ -328,13 +315,13 @@ static int run_trend(double noise, int from)
     for (int t = 0; t < 16; t++) {
         double z[] = {level + slope * t + noise * draw()};
         z[0] = fmin(fmax(z[0], -99), 99);
-        if (t) ASSERT_OK(kq_start_predict_q31(&start, &trend.process, NULL));
-        if (t) ASSERT_OK(K(start_predict)(&start_f64, &trend_f64, NULL));
+        if (t) ASSERT_OK(kq_predict_q31(&track, &trend.process, NULL));
+        if (t) ASSERT_OK(K(predict)(&track_f64, &trend_f64, NULL));
         within &= is_within();
         if (t < from) continue;
         const int32_t *words = words_of(z, 1, line.measurement_format);
-        ASSERT_OK(kq_start_update_q31(&start, &line.sensor, words));
-        ASSERT_OK(K(start_update)(&start_f64, &line_f64, z));
+        ASSERT_OK(kq_update_q31(&track, &line.sensor, words));
+        ASSERT_OK(K(update)(&track_f64, &line_f64, z));
         within &= is_within();
     }
     ASSERT_OK(kq_start_smooth_q31(&start));

@@ -95,7 +95,7 @@ static void put_point(const model *M, int steps)
         if (t) put_predict(M, VECTOR_POINT_PREDICT, 0, t);
         else script_predict(M, 0, NULL);
     }
-    script_predict(M, 0, NULL); /* the instant is lost */
+    script_predict(M, 0, NULL); /* the plain predict is the point's */
     script_act(VECTOR_POINT_SMOOTH);
     put_predict(M, VECTOR_POINT_PREDICT, 0, 0);
 }
@@ -375,7 +375,7 @@ static void put_steady_steps(const model *M, int steps)
     }
 }
 
-/* Of the filter as the switch has left it */
+/* Of the filter as the settling has left it */
 static void put_steady_smoother(const model *M)
 {
     enum { STEPS = 6 };
@@ -387,7 +387,7 @@ static void put_steady_smoother(const model *M)
     script_act(VECTOR_STEADY_SMOOTH);
 }
 
-static void step_switch(const model *M, const double *u, const double *z)
+static void step_settling(const model *M, const double *u, const double *z)
 {
     script_word(0);
     script_word(0);
@@ -398,7 +398,7 @@ static void step_switch(const model *M, const double *u, const double *z)
 }
 
 /* Until it is settled; a measurement that is missing; released; settled again */
-static void put_switch(const model *M, int bits, int steps)
+static void put_settling(const model *M, int bits, int steps)
 {
     truth now;
     double z[16];
@@ -410,7 +410,7 @@ static void put_switch(const model *M, int bits, int steps)
     for (int t = 0; t < steps; t++) {
         measure(&now, M, t, 0, z);
         if (t == steps - 4) script_act(VECTOR_SWITCH_RELEASE);
-        step_switch(M, control_at(M, t), t == steps / 2 ? NULL : z);
+        step_settling(M, control_at(M, t), t == steps / 2 ? NULL : z);
     }
     script_read();
 }
@@ -425,7 +425,7 @@ static void put_steady_states(const model *M, int bits, int steps)
     put_steady(M, 1, 99);
     put_steady_steps(M, 3);
     put_steady(M, 1, INT32_MIN); /* refused */
-    put_switch(M, bits, steps);
+    put_settling(M, bits, steps);
     put_steady_smoother(M);
 }
 

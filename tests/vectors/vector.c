@@ -43,7 +43,7 @@ static struct {
     kq_steady_q31 steady;
     const kq_scaled_q31 *gains; /* of the last schedule */
     size_t gain_count;
-    kq_switch_q31 lazy;
+    kq_settling_q31 lazy;
     kq_gate_q31 gate;
     kq_least_squares_q31 fit;
     kq_format_q31 fit_format;
@@ -206,6 +206,15 @@ static void put_symmetric_status(const vector_sink *sink, kq_status status, int 
     if (!status) put_symmetric(sink, "smoothed covariance", machine.out[0], n);
 }
 
+static void put_memory(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    const int n = machine.n;
+    put_words(sink, "mean", f->memory, n);
+    put_words(sink, "low", f->memory + n, n);
+    put_words(sink, "root", f->memory + 2 * n, KQ_TRIANGLE(n));
+    put_words(sink, "root exponent", f->memory + 2 * n + KQ_TRIANGLE(n), n);
+}
+
 /* All that predict and update change */
 static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
 {
@@ -214,10 +223,18 @@ static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
     put_word(sink, "taken", kq_taken_q31(f));
     put_score(sink, "NIS", kq_nis_q31(f));
     for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
-    put_words(sink, "mean", f->memory, n);
-    put_words(sink, "low", f->memory + n, n);
-    put_words(sink, "root", f->memory + 2 * n, KQ_TRIANGLE(n));
-    put_words(sink, "root exponent", f->memory + 2 * n + KQ_TRIANGLE(n), n);
+    put_memory(sink, f);
+}
+
+/* The same while a start has unknowns left: what is one number of the whole state is not in the vectors
+   then, nor is sigma, which put_start has. */
+static void put_filter_unknown(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    put_word(sink, "events", (int32_t)kq_events_q31(f));
+    put_word(sink, "taken", -1);
+    put_score(sink, "NIS", KQ_NOT_A_SCORE_Q31);
+    for (int i = 0; i < machine.n; i++) sink->put(sink->to, "sigma", i, KQ_NOT_A_WORD_Q31);
+    put_memory(sink, f);
 }
 
 /* All that can be read of a filter */
@@ -669,9 +686,9 @@ static const struct {
     [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
     [VECTOR_STEADY_STEP] = {"step of the steady-state filter", HAS_STEADY ? step_steady : NULL},
     [VECTOR_STEADY_SMOOTH] = {"steady-state smoother", HAS_STEADY ? smooth_steady : NULL},
-    [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_switch : NULL},
-    [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_switch : NULL},
-    [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_switch : NULL},
+    [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_settling : NULL},
+    [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_settling : NULL},
+    [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_settling : NULL},
     [VECTOR_GATE] = {"gate", HAS_ROBUST ? set_gate : NULL},
     [VECTOR_GATED] = {"gated update", HAS_ROBUST ? update_gated : NULL},
     [VECTOR_WEIGHTED] = {"weighted update", HAS_ROBUST ? update_weighted : NULL},

@@ -25,7 +25,7 @@ CALLED = {
     "hard_step": "step",
     "hard_smooth": "smooth_step",
     "steady": "steady_step",
-    "switch": "switch_step",
+    "settling": "step",
     "gated": "update_gated",
     "huber": "update_huber",
     "student": "update_student",
@@ -37,9 +37,9 @@ BEGINNINGS = {
     ROOTS: ("process.h", "kq_process_init_root_f32"),
     LEAN: ("sensor.h", "kq_sensor_init_lean_f32"),
 }
-PARTS = ("", "steady_", "adaptation_", "em_")  # of an arithmetic
+PARTS = ("filter", "steady", "adaptation", "em")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
-OPTIONS = {FIXED: "KQ_UPPER|KQ_BARE", FIXED_DENSE: "KQ_BARE"}
+OPTIONS = {FIXED: "KQ_FIXED_UPPER|KQ_FIXED_BARE", FIXED_DENSE: "KQ_FIXED_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
 
@@ -130,8 +130,8 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name in (f"kq_{part}{arithmetic}.c" for part in PARTS)
-        or not path.name.startswith(("kq_", "prepare_"))
+        if path.name in (f"kq_{part}_{arithmetic}.c" for part in PARTS)
+        or path.name in ("kq_status.c", "kq_misfit_q31.c")
     ]
 
 

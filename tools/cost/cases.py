@@ -12,7 +12,7 @@ ROOTS = "roots"  # step, of a program that begins from the roots of Q and P0
 LEAN = "lean"  # step by a lean sensor, of a program that begins from roots and has no other sensor
 FILTER = ("predict", "update", "step", ROOTS, LEAN, "smooth")
 MODULES = (
-    "steady", "switch", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
+    "steady", "settling", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
     "adapted", "em", "em_state",
 )  # fmt: skip
 FLOAT_ONLY = ("em", "em_state")

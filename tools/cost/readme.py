@@ -188,7 +188,7 @@ MODULE_ROWS = (
     ("step", RUNTIME, "`kq_step`"),
     ("steady", RUNTIME, "`kq_steady_step`"),
     ("steady", FIXED, "`kq_fixed_steady_step`"),
-    ("switch", RUNTIME, "`kq_step` with a settled `kq_settling`"),
+    ("settling", RUNTIME, "`kq_step`, a settled `kq_settling` attached"),
     ("update", RUNTIME, "`kq_update`"),
     ("gated", RUNTIME, "`kq_update_gated`, accepted"),
     ("huber", RUNTIME, "`kq_update_huber`"),

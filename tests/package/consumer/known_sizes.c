@@ -9,7 +9,7 @@ int main(void)
 {
     static const float one = 1, zero = 0, z = 3;
     if (kq_sensor_init_f32(&gauge, &one, &one) || kq_filter_init_f32(&level, &zero, &one) ||
-        kq_fixed_update_f32(&level, &gauge, &z, 1, 1, KQ_BARE)) {
+        kq_fixed_update_f32(&level, &gauge, &z, 1, 1, KQ_FIXED_BARE)) {
         return 1;
     }
     printf("known sizes: %g\n", (double)kq_mean_f32(&level, 0));

@@ -64,7 +64,7 @@ kq_status SIZED(user_smooth_step)(T(kq_history) * h, const T(kq_process) * p,
 kq_status T(user_lag)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
                       const T(kq_sensor) * s, const word *z)
 {
-    kq_status status = T(kq_lag_predict)(past, p, NULL);
+    kq_status status = T(kq_predict)(f, p, NULL);
     if (!status) status = T(kq_update)(f, s, z);
     return status ? status : T(kq_lag_smooth)(past, LAG);
 }
@@ -72,7 +72,7 @@ kq_status T(user_lag)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * 
 kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
                              const T(kq_sensor) * s, const word *z)
 {
-    kq_status status = T(kq_lag_predict)(past, p, NULL);
+    kq_status status = T(kq_predict)(f, p, NULL);
     if (!status) status = T(kq_update)(f, s, z);
     return status ? status : T(kq_lag_smooth_states)(past, LAG);
 }
@@ -80,16 +80,17 @@ kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_fil
 kq_status T(user_point)(T(kq_point) * start, const T(kq_process) * p, T(kq_filter) * f,
                         const T(kq_sensor) * s, const word *z)
 {
-    kq_status status = T(kq_point_predict)(start, p, NULL);
+    kq_status status = T(kq_predict)(f, p, NULL);
     if (!status) status = T(kq_update)(f, s, z);
     return status ? status : T(kq_point_smooth)(start);
 }
 
 /* With scales of the noises that adapt: predict and update. */
-kq_status T(user_adapted)(T(kq_adaptation) * tuner, T(kq_filter) * f, const word *z)
+kq_status T(user_adapted)(T(kq_filter) * f, const T(kq_process) * p, const T(kq_sensor) * s,
+                          const word *z)
 {
-    const kq_status status = T(kq_adaptation_predict)(tuner, f, NULL);
-    return status ? status : T(kq_adaptation_update)(tuner, f, z, UINT32_MAX);
+    const kq_status status = T(kq_predict)(f, p, NULL);
+    return status ? status : T(kq_update)(f, s, z);
 }
 
 #endif

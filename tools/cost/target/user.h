@@ -15,7 +15,8 @@ kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_fil
                              const T(kq_sensor) * s, const word *z);
 kq_status T(user_point)(T(kq_point) * start, const T(kq_process) * p, T(kq_filter) * f,
                         const T(kq_sensor) * s, const word *z);
-kq_status T(user_adapted)(T(kq_adaptation) * tuner, T(kq_filter) * f, const word *z);
+kq_status T(user_adapted)(T(kq_filter) * f, const T(kq_process) * p, const T(kq_sensor) * s,
+                          const word *z);
 #endif
 
 #endif
