@@ -57,6 +57,28 @@ def unknown_names(text: str, source: pathlib.Path) -> list[str]:
     return sorted(name for name in used - prefixes if name.rstrip("_") not in known | files)
 
 
+def missing(page: pathlib.Path, text: str, source: pathlib.Path) -> list[str]:
+    """Files and functions that the page tells of and that are not there (but for q15 and NAMEs, which
+    stand for others).  A file without its folder may be in any of src/."""
+    folders = ("src", "src/*", "include", "include/kalmanq", "tests")
+    places = [page.parent, source, *(place for folder in folders for place in source.glob(folder))]
+    words = set()
+    for path in source.rglob("*"):
+        if path.suffix in (".h", ".c", ".cpp", ".sh", ".py", ".cmake", ".txt") and "build" not in path.parts:
+            words |= set(re.findall(r"\w+", path.read_text(encoding="utf-8", errors="replace")))
+    faults = []
+    for name in sorted(set(re.findall(r"`([^`\n]+)`", text))):
+        if re.search(r"q15|_[A-Z]+\.|^x[._]", name):
+            continue
+        if re.fullmatch(r"[\w/<>*-]+\.(h|c|cpp|py|sh|cmake)", name):
+            pattern = re.sub("<[^>]*>", "*", name)
+            if not any(any(place.glob(pattern)) for place in places):
+                faults.append(name)
+        elif re.fullmatch(r"[a-z]\w*_\w+", name) and name not in words and not name.startswith("kq_"):
+            faults.append(name)
+    return faults
+
+
 def main(pages: list[str], source: str, library: str, work: str) -> None:
     number, faults = 0, []
     for page in map(pathlib.Path, pages):
@@ -65,6 +87,8 @@ def main(pages: list[str], source: str, library: str, work: str) -> None:
         if page.name != "CHANGELOG.md":  # it tells of names that are gone
             faults += [f"{page}: what is {name}?"
                        for name in unknown_names(text, pathlib.Path(source))]
+            faults += [f"{page}: {name} is not there"
+                       for name in missing(page, text, pathlib.Path(source))]
         for program, expected in programs(text):
             printed = run(program, source, library, pathlib.Path(work) / str(number))
             number += 1
