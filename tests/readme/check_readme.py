@@ -79,11 +79,20 @@ def missing(page: pathlib.Path, text: str, source: pathlib.Path) -> list[str]:
     return faults
 
 
+def stale_copies(text: str, source: pathlib.Path) -> list[str]:
+    """Files of src/ that are shown whole and are another text"""
+    shown = re.findall(r"All of `(\w+\.c)`:\n\n```c\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return [name for name, copy in shown
+            if copy != (source / "src" / name).read_text(encoding="utf-8")]
+
+
 def main(pages: list[str], source: str, library: str, work: str) -> None:
     number, faults = 0, []
     for page in map(pathlib.Path, pages):
         text = page.read_text(encoding="utf-8")
         faults += [f"{page}: {link} leads nowhere" for link in dead_links(page, text)]
+        faults += [f"{page}: {name} is another text"
+                   for name in stale_copies(text, pathlib.Path(source))]
         if page.name != "CHANGELOG.md":  # it tells of names that are gone
             faults += [f"{page}: what is {name}?"
                        for name in unknown_names(text, pathlib.Path(source))]
