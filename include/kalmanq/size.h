@@ -3,7 +3,33 @@
  *
  * n states, m measured components and l controls: each 1 .. KQ_SIZE_MAX (l may be 0).
  * Every object's memory belongs to the caller; its length, in words of the object's number
- * type, is a constant expression of its sizes (KQ_..._LEN), and goes into static arrays.
+ * type, is a constant expression of its sizes (KQ_..._LEN), and goes into static arrays.  The macros
+ * KQ_FILTER_F32(name, n), KQ_HISTORY_F32(name, n, m, steps, changes), ... declare an object with its
+ * memory; kq_..._assign gives it sizes and memory that are known at run time.
+ *
+ * Words of 4 (f32, q31) or 8 (f64) bytes:
+ *
+ *                              words                                    f32 bytes at n, m =  2, 1    4, 2    9, 3
+ *   process                    n(n+1)/2 (q31: none)                                            12      40     180
+ *   sensor, diagonal R         m, or m(m+1)/2 with a correlated R (q31: none)                   4       8      12
+ *   filter                     f32 2n, f64 n, q31 3n, each + n(n+1)/2                          28      72     252
+ *   history, a step            filter (f32) + 1 + m(n+1), q31: + 1 + m(n+2)                    44     116     376
+ *   history, workspace         3n^2 + 4n + n(n+1), q31: 6n more                               104     336    1476
+ *   fixed lag of 10            KQ_LAG_LEN_F32(n, m, 10)                                       992    3232   14220
+ *   fixed point                KQ_POINT_LEN_F32(n, m)                                         292     952    4140
+ *   unknown start              KQ_START_LEN_F32(n, 0)                                          76     244    1084
+ *   adaptation                 KQ_ADAPTATION_LEN_F32(n, m)                                     56     188     720
+ *   EM, beside a history as    about 15n^2 + 7mn + 5m^2; all of it:                           464    1564    6760
+ *   long as the longest recording                              KQ_EM_LEN_F32(n, m, steps)
+ *
+ * A, B and H stay where they are; a q31 table of a process is 2n^2 + 2nl + n(n+1)/2 + n words, its formats
+ * 2n + 2l.  An object itself takes on a 32-bit chip, beside its memory: process, sensor and history 44
+ * bytes; filter 56 (f32), 72 (q31), 80 (f64).
+ *
+ * Stack is not seen by the linker: kq_predict needs n^2 + 2n words (q31: n^2 + 3n), n rounded up to 4, 9
+ * or 16, other functions say theirs.  Budget: objects + memory + the worst stack + the frames of your own
+ * functions and interrupts <= RAM.  tools/cost/README.md has the worst stack of whole programs;
+ * `tools/cost.py --states 5 --components 2 --core m3` measures yours.
  */
 #ifndef KALMANQ_SIZE_H
 #define KALMANQ_SIZE_H

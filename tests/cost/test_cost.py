@@ -267,6 +267,15 @@ class Readme(unittest.TestCase):
         of_one_core = readme.section(tuple(every[: len(readme.MODULE_SIZES)]))
         self.assertIn("L = 10 | 7 | 7 | 7 |  |  |  |\n", of_one_core + "\n")
 
+    def test_the_short_table_has_the_figures_of_the_cards(self) -> None:
+        rows = [
+            replace(ROW, what=what, flash_program=flash, instructions_worst=1)
+            for what, flash in (("step", 12000), (LEAN, 7000), ("smooth", 1), ("update", 1))
+        ]
+        lines = readme.summary(tuple(rows)).splitlines()
+        self.assertEqual(len(lines), 3)
+        self.assertIn("| Cortex-M3 | q31 | 4, 2 | 12000 | 7000 | 300 |", lines[2])
+
     def test_every_function_has_a_line(self) -> None:
         named = {what for what, _, _ in readme.MODULE_ROWS}
         self.assertLessEqual(set(MODULES), named)

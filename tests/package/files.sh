@@ -1,5 +1,5 @@
 #!/bin/sh
-# files.sh WORK: the README's table of files.  For each of its rows and each arithmetic, a program that
+# files.sh WORK: the table of files in src/README.md.  For each of its rows and each arithmetic, a program that
 # refers to every function of the row's headers links with the row's files and with no others.
 # Rows: | `header.h`, ... | `file_<T>.c`, ... |
 # shellcheck disable=SC2016,SC2086
@@ -42,7 +42,7 @@ check() { # HEADERS T FILES
 words() { echo "$1" | grep -o '`[^`]*`' | tr -d '`' | tr '\n' ' '; }
 
 rows=0
-grep '^| `[a-z_]*\.h`.* | `.*\.c`' "$root/README.md" >"$work/table"
+grep '^| `[a-z_]*\.h`.* | `.*\.c`' "$root/src/README.md" >"$work/table"
 while IFS='|' read -r _ headers files _; do
     headers=$(words "$headers") files=$(words "$files")
     case $files in

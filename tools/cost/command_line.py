@@ -17,7 +17,10 @@ from table import Table, compare
 
 TABLE = ROOT / "tools" / "cost.csv"
 PICTURE = ROOT / "tools" / "cost.png"
-README = ROOT / "README.md"
+PAGES = (  # and what each has of the table
+    (ROOT / "README.md", readme.summary),
+    (ROOT / "tools" / "cost" / "README.md", readme.section),
+)
 WIDTH = 200  # of every table, where there is no terminal
 
 HELP = """What the library costs on seven cores: instructions, estimated cycles, stack, RAM and
@@ -44,7 +47,7 @@ def main(
     ),
     check: bool = typer.Option(False, "--check", help="Compare with tools/cost.csv."),
     plot: bool = typer.Option(False, "--plot", help="Draw the table: tools/cost.png."),
-    update_readme: bool = typer.Option(False, "--readme", help="Put the table into README.md."),
+    update_pages: bool = typer.Option(False, "--readme", help="Put the table into the pages."),
 ) -> None:
     with told_in_one_line("cost"):
         choice = Choice(
@@ -57,9 +60,9 @@ def main(
             show_card(source, choice, Own(states, components, controls))
         if plot:
             draw()
-        if update_readme:
-            write_readme()
-        if states is None and not (plot or update_readme):
+        if update_pages:
+            write_pages()
+        if states is None and not (plot or update_pages):
             measure(source, choice, hot)
 
 
@@ -78,15 +81,15 @@ def measure(source: Path, choice: Choice, hot: int) -> None:
 
 
 def as_in_the_table(source: Path, choice: Choice) -> bool:
-    """Has nothing grown, and does the README say what the table says?"""
+    """Has nothing grown, and do the pages say what the table says?"""
     before = table.read(TABLE)
-    readme_is_right = readme.matches(README, before.rows)
+    stale = [page for page, part in PAGES if not readme.matches(page, before.rows, part)]
     now = [row for each in measured(source, choice) for row in each.rows if choice.takes_row(row)]
     comparison = compare(filter(choice.takes_row, before.rows), now)
     report.show_comparison(terminal(WIDTH), comparison, before.versions, compilers())
-    if not readme_is_right:
-        print(f"{shown(README)}: its costs are not the table's; tools/cost.py --readme writes them")
-    passes = comparison.passes and readme_is_right
+    for page in stale:
+        print(f"{shown(page)}: its costs are not the table's; tools/cost.py --readme writes them")
+    passes = comparison.passes and not stale
     print(f"{len(now)} rows measured: {'as in the table' if passes else 'FAILED'}")
     return passes
 
@@ -100,9 +103,11 @@ def draw() -> None:
     print(f"wrote {shown(PICTURE)}")
 
 
-def write_readme() -> None:
-    write(README, readme.rewritten(README, table.read(TABLE).rows))
-    print(f"wrote {shown(README)}")
+def write_pages() -> None:
+    rows = table.read(TABLE).rows
+    for page, part in PAGES:
+        write(page, readme.rewritten(page, rows, part))
+        print(f"wrote {shown(page)}")
 
 
 def show_card(source: Path, choice: Choice, size: Own) -> None:

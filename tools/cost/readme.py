@@ -1,11 +1,12 @@
-"""The README's section of costs, made from the table and never typed: the cards of the cores, which
-say what a real program takes without a smoother and with one, and instructions."""
+"""The pages' sections of costs, made from the table and never typed.  tools/cost/README.md has all: the
+cards of the cores, which say what a real program takes without a smoother and with one, and
+instructions; README.md a few lines of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterable, Iterator, Mapping, Sequence
+from typing import Callable, Iterable, Iterator, Mapping, Sequence
 
 from cases import CLANG, FIXED, GCC, LEAN, ROOTS, RUNTIME, SIZES
 from cores import BY_NAME
@@ -16,22 +17,26 @@ BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of c
 
 
 def section(rows: tuple[Row, ...]) -> str:
+    """All of it, for tools/cost/README.md"""
     by_key = {row.key: row for row in rows}
     instructions = (STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
     return "\n\n".join((card_table(rows), *instructions))
 
 
-def rewritten(path: Path, rows: tuple[Row, ...]) -> str:
-    """The README with the section as the table has it."""
+Part = Callable[[tuple[Row, ...]], str]
+
+
+def rewritten(path: Path, rows: tuple[Row, ...], part: Part = section) -> str:
+    """The page with its section as the table has it."""
     text = path.read_text(encoding="utf-8")
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
         raise FileError(path, f"needs the lines '{BEGIN}' and '{END}', once each")
     before, rest = text.split(BEGIN)
-    return f"{before}{BEGIN}\n{section(rows)}\n{END}{rest.split(END)[1]}"
+    return f"{before}{BEGIN}\n{part(rows)}\n{END}{rest.split(END)[1]}"
 
 
-def matches(path: Path, rows: tuple[Row, ...]) -> bool:
-    return rewritten(path, rows) == path.read_text(encoding="utf-8")
+def matches(path: Path, rows: tuple[Row, ...], part: Part = section) -> bool:
+    return rewritten(path, rows, part) == path.read_text(encoding="utf-8")
 
 
 # ---- cards -----------------------------------------------------------------------------------
@@ -101,6 +106,13 @@ class Card:
             part(smooth),
         ]
 
+    def short_cells(self) -> list[str]:
+        step, lean = self.step, self.lean
+        figures = (step.flash_program, lean.flash_program, step.ram_program)
+        more = (step.stack_worst, lean.stack_worst, step.instructions)
+        named = [BY_NAME[step.core].description, step.arithmetic, f"{step.n}, {step.m}"]
+        return [*named, *map(str, (*figures, *more))]
+
 
 def cards(rows: Iterable[Row]) -> Iterator[Card]:
     """Of all filters that the rows have both of, without a smoother and with one."""
@@ -147,16 +159,36 @@ def card_table(rows: Iterable[Row]) -> str:
     return f"{EXPLAINED}\n\n" + "\n".join(lines)
 
 
+# ---- a few lines of the cards ----------------------------------------------------------------
+
+SUMMARY_CORES = (("m0", "q31"), ("m3", "q31"), ("m4f", "f32"), ("rv32", "q31"), ("avr", "f32"))
+SUMMARY_SIZES = ((4, 2),)
+SUMMARY_TITLES = ("core", "", "n, m", "flash", "lean", "RAM", "worst stack", "lean", "instructions")
+
+
+def summary(rows: tuple[Row, ...]) -> str:
+    """For README.md: a line for each core and size."""
+    found = {(c.step.core, c.step.arithmetic, c.step.n, c.step.m): c for c in cards(rows)}
+    wanted = [(*where, *size) for where in SUMMARY_CORES for size in SUMMARY_SIZES]
+    lines = [
+        "| " + " | ".join(SUMMARY_TITLES) + " |",
+        "|---|---|" + "---:|" * (len(SUMMARY_TITLES) - 2),
+    ]
+    for card in (found[filter_] for filter_ in wanted if filter_ in found):
+        lines.append("| " + " | ".join(card.short_cells()) + " |")
+    return "\n".join(lines)
+
+
 # ---- instructions ----------------------------------------------------------------------------
 
 MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
 MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
-# what the README calls them; the filter's step first, to compare with
+# what the page calls them; the filter's step first, to compare with
 MODULE_ROWS = (
     ("step", RUNTIME, "`kq_step`"),
     ("steady", RUNTIME, "`kq_steady_step`"),
     ("steady", FIXED, "`kq_fixed_steady_step`"),
-    ("settling", RUNTIME, "`kq_step`, settled"),
+    ("settling", RUNTIME, "`kq_step`, a settled `kq_settling` attached"),
     ("update", RUNTIME, "`kq_update`"),
     ("gated", RUNTIME, "`kq_update_gated`, accepted"),
     ("huber", RUNTIME, "`kq_update_huber`"),
