@@ -192,9 +192,9 @@ typedef struct {
 } kq_adaptation_q31;
 
 /* In floating point, what is behind the memory before init */
-#define KQ_PRIVATE_ADAPTATION_OBJECT(n, m, length, memory)                                                 \
+#define KQ_PRIVATE_ADAPTATION_OBJECT(n, m, length, memory)                                         \
     {                                                                                              \
-        {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},         \
+        {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0}, \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
         {                                                                                          \
             0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL                                          \
@@ -214,7 +214,7 @@ typedef struct {
 #define KQ_ADAPTATION_Q31(name, n, m)                                                              \
     static kq_scaled_q31 name##_memory[KQ_ADAPTATION_LEN_Q31(n, m)];                               \
     static int32_t name##_root[KQ_ROOT_LEN_Q31(n)];                                                \
-    static kq_adaptation_q31 name = {{NULL},                                                     \
+    static kq_adaptation_q31 name = {{NULL},                                                       \
                                      n,                                                            \
                                      m,                                                            \
                                      0,                                                            \

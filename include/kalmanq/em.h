@@ -139,15 +139,15 @@ typedef struct {
 /* The parts of the memory: the work of one step (k = n + max(n, m) rows), the roots of sums, the
    parameters that the caller's arrays do not hold: the new ones, then the last ones */
 #define KQ_PRIVATE_EM_ROWS(n, m) ((size_t)(n) + ((n) > (m) ? (size_t)(n) : (size_t)(m)))
-#define KQ_PRIVATE_EM_WORK_LEN(n, m)                                                                       \
-    (KQ_PRIVATE_EM_ROWS(n, m) * (KQ_PRIVATE_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_PRIVATE_EM_ROWS(n, m)) +                   \
+#define KQ_PRIVATE_EM_WORK_LEN(n, m)                                                               \
+    (KQ_PRIVATE_EM_ROWS(n, m) * (KQ_PRIVATE_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_PRIVATE_EM_ROWS(n, m)) + \
      (size_t)(m) * (size_t)(m))
-#define KQ_PRIVATE_EM_SUMS_LEN(n, m)                                                                       \
+#define KQ_PRIVATE_EM_SUMS_LEN(n, m)                                                               \
     (2 * (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m))) +                 \
      KQ_TRIANGLE((size_t)(n) + 1))
-#define KQ_PRIVATE_EM_NEW_LEN(n, m)                                                                        \
+#define KQ_PRIVATE_EM_NEW_LEN(n, m)                                                                \
     (((size_t)(n)*3 + (size_t)(m) + 1) * (size_t)(n) + (size_t)(m) * (size_t)(m))
-#define KQ_PRIVATE_EM_ROOTS_LEN(n, m)                                                                      \
+#define KQ_PRIVATE_EM_ROOTS_LEN(n, m)                                                              \
     (3 * KQ_TRIANGLE((size_t)(n)) + 2 * KQ_TRIANGLE((size_t)(m)) + (size_t)(n) * (size_t)(n))
 
 /**
@@ -156,10 +156,10 @@ typedef struct {
  * 9368 bytes.
  */
 #define KQ_EM_LEN_F32(n, m, steps)                                                                 \
-    (KQ_HISTORY_LEN_F32(n, m, steps, 0) + KQ_FILTER_LEN_F32((size_t)(n)) + KQ_PRIVATE_EM_WORK_LEN(n, m) +  \
+    (KQ_HISTORY_LEN_F32(n, m, steps, 0) + KQ_FILTER_LEN_F32((size_t)(n)) + KQ_PRIVATE_EM_WORK_LEN(n, m) + \
      KQ_PRIVATE_EM_SUMS_LEN(n, m) + KQ_PRIVATE_EM_NEW_LEN(n, m) + KQ_PRIVATE_EM_ROOTS_LEN(n, m))
 #define KQ_EM_LEN_F64(n, m, steps)                                                                 \
-    (KQ_HISTORY_LEN_F64(n, m, steps, 0) + KQ_FILTER_LEN_F64((size_t)(n)) + KQ_PRIVATE_EM_WORK_LEN(n, m) +  \
+    (KQ_HISTORY_LEN_F64(n, m, steps, 0) + KQ_FILTER_LEN_F64((size_t)(n)) + KQ_PRIVATE_EM_WORK_LEN(n, m) + \
      KQ_PRIVATE_EM_SUMS_LEN(n, m) + KQ_PRIVATE_EM_NEW_LEN(n, m) + KQ_PRIVATE_EM_ROOTS_LEN(n, m))
 
 /* The fields are the library's (see process.h). */
@@ -214,14 +214,14 @@ typedef struct {
 } kq_em_f64;
 
 /* What is behind the memory, before init: nothing yet */
-#define KQ_PRIVATE_EM_OBJECT(n, m, length, memory)                                                         \
+#define KQ_PRIVATE_EM_OBJECT(n, m, length, memory)                                                 \
     {                                                                                              \
         n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0,                   \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL},                                       \
             {0, 0, 0, 0, 0, NULL, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}},                       \
         {                                                                                          \
-            0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0, NULL                                      \
+            {NULL}, 0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0                                    \
         }                                                                                          \
     }
 

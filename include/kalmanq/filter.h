@@ -417,7 +417,7 @@ typedef struct {
                                  0,                                                                \
                                  0,                                                                \
                                  0,                                                                \
-                                 0,                                                                 \
+                                 0,                                                                \
                                  name##_memory,                                                    \
                                  NULL,                                                             \
                                  NULL,                                                             \

@@ -54,18 +54,18 @@ extern "C" {
  */
 #define KQ_PRIVATE_LAG_COLUMNS_LEN(n) (5 * (n) * (n))
 #define KQ_PRIVATE_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
-#define KQ_PRIVATE_ON_LINE_LEN_F32(n, m)                                                                   \
+#define KQ_PRIVATE_ON_LINE_LEN_F32(n, m)                                                           \
     (KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F32((size_t)(n)))
 #define KQ_PRIVATE_LAG_STEP_LEN_F32(n) (KQ_FILTER_LEN_F32((size_t)(n)) + KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
 #define KQ_LAG_LEN_F32(n, m, L)                                                                    \
-    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_F32(n) + KQ_PRIVATE_ON_LINE_LEN_F32(n, m) +                            \
+    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_F32(n) + KQ_PRIVATE_ON_LINE_LEN_F32(n, m) +            \
      KQ_PRIVATE_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
 #define KQ_PRIVATE_MAP_LEN_F64(n) (2 * (n) * (n) + (n))
-#define KQ_PRIVATE_ON_LINE_LEN_F64(n, m)                                                                   \
+#define KQ_PRIVATE_ON_LINE_LEN_F64(n, m)                                                           \
     (KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n) + (kq_length)(m) * ((kq_length)(n) + 3) + KQ_FILTER_LEN_F64((size_t)(n)))
 #define KQ_PRIVATE_LAG_STEP_LEN_F64(n) (KQ_FILTER_LEN_F64((size_t)(n)) + KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 #define KQ_LAG_LEN_F64(n, m, L)                                                                    \
-    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_F64(n) + KQ_PRIVATE_ON_LINE_LEN_F64(n, m) +                            \
+    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_F64(n) + KQ_PRIVATE_ON_LINE_LEN_F64(n, m) +            \
      KQ_PRIVATE_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 
 /* The fields are the library's (see process.h). */
@@ -98,7 +98,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F32(name, n, m, L)                                                                  \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)];                                           \
     static kq_lag_f32 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -110,7 +110,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F64(name, n, m, L)                                                                  \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)];                                          \
     static kq_lag_f64 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -205,12 +205,12 @@ kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
  */
 
 #define KQ_PRIVATE_MAP_LEN_Q31(n) (2 * (n) * (n) + 2 * (n))
-#define KQ_PRIVATE_ON_LINE_LEN_Q31(n, m)                                                                   \
-    (KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n) + (kq_length)(m) * ((kq_length)(n) + 7) +                           \
+#define KQ_PRIVATE_ON_LINE_LEN_Q31(n, m)                                                           \
+    (KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n) + (kq_length)(m) * ((kq_length)(n) + 7) +             \
      KQ_FILTER_LEN_Q31((size_t)(n)))
 #define KQ_PRIVATE_LAG_STEP_LEN_Q31(n) (KQ_FILTER_LEN_Q31((size_t)(n)) + KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 #define KQ_LAG_LEN_Q31(n, m, L)                                                                    \
-    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_Q31(n) + KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) +                            \
+    ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_Q31(n) + KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) +            \
      KQ_PRIVATE_LAG_COLUMNS_LEN((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
 /* The fields are the library's. */
@@ -229,7 +229,7 @@ typedef struct kq_lag_q31 {
 #define KQ_LAG_Q31(name, n, m, L)                                                                  \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)];                                         \
     static kq_lag_q31 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0},            \
+        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \

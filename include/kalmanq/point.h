@@ -42,10 +42,10 @@ extern "C" {
  */
 #define KQ_PRIVATE_POINT_COLUMNS_LEN(n) (2 * (n) * (n))
 #define KQ_POINT_LEN_F32(n, m)                                                                     \
-    (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+    (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                \
      KQ_FILTER_LEN_F32((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
 #define KQ_POINT_LEN_F64(n, m)                                                                     \
-    (KQ_PRIVATE_ON_LINE_LEN_F64(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+    (KQ_PRIVATE_ON_LINE_LEN_F64(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                \
      KQ_FILTER_LEN_F64((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 
 /* The fields are the library's (see process.h). */
@@ -133,7 +133,7 @@ kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
  */
 
 #define KQ_POINT_LEN_Q31(n, m)                                                                     \
-    (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                                \
+    (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_PRIVATE_POINT_COLUMNS_LEN((size_t)(n)) +                \
      KQ_FILTER_LEN_Q31((size_t)(n)) + 2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
 /* The fields are the library's. */

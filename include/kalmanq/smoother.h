@@ -44,21 +44,21 @@ extern "C" {
  * sensors together).  The state that the recording begins with is a step, too: k predicts are k + 1
  * steps.  Bytes of one step in f32: 44, 116, 376 at (n, m) = (2,1), (4,2), (9,3).
  */
-#define KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m)                                                              \
+#define KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m)                                                      \
     (KQ_FILTER_LEN_F32((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 1))
-#define KQ_PRIVATE_HISTORY_STEP_LEN_F64(n, m)                                                              \
+#define KQ_PRIVATE_HISTORY_STEP_LEN_F64(n, m)                                                      \
     (KQ_FILTER_LEN_F64((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 1))
-#define KQ_PRIVATE_HISTORY_CHANGE_LEN_F32                                                                  \
+#define KQ_PRIVATE_HISTORY_CHANGE_LEN_F32                                                          \
     ((sizeof(void *) + sizeof(uint32_t) + sizeof(float) - 1) / sizeof(float))
-#define KQ_PRIVATE_HISTORY_CHANGE_LEN_F64                                                                  \
+#define KQ_PRIVATE_HISTORY_CHANGE_LEN_F64                                                          \
     ((sizeof(void *) + sizeof(uint32_t) + sizeof(double) - 1) / sizeof(double))
-#define KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n)                                                                \
+#define KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n)                                                        \
     (((size_t)(n)*3 + 4) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_F32(n, m, steps, changes)                                                   \
-    ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m) +                                            \
+    ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m) +                                    \
      (kq_length)(changes)*KQ_PRIVATE_HISTORY_CHANGE_LEN_F32 + KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n))
 #define KQ_HISTORY_LEN_F64(n, m, steps, changes)                                                   \
-    ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_F64(n, m) +                                            \
+    ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_F64(n, m) +                                    \
      (kq_length)(changes)*KQ_PRIVATE_HISTORY_CHANGE_LEN_F64 + KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n))
 
 /* The fields are the library's (see process.h). */
@@ -100,12 +100,12 @@ typedef struct kq_history_f64 {
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,             \
+        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,             \
+        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
 /**
@@ -245,14 +245,14 @@ kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *
  */
 
 /** Bytes of one step: 56, 140, 424 at (n, m) = (2,1), (4,2), (9,3). */
-#define KQ_PRIVATE_HISTORY_STEP_LEN_Q31(n, m)                                                              \
+#define KQ_PRIVATE_HISTORY_STEP_LEN_Q31(n, m)                                                      \
     (KQ_FILTER_LEN_Q31((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 2))
-#define KQ_PRIVATE_HISTORY_CHANGE_LEN_Q31                                                                  \
+#define KQ_PRIVATE_HISTORY_CHANGE_LEN_Q31                                                          \
     ((sizeof(void *) + sizeof(uint32_t) + sizeof(int32_t) - 1) / sizeof(int32_t))
-#define KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n)                                                            \
+#define KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n)                                                    \
     (((size_t)(n)*3 + 10) * (size_t)(n) + 2 * KQ_TRIANGLE((size_t)(n)))
 #define KQ_HISTORY_LEN_Q31(n, m, steps, changes)                                                   \
-    ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_Q31(n, m) +                                            \
+    ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_Q31(n, m) +                                    \
      (kq_length)(changes)*KQ_PRIVATE_HISTORY_CHANGE_LEN_Q31 + KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n))
 
 /* The fields are the library's. */
@@ -275,7 +275,7 @@ typedef struct kq_history_q31 {
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,             \
+        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);

@@ -41,7 +41,7 @@ extern "C" {
     (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
 #define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
     (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F64(n))
-#define KQ_PRIVATE_STEADY_SQUARES_LEN(n, m)                                                                \
+#define KQ_PRIVATE_STEADY_SQUARES_LEN(n, m)                                                        \
     ((n) * (7 * (n) + 2 * (m) + 2 + ((n) > (m) ? (n) : (m))) + 3 * KQ_TRIANGLE(n))
 
 /** What kq_steady_solve can give; each pointer may be NULL. */
@@ -335,13 +335,13 @@ typedef struct {
 } kq_settling_f64;
 
 /** A settling `name` for n states and m components with its storage, in static memory. */
-#define KQ_SETTLING_F32(name, n, m)                                                                  \
-    static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                      \
-    static kq_settling_f32 name = {                                                                  \
+#define KQ_SETTLING_F32(name, n, m)                                                                \
+    static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                    \
+    static kq_settling_f32 name = {                                                                \
         {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
-#define KQ_SETTLING_F64(name, n, m)                                                                  \
-    static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                     \
-    static kq_settling_f64 name = {                                                                  \
+#define KQ_SETTLING_F64(name, n, m)                                                                \
+    static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                   \
+    static kq_settling_f64 name = {                                                                \
         {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
 
 /**
@@ -501,10 +501,10 @@ typedef struct {
     kq_filter_q31 *filter; /* attached to */
 } kq_settling_q31;
 
-#define KQ_SETTLING_Q31(name, n, m)                                                                  \
-    static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                            \
+#define KQ_SETTLING_Q31(name, n, m)                                                                \
+    static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                          \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
-    static kq_settling_q31 name = {                                                                  \
+    static kq_settling_q31 name = {                                                                \
         {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
 
 kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,

@@ -29,10 +29,10 @@ static unsigned predict_now(filter *f, const process *p, const num *u)
 
 /* ------------------------------------------------------------------ update */
 
-/* Of a filter that something is attached to */
+/* predict_now of a filter that may be recorded */
 static void predict_recorded(filter *f, const process *p, const num *u)
 {
-    f->attached->hooks->record_predict(f, p);
+    if (f->attached) f->attached->hooks->record_predict(f, p);
     if ((predict_now(f, p, u) & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
 }
 
@@ -57,7 +57,7 @@ static kq_status update_present(filter *f, const sensor *s, const num *z, uint32
 }
 
 /* Is all right with a step?  (What is attached asks before it moves anything.) */
-static kq_status step_check(const filter *f, const process *p, const num *u, const sensor *s, const num *z)
+KQ_KERNEL kq_status step_check(const filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
     const kq_status status = predict_check(f, p, u);
     return status ? status : update_check(f, s, z, UINT32_MAX);

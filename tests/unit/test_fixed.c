@@ -13,12 +13,6 @@
 #include "fixed.h"
 
 #ifdef KQ_TEST_F32
-#define SETTLING KQ_SETTLING_F32
-#else
-#define SETTLING KQ_SETTLING_F64
-#endif
-
-#ifdef KQ_TEST_F32
 FIXED_SIZES(f32, float, 0, dense)
 FIXED_SIZES(f32, float, KQ_FIXED_UPPER, upper)
 FIXED_SIZES(f32, float, KQ_FIXED_BARE, bare)
@@ -264,20 +258,6 @@ static void a_lag_and_a_point_follow(void)
         ASSERT_SAME_BITS(one, two);
         ASSERT_SAME_BITS(first, second);
     }
-}
-
-static void a_settling_settles(void)
-{
-    SETTLING(calm, 3, 2);
-    SETTLING(other, 3, 2);
-    begin(3, 2, 0);
-    ASSERT_OK(K(settling_init)(&calm, 4));
-    ASSERT_OK(K(settling_init)(&other, 4));
-    ASSERT_OK(K(settling_attach)(&calm, &ours.filter));
-    ASSERT_OK(K(settling_attach)(&other, &theirs.filter));
-    run_both();
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&calm));
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&other));
 }
 
 /* The library takes its measurements, and says which are sharp. */
