@@ -13,7 +13,7 @@ static inline uint32_t upper_word(uint64_t a) { return (uint32_t)(a >> 32); }
  * Where the loops are unrolled, gcc shares the sign extension of a factor and makes a 64 x 64 bit
  * product of it; elsewhere it knows SMULL and SMLAL better than this.
  */
-#ifdef KALMANQ_FIXED_SIZES_H
+#ifdef KQ_SIZES_ARE_CONSTANT
 KQ_KERNEL int64_t product(int32_t a, int32_t b)
 {
     int64_t p;
