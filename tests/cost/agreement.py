@@ -18,6 +18,7 @@ sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 from cases import GCC, Choice, programs
 from cores import BY_NAME, ask
 from measure import measure_all
+from shared.errors import TIME_LIMIT
 
 FLAGS = "-std=c11 -O2 -ffp-contract=fast -Iinclude tests/target/pair_cost.c src/kq_filter_f32.c"
 LOOP = range(5, 20)  # instructions of the loop, give or take rounding
@@ -44,7 +45,7 @@ def counted_by_qemu(program: Path) -> dict[int, int]:
     build = [*linker, *profile, *FLAGS.split(), *libraries, "-o", str(program)]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
     counting = [*emulator, str(program), "-icount", "shift=0"]
-    done = subprocess.run(counting, check=True, capture_output=True, text=True, timeout=50)
+    done = subprocess.run(counting, check=True, capture_output=True, text=True, timeout=TIME_LIMIT)
     rows = (list(map(int, line.split())) for line in done.stdout.splitlines())
     return {n: count for n, _, count in rows}
 

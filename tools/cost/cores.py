@@ -11,7 +11,6 @@ from shared.errors import UserError, one_line, run_program
 
 ROOT = Path(__file__).resolve().parents[2]
 ASK = 'root=$0; . "$root/tests/target/cores.sh"; core_select "$1" "$2"; printf "%s\\n" '
-TIME_LIMIT = 300  # seconds
 HINT = "bash -c '. tools/setup.sh && kq_setup cost' installs it"
 TELLING = ("error: ", "undefined reference", "cannot find", "will not fit")
 
@@ -95,7 +94,7 @@ def compilers() -> tuple[str, ...]:
 
 def run(command: Sequence[str]) -> str:
     """What the command prints, or a UserError with the first line of its complaint."""
-    done = run_program(command, TIME_LIMIT, HINT)
+    done = run_program(command, HINT)
     if done.returncode:
         raise UserError(f"{command[0]}: {complaint(done.stderr or done.stdout)}")
     return done.stdout
