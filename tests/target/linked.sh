@@ -42,6 +42,6 @@ expect '' -DLEAN
 expect_hooks 'history_hooks ' -DWITH_HISTORY
 expect_hooks 'lag_hooks ' -DWITH_LAG
 expect_hooks 'point_hooks ' -DWITH_POINT
-expect_hooks 'history_hooks start_hooks ' -DWITH_START
+expect_hooks 'start_hooks start_tape_hooks ' -DWITH_START
 expect_hooks 'adaptation_hooks ' -DWITH_ADAPTATION
 expect_hooks 'settling_hooks ' -DWITH_SETTLING
