@@ -60,12 +60,13 @@ kq_status T(kq_update_subset)(filter *f, const sensor *s, const num *z, uint32_t
 
 kq_status T(kq_step)(filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
-    if (is_attached(f) && f->attached->hooks->step) return f->attached->hooks->step(f, p, u, s, z);
-    kq_status status = step_check(f, p, u, s, z);
+    if (is_attached(f)) return f->attached->hooks->step(f, p, u, s, z);
+    kq_status status = predict_check(f, p, u);
     if (status) return status;
-    if (f->attached) status = f->attached->hooks->predict(f, p, u);
-    else predict_now(f, p, u);
-    return status ? status : s->kind->take(f, s, z, UINT32_MAX);
+    status = update_check(f, s, z, UINT32_MAX);
+    if (status) return status;
+    predict_now(f, p, u);
+    return s->kind->take(f, s, z, UINT32_MAX);
 }
 
 KQ_COLD kq_status T(kq_gain)(const filter *f, const sensor *s, scaled *K)

@@ -20,7 +20,7 @@ typedef struct T(kq_hooks) hooks;
 
 struct T(kq_hooks) {
     /* In the place of the public functions, with the checks that they have.  update: NULL where it is the
-       filter's own; step: NULL where it is predict, then the filter's own update. */
+       filter's own. */
     kq_status (*predict)(filter *f, const process *p, const num *u);
     kq_status (*update)(filter *f, const sensor *s, const num *z, uint32_t present);
     kq_status (*step)(filter *f, const process *p, const num *u, const sensor *s, const num *z);

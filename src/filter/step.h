@@ -7,7 +7,6 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"

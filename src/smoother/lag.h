@@ -35,6 +35,7 @@
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
+#include "tape.h"
 #include "whitened.h"
 
 /* ------------------------------------------------------------------ the ring */
@@ -136,7 +137,8 @@ static kq_status lag_predict(filter *f, const process *p, const num *u)
     return KQ_OK;
 }
 
-static const hooks lag_hooks = {.predict = lag_predict, KQ_RECORDS_ROWS};
+static const hooks lag_hooks = {
+    .predict = lag_predict, .step = step_attached, KQ_RECORDS_ROWS};
 
 /* ------------------------------------------------------------------ the estimate of age k */
 

@@ -28,6 +28,7 @@
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
+#include "tape.h"
 #include "whitened.h"
 
 KQ_KERNEL num *point_state(const T(kq_point) *point)
@@ -82,7 +83,8 @@ static kq_status point_predict(filter *f, const process *p, const num *u)
     return KQ_OK;
 }
 
-static const hooks point_hooks = {.predict = point_predict, KQ_RECORDS_ROWS};
+static const hooks point_hooks = {
+    .predict = point_predict, .step = step_attached, KQ_RECORDS_ROWS};
 
 kq_status T(kq_point_assign)(T(kq_point) *point, int n, int m, num *memory, size_t length)
 {

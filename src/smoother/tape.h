@@ -173,8 +173,16 @@ static kq_status history_predict(filter *f, const process *p, const num *u)
     return status;
 }
 
+/* kq_step of a filter whose predicts are not its own */
+static kq_status step_attached(filter *f, const process *p, const num *u, const sensor *s, const num *z)
+{
+    kq_status status = step_check(f, p, u, s, z);
+    if (!status) status = f->attached->hooks->predict(f, p, u);
+    return status ? status : s->kind->take(f, s, z, UINT32_MAX);
+}
+
 #define KQ_RECORDS_STEPS                                                                           \
-    .predict = history_predict, .record_predict = history_record_predict,                          \
+    .predict = history_predict, .step = step_attached, .record_predict = history_record_predict,   \
     .record_update = history_record_update, .record_nothing = history_record_nothing,              \
     .record_end = history_end, .is_recorder = 1
 
