@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Says whether two source trees compile to the same code, function by function.
 
-    same_code.py OLD NEW [--core m4f] [--level -Os]
+    same_code.py OLD NEW [--core m4f] [--level Os]
 
 For changes that must move no instruction: code that moves to another file, a name, a macro.  What is
 compared are the instructions of each function and the symbols they refer to, without addresses; which
@@ -35,7 +35,7 @@ def functions(tree, core, level, renamed):
         sources = [name for name in sources if "_f64" not in name]
     with tempfile.TemporaryDirectory() as work:
         for source in sources:
-            subprocess.run([prefix + compiler, *machine, *FLAGS, level, f"-I{tree}/include", "-c",
+            subprocess.run([prefix + compiler, *machine, *FLAGS, "-" + level, f"-I{tree}/include", "-c",
                             f"{tree}/src/{source}", "-o", f"{work}/object"], check=True)
             listing = subprocess.run([prefix + "objdump", "-dr", "--no-show-raw-insn", f"{work}/object"],
                                      check=True, capture_output=True, text=True).stdout
@@ -60,7 +60,7 @@ def main():
     options.add_argument("old")
     options.add_argument("new")
     options.add_argument("--core", choices=CORES, default="m4f")
-    options.add_argument("--level", default="-Os")
+    options.add_argument("--level", default="Os", help="O0, O2, Os, ...")
     options.add_argument("--rename", action="append", default=[], metavar="OLD=NEW")
     options.add_argument("--show", action="store_true", help="print the lines that differ")
     options = options.parse_args()
@@ -83,7 +83,7 @@ def main():
             for a, b in zip((old[name] - new[name]).elements(), (new[name] - old[name]).elements()):
                 print("\n".join(difflib.unified_diff(a.split("\n"), b.split("\n"), lineterm="", n=1)))
     count = sum(texts.total() for texts in old.values())
-    print(f"{same} of {count} functions compile to the same code ({options.core} {options.level})")
+    print(f"{same} of {count} functions compile to the same code ({options.core} -{options.level})")
     return same != count or sum(texts.total() for texts in new.values()) != count
 
 
