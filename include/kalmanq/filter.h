@@ -18,8 +18,7 @@
  * Sharing, copying, interrupts.  The library has no state of its own: all is in the objects that a
  * call is given.  Calls that write different objects may run at once, on several cores, in tasks and
  * in interrupts, while they read the same process, sensor or table; a call that changes one of
- * those waits for them.  To one filter, and to what is attached to it (a history, lag, point or
- * start), goes one call at a time.  A predict or update overwrites mean, root and likelihood as it
+ * those waits for them.  To one filter, and to what is attached to it, goes one call at a time.  A predict or update overwrites mean, root and likelihood as it
  * goes: an interrupt or a task that comes in between reads numbers that do not belong together, and
  * that of kq_mean alone may be neither the old nor the new one.  Single machine words are whole
  * whenever they are read: kq_events and kq_taken can be.  So whoever steps the filter publishes: with
@@ -27,6 +26,11 @@
  * filter by kq_filter_copy.
  *     A filter is its struct and its memory.  Assigning the struct (other = track) copies a
  * pointer: both then move one mean and one root.  kq_filter_copy makes a filter of its own.
+ *
+ * Attaching.  A history (smoother.h), a lag, a point, a start, an adaptation or a settling is attached to a
+ * filter, one of them at a time; then kq_predict, kq_update, kq_update_subset and kq_step have it do its
+ * part, and its own header says what that adds to their costs and errors.  A program links nothing of what
+ * it never attaches.  Updates of robust.h are recorded, and teach nothing.
  *
  * Sources: Carlson, Fast triangular formulation of the square root filter, AIAA J. 11 (1973);
  * Bierman, Factorization Methods for Discrete Sequential Estimation (1977).
@@ -170,9 +174,9 @@ kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const doub
 
 /**
  * The state of another filter: mean, covariance, events and likelihoods, bit for bit.
- *   to       of n states, with its own memory; written.  It records on no history; what was
- *            attached to it is not looked at.
- *   from     read; its history is its own
+ *   to       of n states, with its own memory; written.  Nothing is attached to it; what was is not
+ *            looked at.
+ *   from     read; what is attached to it stays its own
  * Cost: a copy of KQ_FILTER_LEN(n) words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (from), KQ_ERR_MEMORY (to), KQ_ERR_MISMATCH (states, or to is from
  * or has its memory).
@@ -349,7 +353,7 @@ void kq_events_clear_f64(kq_filter_f64 *f);
  *   u        k x l, the controls of the k steps, or NULL: none
  *   steps    k >= 0; 0 copies
  *   ahead    another filter of n states with its own memory; written.  It is a filter like any
- *            other, with no history: read it with kq_mean, kq_sigma, kq_covariance and, for
+ *            other, with nothing attached: read it with kq_mean, kq_sigma, kq_covariance and, for
  *            the measurement to come, kq_measurement.
  * Cost: k predicts.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (steps < 0), KQ_ERR_MEMORY (ahead),

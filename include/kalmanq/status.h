@@ -52,8 +52,8 @@ typedef enum {
     KQ_ERR_COEFFICIENT = -12,
     /** q31: a table contradicts itself, as a corrupted one does. */
     KQ_ERR_TABLE = -13,
-    /** A history is attached to the filter, and what is asked for cannot be recorded on it; or the
-        history is another filter's (kq_history_detach). */
+    /** A history is attached to the filter, and what is asked for cannot be recorded on it; or what is
+        to be attached has another filter, or the filter has something attached: detach it. */
     KQ_ERR_RECORDING = -14,
     /** No steady state: a state that does not decay by itself is not seen by the sensor. */
     KQ_ERR_NOT_DETECTABLE = -15,

@@ -25,7 +25,7 @@ const char *kq_status_text(kq_status status)
     case KQ_ERR_RANGE: return "a value is out of its range, or a range does not fit its Q format";
     case KQ_ERR_COEFFICIENT: return "a coefficient is not representable";
     case KQ_ERR_TABLE: return "a table contradicts itself";
-    case KQ_ERR_RECORDING: return "the history cannot record this, or is another filter's";
+    case KQ_ERR_RECORDING: return "the history cannot record this, or something else is attached";
     case KQ_ERR_NOT_DETECTABLE: return "no steady state: a lasting state is not measured";
     case KQ_ERR_NOT_STABILISABLE: return "no steady state: a lasting state has no noise";
     case KQ_ERR_NO_CONVERGENCE: return "an iteration did not settle";
