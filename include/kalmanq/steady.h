@@ -351,9 +351,9 @@ typedef struct {
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
 kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
-                               float *gain);
+                                 float *gain);
 kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
-                               double *gain);
+                                 double *gain);
 
 /**
  * Not settled, and when it will be.
@@ -508,7 +508,7 @@ typedef struct {
         {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
 
 kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
-                               kq_scaled_q31 *gain);
+                                 kq_scaled_q31 *gain);
 kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
 kq_status kq_settling_attach_q31(kq_settling_q31 *w, kq_filter_q31 *f);
 kq_status kq_settling_detach_q31(kq_settling_q31 *w);

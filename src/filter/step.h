@@ -27,8 +27,6 @@ static unsigned predict_now(filter *f, const process *p, const num *u)
     return events;
 }
 
-/* ------------------------------------------------------------------ update */
-
 /* predict_now of a filter that may be recorded */
 static void predict_recorded(filter *f, const process *p, const num *u)
 {
@@ -44,6 +42,8 @@ static kq_status predict_plain(filter *f, const process *p, const num *u)
     predict_now(f, p, u);
     return KQ_OK;
 }
+
+/* ------------------------------------------------------------------ update */
 
 /* kq_update_subset of a filter whose updates are its own */
 static kq_status update_present(filter *f, const sensor *s, const num *z, uint32_t present)

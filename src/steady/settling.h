@@ -97,7 +97,7 @@ static int settling_goes_on(const settling *w, const filter *f, const process *p
 
 /* predict and update of the mean */
 static void settling_move_mean(const settling *w, filter *f, const process *p, const num *u,
-                             const sensor *s, const num *z)
+                               const sensor *s, const num *z)
 {
     num t[MEAN_PLANES * KQ_SIZE_MAX];
     scaled e[KQ_SIZE_MAX];
