@@ -508,48 +508,15 @@ static void after_a_step_of_another_kind_the_filter_goes_on(void)
     assert_broken();
 }
 
-/* The struct alone, with a memory of its own */
-static K(filter) copy_of_track(num *memory)
-{
-    K(filter) copied = track;
-    memcpy(memory, track_memory, sizeof track_memory);
-    copied.memory = memory;
-    ASSERT_OK(K(filter_copy)(&twin, &track));
-    return copied;
-}
+#include "copies.h"
 
-/* It goes on by itself, and says so; what is attached to its original knows nothing of it. */
+/* What is attached to its original knows nothing of it. */
 static void an_assigned_copy_goes_on_alone(void)
 {
-    static num memory[FILTER_LEN(2)];
-    num q;
-    PROCESS(target, 2, 1);
     drive(0), drive(1);
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(past), WATCH(past_memory);
-    for (int first = 0; first < 4; first++) {
-        K(filter) copied = copy_of_track(memory);
-        if (first == 0) {
-            ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
-            ASSERT_OK(K(predict)(&twin, &motion, NULL));
-        } else if (first == 1) {
-            ASSERT_OK_UNCHANGED(K(update)(&copied, &radar, z_of(1)));
-            ASSERT_OK(K(update)(&twin, &radar, z_of(1)));
-        } else if (first == 2) {
-            const num *z = z_of(1);
-            ASSERT_OK_UNCHANGED(
-                K(step_student)(&copied, &motion, NULL, &radar, z, 3, 4, &target, &q));
-            ASSERT_OK(K(step_student)(&twin, &motion, NULL, &radar, z, 3, 4, &target, &q));
-        }
-        ASSERT_OK_UNCHANGED(K(step)(&copied, &motion, NULL, &radar, z_of(2)));
-        ASSERT_OK(K(step)(&twin, &motion, NULL, &radar, z_of(2)));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&copied));
-        K(events_clear)(&copied);
-        ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
-        ASSERT_OK(K(predict)(&twin, &motion, NULL));
-        TEST_ASSERT_EQUAL_HEX(0, K(events)(&copied));
-        TEST_ASSERT_EQUAL_MEMORY(twin_memory, memory, sizeof memory);
-    }
+    assert_copies_go_on_alone();
     drive(2);
     ASSERT_OK(K(lag_smooth)(&past, 1));
 }
