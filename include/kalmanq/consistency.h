@@ -99,11 +99,11 @@ typedef struct {
  *   length   words at memory: KQ_CONSISTENCY_LEN_<T>(m, W)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, int window, float *memory,
+kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
                                     size_t length);
-kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, int window, double *memory,
+kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
                                     size_t length);
-kq_status kq_consistency_assign_q31(kq_consistency_q31 *c, int m, int window, int32_t *memory,
+kq_status kq_consistency_assign_q31(kq_consistency_q31 *c, int m, size_t window, int32_t *memory,
                                     size_t length);
 
 /** Forgets all updates.  KQ_ERR_NULL, KQ_ERR_NOT_READY (no memory assigned). */
@@ -140,9 +140,9 @@ kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *
 kq_status kq_consistency_record_q31(kq_consistency_q31 *c, const kq_filter_q31 *f);
 
 /** Updates in the window, 0 .. W.  0 where c is NULL. */
-int kq_consistency_count_f32(const kq_consistency_f32 *c);
-int kq_consistency_count_f64(const kq_consistency_f64 *c);
-int kq_consistency_count_q31(const kq_consistency_q31 *c);
+size_t kq_consistency_count_f32(const kq_consistency_f32 *c);
+size_t kq_consistency_count_f64(const kq_consistency_f64 *c);
+size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
 
 /**
  * The mean NIS per degree of freedom: 1 but for chance, and the bounds of chance.

@@ -98,14 +98,14 @@ typedef struct {
 
 /** One recorded sequence. */
 typedef struct {
-    int32_t steps;           /* T >= 1 */
+    size_t steps;            /* T >= 1 */
     const float *z;          /* T x m; what is not present is not read */
     const uint16_t *present; /* T masks, bit c: component c was measured; NULL: all were */
     const float *u;          /* T - 1 rows of l: u[t] moves x[t] to x[t+1]; NULL: no control */
 } kq_recording_f32;
 
 typedef struct {
-    int32_t steps;
+    size_t steps;
     const double *z;
     const uint16_t *present;
     const double *u;
@@ -173,9 +173,9 @@ typedef struct {
     const kq_parameters_f32 *model;     /* the caller's */
     const kq_em_choice *choice;         /* the caller's, or NULL */
     const kq_recording_f32 *recordings; /* the caller's */
-    int32_t count;                      /* of recordings */
-    int32_t recording;                  /* the one at work */
-    int32_t step;                       /* of it, the one to be done next */
+    size_t count;                       /* of recordings */
+    size_t recording;                   /* the one at work */
+    size_t step;                        /* of it, the one to be done next */
     uint32_t remaining;                 /* steps to the end of the E-step */
     float log_likelihood;
     float before; /* the log-likelihood of the parameters before the M-step */
@@ -198,9 +198,9 @@ typedef struct {
     const kq_parameters_f64 *model;
     const kq_em_choice *choice;
     const kq_recording_f64 *recordings;
-    int32_t count;
-    int32_t recording;
-    int32_t step;
+    size_t count;
+    size_t recording;
+    size_t step;
     uint32_t remaining;
     double log_likelihood;
     double before;
@@ -263,9 +263,9 @@ kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t l
  * of 0; the columns of F are not independent).
  */
 kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *model, const kq_em_choice *choice,
-                         const kq_recording_f32 *recordings, int count);
+                         const kq_recording_f32 *recordings, size_t count);
 kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq_em_choice *choice,
-                         const kq_recording_f64 *recordings, int count);
+                         const kq_recording_f64 *recordings, size_t count);
 
 /* ------------------------------------------------------------------ iterations */
 
@@ -301,7 +301,8 @@ kq_status kq_em_iterate_f64(kq_em_f64 *em);
 kq_status kq_em_advance_f32(kq_em_f32 *em);
 kq_status kq_em_advance_f64(kq_em_f64 *em);
 
-/** Calls of kq_em_advance until the E-step is complete; 0 when it is, or has not begun. */
+/** Calls of kq_em_advance until the E-step is complete; 0 when it is, or has not begun.  (32 bits: two a
+    step of every recording, together more than a size_t of 16 bits holds.) */
 uint32_t kq_em_remaining_f32(const kq_em_f32 *em);
 uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
 

@@ -351,18 +351,18 @@ void kq_events_clear_f64(kq_filter_f64 *f);
  * The state k steps ahead, without measurements; the filter does not change.
  *   f        read
  *   u        k x l, the controls of the k steps, or NULL: none
- *   steps    k >= 0; 0 copies
+ *   steps    k; 0 copies
  *   ahead    another filter of n states with its own memory; written.  It is a filter like any
  *            other, with nothing attached: read it with kq_mean, kq_sigma, kq_covariance and, for
  *            the measurement to come, kq_measurement.
  * Cost: k predicts.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (steps < 0), KQ_ERR_MEMORY (ahead),
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (more than KQ_COUNT_MAX steps), KQ_ERR_MEMORY (ahead),
  * KQ_ERR_MISMATCH (states, or ahead is f), KQ_ERR_NOT_FINITE (u).
  */
 kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
-                          int steps, kq_filter_f32 *ahead);
+                          size_t steps, kq_filter_f32 *ahead);
 kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
-                          int steps, kq_filter_f64 *ahead);
+                          size_t steps, kq_filter_f64 *ahead);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -470,7 +470,7 @@ kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const i
 kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
                       const kq_sensor_q31 *s, const int32_t *z);
 kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
-                          int steps, kq_filter_q31 *ahead);
+                          size_t steps, kq_filter_q31 *ahead);
 
 /** x_i rounded to a word, and what the rounding left, in 2^-24 of a word: -2^23 .. 2^23,
     beyond it only at the word's end.

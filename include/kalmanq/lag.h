@@ -127,8 +127,8 @@ typedef struct kq_lag_f64 {
  *   length   words at memory: KQ_LAG_LEN_<T>(n, m, L)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, int L, float *memory, size_t length);
-kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, int L, double *memory, size_t length);
+kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
+kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
 
 /**
  * Begins: no step can be asked for but the current one.  A lag takes the place of the filter's
@@ -151,10 +151,10 @@ kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
 kq_status kq_lag_detach_f32(kq_lag_f32 *lag);
 kq_status kq_lag_detach_f64(kq_lag_f64 *lag);
 
-/** How far back can be asked: the lesser of L and the steps made since the lag was attached.  -1
-    where it is not attached, or cannot go on. */
-int kq_lag_steps_f32(const kq_lag_f32 *lag);
-int kq_lag_steps_f64(const kq_lag_f64 *lag);
+/** How far back can be asked: the lesser of L and the steps made since the lag was attached.  0
+    where it is not attached, or cannot go on (which kq_lag_smooth then answers). */
+size_t kq_lag_steps_f32(const kq_lag_f32 *lag);
+size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
 
 /**
  * The state of k steps ago given all measurements so far; the functions below read it, until the
@@ -167,8 +167,8 @@ int kq_lag_steps_f64(const kq_lag_f64 *lag);
  * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_HISTORY_EMPTY (not attached, or not any more),
  * KQ_ERR_HISTORY_FULL (a step that it could not follow: attach it again).
  */
-kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, int k);
-kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, int k);
+kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, size_t k);
+kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
 
 /**
  * The mean only, of the same bits: kq_lag_sigma and kq_lag_covariance then answer NaN and
@@ -176,8 +176,8 @@ kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, int k);
  * Cost: 4 n^2 multiplications where the other one has 12 n^3.
  * Errors as kq_lag_smooth.
  */
-kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, int k);
-kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, int k);
+kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, size_t k);
+kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, size_t k);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of what was smoothed last.  NaN where nothing was,
     or lag or i is bad. */
@@ -239,12 +239,12 @@ typedef struct kq_lag_q31 {
         0,                                                                                         \
         0}
 
-kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, int L, int32_t *memory, size_t length);
+kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
 kq_status kq_lag_attach_q31(kq_lag_q31 *lag, kq_filter_q31 *f);
 kq_status kq_lag_detach_q31(kq_lag_q31 *lag);
-int kq_lag_steps_q31(const kq_lag_q31 *lag);
-kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, int k);
-kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, int k);
+size_t kq_lag_steps_q31(const kq_lag_q31 *lag);
+kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, size_t k);
+kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, size_t k);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
 int32_t kq_lag_mean_q31(const kq_lag_q31 *lag, int i);

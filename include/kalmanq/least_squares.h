@@ -118,15 +118,15 @@ kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const kq_scaled_q31 
  * A batch, refused as a whole: the same as one call of the above for every row, in their order.
  *   H        count x n
  *   z, r     count
- *   count    >= 0
- * KQ_ERR_SIZE (count < 0), and the errors of the above.
+ *   count    0 .. KQ_COUNT_MAX
+ * KQ_ERR_SIZE (count), and the errors of the above.
  */
 kq_status kq_least_squares_add_all_f32(kq_least_squares_f32 *q, const float *H, const float *z,
-                                       const float *r, int count);
+                                       const float *r, size_t count);
 kq_status kq_least_squares_add_all_f64(kq_least_squares_f64 *q, const double *H, const double *z,
-                                       const double *r, int count);
+                                       const double *r, size_t count);
 kq_status kq_least_squares_add_all_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *H,
-                                       const int32_t *z, const kq_scaled_q31 *r, int count);
+                                       const int32_t *z, const kq_scaled_q31 *r, size_t count);
 
 /**
  * The minimum itself: the weighted sum of squared residuals of the solution, with the prior's term,

@@ -1,7 +1,8 @@
 /*
  * kalmanq: sizes.
  *
- * n states, m measured components and l controls: each 1 .. KQ_SIZE_MAX (l may be 0).
+ * n states, m measured components and l controls: each 1 .. KQ_SIZE_MAX (l may be 0).  They, and what
+ * numbers one of them, are `int`; steps, rows, lengths and what numbers those are `size_t`.
  * Every object's memory belongs to the caller; its length, in words of the object's number
  * type, is a constant expression of its sizes (KQ_..._LEN), and goes into static arrays.  The macros
  * KQ_FILTER_F32(name, n), KQ_HISTORY_F32(name, n, m, steps, changes), ... declare an object with its
@@ -39,6 +40,10 @@
 
 /** Largest n, m and l. */
 #define KQ_SIZE_MAX 16
+
+/** Most steps, rows and the like: a call that is given more, or a negative number that became a
+    size_t on its way, answers KQ_ERR_SIZE. */
+#define KQ_COUNT_MAX ((size_t)(SIZE_MAX / 2 < INT32_MAX ? SIZE_MAX / 2 : INT32_MAX))
 
 /** Of the lengths that can be large: 64 bits, where a size_t of 16 or 32 would wrap and the array be
     too short.  So it is too long, and does not compile; and a call that is given such sizes and the

@@ -38,13 +38,15 @@ kq_status T(kq_em_assign)(estimation *e, int n, int m, num *memory, size_t lengt
 /* ------------------------------------------------------------------ init */
 
 static kq_status em_check_recordings(const estimation *e, const parameters *p,
-                                     const kq_em_choice *choice, const recording *r, int count)
+                                     const kq_em_choice *choice, const recording *r, size_t count)
 {
-    uint32_t measurements = 0;
-    if (count < 1) return KQ_ERR_SIZE;
-    for (int k = 0; k < count; k++) {
+    uint32_t measurements = 0, steps = 0;
+    if (count < 1 || count > KQ_COUNT_MAX) return KQ_ERR_SIZE;
+    for (size_t k = 0; k < count; k++) {
         const kq_status status = recording_check(e, r + k, (int)p->controls, &measurements);
         if (status) return status;
+        steps += (uint32_t)r[k].steps;
+        if (steps > INT32_MAX) return KQ_ERR_SIZE;
     }
     if (measurements == 0) return KQ_ERR_NO_DATA;
     const int noises = p->F ? (int)p->noises : e->states;
@@ -52,7 +54,7 @@ static kq_status em_check_recordings(const estimation *e, const parameters *p,
 }
 
 kq_status T(kq_em_init)(estimation *e, const parameters *p, const kq_em_choice *choice,
-                        const recording *r, int count)
+                        const recording *r, size_t count)
 {
     if (!e || !p || !r) return KQ_ERR_NULL;
     kq_status status = em_check_sizes(e);
@@ -101,7 +103,7 @@ static kq_status em_begin(estimation *e)
     e->recording = 0;
     e->step = 0;
     e->remaining = 0;
-    for (int k = 0; k < e->count; k++) e->remaining += 2 * (uint32_t)e->recordings[k].steps;
+    for (size_t k = 0; k < e->count; k++) e->remaining += 2 * (uint32_t)e->recordings[k].steps;
     e->phase = EM_FILTERING;
     return KQ_OK;
 }

@@ -109,7 +109,7 @@ static int em_noises(const estimation *e)
     return e->model->F ? (int)e->model->noises : e->states;
 }
 
-static uint32_t present_at(const estimation *e, const recording *r, int32_t t)
+static uint32_t present_at(const estimation *e, const recording *r, size_t t)
 {
     const uint32_t all = UINT32_MAX >> (32 - e->components);
     return r->present ? r->present[t] & all : all;

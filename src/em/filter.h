@@ -27,7 +27,7 @@ static kq_status em_begin_recording(estimation *e, const em_places *w)
 static kq_status em_predict(estimation *e, const recording *r)
 {
     const size_t l = e->process.controls;
-    const num *u = r->u && l ? r->u + (size_t)(e->step - 1) * l : 0;
+    const num *u = r->u && l ? r->u + (e->step - 1) * l : 0;
     return T(kq_predict)(&e->filter, &e->process, u);
 }
 
@@ -36,7 +36,7 @@ static kq_status em_update(estimation *e, const recording *r)
 {
     const uint32_t present = present_at(e, r, e->step);
     if (!present) return KQ_OK;
-    const num *z = r->z + (size_t)e->step * e->components;
+    const num *z = r->z + e->step * e->components;
     const kq_status status = T(kq_update_subset)(&e->filter, &e->sensor, z, present);
     if (status) return status;
     return (int)e->filter.last.count == count_of(present) ? KQ_OK : KQ_ERR_LIKELIHOOD;
@@ -46,7 +46,7 @@ static kq_status em_update(estimation *e, const recording *r)
 static num em_rounding(const estimation *e)
 {
     num measurements = 0;
-    for (int k = 0; k < e->count; k++) {
+    for (size_t k = 0; k < e->count; k++) {
         measurements += (num)e->recordings[k].steps * (num)e->components;
     }
     return num_epsilon * (measurements + num_magnitude(e->log_likelihood));

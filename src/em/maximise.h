@@ -76,7 +76,7 @@ static em_part em_start_part(const estimation *e, const em_places *w)
 static num measured_steps(const estimation *e, const recording *r)
 {
     int32_t measured = 0;
-    for (int32_t t = 0; t < r->steps; t++) measured += present_at(e, r, t) != 0;
+    for (size_t t = 0; t < r->steps; t++) measured += present_at(e, r, t) != 0;
     return (num)measured;
 }
 
@@ -89,7 +89,7 @@ static em_part em_part_of(const estimation *e, const em_places *w, int which)
     s->noises = which == EM_SENSOR ? e->components : e->states;
     s->regressors = em_regressors(e, which);
     s->root = w->sums[which];
-    for (int k = 0; k < e->count; k++) {
+    for (size_t k = 0; k < e->count; k++) {
         const recording *r = e->recordings + k;
         s->count += which == EM_START    ? 1
                     : which == EM_SENSOR ? measured_steps(e, r)

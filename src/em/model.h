@@ -115,10 +115,10 @@ static kq_status recording_check(const estimation *e, const recording *r, int co
                                  uint32_t *measurements)
 {
     if (!r->z) return KQ_ERR_NULL;
-    if (r->steps < 1) return KQ_ERR_SIZE;
-    if ((kq_length)r->steps > em_most_steps(e)) return KQ_ERR_MEMORY;
+    if (r->steps < 1 || r->steps > KQ_COUNT_MAX) return KQ_ERR_SIZE;
+    if (r->steps > em_most_steps(e)) return KQ_ERR_MEMORY;
     const num *z = r->z;
-    for (int32_t t = 0; t < r->steps; t++) {
+    for (size_t t = 0; t < r->steps; t++) {
         const uint32_t present = present_at(e, r, t);
         for (int c = 0; c < e->components; c++, z++) {
             if (present >> c & 1 && !num_is_finite(*z)) return KQ_ERR_NOT_FINITE;
@@ -126,7 +126,7 @@ static kq_status recording_check(const estimation *e, const recording *r, int co
         *measurements += (uint32_t)count_of(present);
     }
     const num *u = r->u;
-    for (int32_t t = 1; controls && u && t < r->steps; t++, u += controls) {
+    for (size_t t = 1; controls && u && t < r->steps; t++, u += controls) {
         if (!all_finite(u, controls)) return KQ_ERR_NOT_FINITE;
     }
     return KQ_OK;

@@ -79,21 +79,21 @@ KQ_COLD kq_status T(kq_gain)(const filter *f, const sensor *s, scaled *K)
     return KQ_OK;
 }
 
-KQ_COLD kq_status T(kq_forecast)(const filter *f, const process *p, const num *u, int steps,
+KQ_COLD kq_status T(kq_forecast)(const filter *f, const process *p, const num *u, size_t steps,
                                  filter *ahead)
 {
     const kq_status status = predict_check(f, p, 0);
     if (status) return status;
     const kq_status unfit = copy_check(ahead, f);
     if (unfit) return unfit;
-    if (steps < 0) return KQ_ERR_SIZE;
+    if (steps > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     const size_t l = p->controls;
-    for (int k = 0; u && k < steps; k++) {
-        const kq_status wrong = process_check_controls(p, u + (size_t)k * l);
+    for (size_t k = 0; u && k < steps; k++) {
+        const kq_status wrong = process_check_controls(p, u + k * l);
         if (wrong) return wrong;
     }
     copy_state(ahead, f);
-    for (int k = 0; k < steps; k++) predict_now(ahead, p, u ? u + (size_t)k * l : 0);
+    for (size_t k = 0; k < steps; k++) predict_now(ahead, p, u ? u + k * l : 0);
     return KQ_OK;
 }
 

@@ -205,12 +205,12 @@ static int lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only)
     return n == 2 ? lag_estimate_2(lag, k, states_only) : lag_estimate_3(lag, k, states_only);
 }
 
-static kq_status lag_smooth(T(kq_lag) *lag, int k, int states_only)
+static kq_status lag_smooth(T(kq_lag) *lag, size_t k, int states_only)
 {
     if (!lag) return KQ_ERR_NULL;
     const kq_status status = on_line_check(&lag->tape);
     if (status) return status;
-    if (k < 0 || (uint32_t)k > lag->steps) return KQ_ERR_SIZE;
+    if (k > lag->steps) return KQ_ERR_SIZE;
     lag->columns = (uint8_t)lag_estimate(lag, (uint32_t)k, states_only);
     lag->smoothed = 1;
     return KQ_OK;
@@ -218,10 +218,10 @@ static kq_status lag_smooth(T(kq_lag) *lag, int k, int states_only)
 
 /* ------------------------------------------------------------------ the object */
 
-kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, int most, num *memory, size_t length)
+kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, size_t most, num *memory, size_t length)
 {
     if (!lag || !memory) return KQ_ERR_NULL;
-    if (!size_is_valid(n) || m < 1 || most < 0) return KQ_ERR_SIZE;
+    if (!size_is_valid(n) || m < 1 || most > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     if (length < LAG_LEN(n, m, most)) return KQ_ERR_MEMORY;
     *lag = (T(kq_lag)){
         .tape = {.attached = {&lag_hooks},
@@ -252,16 +252,16 @@ kq_status T(kq_lag_detach)(T(kq_lag) *lag)
     return lag ? T(kq_history_detach)(&lag->tape) : KQ_ERR_NULL;
 }
 
-int T(kq_lag_steps)(const T(kq_lag) *lag)
+size_t T(kq_lag_steps)(const T(kq_lag) *lag)
 {
-    return lag && !on_line_check(&lag->tape) ? (int)lag->steps : -1;
+    return lag && !on_line_check(&lag->tape) ? lag->steps : 0;
 }
 
 static int lag_is_smoothed(const T(kq_lag) *lag) { return lag && lag->smoothed; }
 
-kq_status T(kq_lag_smooth)(T(kq_lag) *lag, int k) { return lag_smooth(lag, k, 0); }
+kq_status T(kq_lag_smooth)(T(kq_lag) *lag, size_t k) { return lag_smooth(lag, k, 0); }
 
-kq_status T(kq_lag_smooth_states)(T(kq_lag) *lag, int k) { return lag_smooth(lag, k, 1); }
+kq_status T(kq_lag_smooth_states)(T(kq_lag) *lag, size_t k) { return lag_smooth(lag, k, 1); }
 
 num T(kq_lag_mean)(const T(kq_lag) *lag, int i)
 {

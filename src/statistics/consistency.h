@@ -43,7 +43,7 @@ static const num *entry_of(const consistency *c, int k)
     return entry_at(c, slot < 0 ? slot + c->window + 1 : slot);
 }
 
-kq_status T(kq_consistency_assign)(consistency *c, int m, int window, num *memory, size_t length)
+kq_status T(kq_consistency_assign)(consistency *c, int m, size_t window, num *memory, size_t length)
 {
     if (!c || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(m) || window < 1 || window > KQ_WINDOW_MAX) return KQ_ERR_SIZE;
@@ -211,6 +211,6 @@ kq_status T(kq_consistency_innovation)(const consistency *c, int component, scor
     return KQ_OK;
 }
 
-int T(kq_consistency_count)(const consistency *c) { return c ? c->count : 0; }
+size_t T(kq_consistency_count)(const consistency *c) { return c ? (size_t)c->count : 0; }
 
 #endif

@@ -120,20 +120,20 @@ static kq_status least_squares_take(least_squares *q, const sensor *row, num z)
 }
 
 kq_status T(kq_least_squares_add_all)(least_squares *q, const scaled *H, const num *z,
-                                      const scaled *r, int count)
+                                      const scaled *r, size_t count)
 {
     sensor row;
     scaled memory[KQ_SENSOR_DIAGONAL_LEN(1)];
     kq_status status = least_squares_check(q);
     if (status) return status;
     if (!H || !z || !r) return KQ_ERR_NULL;
-    if (count < 0) return KQ_ERR_SIZE;
+    if (count > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     const size_t n = q->filter->states;
-    for (int k = 0; k < count && !status; k++) {
-        status = row_check(q, &row, memory, H + (size_t)k * n, z[k], r[k]);
+    for (size_t k = 0; k < count && !status; k++) {
+        status = row_check(q, &row, memory, H + k * n, z[k], r[k]);
     }
-    for (int k = 0; k < count && !status; k++) {
-        status = row_sensor(&row, memory, q, H + (size_t)k * n, r[k]);
+    for (size_t k = 0; k < count && !status; k++) {
+        status = row_sensor(&row, memory, q, H + k * n, r[k]);
         if (!status) status = least_squares_take(q, &row, z[k]);
     }
     return status;
