@@ -254,7 +254,7 @@ kq_status T(kq_lag_detach)(T(kq_lag) *lag)
 
 size_t T(kq_lag_steps)(const T(kq_lag) *lag)
 {
-    return lag && !on_line_check(&lag->tape) ? lag->steps : 0;
+    return lag && !on_line_check(&lag->tape) ? (size_t)lag->steps : 0;
 }
 
 static int lag_is_smoothed(const T(kq_lag) *lag) { return lag && lag->smoothed; }

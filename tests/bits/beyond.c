@@ -88,7 +88,7 @@ static void put_filter(void)
 
 /* ------------------------------------------------------------------ smoothers on line */
 
-static void put_lag(K(lag) * lag, int k, int states_only)
+static void put_lag(K(lag) * lag, size_t k, int states_only)
 {
     put_status(states_only ? K(lag_smooth_states)(lag, k) : K(lag_smooth)(lag, k));
     for (int i = 0; i < M.n; i++) {
@@ -111,7 +111,8 @@ static void lag(void)
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
-        for (int k = K(lag_steps)(&past); k >= 0; k -= 2) put_lag(&past, k, t % 3 == 1);
+        const size_t steps = K(lag_steps)(&past);
+        for (size_t k = 0; k <= steps; k += 2) put_lag(&past, steps - k, t % 3 == 1);
         put_status(K(predict)(&filter, &process, draw_control()));
         check("lag", t);
     }
@@ -369,7 +370,7 @@ static void fit(num lambda)
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         if (t % 2) put_status(K(least_squares_add)(&squares, M.H, z[0], r[0]));
-        else put_status(K(least_squares_add_all)(&squares, M.H, z, r, M.m));
+        else put_status(K(least_squares_add_all)(&squares, M.H, z, r, (size_t)M.m));
         put(K(least_squares_residual)(&squares));
         put(K(least_squares_weight)(&squares));
         put_filter();

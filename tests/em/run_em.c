@@ -116,7 +116,7 @@ static int read_recordings(void)
         const num *z = read_array(steps, m);
         const uint16_t *present = read_presence(z, steps);
         const num *u = controlled ? read_array(steps - 1, l) : NULL;
-        recordings[k] = (recording){steps, z, present, u};
+        recordings[k] = (recording){(size_t)steps, z, present, u};
         if (steps > longest) longest = steps;
     }
     return longest;
@@ -243,7 +243,7 @@ int main(void)
     num *memory = allocate(length, sizeof *memory);
     require(K(em_assign)(&em, n, m, memory, length), "assign");
     const kq_status status =
-        K(em_init)(&em, &model, choice.free ? &choice : NULL, recordings, count);
+        K(em_init)(&em, &model, choice.free ? &choice : NULL, recordings, (size_t)count);
     require(status, "init");
     printf("init %d\n", status);
     for (int k = 1; k <= iterations && !K(em_is_settled)(&em, tolerance); k++) {

@@ -72,7 +72,7 @@ static void check_forecast(run *r, const kq_process_q31 *p)
     for (int k = 0; k < steps * p->controls; k++) {
         u[k] = random_word(p->control_format[k % p->controls].range);
     }
-    must(kq_forecast_q31(&r->filter, p, chance(0.7) ? u : NULL, steps, &r->ahead), "forecast");
+    must(kq_forecast_q31(&r->filter, p, chance(0.7) ? u : NULL, (size_t)steps, &r->ahead), "forecast");
     check_filter(&r->ahead);
     free(u);
 }

@@ -130,7 +130,7 @@ template <class T> class LagOwner : NotCopied
         kq::require(Api::lagAttach(&handle_, filter.get()), "lag attach");
     }
 
-    int steps() const { return Api::lagSteps(&handle_); }
+    int steps() const { return (int)Api::lagSteps(&handle_); }
 
     Belief<Wide<T>> smooth(int k)
     {

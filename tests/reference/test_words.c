@@ -119,8 +119,8 @@ static quad lag_error(void)
         if (t) status |= kq_predict_q31(&watched, &motion, exact.l ? controls[t - 1] : NULL);
         status |= measure(&watched, t);
     }
-    for (int k = 0; k <= 6; k++) {
-        const int t = exact.steps - 1 - k;
+    for (size_t k = 0; k <= 6; k++) {
+        const int t = exact.steps - 1 - (int)k;
         status |= kq_lag_smooth_q31(&lag, k);
         for (int i = 0; i < exact.n; i++) {
             worst = larger(worst, word_error(kq_lag_mean_q31(&lag, i), kq_lag_mean_low_q31(&lag, i),

@@ -305,9 +305,9 @@ static void a_lag_takes_the_process_as_it_was(void)
         measure(&track, t);
     }
     change(0);
-    for (int k = 0; k < STEPS; k++) {
+    for (size_t k = 0; k < STEPS; k++) {
         ASSERT_OK(K(lag_smooth)(&past, k));
-        read_smoothed(&expected, &right, (size_t)(STEPS - 1 - k), 2);
+        read_smoothed(&expected, &right, STEPS - 1 - k, 2);
         for (int i = 0; i < 2; i++) {
             ASSERT_CLOSE(expected.mean[i], K(lag_mean)(&past, i), 8);
             ASSERT_CLOSE(expected.sigma[i], K(lag_sigma)(&past, i), 2);

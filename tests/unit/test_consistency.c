@@ -247,7 +247,7 @@ static void the_bounds_are_those_of_chi_square(void)
     num a, low, high;
     for (int k = 0; k < COUNT(quantiles); k++) {
         const int updates = quantiles[k].degrees / 2;
-        ASSERT_OK(K(consistency_assign)(&longer, 2, updates, memory, COUNT(memory)));
+        ASSERT_OK(K(consistency_assign)(&longer, 2, (size_t)updates, memory, COUNT(memory)));
         for (int t = 0; t < updates; t++) {
             ASSERT_OK(K(consistency_watch)(&longer, &track, &radar, z, ALL));
             ASSERT_OK(K(update)(&track, &radar, z));
@@ -278,7 +278,7 @@ static void sizes_may_be_the_smallest_and_the_largest(void)
         ASSERT_OK(K(filter_init)(&f, zeros, identity));
         ASSERT_OK(K(sensor_assign)(&s, m, m, sensor_memory, COUNT(sensor_memory)));
         ASSERT_OK(K(sensor_init_diagonal)(&s, identity, ones));
-        ASSERT_OK(K(consistency_assign)(&c, m, window, memory, (size_t)CONSISTENCY_LEN(m, window)));
+        ASSERT_OK(K(consistency_assign)(&c, m, (size_t)window, memory, (size_t)CONSISTENCY_LEN(m, window)));
         for (int t = 0; t < 2 * window + 1; t++) {
             ASSERT_OK(K(consistency_watch)(&c, &f, &s, ones, ALL));
             ASSERT_OK(K(update)(&f, &s, ones));
@@ -302,7 +302,7 @@ static void assign_refuses(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_assign)(&recent, 0, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_assign)(&recent, 17, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_assign)(&recent, 2, 0, memory, length));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_assign)(&recent, 2, -1, memory, length));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(consistency_assign)(&recent, 2, SIZE_MAX, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE,
                    K(consistency_assign)(&recent, 2, KQ_WINDOW_MAX + 1, memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(consistency_assign)(&recent, 2, WINDOW, memory, length - 1));

@@ -861,7 +861,7 @@ static void assert_size(int n, int m, const kq_em_choice *free, int count)
     K(em) object;
     put_large_model(n, m);
     ASSERT_OK(K(em_assign)(&object, n, m, guard(room, ROOM), length));
-    TEST_ASSERT_TRUE(K(em_init)(&object, &all, free, many, count) >= KQ_OK);
+    TEST_ASSERT_TRUE(K(em_init)(&object, &all, free, many, (size_t)count) >= KQ_OK);
     ASSERT_OK(K(em_iterate)(&object));
     assert_guards(room, length, ROOM);
 }
@@ -888,10 +888,10 @@ static void test_every_size_stays_within_its_memory(void)
    it becomes singular. */
 static K(recording) put_few(int n, int m, uint32_t seed)
 {
-    const K(recording) few = {m / 2 + 2, all_z, NULL, NULL};
+    const K(recording) few = {(size_t)(m / 2 + 2), all_z, NULL, NULL};
     double x[2] = {0, 0};
     for (int k = 0; k < m * n; k++) all_H[k] = noise(&seed);
-    for (int t = 0; t < few.steps; t++) {
+    for (int t = 0; t < (int)few.steps; t++) {
         for (int i = 0; i < n; i++) x[i] = 0.875 * x[i] + (double)noise(&seed);
         for (int c = 0; c < m; c++) {
             double sum = (double)noise(&seed);

@@ -344,7 +344,7 @@ static void forecast_refuses(void)
     ASSERT_OK(kq_filter_assign_q31(&three, 3, memory, COUNT(memory)));
     WATCH(bare), WATCH(three), WATCH(memory);
     const kq_process_q31 *p = &motion.process;
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_forecast_q31(&track, p, NULL, -1, &twin));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_forecast_q31(&track, p, NULL, KQ_COUNT_MAX + 1, &twin));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_forecast_q31(&track, p, NULL, 1, &bare));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_forecast_q31(&track, p, NULL, 1, &track));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_forecast_q31(&track, p, NULL, 1, &three));

@@ -52,7 +52,7 @@ static void a_forecast_is_so_many_predicts(void)
 {
     watch_the_source();
     for (int steps = 0; steps <= 5; steps++) {
-        ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, NULL, steps, &ahead));
+        ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, NULL, (size_t)steps, &ahead));
         ASSERT_SAME_STATE(&walker, &ahead, 2);
         ASSERT_OK(K(predict)(&walker, &motion, NULL));
     }
@@ -62,7 +62,7 @@ static void a_forecast_takes_the_controls_in_turn(void)
 {
     watch_the_source();
     for (int steps = 0; steps <= 5; steps++) {
-        ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, u, steps, &ahead));
+        ASSERT_OK_UNCHANGED(K(forecast)(&track, &motion, u, (size_t)steps, &ahead));
         ASSERT_SAME_STATE(&walker, &ahead, 2);
         if (steps < 5) ASSERT_OK(K(predict)(&walker, &motion, u + steps));
     }
@@ -193,11 +193,12 @@ static void forecast_refuses_what_is_not_initialised(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&track, &blank_process, u, 1, &ahead));
 }
 
-static void forecast_refuses_a_negative_number_of_steps(void)
+static void forecast_refuses_what_was_a_negative_number_of_steps(void)
 {
-    static const int bad[] = {-1, -2, INT_MIN};
+    static const size_t bad[] = {SIZE_MAX, SIZE_MAX - 1, KQ_COUNT_MAX + 1};
     for (int k = 0; k < COUNT(bad); k++) {
         ASSERT_REFUSED(KQ_ERR_SIZE, K(forecast)(&track, &motion, NULL, bad[k], &ahead));
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(forecast)(&track, &motion, u, bad[k], &ahead));
     }
 }
 
@@ -258,7 +259,7 @@ SUITE(forecast, set_up)
     RUN_TEST(copy_refuses);
     RUN_TEST(forecast_refuses_null);
     RUN_TEST(forecast_refuses_what_is_not_initialised);
-    RUN_TEST(forecast_refuses_a_negative_number_of_steps);
+    RUN_TEST(forecast_refuses_what_was_a_negative_number_of_steps);
     RUN_TEST(forecast_refuses_a_filter_without_memory);
     RUN_TEST(forecast_refuses_what_does_not_fit);
     RUN_TEST(forecast_refuses_controls_that_are_not_finite);

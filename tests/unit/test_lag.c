@@ -24,7 +24,7 @@ static reading known[STEPS][STEPS];
 static void attach(int longest)
 {
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(lag_assign)(&past, 2, MOST, longest, past_memory, COUNT(past_memory)));
+    ASSERT_OK(K(lag_assign)(&past, 2, MOST, (size_t)longest, past_memory, COUNT(past_memory)));
     ASSERT_OK(K(lag_attach)(&past, &track));
 }
 
@@ -84,10 +84,10 @@ static void every_lag_is_that_of_the_tape(void)
         for (int last = 0; last < STEPS; last++) {
             drive(last);
             TEST_ASSERT_EQUAL_INT(last < longest[l] ? last : longest[l], K(lag_steps)(&past));
-            for (int k = 0; k <= K(lag_steps)(&past); k++) {
+            for (size_t k = 0; k <= K(lag_steps)(&past); k++) {
                 ASSERT_OK(K(lag_smooth)(&past, k));
                 read_lag(&now, &past, 2);
-                assert_read(&known[last][last - k], &now);
+                assert_read(&known[last][(size_t)last - k], &now);
             }
         }
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
@@ -162,7 +162,7 @@ static void asking_changes_nothing(void)
     for (int step = 0; step < STEPS; step++) {
         drive(step);
         if (step % 4 != 3) continue;
-        for (int k = K(lag_steps)(&past); k >= 0; k--) ASSERT_OK(K(lag_smooth)(&past, k));
+        for (size_t k = K(lag_steps)(&past) + 1; k-- > 0;) ASSERT_OK(K(lag_smooth)(&past, k));
         ASSERT_OK(K(lag_smooth_states)(&past, 1));
         ASSERT_OK(K(lag_smooth)(&past, K(lag_steps)(&past)));
         read_lag(&now, &past, 2);
@@ -206,7 +206,7 @@ static void states_only_gives_the_means(void)
     WATCH(P);
     for (int step = 0; step < STEPS; step++) {
         drive(step);
-        for (int k = 0; k <= K(lag_steps)(&past); k++) {
+        for (size_t k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
             read_lag(&now, &past, 2);
             ASSERT_OK(K(lag_smooth_states)(&past, k));
@@ -246,7 +246,7 @@ static void a_constant_is_known_as_now(void)
     for (int step = 0; step < STEPS; step++) {
         if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
-        for (int k = 0; k <= K(lag_steps)(&past); k++) {
+        for (size_t k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
             for (int i = 0; i < 2; i++) {
                 ASSERT_CLOSE(K(mean)(&track, i), K(lag_mean)(&past, i), 8);
@@ -264,7 +264,7 @@ static void what_is_known_exactly_stays(void)
     for (int step = 0; step < 8; step++) {
         if (step) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, z));
-        for (int k = 0; k <= K(lag_steps)(&past); k++) {
+        for (size_t k = 0; k <= K(lag_steps)(&past); k++) {
             ASSERT_OK(K(lag_smooth)(&past, k));
             for (int i = 0; i < 2; i++) {
                 ASSERT_CLOSE(z[i], K(lag_mean)(&past, i), 8);
@@ -340,7 +340,7 @@ static void sixteen_states_are_sixteen_scalars(void)
             if (step) ASSERT_OK(K(predict)(&scalar, &scalar_process, NULL));
             ASSERT_OK(K(update)(&scalar, &scalar_sensor, &one));
         }
-        for (int k = 0; k <= WIDE_LAG; k++) {
+        for (size_t k = 0; k <= WIDE_LAG; k++) {
             ASSERT_OK(K(lag_smooth)(&line, k));
             ASSERT_OK(K(lag_smooth)(&window, k));
             mean[i] = (double)K(lag_mean)(&line, 0), sigma[i] = (double)K(lag_sigma)(&line, 0);
@@ -368,7 +368,7 @@ static void assign_refuses(void)
     }
     ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, 0, 3, past_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, -1, 3, past_memory, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, 1, -1, past_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_assign)(&past, 2, 1, KQ_COUNT_MAX + 1, past_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, 1, 3, past_memory, least - 1));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, 1, INT_MAX, past_memory, least));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, INT_MAX, 3, past_memory, least));
@@ -386,8 +386,8 @@ static void a_length_that_would_wrap_is_refused(void)
         for (int64_t k = 1; k <= 8; k++) {
             const int64_t L = ((k << bits) - rest + step - 1) / step;
             const int64_t m = ((k << bits) - others + each - 1) / each;
-            if (L <= INT_MAX) {
-                ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, MOST, (int)L, past_memory,
+            if (L <= (int64_t)KQ_COUNT_MAX) {
+                ASSERT_REFUSED(KQ_ERR_MEMORY, K(lag_assign)(&past, 2, MOST, (size_t)L, past_memory,
                                                             COUNT(past_memory)));
             }
             if (m <= INT_MAX) {
@@ -451,7 +451,7 @@ static void smooth_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(lag_smooth_states)(NULL, 0));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&unused, 0));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth_states)(&unused, 0));
-    static const int bad[] = {3, -1, INT_MAX, INT_MIN};
+    static const size_t bad[] = {3, SIZE_MAX, KQ_COUNT_MAX, SIZE_MAX / 2 + 1};
     for (int k = 0; k < COUNT(bad); k++) {
         ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_smooth)(&past, bad[k]));
         ASSERT_REFUSED(KQ_ERR_SIZE, K(lag_smooth_states)(&past, bad[k]));

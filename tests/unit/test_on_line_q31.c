@@ -45,10 +45,10 @@ static kq_scaled_q31 out[4];
 static void attach_lag(int longest)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_lag_assign_q31(&past, 2, 2, longest, past_memory, COUNT(past_memory)));
+    ASSERT_OK(kq_lag_assign_q31(&past, 2, 2, (size_t)longest, past_memory, COUNT(past_memory)));
     ASSERT_OK(kq_lag_attach_q31(&past, &track));
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
-    ASSERT_OK(K(lag_assign)(&past_f64, 2, 2, longest, past_f64_memory, COUNT(past_f64_memory)));
+    ASSERT_OK(K(lag_assign)(&past_f64, 2, 2, (size_t)longest, past_f64_memory, COUNT(past_f64_memory)));
     ASSERT_OK(K(lag_attach)(&past_f64, &track_f64));
 }
 
@@ -178,7 +178,7 @@ static void every_lag_is_that_in_double(void)
         for (int step = 0; step < STEPS; step++) {
             drive_lag(step);
             TEST_ASSERT_EQUAL_INT(step < longest[l] ? step : longest[l], kq_lag_steps_q31(&past));
-            for (int k = 0; k <= kq_lag_steps_q31(&past); k++) {
+            for (size_t k = 0; k <= kq_lag_steps_q31(&past); k++) {
                 ASSERT_OK(kq_lag_smooth_q31(&past, k));
                 ASSERT_OK(K(lag_smooth)(&past_f64, k));
                 assert_lag(1);
@@ -206,8 +206,8 @@ static void the_longest_lag_is_that_of_the_tape(void)
         measure(&twin, step, 0);
     }
     ASSERT_OK(kq_smooth_q31(&tape));
-    for (int k = 0; k < STEPS; k++) {
-        const size_t t = (size_t)(STEPS - 1 - k);
+    for (size_t k = 0; k < STEPS; k++) {
+        const size_t t = STEPS - 1 - k;
         ASSERT_OK(kq_lag_smooth_q31(&past, k));
         ASSERT_OK(kq_lag_covariance_q31(&past, out));
         ASSERT_OK(kq_smoothed_covariance_q31(&tape, t, P));
@@ -273,7 +273,7 @@ static void a_constant_is_known_as_now(void)
         if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         const int32_t *words = words_of(z, 2, radar.measurement_format);
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
-        for (int k = 0; k <= kq_lag_steps_q31(&past); k++) {
+        for (size_t k = 0; k <= kq_lag_steps_q31(&past); k++) {
             ASSERT_OK(kq_lag_smooth_q31(&past, k));
             for (int i = 0; i < 2; i++) {
                 assert_mean(mean_value(&track, i), kq_lag_mean_q31(&past, i),
@@ -423,7 +423,7 @@ static void sixteen_states_are_sixteen_scalars(void)
             }
             ASSERT_OK(kq_update_q31(&f, &s, z));
         }
-        for (int k = 0; k <= WIDE_LAG; k++) {
+        for (size_t k = 0; k <= WIDE_LAG; k++) {
             ASSERT_OK(kq_lag_smooth_q31(&lag, k));
             for (int i = 0; i < n; i++) {
                 if (n == 1) {
@@ -455,7 +455,7 @@ static void assign_refuses(void)
                        kq_point_assign_q31(&instant, bad[k], 1, instant_memory, SIZE_MAX));
     }
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_assign_q31(&past, 2, 0, 3, past_memory, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_assign_q31(&past, 2, 1, -1, past_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_assign_q31(&past, 2, 1, KQ_COUNT_MAX + 1, past_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_point_assign_q31(&instant, 2, 0, instant_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_lag_assign_q31(&past, 2, 1, 3, past_memory, least - 1));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
@@ -524,7 +524,7 @@ static void assert_full_and_going_on(void)
 
 static void lag_refuses(void)
 {
-    static const int bad[] = {3, -1, INT_MAX, INT_MIN};
+    static const size_t bad[] = {3, SIZE_MAX, KQ_COUNT_MAX, SIZE_MAX / 2 + 1};
     for (int step = 0; step < 3; step++) drive_lag(step);
     watch(past_memory, 2048);
     assert_predict_and_step_refuse();

@@ -62,7 +62,7 @@ static parameters guess_of(const problem *given)
 
 static recording recording_of(const problem *given)
 {
-    recording made = {.steps = (int32_t)given->steps,
+    recording made = {.steps = (size_t)given->steps,
                       .z = words(given->z, given->steps * (size_t)given->m),
                       .present = masks(given->present, given->steps)};
     return made;
