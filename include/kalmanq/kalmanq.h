@@ -34,6 +34,7 @@
  *
  * And
  *     self_test.h       does this build compute as it should?
+ *     lengths.h         sizes and lengths as functions, for bindings of other languages
  *     version.h         which release this is
  */
 #ifndef KALMANQ_KALMANQ_H
@@ -62,6 +63,7 @@
 #include "em.h"
 #include "models.h"
 
+#include "lengths.h"
 #include "self_test.h"
 #include "version.h"
 

@@ -1,0 +1,6 @@
+/* kalmanq in double: sizes and lengths as functions. */
+#include "arithmetic/has_double.h"
+#if KQ_HAS_DOUBLE
+#include "arithmetic/f64.h"
+#include "lengths/api.h"
+#endif

@@ -1,0 +1,40 @@
+"""Writes the C source of the Python module that binds the whole C core, from its own headers.
+
+    bindings.py COMPILER INCLUDE OUTPUT
+
+The headers, preprocessed, are what cffi reads: no declaration is written twice.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import cffi
+
+HERE = Path(__file__).resolve().parent
+
+# numbers that macros stand for
+CONSTANTS = re.compile(r"^#define (KQ_[A-Z0-9_]+) +\(?-?\d+\)?\s*(?:/\*.*)?$", re.M)
+def preprocessed(compiler: str, include: Path) -> str:
+    command = [compiler, "-E", "-P", "-nostdinc", f"-I{HERE / 'freestanding'}", f"-I{include}",
+               str(HERE / "sequences.h")]
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return re.sub(r"extern const struct[^;]*;", "", text)
+
+
+def main() -> None:
+    compiler, include, output = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    headers = "".join(path.read_text(encoding="utf-8") for path in sorted((include / "kalmanq").glob("*.h")))
+    constants = sorted(set(CONSTANTS.findall(headers)))
+    builder = cffi.FFI()
+    builder.cdef(preprocessed(compiler, include))
+    builder.cdef("".join(f"#define {name} ...\n" for name in constants))
+    builder.set_source("kalmanq._core", '#include "sequences.h"')
+    builder.emit_c_code(str(output))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+/* The text of sequences.h for one arithmetic: K, num, number, score and `lost` are its names. */
+
+static void K(readings)(const K(sequence) *q, size_t t)
+{
+    const K(filter) *f = q->filter;
+    const size_t n = f->states;
+    for (size_t i = 0; i < n; i++) {
+        if (q->mean) q->mean[t * n + i] = K(mean)(f, (int)i);
+        if (q->mean_low) q->mean_low[t * n + i] = K(mean_low)(f, (int)i);
+        if (q->sigma) q->sigma[t * n + i] = K(sigma)(f, (int)i);
+    }
+    if (q->scales) {
+        q->scales[2 * t] = K(adaptation_process_scale)(q->adaptation);
+        q->scales[2 * t + 1] = K(adaptation_sensor_scale)(q->adaptation);
+    }
+}
+
+/* Innovation and its variance; what is not known yet has none. */
+static kq_status K(look)(const K(sequence) *q, size_t t)
+{
+    number S[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    const size_t m = q->sensor->components;
+    kq_status status = KQ_OK;
+    if (q->innovation) {
+        num *e = q->innovation + t * m;
+        status = K(innovation)(q->filter, q->sensor, q->z + t * m, e);
+        for (size_t c = 0; c < m; c++) {
+            if (status || !(q->present[t] >> c & 1)) e[c] = lost;
+        }
+    }
+    if (q->innovation_variance) {
+        const kq_status unknown = K(measurement)(q->filter, q->sensor, NULL, S);
+        number *variance = q->innovation_variance + t * m;
+        for (size_t c = 0; c < m; c++) variance[c] = unknown ? no_number : S[c * m + c];
+    }
+    return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a state that is unknown so far */
+}
+
+static kq_status K(take)(const K(sequence) *q, const num *z, uint32_t present)
+{
+    K(filter) *f = q->filter;
+    const K(sensor) *s = q->sensor;
+    switch (q->way) {
+    case SEQUENCE_GATED: return K(update_gated)(f, q->gate, s, z, present);
+    case SEQUENCE_HUBER: return K(update_huber)(f, s, z, present, q->parameter, NULL);
+    case SEQUENCE_STUDENT: return K(update_student)(f, s, z, present, q->parameter, NULL);
+    case SEQUENCE_JUMP: return K(update_jump)(f, s, z, present, q->parameter);
+    default: return K(update_subset)(f, s, z, present);
+    }
+}
+
+static kq_status K(move)(const K(sequence) *q, size_t t)
+{
+    const size_t m = q->sensor->components, l = q->process->controls;
+    const num *z = q->z + t * m;
+    const uint32_t present = q->present[t] & (UINT32_MAX >> (32 - m));
+    const num *u = q->u && t ? q->u + (t - 1) * l : NULL;
+    const int is_moved = t > 0 || !q->begins;
+    if (q->way == SEQUENCE_STEP_STUDENT && is_moved && present) {
+        const kq_status status = K(look)(q, t);
+        return status ? status : STEP_STUDENT(q, u, z, present);
+    }
+    kq_status status = is_moved ? K(predict)(q->filter, q->process, u) : KQ_OK;
+    if (!status) status = K(look)(q, t);
+    if (!status && present) status = K(take)(q, z, present);
+    return status;
+}
+
+static void K(judge)(const K(sequence) *q, size_t t)
+{
+    const size_t m = q->sensor->components;
+    const int is_taken = (q->present[t] & (UINT32_MAX >> (32 - m))) != 0;
+    if (q->nis) q->nis[t] = is_taken ? K(nis)(q->filter) : 0;
+    if (q->log_likelihood) q->log_likelihood[t] = is_taken ? K(log_likelihood_last)(q->filter) : 0;
+    if (q->taken) q->taken[t] = is_taken ? K(taken)(q->filter) : 0;
+}
+
+static kq_status K(look_back)(const K(sequence) *q, size_t t)
+{
+    const size_t n = q->filter->states, steps = K(lag_steps)(q->lag);
+    const kq_status status = K(lag_smooth)(q->lag, steps < q->age ? steps : q->age);
+    for (size_t i = 0; i < n && !status; i++) {
+        q->lagged[t * n + i] = K(lag_mean)(q->lag, (int)i);
+        q->lagged_low[t * n + i] = K(lag_mean_low)(q->lag, (int)i);
+        q->lagged_sigma[t * n + i] = K(lag_sigma)(q->lag, (int)i);
+    }
+    return status;
+}
+
+kq_status K(sequence_run)(K(sequence) *q)
+{
+    const size_t n = q->filter->states;
+    for (q->done = 0; q->done < q->steps; q->done++) {
+        const size_t t = q->done;
+        kq_status status = K(move)(q, t);
+        if (status < KQ_OK) return status;
+        K(judge)(q, t);
+        K(readings)(q, t);
+        if (q->covariance) {
+            status = K(covariance)(q->filter, q->covariance + t * n * n);
+            if (status && status != KQ_ERR_NOT_READY) return status;
+        }
+        if (q->lag && q->lagged) {
+            status = K(look_back)(q, t);
+            if (status) return status;
+        }
+    }
+    return KQ_OK;
+}
+
+kq_status K(history_read)(const K(history) *h, size_t steps, num *mean, num *mean_low, num *sigma,
+                          number *covariance)
+{
+    const size_t n = h->states;
+    for (size_t t = 0; t < steps; t++) {
+        for (size_t i = 0; i < n; i++) {
+            if (mean) mean[t * n + i] = K(smoothed_mean)(h, t, (int)i);
+            if (mean_low) mean_low[t * n + i] = K(smoothed_mean_low)(h, t, (int)i);
+            if (sigma) sigma[t * n + i] = K(smoothed_sigma)(h, t, (int)i);
+        }
+        const kq_status status =
+            covariance ? K(smoothed_covariance)(h, t, covariance + t * n * n) : KQ_OK;
+        if (status) return status;
+    }
+    return KQ_OK;
+}
+
+kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uint32_t *present,
+                        const num *u, int begins, num *mean, num *innovation, size_t *done)
+{
+    const size_t n = filter->states, m = filter->components;
+    const size_t l = filter->process ? filter->process->controls : 0;
+    for (*done = 0; *done < steps; ++*done) {
+        const size_t t = *done;
+        const num *control = u && t ? u + (t - 1) * l : NULL;
+        kq_status status = t || !begins ? K(steady_predict)(filter, control) : KQ_OK;
+        for (size_t c = 0; c < m && innovation; c++) innovation[t * m + c] = lost;
+        if (!status && present[t]) {
+            if (innovation) status = K(steady_innovation)(filter, z + t * m, innovation + t * m);
+            if (!status) status = K(steady_update)(filter, z + t * m);
+        }
+        if (status < KQ_OK) return status;
+        for (size_t i = 0; i < n; i++) mean[t * n + i] = K(steady_mean)(filter, (int)i);
+    }
+    return KQ_OK;
+}

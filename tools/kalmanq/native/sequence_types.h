@@ -1,0 +1,41 @@
+/* A sequence and what is asked of it, in one arithmetic: K, num, number and score are its names. */
+
+typedef struct {
+    K(filter) *filter;
+    const K(process) *process;
+    const K(sensor) *sensor;
+    size_t steps;
+    const num *z;            /* steps x m; what is not present is not read */
+    const uint32_t *present; /* steps */
+    const num *u;            /* steps x l: row t moves the state to row t + 1; NULL: no control */
+    int begins;              /* the filter stands at row 0: no predict before it */
+    int way;                 /* SEQUENCE_... */
+    number parameter;        /* k, nu or g of that way */
+    K(gate) *gate;
+    K(process) *target; /* of the Student-t steps */
+    int32_t *root;      /* q31: of the target's noise */
+    K(lag) *lag;        /* attached to the filter, or NULL */
+    size_t age;         /* of what is asked of it */
+    K(adaptation) *adaptation; /* attached to the filter, or NULL: its scales are wanted */
+    /* Results, a row a step; each may be NULL.  What is not to be had is NaN, in q31 not a word. */
+    num *mean, *mean_low, *sigma; /* n, after the update */
+    number *covariance;           /* n x n */
+    num *innovation;              /* m, before it */
+    number *innovation_variance;  /* m */
+    score *nis, *log_likelihood;  /* of this step; 0 where nothing was taken */
+    int32_t *taken;
+    num *lagged, *lagged_low, *lagged_sigma; /* n, of `age` rows before; the oldest there is, at first */
+    number *scales;                          /* 2: of Q and R */
+    size_t done; /* written: rows that were done */
+} K(sequence);
+
+/* Predict and update for every row.  Answers the first status that is not KQ_OK, of the row `done`. */
+kq_status K(sequence_run)(K(sequence) *q);
+
+/* The state at every row of a smoothed history: n numbers a row each, and n x n; each may be NULL. */
+kq_status K(history_read)(const K(history) *h, size_t steps, num *mean, num *mean_low, num *sigma,
+                          number *covariance);
+
+/* Predict and update of a filter of constant gain; what is not present has to be all of a row. */
+kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uint32_t *present,
+                        const num *u, int begins, num *mean, num *innovation, size_t *done);

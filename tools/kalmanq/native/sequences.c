@@ -1,0 +1,48 @@
+/* Whole sequences in one call: one text for the three arithmetics. */
+#include "sequences.h"
+
+#define FLOATING_STEP_STUDENT(name, q, u, z, present)                                              \
+    name((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter, (q)->target, NULL)
+
+#define K(name) kq_##name##_f32
+#define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f32, q, u, z, present)
+#define num float
+#define number float
+#define score float
+#define lost (0.0f / 0.0f)
+#define no_number lost
+#include "sequence.h"
+#undef K
+#undef STEP_STUDENT
+#undef num
+#undef number
+#undef score
+#undef lost
+
+#define K(name) kq_##name##_f64
+#define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f64, q, u, z, present)
+#define num double
+#define number double
+#define score double
+#define lost (0.0 / 0.0)
+#include "sequence.h"
+#undef K
+#undef STEP_STUDENT
+#undef num
+#undef number
+#undef score
+#undef lost
+#undef no_number
+
+/* A mantissa that no number has: NaN at the desk */
+static const kq_scaled_q31 no_number = {INT32_MIN, 0};
+
+#define K(name) kq_##name##_q31
+#define STEP_STUDENT(q, u, z, present)                                                             \
+    kq_step_student_q31((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter,     \
+                        (q)->target, (q)->root, NULL)
+#define num int32_t
+#define number kq_scaled_q31
+#define score int64_t
+#define lost KQ_NOT_A_WORD_Q31
+#include "sequence.h"
