@@ -457,7 +457,7 @@ static int forecast(words_in *in, const vector_sink *sink)
     kq_filter_q31 *ahead = &machine.ahead;
     kq_status status =
         kq_filter_assign_q31(ahead, machine.n, machine.ahead_memory, KQ_FILTER_LEN_Q31(MOST));
-    if (!status) status = kq_forecast_q31(&machine.filter, &process->process, u, steps, ahead);
+    if (!status) status = kq_forecast_q31(&machine.filter, &process->process, u, (size_t)steps, ahead);
     put_status(sink, status);
     put_filter(sink, ahead);
     put_reading(sink, ahead);
