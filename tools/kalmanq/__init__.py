@@ -1,0 +1,21 @@
+"""Kalman filters for microcontrollers, at a desk: the C core itself over NumPy arrays.
+
+    model = kalmanq.Model(A=[[1, 1], [0, 1]], H=[1, 0], R=4, G=[0.5, 1], P0=[100, 10])
+    run = kalmanq.Smoother(model, "f32").run(z)        z: T values, NaN where one is missing
+    run.mean, run.sigma, run.smoothed, run.smoothed_sigma, run.log_likelihood.sum()
+
+Results are those of the chip, bit for bit: `Filter(model, "q31").memory` are its words.
+"""
+
+from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
+from kalmanq.estimation import Estimate, Estimation
+from kalmanq.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
+from kalmanq.model import Gaps, Model, Quantity
+from kalmanq.results import Run
+from kalmanq.steady import SteadyFilter, SteadyState, steady_state
+
+__all__ = [
+    "AdaptiveFilter", "Estimate", "Estimation", "Filter", "Gaps", "KalmanqError", "KalmanqWarning",
+    "LagSmoother", "Model", "ModelError", "Quantity", "Robust", "Run", "Smoother", "SteadyFilter",
+    "SteadyState", "run_many", "steady_state",
+]

@@ -54,7 +54,7 @@ static kq_status K(move)(const K(sequence) *q, size_t t)
     const size_t m = q->sensor->components, l = q->process->controls;
     const num *z = q->z + t * m;
     const uint32_t present = q->present[t] & (UINT32_MAX >> (32 - m));
-    const num *u = q->u && t ? q->u + (t - 1) * l : NULL;
+    const num *u = q->u ? q->u + t * l : NULL;
     const int is_moved = t > 0 || !q->begins;
     if (q->way == SEQUENCE_STEP_STUDENT && is_moved && present) {
         const kq_status status = K(look)(q, t);
@@ -125,6 +125,23 @@ kq_status K(history_read)(const K(history) *h, size_t steps, num *mean, num *mea
     return KQ_OK;
 }
 
+kq_status K(start_read)(const K(start) *s, size_t steps, num *mean, num *mean_low, num *sigma,
+                        number *covariance)
+{
+    const size_t n = s->states;
+    for (size_t t = 0; t < steps; t++) {
+        for (size_t i = 0; i < n; i++) {
+            if (mean) mean[t * n + i] = K(start_smoothed_mean)(s, t, (int)i);
+            if (mean_low) mean_low[t * n + i] = K(start_smoothed_mean_low)(s, t, (int)i);
+            if (sigma) sigma[t * n + i] = K(start_smoothed_sigma)(s, t, (int)i);
+        }
+        const kq_status status =
+            covariance ? K(start_smoothed_covariance)(s, t, covariance + t * n * n) : KQ_OK;
+        if (status) return status;
+    }
+    return KQ_OK;
+}
+
 kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uint32_t *present,
                         const num *u, int begins, num *mean, num *innovation, size_t *done)
 {
@@ -132,7 +149,7 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
     const size_t l = filter->process ? filter->process->controls : 0;
     for (*done = 0; *done < steps; ++*done) {
         const size_t t = *done;
-        const num *control = u && t ? u + (t - 1) * l : NULL;
+        const num *control = u ? u + t * l : NULL;
         kq_status status = t || !begins ? K(steady_predict)(filter, control) : KQ_OK;
         for (size_t c = 0; c < m && innovation; c++) innovation[t * m + c] = lost;
         if (!status && present[t]) {

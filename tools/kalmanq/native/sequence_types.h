@@ -7,7 +7,7 @@ typedef struct {
     size_t steps;
     const num *z;            /* steps x m; what is not present is not read */
     const uint32_t *present; /* steps */
-    const num *u;            /* steps x l: row t moves the state to row t + 1; NULL: no control */
+    const num *u;            /* steps x l: row t is of the predict before row t; NULL: no control */
     int begins;              /* the filter stands at row 0: no predict before it */
     int way;                 /* SEQUENCE_... */
     number parameter;        /* k, nu or g of that way */
@@ -35,6 +35,10 @@ kq_status K(sequence_run)(K(sequence) *q);
 /* The state at every row of a smoothed history: n numbers a row each, and n x n; each may be NULL. */
 kq_status K(history_read)(const K(history) *h, size_t steps, num *mean, num *mean_low, num *sigma,
                           number *covariance);
+
+/* The same of a start whose history has been smoothed by kq_start_smooth. */
+kq_status K(start_read)(const K(start) *s, size_t steps, num *mean, num *mean_low, num *sigma,
+                        number *covariance);
 
 /* Predict and update of a filter of constant gain; what is not present has to be all of a row. */
 kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uint32_t *present,

@@ -1,0 +1,167 @@
+"""The C core, all of it: `lib` has every public function, `ffi` makes its structs.
+
+An Arithmetic has the names of one of f32, f64 and q31, and turns its numbers into float64 and back.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, Optional, Sequence
+
+import numpy as np
+
+from kalmanq._core import ffi, lib
+from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.model import Quantity
+
+__all__ = ["ARITHMETICS", "Arithmetic", "EVENTS", "arithmetic_of", "ffi", "lib", "require", "warn_of"]
+
+EVENTS = {
+    lib.KQ_EVENT_FLOOR: ("floor", "a measurement was not taken: its innovation variance is rounding"),
+    lib.KQ_EVENT_OVERFLOW: ("overflow", "a variance or a mean has grown beyond the numbers"),
+    lib.KQ_EVENT_HISTORY_FULL: ("history_full", "a recording ended before its run did"),
+    lib.KQ_EVENT_SATURATED: ("saturated", "a state was held at the end of its word"),
+    lib.KQ_EVENT_GATED: ("gated", "a measurement was rejected by the gate"),
+    lib.KQ_EVENT_REJECTIONS: ("rejections", "so many measurements in a row were rejected that one was taken"),
+    lib.KQ_EVENT_JUMP: ("jump", "the state was taken to have jumped"),
+    lib.KQ_EVENT_RESOLUTION: ("resolution", "a measurement told less than the arithmetic resolves"),
+    lib.KQ_EVENT_SHARP: ("sharp", "a lean sensor refused a sharp measurement"),
+}
+# what the user asked for is no surprise
+NOT_A_WORD = np.iinfo(np.int32).min  # KQ_NOT_A_WORD_Q31
+
+ASKED_FOR = lib.KQ_EVENT_GATED | lib.KQ_EVENT_REJECTIONS | lib.KQ_EVENT_JUMP
+
+
+def require(status: int, what: str, row: Optional[int] = None) -> None:
+    """Raises what the C core says of a status that is an error."""
+    if status < lib.KQ_OK:
+        said = ffi.string(lib.kq_status_text(status)).decode()
+        raise KalmanqError(f"{what}: {said}", status, row)
+
+
+def warn_of(events: int, what: str) -> None:
+    for bit, (_, meaning) in EVENTS.items():
+        if events & bit & ~ASKED_FOR:
+            warnings.warn(f"{what}: {meaning}", KalmanqWarning, stacklevel=3)
+
+
+def names_of(events: int) -> list[str]:
+    return [name for bit, (name, _) in EVENTS.items() if events & bit]
+
+
+class Arithmetic:
+    """f32, f64 or q31.
+
+    `call.update_subset` is kq_update_subset_<T>; `struct("filter")` a new kq_filter_<T>.
+    """
+
+    def __init__(self, name: str, number: Any):
+        self.name = name
+        self.number = np.dtype(number)  # of memory: float, double, int32_t
+        self.is_fixed = name == "q31"
+
+    def __repr__(self) -> str:
+        return self.name
+
+    def function(self, stem: str) -> Any:
+        return getattr(lib, f"kq_{stem}_{self.name}")
+
+    def struct(self, stem: str) -> Any:
+        return ffi.new(f"kq_{stem}_{self.name} *")
+
+    def empty(self, *shape: int) -> np.ndarray:
+        return np.zeros(shape, self.number)
+
+    def pointer(self, array: Optional[np.ndarray], kind: str = "") -> Any:
+        """Of an array of memory, or of what `kind` names; NULL of None."""
+        if array is None:
+            return ffi.NULL
+        named = kind or {"f32": "float", "f64": "double", "q31": "int32_t"}[self.name]
+        return ffi.cast(f"{named} *", array.ctypes.data)
+
+    # ---------------------------------------------------- values: words, numbers of any size, scores
+
+    def values(self, words: np.ndarray, fractions: Sequence[int], low: Optional[np.ndarray] = None) -> np.ndarray:
+        """float64 of means, sigmas, innovations, a column a component; fractions are q31's."""
+        if not self.is_fixed:
+            made = words.astype(np.float64)
+            return made if low is None else made + low
+        made = words.astype(np.float64)
+        if low is not None:
+            made += low * 2.0**-24
+        made = np.ldexp(made, -np.asarray(fractions, int))
+        made[words == NOT_A_WORD] = np.nan
+        return made
+
+    def numbers(self, given: np.ndarray, scale: Any = 0) -> np.ndarray:
+        """float64 of covariances, gains and scales; scale: 2^-scale is q31's unit."""
+        if not self.is_fixed:
+            return given.astype(np.float64)
+        mantissa, exponent = given["mantissa"], given["exponent"]
+        made = np.ldexp(mantissa.astype(np.float64), exponent - np.asarray(scale))
+        made[mantissa == NOT_A_WORD] = np.nan
+        return made
+
+    def scores(self, given: np.ndarray) -> np.ndarray:
+        if not self.is_fixed:
+            return given.astype(np.float64)
+        made = given * 2.0**-24
+        made[given == np.iinfo(np.int64).min] = np.nan
+        return made
+
+    @property
+    def number_of_any_size(self) -> np.dtype:
+        """What covariances are made of."""
+        if self.is_fixed:
+            return np.dtype([("mantissa", np.int32), ("exponent", np.int32)])
+        return self.number
+
+    @property
+    def score(self) -> np.dtype:
+        return np.dtype(np.int64) if self.is_fixed else self.number
+
+    def parameter(self, value: float) -> Any:
+        """A number of any size that stands by itself."""
+        if not self.is_fixed:
+            return float(value)
+        mantissa, exponent = np.frexp(value)
+        return {"mantissa": int(mantissa * 2.0**31), "exponent": int(exponent) - 31} if value else {
+            "mantissa": 0, "exponent": 0}
+
+    # ---------------------------------------------------- words of measurements and controls
+
+    def words(self, given: np.ndarray, quantities: Sequence[Quantity], formats: Any, what: str) -> np.ndarray:
+        """Rows of values as the arithmetic has them; what is NaN is 0, and not to be read."""
+        known = np.where(np.isnan(given), 0.0, given)
+        if not self.is_fixed:
+            with np.errstate(over="ignore"):
+                made = known.astype(self.number)
+            _refuse_rows(~np.isfinite(made), given, quantities, f"{what}: beyond {self.name}")
+            return made
+        fractions = np.array([formats[k].fraction for k in range(len(quantities))])
+        ranges = np.array([formats[k].range for k in range(len(quantities))], float)
+        rounded = np.rint(np.ldexp(known, fractions))
+        _refuse_rows(np.abs(rounded) > ranges, given, quantities, f"{what}: beyond the declared range")
+        return rounded.astype(np.int32)
+
+
+def _refuse_rows(wrong: np.ndarray, given: np.ndarray, quantities: Sequence[Quantity], reason: str) -> None:
+    if np.any(wrong):
+        row, column = map(int, np.argwhere(wrong)[0])
+        raise KalmanqError(
+            f"{quantities[column].name} = {given[row, column]:g}: {reason}", lib.KQ_ERR_RANGE, row)
+
+
+ARITHMETICS = {
+    "f32": Arithmetic("f32", np.float32),
+    "f64": Arithmetic("f64", np.float64),
+    "q31": Arithmetic("q31", np.int32),
+}
+
+
+def arithmetic_of(name: str) -> Arithmetic:
+    try:
+        return ARITHMETICS[name]
+    except KeyError:
+        raise KalmanqError(f"there is no arithmetic {name!r}: f32, f64 or q31") from None

@@ -1,0 +1,518 @@
+"""Filters and smoothers: the C core's, bit for bit, over arrays."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Callable, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import ffi, lib, require, warn_of
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.parts import Parts
+from kalmanq.results import Run
+
+ALL = 0xFFFFFFFF
+LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
+          0.9999: lib.KQ_LEVEL_9999}
+WAYS = {"gate": lib.SEQUENCE_GATED, "huber": lib.SEQUENCE_HUBER, "student": lib.SEQUENCE_STUDENT,
+        "jump": lib.SEQUENCE_JUMP, "step-student": lib.SEQUENCE_STEP_STUDENT}
+USUAL = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0, "step-student": 2.0}
+
+
+@dataclass(frozen=True)
+class Robust:
+    """An update, or a step, for noise that is not Gaussian (robust.h says which to take).
+
+    way        "gate": what is too far off is not taken; "huber", "student": it counts less;
+               "jump": the covariance is raised; "step-student": the process noise is raised
+    parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
+               k of Huber, nu of Student, g of jump; None: what is usual
+    run        gate: after so many rejections in a row one is taken; 65535: never
+    """
+
+    way: str
+    parameter: Optional[float] = None
+    run: int = 8
+
+    def __post_init__(self) -> None:
+        if self.way not in WAYS:
+            raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(WAYS)}")
+        if self.way == "gate" and self.value not in LEVELS:
+            raise KalmanqError(f"a gate's level is one of {', '.join(map(str, LEVELS))}")
+
+    @property
+    def value(self) -> float:
+        return USUAL[self.way] if self.parameter is None else self.parameter
+
+
+class Filter:
+    """A filter of a model in one arithmetic, before the first measurement.
+
+        f = Filter(model, "q31")
+        f.update(z); f.predict(u); ...      one row at a time
+        run = f.run(z, u)                   or a sequence in one call, which may be called again for more
+
+    What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
+    `nis`, `taken`, `log_likelihood`, `events`.
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64", *, parts: Optional[Parts] = None):
+        self.parts = parts or Parts(model, arithmetic)
+        self.model = model
+        self.arithmetic = self.parts.arithmetic
+        self.begins = True  # the next row is the first one
+        self._handle = self.arithmetic.struct("filter")
+        self._memory = self.arithmetic.empty(self._length("filter", model.n))
+        require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
+        self._attached: Any = None
+        if np.any(model.unknown):
+            self._start = self._object("start", model.n, 0, sizes=(model.n, 0))
+            self.parts.init_start(self._start, self._handle)
+        else:
+            self.parts.init_filter(self._handle)
+
+    # ------------------------------------------------------------------ one row
+
+    def predict(self, u: Optional[ArrayLike] = None) -> None:
+        """To the next row; u: l controls, or None."""
+        words = None if u is None else self.parts.words(self._row(u, self.model.l, "u"), "controls")
+        require(self._call("predict", self.parts.process, self._pointer(words)), "predict")
+        self.begins = False
+
+    def update(self, z: ArrayLike, robust: Optional[Robust] = None) -> None:
+        """Takes m measurements; what is NaN is missing."""
+        if robust and robust.way == "step-student":
+            raise KalmanqError("a Student-t step is predict and update at once: use run")
+        given = self._row(z, self.model.m, "z")
+        self._sequence(given, None, robust, moves=False)
+
+    def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
+        """predict, then update."""
+        self.predict(u)
+        self.update(z)
+
+    def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
+        """The state so many rows ahead, as a filter; u: steps x l."""
+        ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
+        words = None if u is None else self.parts.words(_rows(u, self.model.l, "u"), "controls")
+        if words is not None and len(words) != steps:
+            raise KalmanqError(f"u has {len(words)} rows, not {steps}")
+        if steps < 0:
+            raise KalmanqError("steps: below 0")
+        require(self._call("forecast", self.parts.process, self._pointer(words), steps, ahead._handle), "forecast")
+        ahead.begins = False
+        return ahead
+
+    def copy(self) -> Filter:
+        """The same state; what is attached stays with this one."""
+        made = Filter(self.model, self.arithmetic.name, parts=self.parts)
+        require(made._call("filter_copy", self._handle), "copy")
+        made.begins = self.begins
+        return made
+
+    # ------------------------------------------------------------------ readings
+
+    @property
+    def mean(self) -> np.ndarray:
+        made = self._words("mean")
+        return self._values(made, self._words("mean_low"))
+
+    @property
+    def sigma(self) -> np.ndarray:
+        return self._values(self._words("sigma"))
+
+    @property
+    def covariance(self) -> np.ndarray:
+        n, a = self.model.n, self.arithmetic
+        made = np.zeros((n, n), a.number_of_any_size)
+        require(self._call("covariance", self._pointer(made, self._any_size)), "covariance")
+        return a.numbers(made, self.parts.covariance_scale)
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of all rows so far."""
+        if not self.arithmetic.is_fixed:
+            return float(self._call("log_likelihood"))
+        made = np.zeros(1, self.arithmetic.number_of_any_size)
+        require(self._call("log_likelihood_scaled", self._pointer(made, self._any_size)), "log-likelihood")
+        return float(self.arithmetic.numbers(made)[0])
+
+    @property
+    def nis(self) -> float:
+        return float(self.arithmetic.scores(np.array([self._call("nis")], self.arithmetic.score))[0])
+
+    @property
+    def taken(self) -> int:
+        return int(self._call("taken"))
+
+    @property
+    def events(self) -> int:
+        return int(self._call("events"))
+
+    def clear_events(self) -> None:
+        self._call("events_clear")
+
+    @property
+    def memory(self) -> np.ndarray:
+        """The words of mean and root, as the chip has them."""
+        return self._memory.copy()
+
+    def gain(self) -> np.ndarray:
+        """n x m: the gain that the next update would use."""
+        n, m, a = self.model.n, self.model.m, self.arithmetic
+        made = np.zeros((n, m), a.number_of_any_size)
+        require(self._call("gain", self.parts.sensor, self._pointer(made, self._any_size)), "gain")
+        scale = np.subtract.outer(self.parts.fractions("states"), self.parts.fractions("measurements"))
+        return a.numbers(made, scale)
+
+    def measurement(self) -> tuple[np.ndarray, np.ndarray]:
+        """z^ = H x (m) and its covariance S = H P H' + R (m x m)."""
+        m, a = self.model.m, self.arithmetic
+        z, S = a.empty(m), np.zeros((m, m), a.number_of_any_size)
+        require(self._call("measurement", self.parts.sensor, self._pointer(z), self._pointer(S, self._any_size)),
+                "measurement")
+        fractions = np.array(self.parts.fractions("measurements"))
+        return a.values(z, fractions), a.numbers(S, fractions[:, None] + fractions)
+
+    # ------------------------------------------------------------------ sequences
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
+            covariance: bool = False) -> Run:
+        """A sequence in one call of C, without Python's lock.
+
+        z   T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
+            predict comes before each other one.
+        u   T x l: row t moves the state from row t to row t + 1
+        A KalmanqError says at which row it stopped; the state is then that before it.
+        """
+        given = _rows(z, self.model.m, "z")
+        controls = None if u is None else _rows(u, self.model.l, "u")
+        if controls is not None and len(controls) != len(given):
+            raise KalmanqError(f"u has {len(controls)} rows, z has {len(given)}")
+        run = self._sequence(given, controls, robust, covariance=covariance)
+        run.index = getattr(z, "index", None)
+        warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
+        return run
+
+    def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None, *,
+                  moves: bool = True, covariance: bool = False) -> Run:
+        a, n, m, T = self.arithmetic, self.model.n, self.model.m, len(given)
+        present = present_of(given)
+        words = np.ascontiguousarray(self.parts.words(given, "measurements"))
+        carried = self._carried(u, T) if moves else None
+        out = Results(self, T, covariance)
+        q = ffi.new(f"kq_sequence_{a.name} *")
+        q.filter, q.process, q.sensor = self._handle, self.parts.process, self.parts.sensor
+        q.steps, q.begins = T, self.begins or not moves
+        q.z, q.u = self._pointer(words), self._pointer(carried)
+        q.present = a.pointer(present, "uint32_t")
+        kept = self._way(q, robust)
+        out.ask(q)
+        self._ask(q, out)
+        status = a.function("sequence_run")(q)
+        del kept
+        require(status, "the run", int(q.done))
+        if moves and T:
+            self.begins = False
+            self._left = None if u is None else self.parts.words(u[-1:], "controls")
+        return out.run(q)
+
+    _left: Optional[np.ndarray] = None  # the control of the last row, in words: it moves the state to the next
+
+    def _carried(self, u: Optional[np.ndarray], T: int) -> Optional[np.ndarray]:
+        """Controls as C reads them: at row t that which moves the state from row t - 1."""
+        if T == 0 or (u is None and self._left is None):
+            return None
+        made = self.arithmetic.empty(T, self.model.l)
+        if u is not None:
+            made[1:] = self.parts.words(u, "controls")[:-1]
+        if self._left is not None:
+            made[0] = self._left
+        return made
+
+    def _way(self, q: Any, robust: Optional[Robust]) -> list[Any]:
+        """Sets how measurements are taken; returns what has to stay until the call is over."""
+        a = self.arithmetic
+        if robust is None:
+            return []
+        q.way = WAYS[robust.way]
+        if robust.way == "gate":
+            return [self._gate(q, robust)]
+        q.parameter = a.parameter(robust.value)
+        return list(self._target(q)) if robust.way == "step-student" else []
+
+    def _gate(self, q: Any, robust: Robust) -> Any:
+        a = self.arithmetic
+        gate = self.__dict__.setdefault("_gates", {}).get(robust)  # its count of rejections goes on
+        if gate is None:
+            gate = a.struct("gate")
+            taken = 1 if self.model.m == 1 else self.model.m
+            gate.limit, gate.run = a.function("chi_square_limit")(taken, LEVELS[robust.value]), robust.run
+            self._gates[robust] = gate
+        q.gate = gate
+        return gate
+
+    def _target(self, q: Any) -> tuple[Any, ...]:
+        a, n, l = self.arithmetic, self.model.n, self.model.l
+        target = a.struct("process")
+        memory = a.empty(int(lib.kq_root_length_q31(n)))
+        if a.is_fixed:
+            q.root = self._pointer(memory)
+        else:
+            require(a.function("process_assign")(target, n, l, self._pointer(memory), memory.size), "process")
+        q.target = target
+        return target, memory
+
+    def _ask(self, q: Any, out: Results) -> None:
+        """What a smoother or an adaptation wants of a run beside the filter's results."""
+
+    # ------------------------------------------------------------------ the core
+
+    @property
+    def _any_size(self) -> str:
+        return "kq_scaled_q31" if self.arithmetic.is_fixed else ""
+
+    def _call(self, stem: str, *arguments: Any) -> Any:
+        return self.arithmetic.function(stem)(self._handle, *arguments)
+
+    def _pointer(self, array: Optional[np.ndarray], kind: str = "") -> Any:
+        return self.arithmetic.pointer(array, kind)
+
+    def _length(self, stem: str, *sizes: int) -> int:
+        return int(self.arithmetic.function(f"{stem}_length")(*sizes))
+
+    def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
+        """A new object with its memory, assigned."""
+        made = self.arithmetic.struct(stem)
+        memory = self.arithmetic.empty(self._length(stem, *sizes))
+        status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
+        require(status, stem)
+        self.__dict__.setdefault("_kept", []).append(memory)
+        return made
+
+    def _words(self, stem: str) -> np.ndarray:
+        return np.array([self._call(stem, i) for i in range(self.model.n)], self.arithmetic.number)
+
+    def _values(self, words: np.ndarray, low: Optional[np.ndarray] = None) -> np.ndarray:
+        return self.arithmetic.values(words, self.parts.fractions("states"), low)
+
+    @staticmethod
+    def _row(given: ArrayLike, size: int, name: str) -> np.ndarray:
+        row = np.atleast_1d(np.asarray(given, np.float64))
+        if row.shape != (size,):
+            raise KalmanqError(f"{name} is {row.shape}, not {size} numbers")
+        return row.reshape(1, size)
+
+
+class Results:
+    """The arrays that C writes, and the Run that is made of them."""
+
+    def __init__(self, filter_: Filter, T: int, covariance: bool):
+        a, n, m = filter_.arithmetic, filter_.model.n, filter_.model.m
+        self.filter = filter_
+        self.numbers = {name: np.zeros((T, n), a.number) for name in ("mean", "mean_low", "sigma")}
+        self.numbers["innovation"] = np.zeros((T, m), a.number)
+        self.any_size = {"innovation_variance": np.zeros((T, m), a.number_of_any_size)}
+        if covariance:
+            self.any_size["covariance"] = np.zeros((T, n, n), a.number_of_any_size)
+        self.scores = {name: np.zeros(T, a.score) for name in ("nis", "log_likelihood")}
+        self.taken = np.zeros(T, np.int32)
+
+    def ask(self, q: Any) -> None:
+        a = self.filter.arithmetic
+        for name, array in self.numbers.items():
+            setattr(q, name, a.pointer(array))
+        for name, array in self.any_size.items():
+            setattr(q, name, a.pointer(array, self.filter._any_size))
+        for name, array in self.scores.items():
+            setattr(q, name, a.pointer(array, "int64_t" if a.is_fixed else ""))
+        q.taken = a.pointer(self.taken, "int32_t")
+
+    def run(self, q: Any) -> Run:
+        f, a, words = self.filter, self.filter.arithmetic, self.numbers
+        states, measured = f.parts.fractions("states"), np.array(f.parts.fractions("measurements"))
+        made = Run(
+            f.model, a.name, mean=a.values(words["mean"], states, words["mean_low"]),
+            sigma=a.values(words["sigma"], states), innovation=a.values(words["innovation"], measured),
+            innovation_sigma=np.sqrt(a.numbers(self.any_size["innovation_variance"], 2 * measured)),
+            nis=np.where(self.taken > 0, a.scores(self.scores["nis"]), np.nan), taken=self.taken,
+            log_likelihood=a.scores(self.scores["log_likelihood"]), events=f.events,
+            words={**words, **self.scores})
+        if "covariance" in self.any_size:
+            made.covariance = a.numbers(self.any_size["covariance"], f.parts.covariance_scale)
+        if "lagged" in words:
+            made.lagged = a.values(words["lagged"], states, words["lagged_low"])
+            made.lagged_sigma = a.values(words["lagged_sigma"], states)
+        if "scales" in self.any_size:
+            made.scales = a.numbers(self.any_size["scales"])
+        return made
+
+
+def present_of(z: np.ndarray) -> np.ndarray:
+    """A mask for each row: bit c where component c is there."""
+    bits = np.uint32(1) << np.arange(z.shape[1], dtype=np.uint32)
+    return ((~np.isnan(z)) * bits).sum(axis=1, dtype=np.uint32)
+
+
+def _rows(given: ArrayLike, columns: int, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(given, np.float64)
+    except (TypeError, ValueError) as problem:
+        raise KalmanqError(f"{name}: not an array of numbers") from problem
+    if array.ndim == 1 and columns == 1:
+        array = array.reshape(-1, 1)
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise KalmanqError(f"{name} is {' x '.join(map(str, array.shape))}, not T x {columns}")
+    return np.ascontiguousarray(array)
+
+
+class LagSmoother(Filter):
+    """A filter with a fixed-lag smoother: `run` has `lagged`, the state of `lag` rows before, too."""
+
+    def __init__(self, model: Model, lag: int, arithmetic: str = "f64"):
+        super().__init__(model, arithmetic)
+        if lag < 0:
+            raise KalmanqError("lag: below 0")
+        if np.any(model.unknown):
+            raise KalmanqError("a lag follows a filter whose start is known")
+        self.lag = lag
+        self._lag = self._object("lag", model.n, model.m, lag, sizes=(model.n, model.m, lag))
+        require(self.arithmetic.function("lag_attach")(self._lag, self._handle), "lag")
+        self._rows_done = 0
+
+    def _ask(self, q: Any, out: Results) -> None:
+        q.lag, q.age = self._lag, self.lag
+        for name in ("lagged", "lagged_low", "lagged_sigma"):
+            out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
+            setattr(q, name, self._pointer(out.numbers[name]))
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
+            covariance: bool = False) -> Run:
+        run = super().run(z, u, robust=robust, covariance=covariance)
+        early = max(0, self.lag - self._rows_done)
+        self._rows_done += len(run)
+        run.lag = self.lag
+        assert run.lagged is not None and run.lagged_sigma is not None
+        run.lagged[:early] = run.lagged_sigma[:early] = np.nan
+        return run
+
+
+class AdaptiveFilter(Filter):
+    """A filter that learns the sizes of Q and R on its way (adaptation.h): `run` has `scales`, too.
+
+    scales        "both", "process" or "sensor"; the other one stays 1
+    memory        M, in updates: 10 .. 100000
+    step          0 < step <= 1
+    limits        of both scales
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64", *, scales: str = "both", memory: int = 500,
+                 step: float = 0.1, limits: tuple[float, float] = (1e-3, 1e3)):
+        super().__init__(model, arithmetic)
+        a, n, m = self.arithmetic, model.n, model.m
+        self._adaptation = a.struct("adaptation")
+        store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
+        root = np.zeros(int(lib.kq_root_length_q31(n)), np.int32)
+        self._kept = [store, root]
+        extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
+        require(a.function("adaptation_assign")(self._adaptation, n, m, self._pointer(store, self._any_size),
+                                                store.size, *extra), "adaptation")
+        which = {"both": lib.KQ_ADAPT_BOTH, "process": lib.KQ_ADAPT_PROCESS, "sensor": lib.KQ_ADAPT_SENSOR}
+        if scales not in which:
+            raise KalmanqError(f"there are no scales {scales!r}: {', '.join(which)}")
+        low, high = map(a.parameter, limits)
+        rule = ffi.new(f"kq_adaptation_rule_{a.name} *", {
+            "scales": which[scales], "memory": memory, "step": a.parameter(step), "process_least": low,
+            "process_most": high, "sensor_least": low, "sensor_most": high})
+        require(a.function("adaptation_init")(self._adaptation, self.parts.process, self.parts.sensor, rule),
+                "adaptation")
+        require(a.function("adaptation_attach")(self._adaptation, self._handle), "adaptation")
+
+    def _ask(self, q: Any, out: Results) -> None:
+        q.adaptation = self._adaptation
+        made = np.zeros((int(q.steps), 2), self.arithmetic.number_of_any_size)
+        out.any_size["scales"] = made
+        q.scales = self._pointer(made, self._any_size)
+
+
+class Smoother:
+    """Of a recorded run: mean and covariance of every row given all rows.
+
+        run = Smoother(model, "f32").run(z, u)      run.smoothed, run.smoothed_sigma
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64"):
+        self.model = model
+        self.parts = Parts(model, arithmetic)
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False,
+            means_only: bool = False) -> Run:
+        """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
+        rows = _rows(z, self.model.m, "z")
+        controls = None if u is None else _rows(u, self.model.l, "u")
+        recording = _Recording(self.model, self.parts, rows, controls)
+        run = recording.run(z, u, covariance=covariance)
+        recording.smooth(run, covariance, means_only)
+        return run
+
+
+class _Recording(Filter):
+    """A filter with a history of so many rows and, where the start is unknown, what keeps its first rows."""
+
+    def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]):
+        super().__init__(model, parts.arithmetic.name, parts=parts)
+        n, m, rows = model.n, model.m, max(len(z), 1)
+        self.is_unknown = bool(np.any(model.unknown))
+        if self.is_unknown:
+            early = rows_to_know(model, parts, z, u)
+            self._start = self._object("start", n, early, sizes=(n, early))
+            self.parts.init_start(self._start, self._handle)
+        self._history = self._object("history", n, sizes=(n, m, rows, 0))
+        require(self.arithmetic.function("history_attach")(self._history, self._handle), "history")
+
+    def smooth(self, run: Run, covariance: bool, means_only: bool) -> None:
+        a, n, T = self.arithmetic, self.model.n, len(run)
+        if not T:
+            return
+        if not self.is_unknown or means_only:
+            require(a.function("smooth_states" if means_only else "smooth")(self._history), "smoother")
+        if self.is_unknown:
+            require(a.function("start_smooth")(self._start), "smoother")
+        mean, low, sigma = (np.zeros((T, n), a.number) for _ in range(3))
+        full = np.zeros((T, n, n), a.number_of_any_size) if covariance and not means_only else None
+        source = self._start if self.is_unknown else self._history
+        require(a.function("start_read" if self.is_unknown else "history_read")(
+            source, T, *map(self._pointer, (mean, low, sigma)), self._pointer(full, self._any_size)), "smoother")
+        states = self.parts.fractions("states")
+        run.smoothed = a.values(mean, states, low)
+        run.smoothed_sigma = None if means_only else a.values(sigma, states)
+        run.smoothed_covariance = None if full is None else a.numbers(full, self.parts.covariance_scale)
+        run.events |= int(a.function("history_events")(self._history))
+        run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
+
+
+EARLY_MAX = 65534  # kq_start_assign
+
+
+def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]) -> int:
+    """Rows until all of the start is known: what has to be kept of them takes memory."""
+    trial, block = Filter(model, parts.arithmetic.name, parts=parts), 64
+    for first in range(0, len(z), block):
+        rows = slice(first, first + block)
+        trial.run(z[rows], None if u is None else u[rows])
+        if parts.arithmetic.function("start_count")(trial._start) == 0 or first + block > EARLY_MAX:
+            return min(first + block, EARLY_MAX)
+    return min(len(z) + 1, EARLY_MAX)
+
+
+def run_many(sequences: Sequence[Any], run: Callable[[Any], Run], workers: Optional[int] = None) -> list[Run]:
+    """`run` of each sequence, on several cores: C runs without Python's lock."""
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(run, sequences))
+
+
+__all__ = ["AdaptiveFilter", "Filter", "LagSmoother", "Robust", "Smoother", "run_many"]

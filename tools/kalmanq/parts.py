@@ -1,0 +1,215 @@
+"""Process, sensor and prior of a model, as the C core has them."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Sequence
+
+import numpy as np
+
+from kalmanq.core import Arithmetic, arithmetic_of, ffi, lib, require
+from kalmanq.errors import KalmanqError, ModelError
+from kalmanq.model import Model, Quantity
+
+
+class Parts:
+    """What filters of one model share.  They keep it: the C structs refer to its arrays."""
+
+    def __init__(self, model: Model, arithmetic: str):
+        self.model = model
+        self.arithmetic = arithmetic_of(arithmetic)
+        self.kept: list[Any] = []  # what C refers to
+        self.process = self.arithmetic.struct("process")
+        self.sensor = self.arithmetic.struct("sensor")
+        if self.arithmetic.is_fixed:
+            _fixed_point(self)
+        else:
+            _floating_point(self)
+
+    def fractions(self, which: str) -> list[int]:
+        """Fraction bits of the states, measurements or controls; 0 in floating point."""
+        quantities = getattr(self.model, which)
+        if not self.arithmetic.is_fixed:
+            return [0] * len(quantities)
+        return [self.formats[which][k].fraction for k in range(len(quantities))]
+
+    def words(self, given: np.ndarray, which: str) -> np.ndarray:
+        quantities = getattr(self.model, which)
+        formats = self.formats[which] if self.arithmetic.is_fixed else None
+        return self.arithmetic.words(given, quantities, formats, which)
+
+    @property
+    def covariance_scale(self) -> np.ndarray:
+        fractions = np.array(self.fractions("states"))
+        return fractions[:, None] + fractions[None, :]
+
+    def array(self, given: np.ndarray) -> Any:
+        """A pointer to numbers of floating point that stay."""
+        a = self.arithmetic
+        with np.errstate(over="ignore"):
+            made = np.ascontiguousarray(given, a.number)
+        if not np.all(np.isfinite(made)):
+            raise KalmanqError(f"{self.model.name}: a number is beyond {a.name}")
+        self.kept.append(made)
+        return a.pointer(made)
+
+    def memory(self, length: int) -> tuple[Any, int]:
+        made = self.arithmetic.empty(int(length))
+        self.kept.append(made)
+        return self.arithmetic.pointer(made), int(length)
+
+    def init_filter(self, filter_: Any) -> None:
+        """The state before the first measurement, where all of it is known."""
+        if self.arithmetic.is_fixed:
+            misfit = ffi.new("kq_misfit_q31 *")
+            status = lib.kq_filter_init_q31(filter_, self.prior, misfit)
+            require_fit(status, misfit, "the start", self.model)
+        else:
+            x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
+            require(self.arithmetic.function("filter_init")(filter_, x0, P0), "P0")
+
+    def init_start(self, start: Any, filter_: Any) -> None:
+        """The state before the first measurement, in part unknown."""
+        unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
+        if self.arithmetic.is_fixed:
+            misfit = ffi.new("kq_misfit_q31 *")
+            status = lib.kq_start_init_q31(start, filter_, self.prior, unknown, misfit)
+            require_fit(status, misfit, "the start", self.model)
+        else:
+            x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
+            require(self.arithmetic.function("start_init")(start, filter_, x0, P0, unknown), "P0")
+
+
+def _floating_point(parts: Parts) -> None:
+    model, a = parts.model, parts.arithmetic
+    process, sensor = parts.process, parts.sensor
+    require(a.function("process_assign")(process, model.n, model.l, *parts.memory(
+        a.function("process_length")(model.n))), "process")
+    A = parts.array(model.A)
+    B = ffi.NULL if model.B is None else parts.array(model.B)
+    if model.G is not None:
+        F = parts.array(model.G)
+        require(a.function("process_init_factor")(process, A, B, F, model.G.shape[1]), "A, B, G")
+    else:
+        require(a.function("process_init")(process, A, B, parts.array(model.Q)), "A, B, Q")
+    require(a.function("sensor_assign")(sensor, model.n, model.m, *parts.memory(
+        a.function("sensor_length")(model.m))), "sensor")
+    if is_diagonal(model.R):
+        status = a.function("sensor_init_diagonal")(sensor, parts.array(model.H), parts.array(np.diag(model.R)))
+    else:
+        status = a.function("sensor_init")(sensor, parts.array(model.H), parts.array(model.R))
+    require(status, "H, R")
+
+
+# ------------------------------------------------------------------------------ tables of q31
+
+
+def _fixed_point(parts: Parts) -> None:
+    model = parts.model
+    parts.formats = {which: prepare_formats(model, which) for which in ("states", "measurements", "controls")}
+    states, measurements, controls = parts.formats.values()
+    n, m, l = model.n, model.m, model.l
+    parts.kept.append(parts.formats)
+    parts.process_table = ffi.new("kq_process_table_q31 *", {
+        "states": n, "controls": l, "state_format": states, "control_format": controls if l else ffi.NULL,
+        "transition": matrix(parts, "A", model.A, states, states),
+        "control": matrix(parts, "B", model.B, states, controls) if l else ffi.NULL,
+        "noise_root": noise_root(parts, states)})
+    parts.sensor_table = ffi.new("kq_sensor_table_q31 *", {
+        "states": n, "components": m, "correlated": not is_diagonal(model.R), "state_format": states,
+        "measurement_format": measurements,
+        "measurement": matrix(parts, "H", model.H, measurements, states),
+        "noise": sensor_noise(parts, measurements)})
+    mean = prior_mean(parts, states)
+    root = prepared(parts, "int32_t[]", lib.kq_root_length_q31(n), "P0",
+                    lambda out: lib.kq_root_prepare_q31(out, doubles(known_prior(model)), n, states))
+    parts.prior = ffi.new("kq_prior_table_q31 *", {
+        "states": n, "state_format": states, "mean": mean, "root": root})
+    misfit = ffi.new("kq_misfit_q31 *")
+    require_fit(lib.kq_process_init_q31(parts.process, parts.process_table, misfit), misfit, "A, B, Q", model)
+    require_fit(lib.kq_sensor_init_q31(parts.sensor, parts.sensor_table, misfit), misfit, "H, R", model)
+
+
+def doubles(array: np.ndarray) -> Any:
+    """float64 that C reads during a call; ffi keeps the copy for as long as it is referred to."""
+    return ffi.new("double[]", np.ravel(array).tolist())
+
+
+def prepared(parts: Parts, kind: str, length: int, what: str, prepare: Callable[[Any], int]) -> Any:
+    made = ffi.new(kind, int(length))
+    require(prepare(made), what)
+    parts.kept.append(made)
+    return made
+
+
+def prepare_formats(model: Model, which: str) -> Any:
+    quantities: Sequence[Quantity] = getattr(model, which)
+    made = ffi.new("kq_format_q31[]", max(len(quantities), 1))
+    for k, quantity in enumerate(quantities):
+        if quantity.range is None:
+            raise ModelError(which, f"{quantity.name} has no range, which fixed point needs")
+        if quantity.fraction is None:
+            status = lib.kq_format_prepare_q31(made + k, quantity.range)
+        else:
+            misfit = ffi.new("kq_misfit_q31 *")
+            status = lib.kq_format_prepare_named_q31(made + k, quantity.fraction, quantity.range, misfit)
+            if status == lib.KQ_ERR_RANGE and misfit.bits:
+                raise ModelError(which, f"{quantity.name} needs {misfit.bits} more integer bits for its range")
+        require(status, f"the format of {quantity.name}")
+    return made
+
+
+def matrix(parts: Parts, name: str, M: np.ndarray, rows: Any, columns: Any) -> Any:
+    r, c = M.shape
+    return prepared(parts, "kq_scaled_q31[]", r * c, name,
+                    lambda out: lib.kq_matrix_prepare_q31(out, doubles(M), r, c, rows, columns))
+
+
+def noise_root(parts: Parts, states: Any) -> Any:
+    model = parts.model
+    length = lib.kq_root_length_q31(model.n)
+    if model.G is None:
+        return prepared(parts, "int32_t[]", length, "Q",
+                        lambda out: lib.kq_root_prepare_q31(out, doubles(model.Q), model.n, states))
+    r = model.G.shape[1]
+    return prepared(parts, "int32_t[]", length, "G", lambda out: lib.kq_root_prepare_factor_q31(
+        out, doubles(model.G), model.n, r, states))
+
+
+def sensor_noise(parts: Parts, measurements: Any) -> Any:
+    R, m = parts.model.R, parts.model.m
+    if is_diagonal(R):
+        return prepared(parts, "kq_scaled_q31[]", m, "R", lambda out: lib.kq_noise_prepare_diagonal_q31(
+            out, doubles(np.diag(R)), m, measurements))
+    return prepared(parts, "kq_scaled_q31[]", m * (m + 1) // 2, "R",
+                    lambda out: lib.kq_noise_prepare_q31(out, doubles(R), m, measurements))
+
+
+def prior_mean(parts: Parts, states: Any) -> Any:
+    model = parts.model
+    words = ffi.new("int32_t[]", model.n)
+    misfit = ffi.new("kq_misfit_q31 *")
+    status = lib.kq_vector_prepare_q31(words, doubles(model.x0), model.n, states, misfit)
+    require_fit(status, misfit, "x0", model)
+    parts.kept.append(words)
+    return words
+
+
+def known_prior(model: Model) -> np.ndarray:
+    """P0 without what is not looked at."""
+    known = ~model.unknown
+    return model.P0 * np.outer(known, known)
+
+
+def require_fit(status: int, misfit: Any, what: str, model: Model) -> None:
+    """As `require`, a range that does not fit with the name of whose it is."""
+    if status == lib.KQ_ERR_RANGE and misfit.quantity != lib.KQ_ALL_FIT:
+        which = {lib.KQ_STATE: "states", lib.KQ_CONTROL: "controls", lib.KQ_MEASUREMENT: "measurements"}
+        quantities = getattr(model, which[misfit.quantity])
+        name = quantities[misfit.component].name
+        needs = f"needs {misfit.bits} more integer bits" if misfit.bits else "is beyond its declared range"
+        raise KalmanqError(f"{what}: {name} {needs}", status)
+    require(status, what)
+
+
+def is_diagonal(R: np.ndarray) -> bool:
+    return not np.any(R - np.diag(np.diag(R)))

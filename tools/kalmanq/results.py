@@ -1,0 +1,77 @@
+"""What a run over a sequence leaves: arrays of float64, a row a row of data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Optional
+
+import numpy as np
+
+from kalmanq.core import names_of
+from kalmanq.model import Model
+
+
+@dataclass
+class Run:
+    """Of T rows, n states, m measurements.  What was not asked for is None; what is unknown is NaN.
+
+    mean, sigma            T x n, after the update
+    covariance             T x n x n
+    innovation             T x m, z - H x before the update; innovation_sigma: its standard deviation
+    nis                    T, e' S^-1 e; NaN where nothing was taken; `taken`: degrees of freedom
+    log_likelihood         T, each row's term; 0 where nothing was taken
+    smoothed, smoothed_sigma, smoothed_covariance    given all rows
+    lagged, lagged_sigma   of `lag` rows before, given all rows so far; NaN in the first `lag` rows
+    scales                 T x 2: of Q and R, of an adaptation
+    events                 the core's events, ORed; `event_names` in words
+    index                  the index of the data, if it had one
+    """
+
+    model: Model
+    arithmetic: str
+    mean: np.ndarray
+    sigma: Optional[np.ndarray] = None
+    covariance: Optional[np.ndarray] = None
+    innovation: Optional[np.ndarray] = None
+    innovation_sigma: Optional[np.ndarray] = None
+    nis: Optional[np.ndarray] = None
+    taken: Optional[np.ndarray] = None
+    log_likelihood: Optional[np.ndarray] = None
+    smoothed: Optional[np.ndarray] = None
+    smoothed_sigma: Optional[np.ndarray] = None
+    smoothed_covariance: Optional[np.ndarray] = None
+    lag: Optional[int] = None
+    lagged: Optional[np.ndarray] = None
+    lagged_sigma: Optional[np.ndarray] = None
+    scales: Optional[np.ndarray] = None
+    events: int = 0
+    index: Any = None
+    words: dict[str, np.ndarray] = field(default_factory=dict, repr=False)  # as the chip has them
+
+    def __len__(self) -> int:
+        return len(self.mean)
+
+    @property
+    def event_names(self) -> list[str]:
+        return names_of(self.events)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """By the names that a table has: NAME_mean, NAME_sigma, NAME_smoothed, ..."""
+        made: dict[str, np.ndarray] = {}
+        for i, state in enumerate(self.model.states):
+            for suffix, array in (("mean", self.mean), ("sigma", self.sigma), ("smoothed", self.smoothed),
+                                  ("smoothed_sigma", self.smoothed_sigma), ("lagged", self.lagged)):
+                if array is not None:
+                    made[f"{state.name}_{suffix}"] = array[:, i]
+        if self.innovation is not None:
+            for c, measurement in enumerate(self.model.measurements):
+                made[f"{measurement.name}_innovation"] = self.innovation[:, c]
+        if self.nis is not None and self.log_likelihood is not None:
+            made["nis"], made["loglik"] = self.nis, self.log_likelihood
+        return made
+
+    def to_frame(self) -> Any:
+        """A pandas DataFrame of the columns, with the data's index."""
+        import pandas
+
+        return pandas.DataFrame(self.columns(), index=self.index)
