@@ -216,6 +216,7 @@ class Filter:
         status = a.function("sequence_run")(q)
         del kept
         require(status, "the run", int(q.done))
+        self._end(q)
         if moves and T:
             self.begins = False
             self._left = None if u is None else self.parts.words(u[-1:], "controls")
@@ -269,6 +270,9 @@ class Filter:
 
     def _ask(self, q: Any, out: Results) -> None:
         """What a smoother or an adaptation wants of a run beside the filter's results."""
+
+    def _end(self, q: Any) -> None:
+        """What of a run has to be known at the next one."""
 
     # ------------------------------------------------------------------ the core
 
@@ -377,27 +381,23 @@ class LagSmoother(Filter):
         super().__init__(model, arithmetic)
         if lag < 0:
             raise KalmanqError("lag: below 0")
-        if np.any(model.unknown):
-            raise KalmanqError("a lag follows a filter whose start is known")
         self.lag = lag
         self._lag = self._object("lag", model.n, model.m, lag, sizes=(model.n, model.m, lag))
-        require(self.arithmetic.function("lag_attach")(self._lag, self._handle), "lag")
-        self._rows_done = 0
+        self._follows = False
 
     def _ask(self, q: Any, out: Results) -> None:
-        q.lag, q.age = self._lag, self.lag
+        q.lag, q.age, q.lag_follows = self._lag, self.lag, self._follows
         for name in ("lagged", "lagged_low", "lagged_sigma"):
             out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
             setattr(q, name, self._pointer(out.numbers[name]))
 
+    def _end(self, q: Any) -> None:
+        self._follows = bool(q.lag_follows)
+
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
             covariance: bool = False) -> Run:
         run = super().run(z, u, robust=robust, covariance=covariance)
-        early = max(0, self.lag - self._rows_done)
-        self._rows_done += len(run)
         run.lag = self.lag
-        assert run.lagged is not None and run.lagged_sigma is not None
-        run.lagged[:early] = run.lagged_sigma[:early] = np.nan
         return run
 
 
@@ -448,6 +448,7 @@ class Smoother:
     def __init__(self, model: Model, arithmetic: str = "f64"):
         self.model = model
         self.parts = Parts(model, arithmetic)
+        self.last: Optional[Filter] = None  # the filter at the end of the last run
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False,
             means_only: bool = False) -> Run:
@@ -457,6 +458,7 @@ class Smoother:
         recording = _Recording(self.model, self.parts, rows, controls)
         run = recording.run(z, u, covariance=covariance)
         recording.smooth(run, covariance, means_only)
+        self.last = recording
         return run
 
 

@@ -75,16 +75,22 @@ static void K(judge)(const K(sequence) *q, size_t t)
     if (q->taken) q->taken[t] = is_taken ? K(taken)(q->filter) : 0;
 }
 
-static kq_status K(look_back)(const K(sequence) *q, size_t t)
+static kq_status K(look_back)(K(sequence) *q, size_t t)
 {
-    const size_t n = q->filter->states, steps = K(lag_steps)(q->lag);
-    const kq_status status = K(lag_smooth)(q->lag, steps < q->age ? steps : q->age);
-    for (size_t i = 0; i < n && !status; i++) {
-        q->lagged[t * n + i] = K(lag_mean)(q->lag, (int)i);
-        q->lagged_low[t * n + i] = K(lag_mean_low)(q->lag, (int)i);
-        q->lagged_sigma[t * n + i] = K(lag_sigma)(q->lag, (int)i);
+    const size_t n = q->filter->states;
+    kq_status status = KQ_OK;
+    if (!q->lag_follows) {
+        status = K(lag_attach)(q->lag, q->filter);
+        q->lag_follows = !status;
     }
-    return status;
+    const int is_there = q->lag_follows && K(lag_steps)(q->lag) >= q->age;
+    if (!status) status = K(lag_smooth)(q->lag, is_there ? q->age : 0);
+    for (size_t i = 0; i < n; i++) {
+        q->lagged[t * n + i] = is_there ? K(lag_mean)(q->lag, (int)i) : lost;
+        q->lagged_low[t * n + i] = is_there ? K(lag_mean_low)(q->lag, (int)i) : lost;
+        q->lagged_sigma[t * n + i] = is_there ? K(lag_sigma)(q->lag, (int)i) : lost;
+    }
+    return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a start that is unknown so far */
 }
 
 kq_status K(sequence_run)(K(sequence) *q)

@@ -14,7 +14,8 @@ typedef struct {
     K(gate) *gate;
     K(process) *target; /* of the Student-t steps */
     int32_t *root;      /* q31: of the target's noise */
-    K(lag) *lag;        /* attached to the filter, or NULL */
+    K(lag) *lag;        /* attached as soon as the filter is ready, or NULL */
+    int lag_follows;    /* read and written: is it attached? */
     size_t age;         /* of what is asked of it */
     K(adaptation) *adaptation; /* attached to the filter, or NULL: its scales are wanted */
     /* Results, a row a step; each may be NULL.  What is not to be had is NaN, in q31 not a word. */
@@ -24,7 +25,7 @@ typedef struct {
     number *innovation_variance;  /* m */
     score *nis, *log_likelihood;  /* of this step; 0 where nothing was taken */
     int32_t *taken;
-    num *lagged, *lagged_low, *lagged_sigma; /* n, of `age` rows before; the oldest there is, at first */
+    num *lagged, *lagged_low, *lagged_sigma; /* n, of `age` rows before */
     number *scales;                          /* 2: of Q and R */
     size_t done; /* written: rows that were done */
 } K(sequence);

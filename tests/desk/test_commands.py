@@ -1,0 +1,165 @@
+"""The command line, as a user has it: results, and one line for what is wrong."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kalmanq import Filter, Smoother, model_file
+
+EXAMPLES = Path(model_file.__file__).parent / "examples"
+NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def kalmanq(*arguments, folder=None, **options):
+    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments)], cwd=folder,
+                          capture_output=True, text=True, **options)
+
+
+def rows_of(path):
+    with open(path, newline="") as text:
+        return list(csv.DictReader(text))
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_run_writes_what_the_twin_says(arithmetic, tmp_path):
+    out, plot = tmp_path / "out.csv", tmp_path / "out.png"
+    done = kalmanq("run", MODEL, NILE, "--arith", arithmetic, "--smooth", "--forecast", 5, "--out", out, "--plot", plot,
+                   "--json")
+    assert done.returncode == 0, done.stderr
+    said, rows = json.loads(done.stdout), rows_of(out)
+    z = np.loadtxt(NILE, delimiter=",", skiprows=5)[:, 1]
+    run = Smoother(model_file.read(MODEL), arithmetic).run(z)
+    assert list(rows[0]) == ["step", "level_mean", "level_sigma", "level_smoothed", "level_smoothed_sigma",
+                             "flow_innovation", "nis", "loglik"]
+    assert [float(row["level_smoothed"]) for row in rows] == run.smoothed[:, 0].tolist()
+    assert rows[0]["flow_innovation"] == "" and rows[99]["step"] == "99"
+    assert said["rows"] == 100 and len(said["forecast"]) == 5
+    assert abs(said["log_likelihood"] - -633.4646) < 1e-3
+    assert plot.read_bytes()[:8] == PNG
+
+
+def test_run_in_blocks_is_run_at_once(tmp_path):
+    data, out = tmp_path / "data.csv", tmp_path / "out.csv"
+    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 70000, "--seed", 3, "--out", data).returncode == 0
+    assert kalmanq("run", EXAMPLES / "track.toml", data, "--arith", "f32", "--out", out).returncode == 0
+    z = np.array([[float(row["east"]), float(row["north"])] for row in rows_of(data)])
+    last = rows_of(out)[-1]
+    run = Filter(model_file.read(EXAMPLES / "track.toml"), "f32").run(z)
+    assert float(last["vy_mean"]) == run.mean[-1, 3] and last["step"] == "69999"
+
+
+def test_lag_robust_and_an_unknown_start(tmp_path):
+    out = tmp_path / "out.csv"
+    done = kalmanq("run", MODEL, NILE, "--lag", 3, "--robust", "huber", "--out", out)
+    assert done.returncode == 0, done.stderr
+    rows = rows_of(out)
+    assert [row["level_lagged"] == "" for row in rows[:5]] == [True, True, True, False, False]
+
+
+def test_two_columns_that_measure_one_level(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("fine,coarse,other\n1.0,2.0,a\n,2.5,b\n1.2,,c\n")
+    done = kalmanq("run", EXAMPLES / "two_gauges.toml", data, "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["taken"] == 4 and said["missing"] == 2
+
+
+def test_fit_simulate_compare_steady_check(tmp_path):
+    guess, fitted = tmp_path / "guess.toml", tmp_path / "fitted.toml"
+    guess.write_text(MODEL.read_text().replace('P0 = "unknown"', "P0 = [[1e7]]"))
+    done = kalmanq("fit", guess, NILE, "--out", fitted, "--plot", tmp_path / "fit.png", "--json")
+    assert done.returncode == 0, done.stderr
+    assert abs(json.loads(done.stdout)["R"][0][0] / 15099.69 - 1) < 1e-3
+    assert abs(model_file.read(fitted).Q[0, 0] / 1468.5 - 1) < 1e-2
+    compared = json.loads(kalmanq("compare", MODEL, NILE, "--json").stdout)
+    assert 0 < compared["q31"]["mean_error_in_sigma"] < 1e-6 < 1
+    assert 0 < compared["f32"]["mean_error_in_sigma"] < 1e-4
+    steady = json.loads(kalmanq("steady", MODEL, "--json").stdout)
+    assert 0 < steady["gain"][0][0] < 1
+    assert kalmanq("check", MODEL).returncode == 0
+    hidden = tmp_path / "hidden.toml"
+    hidden.write_text("[model]\nA=[[1.0,0.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[1.0,1.0]\n")
+    checked = kalmanq("check", hidden)
+    assert checked.returncode == 1 and "never measured" in checked.stdout
+    one, two = (kalmanq("simulate", MODEL, "--seed", 5).stdout for _ in range(2))
+    assert one == two and one != kalmanq("simulate", MODEL, "--seed", 6).stdout
+
+
+BAD_DATA = {
+    "no such file": None, "empty": "", "there is no column flow": "year,level\n1,2\n", "no data": "flow\n",
+    "'ten' is not a number": "flow\n1\nten\n", "2 fields, not 1": "flow\n1\n2,3\n", "beyond the numbers": "flow\ninf\n",
+    "separated by ';'": "year;flow\n1;2\n", "twice": "flow,flow\n1,2\n", "row 3, column flow": "flow\n1\nx\n",
+    "decimal point": 'a,flow\n1,"2,5"\n', "1 field, not 2": "a,flow\n1,2\n3\n",
+}
+
+
+@pytest.mark.parametrize("said", BAD_DATA)
+def test_bad_data_is_one_line_and_no_file(said, tmp_path):
+    data, out, plot = tmp_path / "data.csv", tmp_path / "out.csv", tmp_path / "out.png"
+    if BAD_DATA[said] is not None:
+        data.write_text(BAD_DATA[said])
+    for command in (("run", MODEL, data, "--out", out, "--plot", plot), ("compare", MODEL, data, "--plot", plot)):
+        refused(kalmanq(*command), said, tmp_path)
+
+
+def refused(done, said, folder):
+    assert done.returncode == 1, done.stdout
+    assert done.stdout == "" and said in done.stderr
+    assert done.stderr.count("\n") == 1 and done.stderr.startswith("kalmanq: ")
+    assert [path.name for path in folder.iterdir() if path.name.startswith((".", "out"))] == []
+
+
+@pytest.mark.parametrize("options, said", [
+    (["--out", "none/out.csv"], "no such folder"),
+    (["--plot", "none/out.png"], "no such folder"),
+    (["--smooth", "--lag", "3"], "one of them"),
+    (["--smooth", "--robust", "gate"], "plain updates"),
+    (["--lag", "2", "--robust", "jump"], "a lag cannot follow"),
+])
+def test_bad_options_are_one_line(options, said, tmp_path):
+    refused(kalmanq("run", MODEL, NILE, *options, folder=tmp_path), said, tmp_path)
+
+
+def test_an_input_is_never_overwritten(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("flow\n1\n2\n")
+    refused(kalmanq("run", MODEL, data, "--out", data), "is an input", tmp_path)
+    assert data.read_text() == "flow\n1\n2\n"
+
+
+def test_a_range_is_refused_with_its_row(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("flow\n1000\n5000\n")
+    refused(kalmanq("run", MODEL, data, "--arith", "q31", "--out", tmp_path / "out.csv"), "step 1: flow = 5000", tmp_path)
+
+
+def test_an_interrupt_leaves_nothing(tmp_path):
+    data, out = tmp_path / "data.csv", tmp_path / "out.csv"
+    data.write_text("flow\n" + "1000.5\n" * 2_000_000)
+    running = subprocess.Popen([sys.executable, "-m", "kalmanq.command_line", "run", str(MODEL), str(data), "--out", str(out)],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while running.poll() is None and not list(tmp_path.glob(".out*")):
+        time.sleep(0.02)
+    os.kill(running.pid, signal.SIGINT)
+    _, said = running.communicate()
+    assert running.returncode == 130 and said == "kalmanq: interrupted\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["data.csv"]
+
+
+def test_help_reads_well():
+    said = kalmanq("--help")
+    assert said.returncode == 0
+    for command in ("run", "check", "steady", "simulate", "compare", "fit"):
+        assert command in said.stdout and kalmanq(command, "--help").returncode == 0

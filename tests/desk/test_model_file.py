@@ -1,0 +1,92 @@
+"""Model files: what is written reads back to the same bits, and what is wrong is told with its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import models
+from kalmanq import Model, model_file
+from kalmanq.model_file import ModelFileError
+
+EXAMPLES = sorted((Path(model_file.__file__).parent / "examples").glob("*.toml"))
+FIELDS = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "unknown")
+
+
+def same(a: Model, b: Model) -> bool:
+    arrays = all(np.array_equal(getattr(a, name), getattr(b, name)) for name in FIELDS if getattr(a, name) is not None)
+    return arrays and (a.states, a.measurements, a.controls, a.gaps, a.name) == (
+        b.states, b.measurements, b.controls, b.gaps, b.name)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_read_and_come_back(path, tmp_path):
+    model = model_file.read(path)
+    copy = tmp_path / "copy.toml"
+    copy.write_text(model_file.text_of(model), encoding="utf-8")
+    assert same(model, model_file.read(copy))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_models_come_back_bit_for_bit(seed, tmp_path):
+    draw = np.random.default_rng(seed)
+    n, m = draw.integers(1, 6, 2)
+    root = draw.normal(size=(n, n)) * 10.0 ** draw.integers(-9, 9, (n, 1))
+    model = Model(draw.normal(size=(n, n)), draw.normal(size=(m, n)), draw.random(m), root @ root.T,
+                  x0=draw.normal(size=n), P0=draw.random(n), name='a "name" \\ and é')
+    path = tmp_path / "model.toml"
+    path.write_text(model_file.text_of(model), encoding="utf-8")
+    assert same(model, model_file.read(path))
+
+
+LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0]]\n'
+
+
+@pytest.mark.parametrize("text, said", [
+    ("", "no section [model]"),
+    ("[model]\nA = [[1.0\n", "line "),
+    (LEVEL.replace("A = [[1.0]]", "A = [[1.0, 2.0]]"), "line 2: A: is 1 x 2, not square"),
+    (LEVEL.replace("R = [[1.0]]", "R = [[-1.0]]"), "line 5: R: has a negative variance"),
+    (LEVEL.replace("Q = [[1.0]]", 'Q = "one"'), "line 4: Q: is not an array of numbers"),
+    (LEVEL.replace("Q = [[1.0]]", "Q = [[nan]]"), "line 4: Q: has an entry that is not finite"),
+    (LEVEL.replace("Q = [[1.0]]", "Q = [[1.0], 2]"), "line 4: Q: is not an array"),
+    (LEVEL.replace("P0", "PO"), "line 6: PO: no such key in [model]; P0?"),
+    (LEVEL.replace("P0 = [[1.0]]\n", ""), "P0: is missing"),
+    (LEVEL.replace("[[1.0]]\n", "[[1.0]]\n", 1) + "[state]\nnames = ['a']\n", "line 7: state: no such section; states?"),
+    (LEVEL + "[states]\nnames = ['a', 'b']\n", "line 7: states: names has 2 entries; there are 1"),
+    (LEVEL + "[states]\nranges = [-1]\n", "line 7: states: ranges: -1 is not above 0"),
+    (LEVEL + "[states]\nranges = ['wide']\n", "line 7: states: ranges is not a list of numbers"),
+    (LEVEL + "[gaps]\nmax_gap = -1\n", "gaps: max_gap is at least 0"),
+    ('[model]\nbuilder = "levle"\n', "line 2: builder: there is no 'levle'; level?"),
+    ('[model]\nbuilder = "level"\ndrift = 1\nnoise = 1\n', "variance: is missing: a number"),
+    ('[model]\nbuilder = "level"\ndrift = 1\nnoize = 1\nvariance = 1\n', "line 4: noize: level has no such parameter; noise?"),
+    ('[model]\nbuilder = "trend"\ndrift = [1]\nnoise = 1\nvariance = [1, 1]\n', "line 3: drift: has 1 numbers, not 2"),
+    ('[model]\nbuilder = "ar"\nphi = [1.1]\nvariance = 1\n', "stationary"),
+])
+def test_what_is_wrong_is_one_line(text, said, tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ModelFileError) as refused:
+        model_file.read(path)
+    assert said in str(refused.value) and "\n" not in str(refused.value)
+    assert str(refused.value).startswith(f"{path}: ")
+
+
+def test_files_that_are_none(tmp_path):
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(ModelFileError):
+            model_file.read(path)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ModelFileError, match="UTF-8"):
+        model_file.read(binary)
+
+
+def test_a_start_that_is_in_part_unknown(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text('[model]\nA=[[1.0,1.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[4.0,"unknown"]\n')
+    model = model_file.read(path)
+    assert model.unknown.tolist() == [False, True] and model.P0[0, 0] == 4
+    assert models.textbook  # the module is found beside this one

@@ -1,0 +1,168 @@
+"""kalmanq: filters for microcontrollers, designed and tried at a desk."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+from typing import Iterator, List, Optional, Tuple
+
+import typer
+from rich.console import Console
+
+from kalmanq.errors import KalmanqError, KalmanqWarning
+
+app = typer.Typer(
+    help=__doc__, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]})
+
+REFUSED, INTERRUPTED = 1, 130
+
+
+class Arithmetic(str, Enum):
+    f32 = "f32"
+    f64 = "f64"
+    q31 = "q31"
+
+
+class Way(str, Enum):
+    gate = "gate"
+    huber = "huber"
+    student = "student"
+    jump = "jump"
+    step_student = "step-student"
+
+
+MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
+DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
+JSON = typer.Option(False, "--json", help="Print what came out for machines.")
+ARITHMETIC = typer.Option(Arithmetic.f64, "--arith", help="The numbers that the chip will have.")
+
+
+@contextmanager
+def told_in_one_line() -> Iterator[None]:
+    """Ends the program with one line where it cannot go on, and shows warnings as one line each."""
+    warnings.simplefilter("always", KalmanqWarning)
+    warnings.showwarning = lambda message, *_: print(f"kalmanq: {message}", file=sys.stderr)  # type: ignore
+    try:
+        yield
+    except KalmanqError as problem:
+        _stop(str(problem))
+    except MemoryError:
+        _stop("not enough memory for all rows at once")
+    except OSError as problem:
+        _stop(f"{problem.filename}: {problem.strerror}" if problem.filename else str(problem))
+    except KeyboardInterrupt:
+        print("kalmanq: interrupted", file=sys.stderr)
+        raise SystemExit(INTERRUPTED) from None
+
+
+def _stop(line: str) -> None:
+    shown = "".join(c if c.isprintable() else " " for c in line)
+    print(f"kalmanq: {shown}", file=sys.stderr)
+    raise SystemExit(REFUSED)
+
+
+def console() -> Console:
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+
+
+@app.command()
+def run(
+    model: Path = MODEL,
+    data: Path = DATA,
+    arith: Arithmetic = ARITHMETIC,
+    smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too."),
+    lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too."),
+    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, help="Rows ahead of the last one."),
+    robust: Optional[Way] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="A row for each row of data."),
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Data, means and bands."),
+    json_: bool = JSON,
+) -> None:
+    """Filter a CSV file; with --smooth, --lag and --forecast what was, and what is to come."""
+    from kalmanq.commands.run import Asked, run_file
+
+    with told_in_one_line():
+        run_file(Asked(model, data, arith.value, smooth, lag, forecast, robust.value if robust else None, out,
+                       plot, json_), console())
+
+
+@app.command()
+def check(model: Path = MODEL, json_: bool = JSON) -> None:
+    """Is the model observable, stabilisable and well conditioned, and do the ranges fit?"""
+    from kalmanq.commands.check import check_file
+
+    with told_in_one_line():
+        if not check_file(model, json_, console()):
+            raise SystemExit(REFUSED)
+
+
+@app.command()
+def steady(model: Path = MODEL, json_: bool = JSON) -> None:
+    """What the covariance settles to, the gain, and how fast the filter forgets."""
+    from kalmanq.commands.steady import steady_file
+
+    with told_in_one_line():
+        steady_file(model, json_, console())
+
+
+@app.command()
+def simulate(
+    model: Path = MODEL,
+    rows: int = typer.Option(200, "-n", "--rows", min=1, help="Rows to draw."),
+    seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
+    truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true."),
+    gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="Rows without measurements."),
+) -> None:
+    """Draw measurements of the model, as a CSV file that `run` takes."""
+    from kalmanq.commands.simulate import simulate_file
+
+    with told_in_one_line():
+        simulate_file(model, rows, seed, out, truth, gap)
+
+
+@app.command()
+def compare(
+    model: Path = MODEL,
+    data: Path = DATA,
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows."),
+    json_: bool = JSON,
+) -> None:
+    """Every arithmetic beside double: errors of means in sigma, and of sigmas."""
+    from kalmanq.commands.compare import compare_file
+
+    with told_in_one_line():
+        compare_file(model, data, plot, json_, console())
+
+
+@app.command()
+def fit(
+    model: Path = MODEL,
+    data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file."),
+    free: str = typer.Option("Q,R", "--free", help="Of A, H, Q, R, x0, P0, with commas."),
+    q_form: str = typer.Option("full", "--q-form", help="full, diagonal or multiple."),
+    r_form: str = typer.Option("full", "--r-form", help="full, diagonal or multiple."),
+    iterations: int = typer.Option(500, "--iterations", min=1),
+    tolerance: float = typer.Option(1e-6, "--tolerance", help="Relative change that ends it."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED.toml", help="The model, fitted."),
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="The likelihood's course."),
+    json_: bool = JSON,
+) -> None:
+    """Estimate parameters by EM, in the C core."""
+    from kalmanq.commands.fit import Asked, fit_files
+
+    with told_in_one_line():
+        fit_files(Asked(model, data, [name.strip() for name in free.split(",") if name.strip()], q_form, r_form,
+                        iterations, tolerance, out, plot, json_), console())
+
+
+def main() -> None:
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+"""kalmanq compare: every arithmetic beside double."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kalmanq import model_file, tables
+from kalmanq.errors import KalmanqError
+from kalmanq.filters import Filter
+from kalmanq.model import Model
+
+
+def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
+    """Worst error of a mean in sigma, at every row and of each arithmetic; the figures of each."""
+    exact = Filter(model, "f64").run(z, u)
+    assert exact.sigma is not None and exact.log_likelihood is not None
+    errors, figures = {}, {}
+    for name in ("f32", "q31"):
+        try:
+            run = Filter(model, name).run(z, u)
+        except KalmanqError as problem:
+            figures[name] = {"refused": str(problem)}
+            continue
+        assert run.sigma is not None and run.log_likelihood is not None
+        with np.errstate(invalid="ignore", divide="ignore"):
+            error = np.abs(run.mean - exact.mean) / exact.sigma
+            sigma = np.abs(run.sigma / exact.sigma - 1)
+        errors[name] = np.nan_to_num(np.max(error, axis=1), nan=0.0)
+        figures[name] = {
+            "mean_error_in_sigma": float(np.nanmax(error)), "worst_row": int(np.argmax(errors[name])),
+            "worst_state": model.states[int(np.argmax(error[np.argmax(errors[name])]))].name,
+            "sigma_relative_error": float(np.nanmax(sigma)),
+            "log_likelihood_error": float(np.sum(run.log_likelihood) - np.sum(exact.log_likelihood)),
+            "events": run.event_names}
+    return errors, figures
+
+
+def compare_file(model_path: Path, data: Path, plot: Optional[Path], as_json: bool, console: Console) -> None:
+    model = model_file.read(model_path)
+    z, u = tables.measurements_and_controls(data, model)
+    errors, figures = compare(model, z, u)
+    if plot:
+        from kalmanq import pictures
+
+        pictures.save(pictures.draw_errors(errors), plot, [data, model_path])
+    if as_json:
+        print(json.dumps(figures, indent=2))
+        return
+    table = Table("arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events",
+                  title=f"{model.name}: worst errors of {len(z)} rows beside double", title_justify="left")
+    for name, of in figures.items():
+        if "refused" in of:
+            table.add_row(name, of["refused"])
+        else:
+            table.add_row(name, f"{of['mean_error_in_sigma']:.2g}", f"{of['worst_row']}, {of['worst_state']}",
+                          f"{of['sigma_relative_error']:.2g}", f"{of['log_likelihood_error']:.2g}",
+                          ", ".join(of["events"]))
+    console.print(table)
+    console.print("(q31's sigma is read to the last bit of a state's word)")
+    if plot:
+        console.print(f"wrote {plot}")

@@ -1,0 +1,206 @@
+"""kalmanq run: a CSV file through a filter, in blocks of rows where no smoother needs them all."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Iterator, Optional
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kalmanq import model_file, tables
+from kalmanq.core import names_of
+from kalmanq.errors import KalmanqError
+from kalmanq.filters import Filter, LagSmoother, Robust, Smoother
+from kalmanq.model import Model
+from kalmanq.results import Run
+
+BLOCK = 65536  # rows in memory at once
+PLOTTED = 200_000  # more rows than that are no picture
+
+
+@dataclass(frozen=True)
+class Asked:
+    model: Path
+    data: Path
+    arithmetic: str
+    smooth: bool
+    lag: Optional[int]
+    forecast: int
+    robust: Optional[str]
+    out: Optional[Path]
+    plot: Optional[Path]
+    json: bool
+
+
+@dataclass
+class Summary:
+    """What is told of all rows."""
+
+    rows: int = 0
+    taken: int = 0
+    missing: int = 0
+    nis: float = 0.0
+    events: int = 0
+    log_likelihood: float = 0.0
+    last: Optional[Run] = None
+    kept: list[Run] = field(default_factory=list)  # for the picture
+
+
+def run_file(asked: Asked, console: Console) -> None:
+    model = model_file.read(asked.model)
+    _refuse(asked, model)
+    summary = Summary()
+    filter_ = _filter(asked, model)
+    robust = Robust(asked.robust) if asked.robust else None
+    shown: list[np.ndarray] = []
+    with ExitStack() as stack:
+        writer = None
+        for first, z, u in _blocks(asked, model):
+            run = _run(filter_, z, u, robust, first)
+            _count(summary, run, z, model)
+            if asked.plot:
+                summary.kept.append(run)
+                shown.append(z)
+                _refuse_picture(summary.rows)
+            if asked.out:
+                columns = {"step": np.arange(first, first + len(run)), **run.columns()}
+                if writer is None:
+                    writer = stack.enter_context(tables.Writer(asked.out, list(columns), [asked.data, asked.model]))
+                writer.write(list(columns.values()))
+        _finish(summary, filter_)
+        ahead = _ahead(filter_, asked.forecast)
+        if asked.plot:
+            _plot(asked, model, summary, np.vstack(shown), ahead)
+    _tell(asked, model, filter_, summary, ahead, console)
+
+
+def _refuse(asked: Asked, model: Model) -> None:
+    if asked.smooth and asked.lag is not None:
+        raise KalmanqError("--smooth and --lag: one of them")
+    if asked.smooth and asked.robust:
+        raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
+    if asked.robust in ("jump", "step-student") and asked.lag is not None:
+        raise KalmanqError(f"--lag and --robust {asked.robust}: a lag cannot follow it")
+    for path in (asked.out, asked.plot):
+        if path and not path.parent.is_dir():
+            raise KalmanqError(f"{path}: there is no such folder")
+
+
+def _refuse_picture(rows: int) -> None:
+    if rows > PLOTTED:
+        raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
+
+
+def _filter(asked: Asked, model: Model) -> Any:
+    if asked.smooth:
+        return Smoother(model, asked.arithmetic)
+    if asked.lag is not None:
+        return LagSmoother(model, asked.lag, asked.arithmetic)
+    return Filter(model, asked.arithmetic)
+
+
+def _blocks(asked: Asked, model: Model) -> Iterator[tuple[int, np.ndarray, Optional[np.ndarray]]]:
+    """First row, measurements and controls; a smoother takes all rows at once."""
+    measurements = [one.name for one in model.measurements]
+    controls = [one.name for one in model.controls]
+    blocks = tables.read(asked.data, measurements + controls, BLOCK)
+    if asked.smooth:
+        blocks = iter([tables.joined(list(blocks))])
+    first = 0
+    for block in blocks:
+        z = np.column_stack([block.columns[name] for name in measurements])
+        u = np.column_stack([block.columns[name] for name in controls]) if controls else None
+        if u is not None and np.any(np.isnan(u)):
+            row, column = map(int, np.argwhere(np.isnan(u))[0])
+            raise KalmanqError(f"{asked.data}: row {block.first_row + row}: the control {controls[column]} is missing")
+        yield first, z, u
+        first += len(z)
+
+
+def _run(filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust], first: int) -> Run:
+    try:
+        if isinstance(filter_, Smoother):
+            return filter_.run(z, u)
+        return filter_.run(z, u, robust=robust)
+    except KalmanqError as problem:
+        if problem.row is None:
+            raise
+        text = str(problem).split(": ", 1)[1]
+        raise KalmanqError(f"step {first + problem.row}: {text}", problem.status) from problem
+
+
+def _count(summary: Summary, run: Run, z: np.ndarray, model: Model) -> None:
+    assert run.taken is not None and run.nis is not None and run.log_likelihood is not None
+    summary.rows += len(run)
+    summary.taken += int(run.taken.clip(0).sum())
+    summary.missing += int(np.isnan(z).sum())
+    summary.nis += float(np.nansum(run.nis))
+    summary.log_likelihood += float(np.sum(run.log_likelihood))
+    summary.events |= run.events
+    summary.last = run
+
+
+def _finish(summary: Summary, filter_: Any) -> None:
+    if summary.rows == 0:
+        raise KalmanqError("no rows")
+
+
+def _ahead(filter_: Any, steps: int) -> list[Filter]:
+    source = filter_.last if isinstance(filter_, Smoother) else filter_
+    return [source.forecast(k) for k in range(1, steps + 1)] if steps else []
+
+
+def _plot(asked: Asked, model: Model, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
+    from kalmanq import pictures
+
+    whole = summary.kept[0]
+    for name in ("mean", "sigma", "smoothed", "smoothed_sigma"):
+        parts = [getattr(run, name) for run in summary.kept]
+        setattr(whole, name, None if parts[0] is None else np.vstack(parts))
+    band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
+    assert asked.plot is not None
+    pictures.save(pictures.draw_run(whole, z, band), asked.plot, [asked.data, asked.model])
+
+
+def _tell(asked: Asked, model: Model, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
+    source = filter_.last if isinstance(filter_, Smoother) else filter_
+    told = {
+        "model": model.name, "arithmetic": asked.arithmetic, "rows": summary.rows, "taken": summary.taken,
+        "missing": summary.missing, "log_likelihood": summary.log_likelihood,
+        "nis_per_measurement": summary.nis / summary.taken if summary.taken else None,
+        "events": names_of(summary.events), "states": [state.name for state in model.states],
+        "mean": source.mean.tolist(), "covariance": source.covariance.tolist(),
+        "forecast": [{"mean": f.mean.tolist(), "covariance": f.covariance.tolist()} for f in ahead],
+    }
+    if asked.json:
+        print(json.dumps(_no_nan(told), indent=2))
+        return
+    table = Table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
+                  title=f"{model.name}: after {summary.rows} rows, {asked.arithmetic}", title_justify="left")
+    for i, state in enumerate(model.states):
+        cells = [f"{source.mean[i]:.6g}", f"{source.sigma[i]:.3g}"]
+        cells += [f"{ahead[-1].mean[i]:.6g}", f"{ahead[-1].sigma[i]:.3g}"] if ahead else []
+        table.add_row(state.label, *cells)
+    console.print(table)
+    ratio = f", NIS {summary.nis / summary.taken:.3f} a measurement (1 if the model is right)" if summary.taken else ""
+    console.print(f"log-likelihood {summary.log_likelihood:.6f}; {summary.taken} measurements taken, "
+                  f"{summary.missing} missing{ratio}")
+    if summary.events:
+        console.print("events: " + ", ".join(names_of(summary.events)))
+    for path in (asked.out, asked.plot):
+        if path:
+            console.print(f"wrote {path}")
+
+
+def _no_nan(value: Any) -> Any:
+    """JSON has no NaN: null."""
+    if isinstance(value, dict):
+        return {key: _no_nan(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_no_nan(one) for one in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value

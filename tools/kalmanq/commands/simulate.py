@@ -1,0 +1,56 @@
+"""kalmanq simulate: measurements drawn from a model."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+
+from kalmanq import model_file, tables
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+
+
+def simulate(model: Model, rows: int, seed: int, u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+    """States (rows x n) and measurements (rows x m).  An unknown state begins at x0."""
+    if model.l and u is None:
+        u = np.zeros((rows, model.l))
+    draw = np.random.Generator(np.random.PCG64(seed))
+    G = root_of(model.Q) if model.G is None else model.G
+    V, S = root_of(model.R), root_of(model.P0)
+    x = np.empty((rows, model.n))
+    x[0] = model.x0 + np.where(model.unknown, 0, S @ draw.standard_normal(model.n))
+    noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
+    for t in range(1, rows):
+        x[t] = model.A @ x[t - 1] + G @ noise[t]
+        if model.B is not None and u is not None:
+            x[t] += model.B @ u[t - 1]
+    return x, x @ model.H.T + error @ V.T
+
+
+def root_of(P: np.ndarray) -> np.ndarray:
+    """L with P = L L', of a P that may be singular."""
+    values, vectors = np.linalg.eigh(P)
+    return vectors * np.sqrt(values.clip(0))
+
+
+def simulate_file(path: Path, rows: int, seed: int, out: Optional[Path], truth: bool,
+                  gap: Optional[tuple[int, int]]) -> None:
+    model = model_file.read(path)
+    x, z = simulate(model, rows, seed)
+    if not np.all(np.isfinite(z)):
+        raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
+    if gap:
+        z[gap[0] : gap[1]] = np.nan
+    columns = {"step": np.arange(rows)}
+    columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
+    columns.update({one.name: np.zeros(rows) for one in model.controls})
+    if truth:
+        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
+    if out is None:
+        tables.write_text(sys.stdout, list(columns), list(columns.values()))
+        return
+    with tables.Writer(out, list(columns), [path]) as writer:
+        writer.write(list(columns.values()))

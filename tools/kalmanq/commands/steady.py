@@ -1,0 +1,35 @@
+"""kalmanq steady: what a constant model settles to."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kalmanq import model_file
+from kalmanq.steady import steady_state
+
+
+def steady_file(path: Path, as_json: bool, console: Console) -> None:
+    model = model_file.read(path)
+    state = steady_state(model)
+    closed = model.A @ (np.eye(model.n) - state.gain @ model.H)
+    slowest = float(np.max(np.abs(np.linalg.eigvals(closed))))
+    if as_json:
+        print(json.dumps({
+            "states": [one.name for one in model.states], "predicted": state.predicted.tolist(),
+            "filtered": state.filtered.tolist(), "gain": state.gain.tolist(), "largest_eigenvalue": slowest},
+            indent=2))
+        return
+    table = Table("state", "sigma predicted", "sigma filtered",
+                  *(f"gain of {one.name}" for one in model.measurements),
+                  title=f"{model.name}: steady state", title_justify="left")
+    for i, one in enumerate(model.states):
+        table.add_row(one.label, f"{state.predicted[i, i] ** 0.5:.6g}", f"{state.filtered[i, i] ** 0.5:.6g}",
+                      *(f"{k:.6g}" for k in state.gain[i]))
+    console.print(table)
+    rows = np.log(0.01) / np.log(slowest) if 0 < slowest < 1 else 0
+    console.print(f"largest |eigenvalue| of A (I - K H): {slowest:.6g}; an error is down to 1 % in {rows:.0f} rows")

@@ -1,0 +1,108 @@
+"""How pictures look, and the pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Optional, Sequence
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from kalmanq.files import whole
+from kalmanq.model import Model
+from kalmanq.results import Run
+
+STYLE: dict[str, Any] = {
+    "figure.dpi": 160, "font.size": 9.5, "axes.titlesize": 10, "axes.titlelocation": "left",
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.5, "axes.axisbelow": True, "legend.frameon": False,
+}
+FILTERED, SMOOTHED, DATA, AHEAD = "#1F6FB4", "#C4501B", "#8A8A8A", "#3C8D40"
+
+
+def save(figure: Figure, path: Path, inputs: Sequence[Path] = ()) -> None:
+    with whole(path, inputs) as temporary:
+        figure.savefig(temporary, format="png")
+    plt.close(figure)
+
+
+def measured_states(model: Model) -> dict[int, list[tuple[int, float]]]:
+    """The components that measure one state alone, with their factors: their data can be drawn on its axis."""
+    made: dict[int, list[tuple[int, float]]] = {}
+    for c, row in enumerate(model.H):
+        states = np.flatnonzero(row)
+        if len(states) == 1:
+            made.setdefault(int(states[0]), []).append((c, float(row[states[0]])))
+    return made
+
+
+def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarray]] = None) -> Figure:
+    """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind."""
+    with plt.rc_context(STYLE):
+        n = run.model.n
+        figure, axes = plt.subplots(n, 1, figsize=(8.6, 1.2 + 2.1 * n), sharex=True, squeeze=False,
+                                    layout="constrained")
+        shown = measured_states(run.model)
+        for i, axis in enumerate(axes[:, 0]):
+            _draw_state(axis, run, z, i, shown.get(i, []), ahead)
+        axes[-1, 0].set_xlabel("row")
+        handles = {label: handle for axis in axes[:, 0]
+                   for handle, label in zip(*axis.get_legend_handles_labels())}
+        figure.legend(handles.values(), handles.keys(), loc="outside upper right", ncols=len(handles))
+        axes[0, 0].set_title(f"{run.model.name}, {run.arithmetic}")
+        return figure
+
+
+def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple[int, float]],
+                ahead: Optional[tuple[np.ndarray, np.ndarray]]) -> None:
+    rows = np.arange(len(run))
+    for c, factor in measured:
+        axis.plot(rows, z[:, c] / factor, ".", ms=3.5, color=DATA, alpha=0.7, label="measured", zorder=1)
+    _band(axis, rows, run.mean[:, i], run.sigma[:, i], FILTERED, "filtered, 95 %")
+    if run.smoothed is not None and run.smoothed_sigma is not None:
+        _band(axis, rows, run.smoothed[:, i], run.smoothed_sigma[:, i], SMOOTHED, "smoothed, 95 %")
+    if ahead is not None:
+        mean, sigma = ahead
+        _band(axis, len(run) + np.arange(len(mean)), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
+    axis.set_ylabel(run.model.states[i].label)
+    _limit(axis, run, z, i, measured)
+
+
+def _band(axis: Any, rows: np.ndarray, mean: np.ndarray, sigma: np.ndarray, colour: str, label: str) -> None:
+    axis.fill_between(rows, mean - 1.96 * sigma, mean + 1.96 * sigma, color=colour, alpha=0.18, lw=0)
+    axis.plot(rows, mean, color=colour, lw=1.3, label=label)
+
+
+def _limit(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple[int, float]]) -> None:
+    """The first rows' bands may be so wide that nothing else could be seen."""
+    low, high = axis.get_ylim()
+    seen = [run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]
+    values = np.concatenate(seen)
+    values = values[np.isfinite(values)]
+    if len(values) and np.ptp(values) > 0:
+        room = 0.6 * np.ptp(values)
+        axis.set_ylim(max(low, values.min() - room), min(high, values.max() + room))
+
+
+def draw_errors(errors: dict[str, np.ndarray]) -> Figure:
+    """Worst error of a mean in sigma at every row, of each arithmetic beside double."""
+    with plt.rc_context(STYLE):
+        figure, axis = plt.subplots(figsize=(8.6, 3.6), layout="constrained")
+        for (name, error), colour in zip(errors.items(), (FILTERED, SMOOTHED)):
+            axis.semilogy(np.maximum(error, 1e-17), lw=1, color=colour, label=name)
+        axis.set(xlabel="row", ylabel="error of a mean / sigma", title="beside double")
+        axis.legend(loc="upper right")
+        return figure
+
+
+def draw_course(course: Sequence[float]) -> Figure:
+    with plt.rc_context(STYLE):
+        figure, axis = plt.subplots(figsize=(8.6, 3.4), layout="constrained")
+        axis.plot(course, color=FILTERED, lw=1.4)
+        axis.set(xlabel="iteration", ylabel="log-likelihood", title=f"EM: {course[0]:.6g} to {course[-1]:.9g}")
+        return figure
