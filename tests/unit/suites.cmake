@@ -2,7 +2,7 @@
 set(KALMANQ_SUITES_f32 status process sensor lean filter update forecast smoother numbers laws changed lag
     point start least_squares consistency adaptation models robust steady em start_orders start_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse prepare model lean filter smoother numbers on_line start least_squares
+set(KALMANQ_SUITES_q31 inverse prepare model lean filter smoother numbers laws on_line start least_squares
     consistency adaptation models robust steady words start_orders start_rank)
 
 # kalmanq_suites(FILES OPTIONS ARITHMETIC WHERE SUITE...): sets the variables with the first two names to
