@@ -1,24 +1,54 @@
 #!/usr/bin/env bash
-# The demo: sets up what is missing, builds, then estimates noise, filters, forecasts and smooths.
-#   tools/demo.sh                                    the Nile, its variances estimated from a poor
-#                                                    guess, and a simulated track
-#   tools/demo.sh my.csv --model local-level         measurements of your own
-#   tools/demo.sh my.csv --model constant-velocity [--q Q] [--r R] [--dt DT] [--range RANGE]
-#   tools/demo.sh my.csv --model local-level --estimate    q and r by EM first
-#   tools/demo.sh --help                             all options
-# Results go to build/demo, or where --out says.
-set -eu
+# Sets up what is missing, builds the Python package, and runs it.
+#   tools/demo.sh                    the Nile's yearly flow, its variances estimated from a poor guess, and a
+#                                    track that is simulated, with a gap: filtered, forecast and smoothed in
+#                                    each arithmetic; results go to build/demo, or where --out says
+#   tools/demo.sh run MODEL.toml MY.csv --plot OUT.png    any command of kalmanq, on data of your own
+#   tools/demo.sh --help             kalmanq's commands
+set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-build="$root/build/demo-build"
+out="$root/build/demo"
+if [ "${1:-}" = --out ] && [ $# -ge 2 ]; then out=$2 && shift 2; fi
 
-# shellcheck source=setup.sh
+# shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
-kq_setup build
-kq_setup python
+kq_setup desk
 
-kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_BUILD_TESTS=OFF
-kq_quietly cmake --build "$build" --target kq_demo
+# The package, built anew where a source is newer than it
+site="$root/build/desk/site"
+if [ ! -d "$site" ] || [ -n "$(find "$root/src" "$root/include" "$root/tools/kalmanq" "$root/tools/CMakeLists.txt" \
+    "$root/tools/pyproject.toml" -newer "$site" -type f -not -name '*.pyc' -print -quit)" ]; then
+    echo "== building the Python package"
+    rm -rf "$site"
+    kq_quietly "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation \
+        --target "$site" "$root/tools"
+fi
+kalmanq() { PYTHONPATH="$site" "$KQ_DESK_PYTHON" -m kalmanq.command_line "$@"; }
+if [ $# -gt 0 ]; then kalmanq "$@" && exit 0 || exit $?; fi
 
-export PYTHONDONTWRITEBYTECODE=1
-exec "$KQ_PYTHON" "$root/tools/demo/demo.py" --programs "$build/tools/demo" "$@"
+examples="$root/tools/kalmanq/examples"
+mkdir -p "$out"
+cd "$out"
+step() { printf '\n== %s\n' "$*"; }
+
+step "The Nile: variances from a poor guess (Durbin and Koopman: 1469.1 and 15099)"
+kalmanq fit "$examples/nile_guess.toml" "$examples/nile.csv" --tolerance 1e-8 --iterations 2000 \
+    --out nile.toml --plot nile_fit.png
+for arithmetic in f64 f32 q31; do
+    step "The Nile in $arithmetic: filtered, smoothed, ten years ahead"
+    kalmanq run nile.toml "$examples/nile.csv" --arith $arithmetic --smooth --forecast 10 \
+        --out nile_$arithmetic.csv --plot nile_$arithmetic.png
+done
+kalmanq compare nile.toml "$examples/nile.csv" --plot nile_compare.png
+
+step "A track in the plane, simulated, with 30 rows without measurements"
+kalmanq simulate "$examples/track.toml" -n 200 --seed 4 --gap 90 120 --truth --out track.csv
+kalmanq check "$examples/track.toml"
+for arithmetic in f64 f32 q31; do
+    step "The track in $arithmetic"
+    kalmanq run "$examples/track.toml" track.csv --arith $arithmetic --smooth --forecast 20 \
+        --out track_$arithmetic.csv --plot track_$arithmetic.png
+done
+kalmanq compare "$examples/track.toml" track.csv --plot track_compare.png
+
+step "Done: $(find . -name '*.csv' | wc -l) tables and $(find . -name '*.png' | wc -l) pictures in ${out#"$root"/}"

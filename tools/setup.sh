@@ -2,7 +2,8 @@
 # Installs what a fresh Debian or Ubuntu machine lacks.  Sourced by demo.sh and test.sh.
 #
 #   kq_setup build     C and C++ compiler, CMake, Ninja
-#   kq_setup python    sets KQ_PYTHON to an interpreter with the demo's libraries
+#   kq_setup python    sets KQ_PYTHON to an interpreter with the tools' libraries
+#   kq_setup desk      sets KQ_DESK_PYTHON to one with all that the Python package needs
 #   kq_setup cost      compilers and emulators for Arm, RISC-V and AVR; KQ_PYTHON with these, too
 #   kq_setup tests     all that follows, for the tests
 #
@@ -139,7 +140,7 @@ kq_setup_valgrind() { kq_have valgrind || kq_install valgrind; }
 
 kq_setup_tests() {
     local group
-    for group in unity cores clang eigen package valgrind python scipy cost peers; do
+    for group in unity cores clang eigen package valgrind python scipy cost peers desk; do
         kq_setup "$group"
     done
 }
@@ -154,6 +155,22 @@ kq_setup_peers() {
     python3 -m venv "$kq_root/.deps/python" &&
         "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check \
             statsmodels==0.15.0 pykalman==0.11.2
+}
+
+# What the Python package needs to be built and to run, and pytest: a virtual environment from PyPI.  Sets
+# KQ_DESK_PYTHON.
+kq_setup_desk() {
+    kq_setup_build
+    KQ_DESK_PYTHON="$kq_root/.deps/desk/bin/python"
+    "$KQ_DESK_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, typer, rich, pytest' \
+        2>/dev/null && return 0
+    python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
+sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
+        kq_install python3 python3-venv python3-dev
+    echo "setup: installing what the Python package needs"
+    python3 -m venv "$kq_root/.deps/desk" &&
+        "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check \
+            scikit-build-core cffi numpy scipy matplotlib typer rich pytest
 }
 
 kq_setup_cost() {

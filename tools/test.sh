@@ -33,12 +33,12 @@ groups_of() { # [NAME]
     package*) echo package ;;
     flags*) echo clang ;;
     readme*) echo python ;;
-    demo*) echo python scipy ;;
+    desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;
     reference* | campaign*) echo eigen python scipy ;;
     start* | em*) echo peers ;;
-    *) echo clang cores package python scipy cost valgrind eigen peers ;;
+    *) echo clang cores package python scipy cost valgrind eigen peers desk ;;
     esac
 }
 
@@ -54,8 +54,9 @@ set_up() {
 
 configure() {
     kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-        -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_BUILD_TOOLS=ON -DKALMANQ_FETCH_UNITY=ON \
-        -DKALMANQ_PYTHON="${KQ_PYTHON:-python3}" -DKALMANQ_PEERS_PYTHON="${KQ_PEERS_PYTHON:-python3}"
+        -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_FETCH_UNITY=ON \
+        -DKALMANQ_PYTHON="${KQ_PYTHON:-python3}" -DKALMANQ_PEERS_PYTHON="${KQ_PEERS_PYTHON:-python3}" \
+        -DKALMANQ_DESK_PYTHON="${KQ_DESK_PYTHON:-python3}"
 }
 
 # The tests that options of CTest select

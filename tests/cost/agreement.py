@@ -18,7 +18,7 @@ sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 from cases import GCC, Choice, programs
 from cores import BY_NAME, ask
 from measure import measure_all
-from shared.errors import TIME_LIMIT
+from errors import TIME_LIMIT
 
 FLAGS = "-std=c11 -O2 -ffp-contract=fast -Iinclude tests/target/pair_cost.c src/kq_filter_f32.c"
 LOOP = range(5, 20)  # instructions of the loop, give or take rounding

@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 
 from cases import FIXED, GCC, RUNTIME, WHAT, Choice, programs
 from measure import measure_all
-from shared.errors import told_in_one_line
+from errors import told_in_one_line
 from table import Row
 
 

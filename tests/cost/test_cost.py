@@ -22,8 +22,8 @@ from cases import CLANG, FILTER, GCC, LEAN, MODULES, REGIONS, Choice, Own, own_p
 from elf import LINE, Instruction, decoded
 from emulators import Counted, most
 from measure import stack_worst
-from shared.errors import UserError
-from shared.outputs import Outputs, write
+from errors import UserError
+from outputs import Outputs, write
 from table import Row, Table, compare
 from timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
 

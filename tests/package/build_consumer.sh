@@ -7,7 +7,7 @@ mkdir -p "$work"
 
 install_library() {
     cmake -S "$source" -B "$work/library" -DCMAKE_INSTALL_PREFIX="$work/prefix" -DCMAKE_BUILD_TYPE=Debug \
-        -DCMAKE_INSTALL_LIBDIR=lib -DKALMANQ_BUILD_TESTS=OFF -DKALMANQ_BUILD_TOOLS=OFF
+        -DCMAKE_INSTALL_LIBDIR=lib -DKALMANQ_BUILD_TESTS=OFF
     cmake --build "$work/library" --target install
 }
 

@@ -10,7 +10,7 @@ configure() { # PORT
     cmake -S "$root" -B "$work/$1" -DKALMANQ_PORT="$1" -DCMAKE_SYSTEM_NAME=Generic \
         -DCMAKE_C_COMPILER=arm-none-eabi-gcc -DCMAKE_C_FLAGS="-mthumb -mcpu=cortex-m0" \
         -DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY -DCMAKE_INSTALL_PREFIX="$work/prefix" \
-        -DCMAKE_BUILD_TYPE=Debug -DKALMANQ_BUILD_TESTS=OFF -DKALMANQ_BUILD_TOOLS=OFF
+        -DCMAKE_BUILD_TYPE=Debug -DKALMANQ_BUILD_TESTS=OFF
 }
 
 configure armv6m

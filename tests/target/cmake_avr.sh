@@ -6,7 +6,7 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 rm -rf "$work"
 "$cmake" -S "$root" -B "$work" -DCMAKE_SYSTEM_NAME=Generic -DCMAKE_C_COMPILER=avr-gcc \
     -DCMAKE_C_FLAGS=-mmcu=atmega2560 -DCMAKE_BUILD_TYPE=Release \
-    -DKALMANQ_BUILD_TESTS=OFF -DKALMANQ_BUILD_TOOLS=OFF
+    -DKALMANQ_BUILD_TESTS=OFF
 "$cmake" --build "$work"
 avr-ar t "$work/libkalmanq.a" | sed 's/\.obj$//' | LC_ALL=C sort >"$work/objects"
 (cd "$root/src" && ls -- *.c) | LC_ALL=C sort | diff - "$work/objects"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from cores import BY_NAME, CORES, Core
-from shared.errors import UserError
+from errors import UserError
 from table import Row
 
 ROOTS = "roots"  # step, of a program that begins from the roots of Q and P0

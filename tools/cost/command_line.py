@@ -11,8 +11,8 @@ import table
 from cases import PROFILES, WHAT, Choice, Own, Program, own_programs, programs
 from cores import ROOT, compilers
 from measure import Measured, measure_all
-from shared.errors import UserError, told_in_one_line
-from shared.outputs import Outputs, shown, terminal, write
+from errors import UserError, told_in_one_line
+from outputs import Outputs, shown, terminal, write
 from table import Table, compare
 
 TABLE = ROOT / "tools" / "cost.csv"

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Sequence
 
-from shared.errors import UserError, one_line, run_program
+from errors import UserError, one_line, run_program
 
 ROOT = Path(__file__).resolve().parents[2]
 ASK = 'root=$0; . "$root/tests/target/cores.sh"; core_select "$1" "$2"; printf "%s\\n" '

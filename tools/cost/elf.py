@@ -13,7 +13,7 @@ from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
 from cores import run
-from shared.errors import UserError
+from errors import UserError
 
 WRITABLE, ALLOCATED, WITHOUT_BYTES = 1, 2, "SHT_NOBITS"
 LINE = re.compile(r"^ *([0-9a-f]+):\t([0-9a-f ]+?) *\t(\S+)(?:[ \t]+(.*))?$", re.MULTILINE)

@@ -19,7 +19,7 @@ from unicorn import arm_const, riscv_const
 from cases import CALLS
 from cores import Core, run, toolchain
 from elf import Elf, Listing
-from shared.errors import UserError
+from errors import UserError
 from timing import PUSH, TIMING
 
 MEMORY = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data

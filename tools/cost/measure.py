@@ -21,7 +21,7 @@ from cases import CALLS, HARD, LEAN, ROOTS, Program
 from cores import BY_NAME
 from elf import Elf, flash_and_ram
 from emulators import Counted
-from shared.errors import UserError
+from errors import UserError
 from table import Row
 
 WORKERS = 2

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from cases import FIXED, GCC, RUNTIME, SIZES
 from cores import CORES, Core
-from shared import pictures
+import pictures
 from table import Row
 
 COLUMNS = 4

@@ -10,7 +10,7 @@ from typing import Callable, Iterable, Iterator, Mapping, Sequence
 
 from cases import CLANG, FIXED, GCC, LEAN, ROOTS, RUNTIME, SIZES
 from cores import BY_NAME
-from shared.errors import FileError
+from errors import FileError
 from table import Row
 
 BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of costs -->"

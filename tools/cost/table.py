@@ -10,8 +10,8 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any, Iterable, Iterator
 
-from shared.errors import FileError, one_line
-from shared.outputs import csv_text
+from errors import FileError, one_line
+from outputs import csv_text
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,10 @@ def _built(n: int, r: int, m: int, fill: Callable[[Any], int], names: list[str],
     model = ffi.new("kq_model_f64 *")
     memory = ffi.new("double[]", int(lib.kq_model_length_f64(n, r, m)))
     require(lib.kq_model_assign_f64(model, n, r, m, memory, len(memory)), what)
-    require(fill(model), what)
+    status = fill(model)
+    if status == lib.KQ_ERR_NO_CONVERGENCE:
+        raise ModelError("builder", f"{what}: the model is not stationary")
+    require(status, what)
 
     def array(pointer: Any, *shape: int) -> np.ndarray:
         flat = np.frombuffer(ffi.buffer(pointer, 8 * int(np.prod(shape))), np.float64)

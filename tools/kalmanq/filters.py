@@ -32,6 +32,7 @@ class Robust:
     parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
                k of Huber, nu of Student, g of jump; None: what is usual
     run        gate: after so many rejections in a row one is taken; 65535: never
+    While something of an unknown start is still unknown, measurements are taken as they are.
     """
 
     way: str

@@ -46,8 +46,8 @@ def read(path: Path) -> Model:
     except tomllib.TOMLDecodeError as problem:
         said = re.sub(r" \(at line (\d+), column \d+\)", "", str(problem))
         line = re.search(r"at line (\d+)", str(problem))
-        where = f"line {line.group(1)}: " if line else ""
-        raise ModelFileError(f"{path}: {where}{said}") from None
+        number = line.group(1) if line else len(text.splitlines())  # "at end of document"
+        raise ModelFileError(f"{path}: line {number}: {said}") from None
     section = "model"
     try:
         for section, content in given.items():
@@ -100,7 +100,7 @@ def _known(section: str, content: Any) -> None:
 
 
 def _near(name: str, known: Any) -> str:
-    near = difflib.get_close_matches(name, list(known), 1)
+    near = difflib.get_close_matches(name, list(known), 1, 0.5)
     return f"; {near[0]}?" if near else f": {', '.join(known)}"
 
 

@@ -96,7 +96,7 @@ def draw_errors(errors: dict[str, np.ndarray]) -> Figure:
         for (name, error), colour in zip(errors.items(), (FILTERED, SMOOTHED)):
             axis.semilogy(np.maximum(error, 1e-17), lw=1, color=colour, label=name)
         axis.set(xlabel="row", ylabel="error of a mean / sigma", title="beside double")
-        axis.legend(loc="upper right")
+        figure.legend(loc="outside upper right", ncols=2)
         return figure
 
 

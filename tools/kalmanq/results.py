@@ -18,6 +18,7 @@ class Run:
     mean, sigma            T x n, after the update
     covariance             T x n x n
     innovation             T x m, z - H x before the update; innovation_sigma: its standard deviation
+                           (a Student-t step shows none)
     nis                    T, e' S^-1 e; NaN where nothing was taken; `taken`: degrees of freedom
     log_likelihood         T, each row's term; 0 where nothing was taken
     smoothed, smoothed_sigma, smoothed_covariance    given all rows

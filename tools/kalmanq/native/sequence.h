@@ -36,7 +36,17 @@ static kq_status K(look)(const K(sequence) *q, size_t t)
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a state that is unknown so far */
 }
 
-static kq_status K(take)(const K(sequence) *q, const num *z, uint32_t present)
+/* A step that predicts by itself shows no innovation. */
+static void K(look_away)(const K(sequence) *q, size_t t)
+{
+    const size_t m = q->sensor->components;
+    for (size_t c = 0; c < m; c++) {
+        if (q->innovation) q->innovation[t * m + c] = lost;
+        if (q->innovation_variance) q->innovation_variance[t * m + c] = no_number;
+    }
+}
+
+static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t present)
 {
     K(filter) *f = q->filter;
     const K(sensor) *s = q->sensor;
@@ -45,8 +55,16 @@ static kq_status K(take)(const K(sequence) *q, const num *z, uint32_t present)
     case SEQUENCE_HUBER: return K(update_huber)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_STUDENT: return K(update_student)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_JUMP: return K(update_jump)(f, s, z, present, q->parameter);
-    default: return K(update_subset)(f, s, z, present);
+    default: return KQ_ERR_NOT_READY;
     }
+}
+
+/* A start that is in part unknown takes its measurements as they are: nothing tells an outlier there. */
+static kq_status K(take)(const K(sequence) *q, const num *z, uint32_t present)
+{
+    const kq_status status = K(take_robustly)(q, z, present);
+    if (status != KQ_ERR_NOT_READY) return status;
+    return K(update_subset)(q->filter, q->sensor, z, present);
 }
 
 static kq_status K(move)(const K(sequence) *q, size_t t)
@@ -57,8 +75,9 @@ static kq_status K(move)(const K(sequence) *q, size_t t)
     const num *u = q->u ? q->u + t * l : NULL;
     const int is_moved = t > 0 || !q->begins;
     if (q->way == SEQUENCE_STEP_STUDENT && is_moved && present) {
-        const kq_status status = K(look)(q, t);
-        return status ? status : STEP_STUDENT(q, u, z, present);
+        const kq_status status = STEP_STUDENT(q, u, z, present);
+        K(look_away)(q, t);
+        if (status != KQ_ERR_NOT_READY) return status;
     }
     kq_status status = is_moved ? K(predict)(q->filter, q->process, u) : KQ_OK;
     if (!status) status = K(look)(q, t);

@@ -16,7 +16,7 @@ from typing import Iterable, Sequence
 
 from rich.console import Console
 
-from shared.errors import FileError
+from errors import FileError
 
 
 class Outputs:
