@@ -110,7 +110,7 @@ def least_squares(regressors, z, r):
 
 
 def nile() -> np.ndarray:
-    rows = np.genfromtxt(ROOT / "tools" / "data" / "nile.csv", delimiter=",", comments="#")
+    rows = np.genfromtxt(ROOT / "tools" / "kalmanq" / "examples" / "nile.csv", delimiter=",", comments="#")
     flow = rows[~np.isnan(rows[:, -1]), -1]
     assert len(flow) == 100
     return flow

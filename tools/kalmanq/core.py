@@ -27,9 +27,8 @@ EVENTS = {
     lib.KQ_EVENT_RESOLUTION: ("resolution", "a measurement told less than the arithmetic resolves"),
     lib.KQ_EVENT_SHARP: ("sharp", "a lean sensor refused a sharp measurement"),
 }
-# what the user asked for is no surprise
 NOT_A_WORD = np.iinfo(np.int32).min  # KQ_NOT_A_WORD_Q31
-
+# what the user asked for is no surprise
 ASKED_FOR = lib.KQ_EVENT_GATED | lib.KQ_EVENT_REJECTIONS | lib.KQ_EVENT_JUMP
 
 
@@ -85,7 +84,7 @@ class Arithmetic:
     def values(self, words: np.ndarray, fractions: Sequence[int], low: Optional[np.ndarray] = None) -> np.ndarray:
         """float64 of means, sigmas, innovations, a column a component; fractions are q31's."""
         if not self.is_fixed:
-            made = words.astype(np.float64)
+            made = words.astype(np.float64, copy=False)
             return made if low is None else made + low
         made = words.astype(np.float64)
         if low is not None:
@@ -97,7 +96,7 @@ class Arithmetic:
     def numbers(self, given: np.ndarray, scale: Any = 0) -> np.ndarray:
         """float64 of covariances, gains and scales; scale: 2^-scale is q31's unit."""
         if not self.is_fixed:
-            return given.astype(np.float64)
+            return given.astype(np.float64, copy=False)
         mantissa, exponent = given["mantissa"], given["exponent"]
         made = np.ldexp(mantissa.astype(np.float64), exponent - np.asarray(scale))
         made[mantissa == NOT_A_WORD] = np.nan
@@ -105,10 +104,15 @@ class Arithmetic:
 
     def scores(self, given: np.ndarray) -> np.ndarray:
         if not self.is_fixed:
-            return given.astype(np.float64)
+            return given.astype(np.float64, copy=False)
         made = given * 2.0**-24
         made[given == np.iinfo(np.int64).min] = np.nan
         return made
+
+    @property
+    def has_low_words(self) -> bool:
+        """Is there more of a mean behind its number?"""
+        return self.name != "f64"
 
     @property
     def number_of_any_size(self) -> np.dtype:
@@ -132,18 +136,17 @@ class Arithmetic:
     # ---------------------------------------------------- words of measurements and controls
 
     def words(self, given: np.ndarray, quantities: Sequence[Quantity], formats: Any, what: str) -> np.ndarray:
-        """Rows of values as the arithmetic has them; what is NaN is 0, and not to be read."""
-        known = np.where(np.isnan(given), 0.0, given)
+        """Rows of values as the arithmetic has them; what is NaN stays NaN, in q31 it is no word."""
         if not self.is_fixed:
             with np.errstate(over="ignore"):
-                made = known.astype(self.number)
-            _refuse_rows(~np.isfinite(made), given, quantities, f"{what}: beyond {self.name}")
-            return made
+                made = given.astype(self.number, copy=False)
+            _refuse_rows(np.isinf(made), given, quantities, f"{what}: beyond {self.name}")
+            return np.ascontiguousarray(made)
         fractions = np.array([formats[k].fraction for k in range(len(quantities))])
         ranges = np.array([formats[k].range for k in range(len(quantities))], float)
-        rounded = np.rint(np.ldexp(known, fractions))
+        rounded = np.rint(np.ldexp(given, fractions))
         _refuse_rows(np.abs(rounded) > ranges, given, quantities, f"{what}: beyond the declared range")
-        return rounded.astype(np.int32)
+        return np.where(np.isnan(rounded), NOT_A_WORD, rounded).astype(np.int32)
 
 
 def _refuse_rows(wrong: np.ndarray, given: np.ndarray, quantities: Sequence[Quantity], reason: str) -> None:

@@ -201,16 +201,15 @@ class Filter:
 
     def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None, *,
                   moves: bool = True, covariance: bool = False) -> Run:
-        a, n, m, T = self.arithmetic, self.model.n, self.model.m, len(given)
-        present = present_of(given)
-        words = np.ascontiguousarray(self.parts.words(given, "measurements"))
+        a, T = self.arithmetic, len(given)
+        words = self.parts.words(given, "measurements")
         carried = self._carried(u, T) if moves else None
         out = Results(self, T, covariance)
         q = ffi.new(f"kq_sequence_{a.name} *")
         q.filter, q.process, q.sensor = self._handle, self.parts.process, self.parts.sensor
         q.steps, q.begins = T, self.begins or not moves
         q.z, q.u = self._pointer(words), self._pointer(carried)
-        q.present = a.pointer(present, "uint32_t")
+        q.is_upper = not np.any(np.tril(self.model.A, -1))
         kept = self._way(q, robust)
         out.ask(q)
         self._ask(q, out)
@@ -319,13 +318,14 @@ class Results:
     def __init__(self, filter_: Filter, T: int, covariance: bool):
         a, n, m = filter_.arithmetic, filter_.model.n, filter_.model.m
         self.filter = filter_
-        self.numbers = {name: np.zeros((T, n), a.number) for name in ("mean", "mean_low", "sigma")}
-        self.numbers["innovation"] = np.zeros((T, m), a.number)
-        self.any_size = {"innovation_variance": np.zeros((T, m), a.number_of_any_size)}
+        names = ("mean", "mean_low", "sigma") if a.has_low_words else ("mean", "sigma")
+        self.numbers = {name: np.empty((T, n), a.number) for name in names}
+        self.numbers["innovation"] = np.empty((T, m), a.number)
+        self.any_size = {"innovation_variance": np.empty((T, m), a.number_of_any_size)}
         if covariance:
-            self.any_size["covariance"] = np.zeros((T, n, n), a.number_of_any_size)
-        self.scores = {name: np.zeros(T, a.score) for name in ("nis", "log_likelihood")}
-        self.taken = np.zeros(T, np.int32)
+            self.any_size["covariance"] = np.empty((T, n, n), a.number_of_any_size)
+        self.scores = {name: np.empty(T, a.score) for name in ("nis", "log_likelihood")}
+        self.taken = np.empty(T, np.int32)
 
     def ask(self, q: Any) -> None:
         a = self.filter.arithmetic
@@ -341,10 +341,10 @@ class Results:
         f, a, words = self.filter, self.filter.arithmetic, self.numbers
         states, measured = f.parts.fractions("states"), np.array(f.parts.fractions("measurements"))
         made = Run(
-            f.model, a.name, mean=a.values(words["mean"], states, words["mean_low"]),
+            f.model, a.name, mean=a.values(words["mean"], states, words.get("mean_low")),
             sigma=a.values(words["sigma"], states), innovation=a.values(words["innovation"], measured),
             innovation_sigma=np.sqrt(a.numbers(self.any_size["innovation_variance"], 2 * measured)),
-            nis=np.where(self.taken > 0, a.scores(self.scores["nis"]), np.nan), taken=self.taken,
+            nis=a.scores(self.scores["nis"]), taken=self.taken,
             log_likelihood=a.scores(self.scores["log_likelihood"]), events=f.events,
             words={**words, **self.scores})
         if "covariance" in self.any_size:

@@ -1,13 +1,38 @@
-/* The text of sequences.h for one arithmetic: K, num, number, score and `lost` are its names. */
+/* The text of sequences.h for one arithmetic: sequences.c has its names. */
 
-static void K(readings)(const K(sequence) *q, size_t t)
+/* A run, at one of its rows */
+typedef struct {
+    const K(sequence) *q;
+    K(kernels) kernels;
+    size_t t, n, m;
+    uint32_t present; /* of the row's measurements */
+    uint32_t all;
+    num root[root_words(KQ_SIZE_MAX)]; /* after the row before, where has_root */
+    int has_root;
+    int is_calm; /* the row left the root that it found: the next one's variances are this one's, too */
+} K(row);
+
+/* What is attached may have more of a covariance than a root; a Student-t step moves one by a noise of its own. */
+static void K(watch_root)(K(row) *r)
 {
+    const K(filter) *f = r->q->filter;
+    const size_t size = sizeof(num) * (size_t)root_words(r->n);
+    const num *now = f->memory + mean_words(r->n);
+    r->is_calm = r->has_root && !f->attached && !memcmp(r->root, now, size);
+    r->has_root = !f->attached && r->q->way != SEQUENCE_STEP_STUDENT;
+    if (!r->is_calm) memcpy(r->root, now, size);
+}
+
+static void K(readings)(K(row) *r)
+{
+    const K(sequence) *q = r->q;
     const K(filter) *f = q->filter;
-    const size_t n = f->states;
+    const size_t n = r->n, t = r->t;
+    K(watch_root)(r);
     for (size_t i = 0; i < n; i++) {
         if (q->mean) q->mean[t * n + i] = K(mean)(f, (int)i);
         if (q->mean_low) q->mean_low[t * n + i] = K(mean_low)(f, (int)i);
-        if (q->sigma) q->sigma[t * n + i] = K(sigma)(f, (int)i);
+        if (q->sigma) q->sigma[t * n + i] = r->is_calm ? q->sigma[(t - 1) * n + i] : K(sigma)(f, (int)i);
     }
     if (q->scales) {
         q->scales[2 * t] = K(adaptation_process_scale)(q->adaptation);
@@ -15,34 +40,52 @@ static void K(readings)(const K(sequence) *q, size_t t)
     }
 }
 
-/* Innovation and its variance; what is not known yet has none. */
-static kq_status K(look)(const K(sequence) *q, size_t t)
+static void K(look_at_variances)(const K(row) *r)
 {
-    number S[KQ_SIZE_MAX * KQ_SIZE_MAX];
-    const size_t m = q->sensor->components;
+    const K(sequence) *q = r->q;
+    number S[KQ_SIZE_MAX * KQ_SIZE_MAX], *variances = q->innovation_variance + r->t * r->m;
+    if (r->is_calm) {
+        for (size_t c = 0; c < r->m; c++) variances[c] = (variances - r->m)[c];
+        return;
+    }
+    const kq_status unknown = K(measurement)(q->filter, q->sensor, NULL, S);
+    for (size_t c = 0; c < r->m; c++) variances[c] = unknown ? no_number : S[c * r->m + c];
+}
+
+/* Where some of a row is missing, or of the state unknown */
+static kq_status K(look_at_some)(const K(row) *r, const num *z, num *e)
+{
+    num there[KQ_SIZE_MAX];
+    for (size_t c = 0; c < r->m; c++) there[c] = r->present >> c & 1 ? z[c] : 0;
+    const kq_status status = K(innovation)(r->q->filter, r->q->sensor, there, e);
+    for (size_t c = 0; c < r->m; c++) {
+        if (status || !(r->present >> c & 1)) e[c] = lost;
+    }
+    return status;
+}
+
+/* Innovation and its variance; what is not known yet has none. */
+static kq_status K(look)(const K(row) *r)
+{
+    const K(sequence) *q = r->q;
     kq_status status = KQ_OK;
     if (q->innovation) {
-        num *e = q->innovation + t * m;
-        status = K(innovation)(q->filter, q->sensor, q->z + t * m, e);
-        for (size_t c = 0; c < m; c++) {
-            if (status || !(q->present[t] >> c & 1)) e[c] = lost;
-        }
+        const num *z = q->z + r->t * r->m;
+        num *e = q->innovation + r->t * r->m;
+        status = r->present == r->all ? K(innovation)(q->filter, q->sensor, z, e) : KQ_ERR_NOT_READY;
+        if (status == KQ_ERR_NOT_READY) status = K(look_at_some)(r, z, e);
     }
-    if (q->innovation_variance) {
-        const kq_status unknown = K(measurement)(q->filter, q->sensor, NULL, S);
-        number *variance = q->innovation_variance + t * m;
-        for (size_t c = 0; c < m; c++) variance[c] = unknown ? no_number : S[c * m + c];
-    }
+    if (q->innovation_variance) K(look_at_variances)(r);
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a state that is unknown so far */
 }
 
 /* A step that predicts by itself shows no innovation. */
-static void K(look_away)(const K(sequence) *q, size_t t)
+static void K(look_away)(const K(row) *r)
 {
-    const size_t m = q->sensor->components;
-    for (size_t c = 0; c < m; c++) {
-        if (q->innovation) q->innovation[t * m + c] = lost;
-        if (q->innovation_variance) q->innovation_variance[t * m + c] = no_number;
+    const K(sequence) *q = r->q;
+    for (size_t c = 0; c < r->m; c++) {
+        if (q->innovation) q->innovation[r->t * r->m + c] = lost;
+        if (q->innovation_variance) q->innovation_variance[r->t * r->m + c] = no_number;
     }
 }
 
@@ -55,43 +98,45 @@ static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t p
     case SEQUENCE_HUBER: return K(update_huber)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_STUDENT: return K(update_student)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_JUMP: return K(update_jump)(f, s, z, present, q->parameter);
-    default: return KQ_ERR_NOT_READY;
+    default: return KQ_ERR_NOT_READY; /* none of these */
     }
 }
 
 /* A start that is in part unknown takes its measurements as they are: nothing tells an outlier there. */
-static kq_status K(take)(const K(sequence) *q, const num *z, uint32_t present)
+static kq_status K(take)(const K(row) *r, const num *z)
 {
-    const kq_status status = K(take_robustly)(q, z, present);
+    const K(sequence) *q = r->q;
+    const kq_status status =
+        q->way == SEQUENCE_PLAIN ? KQ_ERR_NOT_READY : K(take_robustly)(q, z, r->present);
     if (status != KQ_ERR_NOT_READY) return status;
-    return K(update_subset)(q->filter, q->sensor, z, present);
+    if (r->present == r->all) return r->kernels.update(q->filter, q->sensor, z);
+    return K(update_subset)(q->filter, q->sensor, z, r->present);
 }
 
-static kq_status K(move)(const K(sequence) *q, size_t t)
+static kq_status K(move)(K(row) *r)
 {
-    const size_t m = q->sensor->components, l = q->process->controls;
-    const num *z = q->z + t * m;
-    const uint32_t present = q->present[t] & (UINT32_MAX >> (32 - m));
-    const num *u = q->u ? q->u + t * l : NULL;
-    const int is_moved = t > 0 || !q->begins;
-    if (q->way == SEQUENCE_STEP_STUDENT && is_moved && present) {
-        const kq_status status = STEP_STUDENT(q, u, z, present);
-        K(look_away)(q, t);
+    const K(sequence) *q = r->q;
+    const size_t l = q->process->controls;
+    const num *z = q->z + r->t * r->m;
+    const num *u = q->u ? q->u + r->t * l : NULL;
+    const int is_moved = r->t > 0 || !q->begins;
+    if (q->way == SEQUENCE_STEP_STUDENT && is_moved && r->present) {
+        const kq_status status = STEP_STUDENT(q, u, z, r->present);
+        K(look_away)(r);
         if (status != KQ_ERR_NOT_READY) return status;
     }
-    kq_status status = is_moved ? K(predict)(q->filter, q->process, u) : KQ_OK;
-    if (!status) status = K(look)(q, t);
-    if (!status && present) status = K(take)(q, z, present);
+    kq_status status = is_moved ? r->kernels.predict(q->filter, q->process, u) : KQ_OK;
+    if (!status) status = K(look)(r);
+    if (!status && r->present) status = K(take)(r, z);
     return status;
 }
 
-static void K(judge)(const K(sequence) *q, size_t t)
+static void K(judge)(const K(row) *r)
 {
-    const size_t m = q->sensor->components;
-    const int is_taken = (q->present[t] & (UINT32_MAX >> (32 - m))) != 0;
-    if (q->nis) q->nis[t] = is_taken ? K(nis)(q->filter) : 0;
-    if (q->log_likelihood) q->log_likelihood[t] = is_taken ? K(log_likelihood_last)(q->filter) : 0;
-    if (q->taken) q->taken[t] = is_taken ? K(taken)(q->filter) : 0;
+    const K(sequence) *q = r->q;
+    if (q->nis) q->nis[r->t] = r->present ? K(nis)(q->filter) : no_score;
+    if (q->log_likelihood) q->log_likelihood[r->t] = r->present ? K(log_likelihood_last)(q->filter) : 0;
+    if (q->taken) q->taken[r->t] = r->present ? K(taken)(q->filter) : 0;
 }
 
 static kq_status K(look_back)(K(sequence) *q, size_t t)
@@ -112,21 +157,31 @@ static kq_status K(look_back)(K(sequence) *q, size_t t)
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a start that is unknown so far */
 }
 
+static uint32_t K(present_in)(const num *z, size_t m)
+{
+    uint32_t present = 0;
+    for (size_t c = 0; c < m; c++) present |= (uint32_t)!is_lost(z[c]) << c;
+    return present;
+}
+
 kq_status K(sequence_run)(K(sequence) *q)
 {
-    const size_t n = q->filter->states;
+    const size_t n = q->filter->states, m = q->sensor->components;
+    K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
+    r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
     for (q->done = 0; q->done < q->steps; q->done++) {
-        const size_t t = q->done;
-        kq_status status = K(move)(q, t);
+        r.t = q->done;
+        r.present = K(present_in)(q->z + r.t * m, m);
+        kq_status status = K(move)(&r);
         if (status < KQ_OK) return status;
-        K(judge)(q, t);
-        K(readings)(q, t);
+        K(judge)(&r);
+        K(readings)(&r);
         if (q->covariance) {
-            status = K(covariance)(q->filter, q->covariance + t * n * n);
+            status = K(covariance)(q->filter, q->covariance + r.t * n * n);
             if (status && status != KQ_ERR_NOT_READY) return status;
         }
         if (q->lag && q->lagged) {
-            status = K(look_back)(q, t);
+            status = K(look_back)(q, r.t);
             if (status) return status;
         }
     }

@@ -5,9 +5,9 @@ typedef struct {
     const K(process) *process;
     const K(sensor) *sensor;
     size_t steps;
-    const num *z;            /* steps x m; what is not present is not read */
-    const uint32_t *present; /* steps */
-    const num *u;            /* steps x l: row t is of the predict before row t; NULL: no control */
+    const num *z; /* steps x m; missing: NaN, in q31 not a word */
+    const num *u; /* steps x l: row t is of the predict before row t; NULL: no control */
+    int is_upper;            /* A has nothing below its diagonal */
     int begins;              /* the filter stands at row 0: no predict before it */
     int way;                 /* SEQUENCE_... */
     number parameter;        /* k, nu or g of that way */
@@ -23,7 +23,7 @@ typedef struct {
     number *covariance;           /* n x n */
     num *innovation;              /* m, before it */
     number *innovation_variance;  /* m */
-    score *nis, *log_likelihood;  /* of this step; 0 where nothing was taken */
+    score *nis, *log_likelihood;  /* of this step; where nothing was taken none, and 0 */
     int32_t *taken;
     num *lagged, *lagged_low, *lagged_sigma; /* n, of `age` rows before */
     number *scales;                          /* 2: of Q and R */

@@ -1,6 +1,12 @@
 /* Whole sequences in one call: one text for the three arithmetics. */
 #include "sequences.h"
 
+#include <string.h>
+
+#include "known_sizes.h"
+
+/* mean_words, root_words: of a filter's memory, which has the mean and after it the root */
+
 #define FLOATING_STEP_STUDENT(name, q, u, z, present)                                              \
     name((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter, (q)->target, NULL)
 
@@ -10,7 +16,11 @@
 #define number float
 #define score float
 #define lost (0.0f / 0.0f)
+#define is_lost(word) ((word) != (word))
 #define no_number lost
+#define no_score lost
+#define mean_words(n) (2 * (n))
+#define root_words(n) KQ_TRIANGLE(n)
 #include "sequence.h"
 #undef K
 #undef STEP_STUDENT
@@ -18,6 +28,7 @@
 #undef number
 #undef score
 #undef lost
+#undef mean_words
 
 #define K(name) kq_##name##_f64
 #define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f64, q, u, z, present)
@@ -25,6 +36,7 @@
 #define number double
 #define score double
 #define lost (0.0 / 0.0)
+#define mean_words(n) (n)
 #include "sequence.h"
 #undef K
 #undef STEP_STUDENT
@@ -32,7 +44,11 @@
 #undef number
 #undef score
 #undef lost
+#undef is_lost
 #undef no_number
+#undef no_score
+#undef mean_words
+#undef root_words
 
 /* A mantissa that no number has: NaN at the desk */
 static const kq_scaled_q31 no_number = {INT32_MIN, 0};
@@ -45,4 +61,8 @@ static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 #define number kq_scaled_q31
 #define score int64_t
 #define lost KQ_NOT_A_WORD_Q31
+#define is_lost(word) ((word) == KQ_NOT_A_WORD_Q31)
+#define no_score KQ_NOT_A_SCORE_Q31
+#define mean_words(n) (2 * (n))
+#define root_words(n) KQ_ROOT_LEN_Q31(n)
 #include "sequence.h"
