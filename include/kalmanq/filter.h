@@ -226,8 +226,10 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  * the terms that H x is the sum of, where a noise-free or very sharp measurement came before,
  * or 8 times the sigma that rounding has left in those terms of a noise-free component before it in
  * the same z, if that is more; and an innovation variance of 2^-96 (f32) or 2^-360 (f64) always:
- * choose units above it.  What calls before have left is not known: components that may say the
- * same belong into one sensor.
+ * choose units above it.  A state of which a noise-free component leaves no more than rounding has a
+ * sigma of 0 from then on, and may be measured so again.  What else calls before have left is not known,
+ * and components that may say the same belong into one sensor: of random models with small whole numbers,
+ * 2 or 3 exact rows and a sum of them in another call, 1 of 300 takes rounding for knowledge.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
  */
 kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);

@@ -25,6 +25,7 @@ static const num num_epsilon = DBL_EPSILON;
 static const num num_max = DBL_MAX;
 static const num num_tiny = 0x1p-400;          /* smallest variance of a noise */
 static const num num_left_over = 0x1p-397;        /* of a variance that is smallest, and its rounding */
+static const num num_row_rounding = 0x1p-100; /* of a row's square: below it its entries are rounding */
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_most_nis = 0x1p1020;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p53;        /* NIS that says that the sigma is rounding */

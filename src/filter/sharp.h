@@ -33,6 +33,7 @@ typedef struct {
     scaled r, e;     /* its noise and its innovation */
     scaled floor;    /* what rounding alone makes of h'P h */
     scaled s, w;     /* the innovation variance, and e / s */
+    int exact;       /* it has no noise */
     int sharp;       /* r is so far below s that the root has to be matched */
 } careful_scalar;
 
@@ -127,6 +128,7 @@ KQ_COLD KQ_NOINLINE static int weigh_scalar(filter *f, careful_scalar *m, const 
 /* What is known of it before the root is turned, recorded and told */
 KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, careful_scalar *m, const sharp_work *w)
 {
+    m->exact = !scaled_is_less(num_tiny, m->r);
     m->r = least_noise(m->r, m->s, m->h, f->states);
     m->w = scaled_over(m->e, m->s);
     m->sharp = scaled_is_less(m->r, sharp_share(m->s));
@@ -146,7 +148,7 @@ KQ_COLD static int update_root(filter *f, careful_scalar *m, const sharp_work *w
         return 0;
     }
     tell_scalar(f, m, w);
-    rotate_root_apart(filter_root(f), m->h, m->r, w, m->sharp, f->states);
+    rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_SHARP);
     return 1;
 }

@@ -11,7 +11,7 @@
 #include "arithmetic.h"
 #include "kalmanq/prepare.h"
 
-#define MAX 3
+#define MAX 4
 
 typedef struct {
     kq_format_q31 state_format[MAX], control_format[MAX];

@@ -227,6 +227,30 @@ static void a_redundant_noise_free_component_is_not_taken(void)
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
+/* Constraints that hold at every step (test_update.c says what they are about) */
+static void noise_free_components_may_come_again(void)
+{
+    static const double C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, large[] = {20, 20, 20, 20};
+    static const double h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, zero[16] = {0}, z[] = {-1, 0, 0};
+    static const double P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
+    static sensor_model constraints, third;
+    static prior_model prior;
+    KQ_FILTER_Q31(four, 4);
+    put_sensor(&constraints, 4, 3, large, large, C, zero);
+    put_sensor(&third, 4, 1, large, large, h, noise_of_h);
+    put_prior(&prior, 4, large, zero, P);
+    ASSERT_OK(kq_filter_init_q31(&four, &prior.table, NULL));
+    for (int step = 1; step <= 40; step++) {
+        const int32_t none[3] = {0};
+        ASSERT_OK(kq_update_q31(&four, &constraints.sensor, none));
+        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, kq_taken_q31(&four));
+        kq_events_clear_q31(&four);
+        ASSERT_OK(kq_update_q31(&four, &third.sensor, words_of(z, 1, third.measurement_format)));
+        const double variance = 1 / (0.5 + 128 * step);
+        ASSERT_WITHIN(1e-6, -128 * step * variance, mean_value(&four, 2));
+    }
+}
+
 /* Two components take most of what is unknown: what rounding has left of them is that of rows that
    were long, and no information in their sum. */
 static void a_sum_is_not_taken_when_its_terms_were(void)
@@ -693,6 +717,7 @@ SUITE(filter, set_up)
     RUN_TEST(filters_in_turn_are_independent);
     RUN_TEST(gain_and_measurement_are_those_in_double);
     RUN_TEST(a_redundant_noise_free_component_is_not_taken);
+    RUN_TEST(noise_free_components_may_come_again);
     RUN_TEST(a_sum_is_not_taken_when_its_terms_were);
     run_refusals();
     run_saturation();

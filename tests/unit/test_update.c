@@ -598,6 +598,54 @@ static void multiples_of_one_noisy_component_are_left_out(void)
     }
 }
 
+/* Constraints that hold at every step: x0 = 0, x1 = x0, x2 = x1 + x3.  The last of them tells all of x1,
+   whose row was long; what rounding leaves of it must not be taken for knowledge of x2 the next time. */
+static void noise_free_components_may_come_again(void)
+{
+    SENSOR_DIAGONAL(constraints, 4, 3);
+    SENSOR_DIAGONAL(third, 4, 1);
+    FILTER(four, 4);
+    static const num C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, nothing[4] = {0};
+    static const num h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, measured[] = {-1};
+    static const num P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
+    ASSERT_OK(K(sensor_init_diagonal)(&constraints, C, nothing));
+    ASSERT_OK(K(sensor_init_diagonal)(&third, h, noise_of_h));
+    ASSERT_OK(K(filter_init)(&four, nothing, P));
+    for (int step = 1; step <= 40; step++) {
+        ASSERT_OK(K(update)(&four, &constraints, nothing));
+        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, K(taken)(&four));
+        TEST_ASSERT_EQUAL_HEX(step == 1 ? 0 : KQ_EVENT_FLOOR, K(events)(&four));
+        K(events_clear)(&four);
+        ASSERT_OK(K(update)(&four, &third, measured));
+        /* x2 has the variance 2 before, of x3's and its own */
+        const double variance = 1 / (0.5 + 128 * step);
+        ASSERT_WITHIN(1e-4, sqrt(variance), (double)K(sigma)(&four, 2));
+        ASSERT_WITHIN(1e-4, -128 * step * variance, whole_mean(&four, 2));
+    }
+}
+
+/* x0 follows from two components of one sensor; another sensor has it again. */
+static void a_noise_free_state_may_come_again(void)
+{
+    SENSOR_DIAGONAL(both, 3, 3);
+    SENSOR_DIAGONAL(first, 3, 1);
+    FILTER(three, 3);
+    FILTER(copy, 3);
+    static const num rows[] = {-2, -1, 2, 0, -1, 2, 2, -1, -1}, noises[] = {0, 0, 1. / 1024};
+    static const num row[] = {1, 0, 0}, none[] = {0}, values[] = {-12, -8, 23}, again[] = {2};
+    static const num x[] = {3, -5, -4}, P[] = {9, 5, 0, 5, 17, -8, 0, -8, 17};
+    ASSERT_OK(K(sensor_init_diagonal)(&both, rows, noises));
+    ASSERT_OK(K(sensor_init_diagonal)(&first, row, none));
+    ASSERT_OK(K(filter_init)(&three, x, P));
+    ASSERT_OK(K(update)(&three, &both, values));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&three));
+    ASSERT_OK(K(filter_copy)(&copy, &three));
+    ASSERT_OK(K(update)(&three, &first, again));
+    TEST_ASSERT_EQUAL_INT(0, K(taken)(&three));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&three));
+    ASSERT_SAME_STATE(&copy, &three, 3);
+}
+
 /* Two rows that differ by sqrt(eps): what the second adds is small, but not rounding. */
 static void nearly_parallel_rows_are_both_taken(void)
 {
@@ -812,6 +860,8 @@ SUITE(update, set_up)
         RUN_TEST(small_terms_are_not_lost_after_a_hundred_years);
     }
     RUN_TEST(a_redundant_noise_free_component_is_not_taken);
+    RUN_TEST(noise_free_components_may_come_again);
+    RUN_TEST(a_noise_free_state_may_come_again);
     RUN_TEST(redundancy_is_seen_through_the_rounding);
     RUN_TEST(multiples_of_one_noisy_component_are_left_out);
     RUN_TEST(nearly_parallel_rows_are_both_taken);
