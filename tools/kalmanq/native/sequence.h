@@ -16,20 +16,20 @@ static void K(readings)(const K(sequence) *q, size_t t)
 }
 
 /* Innovation and its variance; what is not known yet has none. */
-static kq_status K(look)(const K(sequence) *q, size_t t)
+static kq_status K(look)(const K(sequence) *q, const K(filter) *f, size_t t)
 {
     number S[KQ_SIZE_MAX * KQ_SIZE_MAX];
     const size_t m = q->sensor->components;
     kq_status status = KQ_OK;
     if (q->innovation) {
         num *e = q->innovation + t * m;
-        status = K(innovation)(q->filter, q->sensor, q->z + t * m, e);
+        status = K(innovation)(f, q->sensor, q->z + t * m, e);
         for (size_t c = 0; c < m; c++) {
             if (status || !(q->present[t] >> c & 1)) e[c] = lost;
         }
     }
     if (q->innovation_variance) {
-        const kq_status unknown = K(measurement)(q->filter, q->sensor, NULL, S);
+        const kq_status unknown = K(measurement)(f, q->sensor, NULL, S);
         number *variance = q->innovation_variance + t * m;
         for (size_t c = 0; c < m; c++) variance[c] = unknown ? no_number : S[c * m + c];
     }
@@ -51,7 +51,9 @@ static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t p
     K(filter) *f = q->filter;
     const K(sensor) *s = q->sensor;
     switch (q->way) {
-    case SEQUENCE_GATED: return K(update_gated)(f, q->gate, s, z, present);
+    case SEQUENCE_GATED:
+        q->gate->limit = q->limits[count_of(present) - 1];
+        return K(update_gated)(f, q->gate, s, z, present);
     case SEQUENCE_HUBER: return K(update_huber)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_STUDENT: return K(update_student)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_JUMP: return K(update_jump)(f, s, z, present, q->parameter);
@@ -62,9 +64,29 @@ static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t p
 /* A start that is in part unknown takes its measurements as they are: nothing tells an outlier there. */
 static kq_status K(take)(const K(sequence) *q, const num *z, uint32_t present)
 {
-    const kq_status status = K(take_robustly)(q, z, present);
+    const kq_status status = present ? K(take_robustly)(q, z, present) : KQ_ERR_NOT_READY;
     if (status != KQ_ERR_NOT_READY) return status;
     return K(update_subset)(q->filter, q->sensor, z, present);
+}
+
+/* What it has seen just before an update enters the window just after it. */
+static kq_status K(take_watched)(const K(sequence) *q, const num *z, uint32_t present)
+{
+    const kq_status seen = K(consistency_watch)(q->watch, q->filter, q->sensor, z, present);
+    if (seen && seen != KQ_ERR_NOT_READY) return seen;
+    const kq_status status = K(take)(q, z, present);
+    return status < KQ_OK || seen ? status : K(consistency_record)(q->watch, q->filter);
+}
+
+/* A step that may rest on a gain; what the innovation is shows a filter that goes before. */
+static kq_status K(step_settling)(const K(sequence) *q, size_t t, const num *u, const num *z)
+{
+    num memory[3 * KQ_SIZE_MAX + KQ_TRIANGLE(KQ_SIZE_MAX)];
+    K(filter) ahead;
+    kq_status status = K(filter_assign)(&ahead, q->filter->states, memory, sizeof memory / sizeof memory[0]);
+    if (!status) status = K(forecast)(q->filter, q->process, u, 1, &ahead);
+    if (!status) status = K(look)(q, &ahead, t);
+    return status ? status : K(step)(q->filter, q->process, u, q->sensor, z);
 }
 
 static kq_status K(move)(const K(sequence) *q, size_t t)
@@ -79,9 +101,10 @@ static kq_status K(move)(const K(sequence) *q, size_t t)
         K(look_away)(q, t);
         if (status != KQ_ERR_NOT_READY) return status;
     }
+    if (q->is_settling && is_moved && count_of(present) == (int)m) return K(step_settling)(q, t, u, z);
     kq_status status = is_moved ? K(predict)(q->filter, q->process, u) : KQ_OK;
-    if (!status) status = K(look)(q, t);
-    if (!status && present) status = K(take)(q, z, present);
+    if (!status) status = K(look)(q, q->filter, t);
+    if (!status) status = q->watch ? K(take_watched)(q, z, present) : K(take)(q, z, present);
     return status;
 }
 
@@ -112,6 +135,48 @@ static kq_status K(look_back)(K(sequence) *q, size_t t)
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a start that is unknown so far */
 }
 
+static kq_status K(refine)(K(sequence) *q, size_t t)
+{
+    const size_t n = q->filter->states;
+    kq_status status = KQ_OK;
+    if (!q->point_follows && t == q->point_row) {
+        status = K(point_attach)(q->point, q->filter);
+        q->point_follows = !status;
+    }
+    const int is_there = q->point_follows;
+    if (is_there) status = K(point_smooth)(q->point);
+    for (size_t i = 0; i < n; i++) {
+        q->point_mean[t * n + i] = is_there ? K(point_mean)(q->point, (int)i) : lost;
+        q->point_low[t * n + i] = is_there ? K(point_mean_low)(q->point, (int)i) : lost;
+        q->point_sigma[t * n + i] = is_there ? K(point_sigma)(q->point, (int)i) : lost;
+    }
+    if (!q->point_covariance) return status;
+    number *P = q->point_covariance + t * n * n;
+    for (size_t k = 0; k < n * n && !is_there; k++) P[k] = no_number;
+    return is_there && !status ? K(point_covariance)(q->point, P) : status;
+}
+
+/* A start that is unknown so far cannot settle. */
+static kq_status K(settle)(K(sequence) *q, size_t t)
+{
+    kq_status status = KQ_OK;
+    if (!q->is_settling) {
+        status = K(settling_attach)(q->settling, q->filter);
+        q->is_settling = !status;
+    }
+    if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(settling_is_settled)(q->settling));
+    return status == KQ_ERR_NOT_READY ? KQ_OK : status;
+}
+
+/* What follows the filter, after a row */
+static kq_status K(follow)(K(sequence) *q, size_t t)
+{
+    kq_status status = q->lag && q->lagged ? K(look_back)(q, t) : KQ_OK;
+    if (!status && q->point) status = K(refine)(q, t);
+    if (!status && q->settling) status = K(settle)(q, t);
+    return status;
+}
+
 kq_status K(sequence_run)(K(sequence) *q)
 {
     const size_t n = q->filter->states;
@@ -125,10 +190,8 @@ kq_status K(sequence_run)(K(sequence) *q)
             status = K(covariance)(q->filter, q->covariance + t * n * n);
             if (status && status != KQ_ERR_NOT_READY) return status;
         }
-        if (q->lag && q->lagged) {
-            status = K(look_back)(q, t);
-            if (status) return status;
-        }
+        status = K(follow)(q, t);
+        if (status) return status;
     }
     return KQ_OK;
 }
@@ -183,6 +246,28 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
         }
         if (status < KQ_OK) return status;
         for (size_t i = 0; i < n; i++) mean[t * n + i] = K(steady_mean)(filter, (int)i);
+    }
+    return KQ_OK;
+}
+
+kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
+                               const number *r, num *mean, num *mean_low, num *sigma, score *nis,
+                               score *log_likelihood, int32_t *taken, size_t *done)
+{
+    const K(filter) *f = fit->filter;
+    const size_t n = f->states;
+    for (*done = 0; *done < steps; ++*done) {
+        const size_t t = *done;
+        const kq_status status = K(least_squares_add)(fit, H + t * n, z[t], r[t]);
+        if (status < KQ_OK) return status;
+        for (size_t i = 0; i < n; i++) {
+            if (mean) mean[t * n + i] = K(mean)(f, (int)i);
+            if (mean_low) mean_low[t * n + i] = K(mean_low)(f, (int)i);
+            if (sigma) sigma[t * n + i] = K(sigma)(f, (int)i);
+        }
+        if (nis) nis[t] = K(nis)(f);
+        if (log_likelihood) log_likelihood[t] = K(log_likelihood_last)(f);
+        if (taken) taken[t] = K(taken)(f);
     }
     return KQ_OK;
 }

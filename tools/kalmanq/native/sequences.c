@@ -1,6 +1,13 @@
 /* Whole sequences in one call: one text for the three arithmetics. */
 #include "sequences.h"
 
+static int count_of(uint32_t present)
+{
+    int count = 0;
+    for (; present; present &= present - 1) count++;
+    return count;
+}
+
 #define FLOATING_STEP_STUDENT(name, q, u, z, present)                                              \
     name((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter, (q)->target, NULL)
 
