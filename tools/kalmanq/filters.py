@@ -308,8 +308,10 @@ class Filter:
         self.__dict__.setdefault("_kept", []).append(memory)
         return made
 
-    def _words(self, stem: str) -> np.ndarray:
-        return np.array([self._call(stem, i) for i in range(self.model.n)], self.arithmetic.number)
+    def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
+        """A reading of every state, of the filter or of what follows it"""
+        read, source = self.arithmetic.function(of + name), source or self._handle
+        return np.array([read(source, i) for i in range(self.model.n)], self.arithmetic.number)
 
     def _values(self, words: np.ndarray, low: Optional[np.ndarray] = None) -> np.ndarray:
         return self.arithmetic.values(words, self.parts.fractions("states"), low)

@@ -33,6 +33,21 @@ class PointSmoother(Filter):
         self._point = self._object("point", model.n, model.m, sizes=(model.n, model.m))
         self._follows = False
 
+    @property
+    def point(self) -> np.ndarray:
+        """n: the row's state, given all so far"""
+        self._refine()
+        made = self._words("mean", self._point, "point_")
+        return self._values(made, self._words("mean_low", self._point, "point_"))
+
+    @property
+    def point_sigma(self) -> np.ndarray:
+        self._refine()
+        return self._values(self._words("sigma", self._point, "point_"))
+
+    def _refine(self) -> None:
+        require(self.arithmetic.function("point_smooth")(self._point), "point")
+
     def _ask(self, q: Any, out: Results) -> None:
         T, n = int(q.steps), self.model.n
         q.point, q.point_follows = self._point, self._follows

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import arithmetic_of, ffi, require
+from kalmanq.data import index_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter, Results, Robust
 from kalmanq.model import Model, Quantities, Quantity
@@ -94,15 +95,15 @@ class LeastSquares:
     def run(self, H: ArrayLike, z: ArrayLike, r: ArrayLike = 1.0) -> Run:
         """T rows in one call of C, which may be called again for more.
 
-        H   T x n
+        H   T x n, or T where n = 1
         z   T
         r   T variances, or one; 1 / r is the weight
         """
-        a, f, n = self.arithmetic, self.filter, self.model.n
-        given = np.asarray(z, np.float64).reshape(-1, 1)
-        rows, noise = np.asarray(H, np.float64).reshape(-1, n), np.broadcast_to(np.asarray(r, np.float64), len(given))
-        if len(rows) != len(given):
-            raise KalmanqError(f"H has {len(rows)} rows, z has {len(given)}")
+        a, f = self.arithmetic, self.filter
+        given, rows = rows_of(z, self.model.measurements, "z"), rows_of(H, self.model.states, "H")
+        if len(rows) != len(given) or np.ndim(r) and np.shape(r) != (len(given),):
+            raise KalmanqError(f"H is {len(rows)} rows, z {len(given)}, r {np.shape(r)}: one for each row")
+        noise = np.broadcast_to(np.asarray(r, np.float64), len(given))
         if not all(np.all(np.isfinite(one)) for one in (rows, given, noise)):
             raise KalmanqError("H, z or r has an entry that is not finite")
         words = np.ascontiguousarray(f.parts.words(given, "measurements"))
@@ -117,6 +118,7 @@ class LeastSquares:
         require(status, "least squares", int(done[0]))
         run = out.run()
         run.innovation = run.innovation_sigma = None  # of no one measurement matrix
+        run.index = index_of(z)
         return run
 
     @property
