@@ -9,6 +9,8 @@ import numpy as np
 
 import kalmanq
 from kalmanq import Filter, LagSmoother, PointSmoother, Robust, Run, Smoother, SteadyFilter
+from kalmanq.core import ffi, lib
+from kalmanq.filters import LEVELS
 
 NOT_A_WORD = -(2**31)
 
@@ -67,6 +69,18 @@ class Sequence:
             return z, None
         later = [row.u for row in self.rows[first + 1 : end + 1]] + [None]
         return z, np.array([np.zeros(self.model.l) if u is None else u for u in later[: end - first]])
+
+    # ------------------------------------------------------------------ in floating point, by calls of C alone
+
+    def check_floating(self, arithmetic: str) -> int:
+        """A class beside the library's functions over the model's arrays; words compared."""
+        f = Filter(self.model, arithmetic)
+        runs = [f.run(*self.data(first, end), robust=way) for way, first, end in self.blocks()]
+        memory, mean, sigma = Calls(self.model, arithmetic).run(self.rows)
+        assert f.memory.tobytes() == memory.tobytes()
+        for name, made in (("mean", mean), ("sigma", sigma)):
+            assert np.array_equal(np.vstack([run.words[name] for run in runs]), made, equal_nan=True)
+        return memory.size + mean.size + sigma.size
 
     # ------------------------------------------------------------------ by the classes
 
@@ -133,6 +147,85 @@ class Sequence:
                 said = words[k : 3 * n : 3]  # of the means alone there is no sigma
                 assert said in (run.words[f"{name}{part}"][t].tolist(), [NOT_A_WORD] * n)
         return 3 * n * len(self.followed)
+
+
+class Calls:
+    """A filter by the library's functions: nothing of it is the package's but `ffi` and `lib`."""
+
+    def __init__(self, model: kalmanq.Model, arithmetic: str):
+        self.model, self.name = model, arithmetic
+        self.kind, self.number = {"f32": ("float", np.float32), "f64": ("double", np.float64)}[arithmetic]
+        self.kept: list[Any] = []
+        n, m, l = model.n, model.m, model.l
+        self.process, self.target = self.made("process", n, n, l), self.made("process", n, n, l)
+        self.sensor, self.filter = self.made("sensor", m, n, m), self.made("filter", n, n)
+        B = ffi.NULL if model.B is None else self.array(model.B)
+        self.call("process_init_factor", self.process, self.array(model.A), B, self.array(model.G), model.G.shape[1])
+        independent = np.array_equal(model.R, np.diag(np.diag(model.R)))
+        R = self.array(np.diag(model.R) if independent else model.R)
+        self.call("sensor_init_diagonal" if independent else "sensor_init", self.sensor, self.array(model.H), R)
+        x0, P0 = self.array(model.x0), self.array(model.P0)
+        if np.any(model.unknown):
+            start = self.new("start")
+            self.call("start_assign", start, n, 0, *self.memory("start", n, 0))
+            mask = sum(1 << int(i) for i in np.flatnonzero(model.unknown))
+            self.call("start_init", start, self.filter, x0, P0, mask)
+        else:
+            self.call("filter_init", self.filter, x0, P0)
+        self.gate = self.new("gate")
+
+    def call(self, stem: str, *arguments: Any) -> Any:
+        status = getattr(lib, f"kq_{stem}_{self.name}")(*arguments)
+        assert status == 0, f"{stem}: {status}"
+
+    def read(self, stem: str) -> list[float]:
+        return [getattr(lib, f"kq_{stem}_{self.name}")(self.filter, i) for i in range(self.model.n)]
+
+    def new(self, stem: str) -> Any:
+        self.kept.append(ffi.new(f"kq_{stem}_{self.name} *"))
+        return self.kept[-1]
+
+    def array(self, values: Any) -> Any:
+        self.kept.append(np.ascontiguousarray(values, self.number))
+        return ffi.cast(f"{self.kind} *", self.kept[-1].ctypes.data)
+
+    def memory(self, stem: str, *sizes: int) -> tuple[Any, int]:
+        length = int(getattr(lib, f"kq_{stem}_length_{self.name}")(*sizes))
+        return self.array(np.zeros(length)), length
+
+    def made(self, stem: str, size: int, *sizes: int) -> Any:
+        thing = self.new(stem)
+        self.call(f"{stem}_assign", thing, *sizes, *self.memory(stem, size))
+        if stem == "filter":
+            self.words = self.kept[-1]
+        return thing
+
+    def run(self, rows: list[Row]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        mean, sigma = [], []
+        for t, row in enumerate(rows):
+            there = ~np.isnan(row.z)
+            if t and not (np.any(there) and row.way and row.way.way == "step-student"):
+                self.call("predict", self.filter, self.process, ffi.NULL if row.u is None else self.array(row.u))
+            if np.any(there):
+                self.take(row, self.array(np.where(there, row.z, 7.0)), sum(1 << int(c) for c in np.flatnonzero(there)))
+            mean.append(self.read("mean")), sigma.append(self.read("sigma"))
+        return self.words, np.array(mean, self.number), np.array(sigma, self.number)
+
+    def take(self, row: Row, z: Any, present: int) -> None:
+        way, f, s = row.way, self.filter, self.sensor
+        if way is None:
+            self.call("update_subset", f, s, z, present)
+        elif way.way == "gate":
+            limit = getattr(lib, f"kq_chi_square_limit_{self.name}")
+            self.gate.limit, self.gate.run = limit(bin(present).count("1"), LEVELS[way.value]), way.run
+            self.call("update_gated", f, self.gate, s, z, present)
+        elif way.way == "jump":
+            self.call("update_jump", f, s, z, present, way.value)
+        elif way.way == "step-student":
+            u = ffi.NULL if row.u is None else self.array(row.u)
+            self.call("step_student", f, self.process, u, s, z, present, way.value, self.target, ffi.NULL)
+        else:
+            self.call(f"update_{way.way}", f, s, z, present, way.value, ffi.NULL)
 
 
 def whole(word: Any, low: Any) -> list[int]:

@@ -38,6 +38,15 @@ def test_whole_sequences_are_the_calls_one_by_one(case):
     assert sum(sequence.check() for sequence in sequences) > 0
 
 
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+@pytest.mark.parametrize("case", vectors.cases())
+def test_the_same_models_and_data_in_floating_point(case, arithmetic):
+    """There are no golden vectors of these: the classes beside the library's functions, row by row."""
+    _, sequences = replayed(case)
+    filtered = [sequence for sequence in sequences if "SteadyFilter" not in sequence.kinds()]
+    assert sum(sequence.check_floating(arithmetic) for sequence in filtered) > 0
+
+
 def test_no_vector_is_left_out():
     """The cases here are those of the folder, and those that the cores replay; each operation is in one of them, and
     each class has sequences."""

@@ -372,7 +372,8 @@ class Replay:
             self.tell("moved", u, words)
         return [status, *before, *words]
 
-    def takes(self, status: int, z: np.ndarray, way: Optional[Robust] = None, before: tuple[int, ...] = ()) -> list[int]:
+    def takes(self, status: int, z: np.ndarray, way: Optional[Robust] = None,
+              before: tuple[int, ...] = ()) -> list[int]:
         words = self.filter_words()
         if status == 0:
             self.tell("measured", z, way, words)
@@ -520,7 +521,8 @@ class Replay:
 
     def read_smoothed(self, stem: str, source: Any) -> list[int]:
         """Mean, low and sigma of each state, then the covariance, of a lag or a point."""
-        made = [Q31.function(f"{stem}_{name}")(source, i) for i in range(self.n) for name in ("mean", "mean_low", "sigma")]
+        made = [Q31.function(f"{stem}_{name}")(source, i) for i in range(self.n)
+                for name in ("mean", "mean_low", "sigma")]
         P = self.numbers(self.n, self.n)
         status = Q31.function(f"{stem}_covariance")(source, P)
         return [*made, status, *([] if status else self.triangle(P))]
@@ -676,7 +678,7 @@ class Replay:
         parts = self.use(0, self.take_sensor(given))
         z = self.measured(given, parts, given.word() & ALL)
         status = status_of(lambda: self.f.update(z, self.robust))
-        return self.takes(status, z, self.robust, (self.f._gates[self.robust].rejected,))
+        return self.takes(status, z, self.robust, (self.f._gates[self.robust][0].rejected,))
 
     def weighted(self, given: Inputs) -> list[int]:
         """Weights are those of the C core on a copy of the filter."""

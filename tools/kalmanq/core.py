@@ -163,7 +163,8 @@ class Arithmetic:
 def nearest(values: np.ndarray) -> np.ndarray:
     """The nearest integers, halves away from 0: so does C, in kq_vector_prepare_q31."""
     whole = np.trunc(values)
-    rest = values - whole  # exact, which values + 1/2 is not
+    with np.errstate(invalid="ignore"):  # what is infinite stays so
+        rest = values - whole  # exact, which values + 1/2 is not
     return whole + (rest >= 0.5) - (rest <= -0.5)
 
 

@@ -30,7 +30,8 @@ USUAL = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0, "step-stude
 class Robust:
     """An update, or a step, for noise that is not Gaussian (robust.h says which to take).
 
-    way        "gate": what is too far off is not taken; "huber", "student": it counts less;
+    way        "gate": a row that is too far off, for as many components as it has, is not taken;
+               "huber", "student": it counts less;
                "jump": the covariance is raised; "step-student": the process noise is raised
     parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
                k of Huber, nu of Student, g of jump; None: what is usual
@@ -70,7 +71,9 @@ class Filter:
         self.arithmetic = self.parts.arithmetic
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
-        self._left: Optional[np.ndarray] = None  # the control of the last row, in words: it moves the state to the next
+        self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
+        self._kept: list[Any] = []  # what C refers to
+        self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
         self._handle = self.arithmetic.struct("filter")
         self._memory = self.arithmetic.empty(self._length("filter", model.n))
         require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
@@ -251,15 +254,14 @@ class Filter:
 
     def _gate(self, q: Any, robust: Robust) -> list[Any]:
         """The limit of each row is that of the components which it has."""
-        a = self.arithmetic
-        gate = self.__dict__.setdefault("_gates", {}).get(robust)  # its count of rejections goes on
-        if gate is None:
-            gate = self._gates[robust] = a.struct("gate")
+        if robust not in self._gates:
+            a, level = self.arithmetic, LEVELS[robust.value]
+            gate, limit = a.struct("gate"), a.function("chi_square_limit")
             gate.run = robust.run
-        limits = np.array([a.function("chi_square_limit")(count, LEVELS[robust.value])
-                           for count in range(1, self.model.m + 1)], a.score)
-        q.gate, q.limits = gate, self._scores(limits)
-        return [gate, limits]
+            self._gates[robust] = gate, np.array([limit(count + 1, level) for count in range(self.model.m)], a.score)
+        q.gate, limits = self._gates[robust]
+        q.limits = self._scores(limits)
+        return []
 
     def _target(self, q: Any) -> tuple[Any, ...]:
         a, n, l = self.arithmetic, self.model.n, self.model.l
@@ -305,7 +307,7 @@ class Filter:
         memory = self.arithmetic.empty(self._length(stem, *sizes))
         status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
         require(status, stem)
-        self.__dict__.setdefault("_kept", []).append(memory)
+        self._kept.append(memory)
         return made
 
     def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
@@ -402,7 +404,7 @@ class AdaptiveFilter(Filter):
         self._adaptation = a.struct("adaptation")
         store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
         root = np.zeros(int(lib.kq_root_length_q31(n)), np.int32)
-        self._kept = [store, root]
+        self._kept += [store, root]
         extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
         require(a.function("adaptation_assign")(self._adaptation, n, m, self._pointer(store, self._any_size),
                                                 store.size, *extra), "adaptation")

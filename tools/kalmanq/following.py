@@ -66,7 +66,8 @@ class PointSmoother(Filter):
         run.point = self._values(out.numbers["point"], out.numbers["point_low"])
         run.point_sigma = self._values(out.numbers["point_sigma"])
         if "point_covariance" in out.any_size:
-            run.point_covariance = self.arithmetic.numbers(out.any_size["point_covariance"], self.parts.covariance_scale)
+            full = out.any_size["point_covariance"]
+            run.point_covariance = self.arithmetic.numbers(full, self.parts.covariance_scale)
 
     def _end(self, q: Any) -> None:
         self._follows = bool(q.point_follows)
@@ -86,7 +87,7 @@ class SettlingFilter(Filter):
         a, n, m = self.arithmetic, model.n, model.m
         self._settling, self._attached = a.struct("settling"), False
         memory, gain = a.empty(self._length("settling", n)), np.zeros((n, m), a.number_of_any_size)
-        self._kept = [memory, gain, *self.__dict__.get("_kept", [])]
+        self._kept += [memory, gain]
         require(a.function("settling_assign")(self._settling, n, m, self._pointer(memory), memory.size,
                                               self._pointer(gain, self._any_size)), "settling")
         require(a.function("settling_init")(self._settling, bits), "settling")
@@ -106,8 +107,9 @@ class SettlingFilter(Filter):
     def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
         """predict and update, which may rest on the gain."""
         given = row_of(z, self.model.m, "z")
+        self.parts.words(given, "measurements")  # what is refused changes nothing
         controls = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
-        self.begins, self._left = False, None if controls is None else controls[0]
+        self._moved(0, None if controls is None else controls[0])
         self._sequence(given, None)
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
