@@ -162,7 +162,7 @@ kq_setup_peers() {
 kq_setup_desk() {
     kq_setup_build
     KQ_DESK_PYTHON="$kq_root/.deps/desk/bin/python"
-    "$KQ_DESK_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, typer, rich, pytest' \
+    "$KQ_DESK_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, pandas, matplotlib, typer, rich, pytest' \
         2>/dev/null && return 0
     python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
@@ -170,7 +170,7 @@ sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 
     echo "setup: installing what the Python package needs"
     python3 -m venv "$kq_root/.deps/desk" &&
         "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check \
-            scikit-build-core cffi numpy scipy matplotlib typer rich pytest
+            scikit-build-core cffi numpy scipy pandas matplotlib typer rich pytest
 }
 
 kq_setup_cost() {

@@ -70,3 +70,64 @@ def textbook(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> dict[
     return {name: np.array(of) for name, of in (
         ("mean", mean), ("covariance", full), ("log_likelihood", terms), ("smoothed", smoothed),
         ("smoothed_covariance", smoothed_full))}
+
+
+def moved(model: kalmanq.Model, x: np.ndarray, u: np.ndarray | None, t: int) -> np.ndarray:
+    """The mean from row t - 1 to row t"""
+    return model.A @ x + (0 if u is None else model.B @ u[t - 1])
+
+
+def innovation(model: kalmanq.Model, x: np.ndarray, P: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Of the components that are there: e, S, K"""
+    there = ~np.isnan(z)
+    H = model.H[there]
+    S = H @ P @ H.T + model.R[np.ix_(there, there)]
+    return z[there] - H @ x, S, np.linalg.solve(S, H @ P).T
+
+
+def gated(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None, limits: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Means and sigmas where what is above limits[components there - 1] is not taken, and which rows were not"""
+    x, P, mean, sigma, rejected = model.x0, model.P0, [], [], []
+    for t in range(len(z)):
+        if t:
+            x, P = moved(model, x, u, t), model.A @ P @ model.A.T + model.Q
+        rejected.append(False)
+        if np.any(~np.isnan(z[t])):
+            e, S, K = innovation(model, x, P, z[t])
+            rejected[-1] = bool(e @ np.linalg.solve(S, e) >= limits[len(e) - 1])
+            if not rejected[-1]:
+                x, P = x + K @ e, P - K @ S @ K.T
+        mean.append(x), sigma.append(np.sqrt(np.diag(P)))
+    return np.array(mean), np.array(sigma), np.array(rejected)
+
+
+def settling(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None, settled: np.ndarray) -> dict[str, np.ndarray]:
+    """A filter that moves its mean alone, by the gain of the last full row, in the rows that are `settled`"""
+    x, P, K = model.x0, model.P0, np.zeros((model.n, model.m))
+    made: dict[str, list] = {"mean": [], "sigma": [], "innovation": [], "innovation_sigma": []}
+    for t in range(len(z)):
+        before = P
+        if t:
+            x, P = moved(model, x, u, t), model.A @ P @ model.A.T + model.Q
+        e, spread = np.full(model.m, np.nan), np.sqrt(np.diag(model.H @ P @ model.H.T + model.R))
+        there = ~np.isnan(z[t])
+        if np.any(there):
+            e[there], S, now = innovation(model, x, P, z[t])
+            if settled[t]:
+                x, P = x + K @ e, before
+            else:
+                x, P, K = x + now @ e[there], P - now @ S @ now.T, now
+        for name, value in zip(made, (x, np.sqrt(np.diag(P)), e, spread)):
+            made[name].append(value)
+    return {name: np.array(of) for name, of in made.items()}
+
+
+def least_squares(H: np.ndarray, z: np.ndarray, r: np.ndarray, x0: np.ndarray, P0: np.ndarray,
+                  forgetting: float) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """By the normal equations: x, its covariance, the minimum, the sum of weights"""
+    weights = forgetting ** np.arange(len(z) - 1, -1, -1.0)
+    prior = np.linalg.inv(P0) * forgetting ** len(z)
+    P = np.linalg.inv(H.T @ (H * (weights / r)[:, None]) + prior)
+    x = P @ (H.T @ (z * weights / r) + prior @ x0)
+    residual = np.sum(weights / r * (z - H @ x) ** 2) + (x - x0) @ prior @ (x - x0)
+    return x, P, float(residual), float(np.sum(weights))

@@ -9,6 +9,7 @@ import warnings
 from typing import Any, Optional, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kalmanq._core import ffi, lib
 from kalmanq.errors import KalmanqError, KalmanqWarning
@@ -125,13 +126,26 @@ class Arithmetic:
     def score(self) -> np.dtype:
         return np.dtype(np.int64) if self.is_fixed else self.number
 
+    def made_of(self, values: ArrayLike, scale: Any = 0) -> np.ndarray:
+        """The other way round: numbers of any size of float64, to the nearest, as prepare.h makes them."""
+        given = np.asarray(values, np.float64)
+        if not self.is_fixed:
+            with np.errstate(over="ignore"):
+                return np.ascontiguousarray(given, self.number)
+        part, exponent = np.frexp(np.where(np.isfinite(given), given, 0.0))
+        mantissa = nearest(part * 2.0**31)
+        carried = np.abs(mantissa) == 2.0**31
+        made = np.zeros(given.shape, self.number_of_any_size)
+        made["mantissa"] = np.where(carried, mantissa / 2, mantissa)
+        made["exponent"] = np.where(mantissa != 0, exponent - 31 + carried + np.asarray(scale), 0)
+        return made
+
     def parameter(self, value: float) -> Any:
         """A number of any size that stands by itself."""
+        made = self.made_of(value)
         if not self.is_fixed:
             return float(value)
-        mantissa, exponent = np.frexp(value)
-        return {"mantissa": int(mantissa * 2.0**31), "exponent": int(exponent) - 31} if value else {
-            "mantissa": 0, "exponent": 0}
+        return {"mantissa": int(made["mantissa"]), "exponent": int(made["exponent"])}
 
     # ---------------------------------------------------- words of measurements and controls
 
@@ -144,9 +158,17 @@ class Arithmetic:
             return np.ascontiguousarray(made)
         fractions = np.array([formats[k].fraction for k in range(len(quantities))])
         ranges = np.array([formats[k].range for k in range(len(quantities))], float)
-        rounded = np.rint(np.ldexp(given, fractions))
+        rounded = nearest(np.ldexp(given, fractions))
         _refuse_rows(np.abs(rounded) > ranges, given, quantities, f"{what}: beyond the declared range")
         return np.where(np.isnan(rounded), NOT_A_WORD, rounded).astype(np.int32)
+
+
+def nearest(values: np.ndarray) -> np.ndarray:
+    """The nearest integers, halves away from 0: so does C, in kq_vector_prepare_q31."""
+    whole = np.trunc(values)
+    with np.errstate(invalid="ignore"):  # what is infinite stays so
+        rest = values - whole  # exact, which values + 1/2 is not
+    return whole + (rest >= 0.5) - (rest <= -0.5)
 
 
 def _refuse_rows(wrong: np.ndarray, given: np.ndarray, quantities: Sequence[Quantity], reason: str) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
+from kalmanq.data import controls_of, present_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import _rows, present_of
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 
@@ -81,12 +81,13 @@ class Estimation:
 
     def _record(self, z: ArrayLike, u: Optional[ArrayLike]) -> tuple[dict[str, Any], list[np.ndarray]]:
         a = self.parts.arithmetic
-        given = _rows(z, self.model.m, "z")
+        given = rows_of(z, self.model.measurements, "z")
         if not len(given):
             raise KalmanqError("a record without rows")
         words = np.where(np.isnan(given), 0, given).astype(a.number)
         present = present_of(given).astype(np.uint16)
-        controls = None if u is None else np.ascontiguousarray(_rows(u, self.model.l, "u"), a.number)
+        controls = controls_of(u, self.model, len(given))
+        controls = None if controls is None else np.ascontiguousarray(controls, a.number)
         kept = [words, present] + ([] if controls is None else [controls])
         return {"steps": len(given), "z": a.pointer(words), "present": a.pointer(present, "uint16_t"),
                 "u": a.pointer(controls)}, kept

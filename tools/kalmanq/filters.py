@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Callable, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
+from kalmanq.data import controls_of, index_of, present_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 from kalmanq.results import Run
 
-ALL = 0xFFFFFFFF
+if TYPE_CHECKING:
+    from kalmanq.statistics import Consistency
+
 LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
           0.9999: lib.KQ_LEVEL_9999}
 WAYS = {"gate": lib.SEQUENCE_GATED, "huber": lib.SEQUENCE_HUBER, "student": lib.SEQUENCE_STUDENT,
@@ -27,7 +30,8 @@ USUAL = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0, "step-stude
 class Robust:
     """An update, or a step, for noise that is not Gaussian (robust.h says which to take).
 
-    way        "gate": what is too far off is not taken; "huber", "student": it counts less;
+    way        "gate": a row that is too far off, for as many components as it has, is not taken;
+               "huber", "student": it counts less;
                "jump": the covariance is raised; "step-student": the process noise is raised
     parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
                k of Huber, nu of Student, g of jump; None: what is usual
@@ -66,10 +70,13 @@ class Filter:
         self.model = model
         self.arithmetic = self.parts.arithmetic
         self.begins = True  # the next row is the first one
+        self.row = 0  # where the filter stands
+        self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
+        self._kept: list[Any] = []  # what C refers to
+        self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
         self._handle = self.arithmetic.struct("filter")
         self._memory = self.arithmetic.empty(self._length("filter", model.n))
         require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
-        self._attached: Any = None
         if np.any(model.unknown):
             self._start = self._object("start", model.n, 0, sizes=(model.n, 0))
             self.parts.init_start(self._start, self._handle)
@@ -80,39 +87,45 @@ class Filter:
 
     def predict(self, u: Optional[ArrayLike] = None) -> None:
         """To the next row; u: l controls, or None."""
-        words = None if u is None else self.parts.words(self._row(u, self.model.l, "u"), "controls")
+        words = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
         require(self._call("predict", self.parts.process, self._pointer(words)), "predict")
-        self.begins = False
+        self._moved(1)
 
-    def update(self, z: ArrayLike, robust: Optional[Robust] = None) -> None:
+    def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Consistency] = None) -> None:
         """Takes m measurements; what is NaN is missing."""
         if robust and robust.way == "step-student":
             raise KalmanqError("a Student-t step is predict and update at once: use run")
-        given = self._row(z, self.model.m, "z")
-        self._sequence(given, None, robust, moves=False)
+        given = row_of(z, self.model.m, "z")
+        self._sequence(given, None, robust, watch, moves=False)
+        self.begins = False
 
     def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
-        """predict, then update."""
+        """predict, then update; refused as a whole."""
+        self.parts.words(row_of(z, self.model.m, "z"), "measurements")
         self.predict(u)
         self.update(z)
+
+    def fade(self, forgetting: float) -> None:
+        """Fading memory: P / forgetting, 0 < forgetting <= 1; before predict."""
+        require(self._call("fade", self.arithmetic.parameter(forgetting)), "fade")
 
     def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
         """The state so many rows ahead, as a filter; u: steps x l."""
         ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
-        words = None if u is None else self.parts.words(_rows(u, self.model.l, "u"), "controls")
-        if words is not None and len(words) != steps:
-            raise KalmanqError(f"u has {len(words)} rows, not {steps}")
         if steps < 0:
             raise KalmanqError("steps: below 0")
+        controls = controls_of(u, self.model, steps)
+        words = None if controls is None else self.parts.words(controls, "controls")
         require(self._call("forecast", self.parts.process, self._pointer(words), steps, ahead._handle), "forecast")
-        ahead.begins = False
+        ahead.row = self.row
+        ahead._moved(steps)
         return ahead
 
     def copy(self) -> Filter:
         """The same state; what is attached stays with this one."""
         made = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(made._call("filter_copy", self._handle), "copy")
-        made.begins = self.begins
+        made.row, made.begins, made._left = self.row, self.begins, self._left
         return made
 
     # ------------------------------------------------------------------ readings
@@ -182,58 +195,50 @@ class Filter:
     # ------------------------------------------------------------------ sequences
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
-            covariance: bool = False) -> Run:
+            watch: Optional[Consistency] = None, covariance: bool = False) -> Run:
         """A sequence in one call of C, without Python's lock.
 
-        z   T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
-            predict comes before each other one.
-        u   T x l: row t moves the state from row t to row t + 1
+        z      T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
+               predict comes before each other one.  Or a DataFrame with a column for each measurement.
+        u      T x l: row t moves the state from row t to row t + 1
+        watch  sees every update
         A KalmanqError says at which row it stopped; the state is then that before it.
         """
-        given = _rows(z, self.model.m, "z")
-        controls = None if u is None else _rows(u, self.model.l, "u")
-        if controls is not None and len(controls) != len(given):
-            raise KalmanqError(f"u has {len(controls)} rows, z has {len(given)}")
-        run = self._sequence(given, controls, robust, covariance=covariance)
-        run.index = getattr(z, "index", None)
+        given = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(given))
+        index = index_of(z, u)
+        run = self._sequence(given, controls, robust, watch, covariance=covariance)
+        run.index = index
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
         return run
 
-    def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None, *,
-                  moves: bool = True, covariance: bool = False) -> Run:
+    def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None,
+                  watch: Optional[Consistency] = None, *, moves: bool = True, covariance: bool = False) -> Run:
         a, T = self.arithmetic, len(given)
         words = self.parts.words(given, "measurements")
-        carried = self._carried(u, T) if moves else None
+        controls = None if u is None else self.parts.words(u, "controls")
+        carried = self.parts.carried(controls, self._left, T) if moves else None
         out = Results(self, T, covariance)
         q = ffi.new(f"kq_sequence_{a.name} *")
         q.filter, q.process, q.sensor = self._handle, self.parts.process, self.parts.sensor
         q.steps, q.begins = T, self.begins or not moves
         q.z, q.u = self._pointer(words), self._pointer(carried)
         q.is_upper = not np.any(np.tril(self.model.A, -1))
+        q.watch = ffi.NULL if watch is None else watch.of(self, robust)
         kept = self._way(q, robust)
         out.ask(q)
         self._ask(q, out)
         status = a.function("sequence_run")(q)
         del kept
-        require(status, "the run", int(q.done))
+        done = int(q.done)
+        if moves and done:
+            self._moved(done - self.begins, None if controls is None else controls[done - 1])
         self._end(q)
-        if moves and T:
-            self.begins = False
-            self._left = None if u is None else self.parts.words(u[-1:], "controls")
-        return out.run(q)
+        require(status, "the run", done)
+        return out.run()
 
-    _left: Optional[np.ndarray] = None  # the control of the last row, in words: it moves the state to the next
-
-    def _carried(self, u: Optional[np.ndarray], T: int) -> Optional[np.ndarray]:
-        """Controls as C reads them: at row t that which moves the state from row t - 1."""
-        if T == 0 or (u is None and self._left is None):
-            return None
-        made = self.arithmetic.empty(T, self.model.l)
-        if u is not None:
-            made[1:] = self.parts.words(u, "controls")[:-1]
-        if self._left is not None:
-            made[0] = self._left
-        return made
+    def _moved(self, rows: int, left: Optional[np.ndarray] = None) -> None:
+        self.row, self.begins, self._left = self.row + rows, False, left
 
     def _way(self, q: Any, robust: Optional[Robust]) -> list[Any]:
         """Sets how measurements are taken; returns what has to stay until the call is over."""
@@ -242,20 +247,20 @@ class Filter:
             return []
         q.way = WAYS[robust.way]
         if robust.way == "gate":
-            return [self._gate(q, robust)]
+            return self._gate(q, robust)
         q.parameter = a.parameter(robust.value)
         return list(self._target(q)) if robust.way == "step-student" else []
 
-    def _gate(self, q: Any, robust: Robust) -> Any:
-        a = self.arithmetic
-        gate = self.__dict__.setdefault("_gates", {}).get(robust)  # its count of rejections goes on
-        if gate is None:
-            gate = a.struct("gate")
-            taken = 1 if self.model.m == 1 else self.model.m
-            gate.limit, gate.run = a.function("chi_square_limit")(taken, LEVELS[robust.value]), robust.run
-            self._gates[robust] = gate
-        q.gate = gate
-        return gate
+    def _gate(self, q: Any, robust: Robust) -> list[Any]:
+        """The limit of each row is that of the components which it has."""
+        if robust not in self._gates:
+            a, level = self.arithmetic, LEVELS[robust.value]
+            gate, limit = a.struct("gate"), a.function("chi_square_limit")
+            gate.run = robust.run
+            self._gates[robust] = gate, np.array([limit(count + 1, level) for count in range(self.model.m)], a.score)
+        q.gate, limits = self._gates[robust]
+        q.limits = self._scores(limits)
+        return []
 
     def _target(self, q: Any) -> tuple[Any, ...]:
         a, n, l = self.arithmetic, self.model.n, self.model.l
@@ -270,6 +275,9 @@ class Filter:
 
     def _ask(self, q: Any, out: Results) -> None:
         """What a smoother or an adaptation wants of a run beside the filter's results."""
+
+    def _tell(self, run: Run, out: Results) -> None:
+        """What it makes of that."""
 
     def _end(self, q: Any) -> None:
         """What of a run has to be known at the next one."""
@@ -286,6 +294,9 @@ class Filter:
     def _pointer(self, array: Optional[np.ndarray], kind: str = "") -> Any:
         return self.arithmetic.pointer(array, kind)
 
+    def _scores(self, array: np.ndarray) -> Any:
+        return self._pointer(array, "int64_t" if self.arithmetic.is_fixed else "")
+
     def _length(self, stem: str, *sizes: int) -> int:
         return int(self.arithmetic.function(f"{stem}_length")(*sizes))
 
@@ -295,21 +306,16 @@ class Filter:
         memory = self.arithmetic.empty(self._length(stem, *sizes))
         status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
         require(status, stem)
-        self.__dict__.setdefault("_kept", []).append(memory)
+        self._kept.append(memory)
         return made
 
-    def _words(self, stem: str) -> np.ndarray:
-        return np.array([self._call(stem, i) for i in range(self.model.n)], self.arithmetic.number)
+    def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
+        """A reading of every state, of the filter or of what follows it"""
+        read, source = self.arithmetic.function(of + name), source or self._handle
+        return np.array([read(source, i) for i in range(self.model.n)], self.arithmetic.number)
 
     def _values(self, words: np.ndarray, low: Optional[np.ndarray] = None) -> np.ndarray:
         return self.arithmetic.values(words, self.parts.fractions("states"), low)
-
-    @staticmethod
-    def _row(given: ArrayLike, size: int, name: str) -> np.ndarray:
-        row = np.atleast_1d(np.asarray(given, np.float64))
-        if row.shape != (size,):
-            raise KalmanqError(f"{name} is {row.shape}, not {size} numbers")
-        return row.reshape(1, size)
 
 
 class Results:
@@ -319,13 +325,14 @@ class Results:
         a, n, m = filter_.arithmetic, filter_.model.n, filter_.model.m
         self.filter = filter_
         names = ("mean", "mean_low", "sigma") if a.has_low_words else ("mean", "sigma")
-        self.numbers = {name: np.empty((T, n), a.number) for name in names}
-        self.numbers["innovation"] = np.empty((T, m), a.number)
-        self.any_size = {"innovation_variance": np.empty((T, m), a.number_of_any_size)}
+        self.numbers = {name: np.zeros((T, n), a.number) for name in names}
+        self.numbers["innovation"] = np.zeros((T, m), a.number)
+        self.any_size = {"innovation_variance": np.zeros((T, m), a.number_of_any_size)}
         if covariance:
-            self.any_size["covariance"] = np.empty((T, n, n), a.number_of_any_size)
-        self.scores = {name: np.empty(T, a.score) for name in ("nis", "log_likelihood")}
-        self.taken = np.empty(T, np.int32)
+            self.any_size["covariance"] = np.zeros((T, n, n), a.number_of_any_size)
+        self.scores = {name: np.zeros(T, a.score) for name in ("nis", "log_likelihood")}
+        self.taken = np.zeros(T, np.int32)
+        self.settled: Optional[np.ndarray] = None
 
     def ask(self, q: Any) -> None:
         a = self.filter.arithmetic
@@ -334,10 +341,10 @@ class Results:
         for name, array in self.any_size.items():
             setattr(q, name, a.pointer(array, self.filter._any_size))
         for name, array in self.scores.items():
-            setattr(q, name, a.pointer(array, "int64_t" if a.is_fixed else ""))
+            setattr(q, name, self.filter._scores(array))
         q.taken = a.pointer(self.taken, "int32_t")
 
-    def run(self, q: Any) -> Run:
+    def run(self) -> Run:
         f, a, words = self.filter, self.filter.arithmetic, self.numbers
         states, measured = f.parts.fractions("states"), np.array(f.parts.fractions("measurements"))
         made = Run(
@@ -349,30 +356,8 @@ class Results:
             words={**words, **self.scores})
         if "covariance" in self.any_size:
             made.covariance = a.numbers(self.any_size["covariance"], f.parts.covariance_scale)
-        if "lagged" in words:
-            made.lagged = a.values(words["lagged"], states, words["lagged_low"])
-            made.lagged_sigma = a.values(words["lagged_sigma"], states)
-        if "scales" in self.any_size:
-            made.scales = a.numbers(self.any_size["scales"])
+        f._tell(made, self)
         return made
-
-
-def present_of(z: np.ndarray) -> np.ndarray:
-    """A mask for each row: bit c where component c is there."""
-    bits = np.uint32(1) << np.arange(z.shape[1], dtype=np.uint32)
-    return ((~np.isnan(z)) * bits).sum(axis=1, dtype=np.uint32)
-
-
-def _rows(given: ArrayLike, columns: int, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(given, np.float64)
-    except (TypeError, ValueError) as problem:
-        raise KalmanqError(f"{name}: not an array of numbers") from problem
-    if array.ndim == 1 and columns == 1:
-        array = array.reshape(-1, 1)
-    if array.ndim != 2 or array.shape[1] != columns:
-        raise KalmanqError(f"{name} is {' x '.join(map(str, array.shape))}, not T x {columns}")
-    return np.ascontiguousarray(array)
 
 
 class LagSmoother(Filter):
@@ -392,14 +377,13 @@ class LagSmoother(Filter):
             out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
             setattr(q, name, self._pointer(out.numbers[name]))
 
+    def _tell(self, run: Run, out: Results) -> None:
+        run.lag = self.lag
+        run.lagged = self._values(out.numbers["lagged"], out.numbers["lagged_low"])
+        run.lagged_sigma = self._values(out.numbers["lagged_sigma"])
+
     def _end(self, q: Any) -> None:
         self._follows = bool(q.lag_follows)
-
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
-            covariance: bool = False) -> Run:
-        run = super().run(z, u, robust=robust, covariance=covariance)
-        run.lag = self.lag
-        return run
 
 
 class AdaptiveFilter(Filter):
@@ -409,26 +393,28 @@ class AdaptiveFilter(Filter):
     memory        M, in updates: 10 .. 100000
     step          0 < step <= 1
     limits        of both scales
+    sensor_limits of R's, where they are others
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, scales: str = "both", memory: int = 500,
-                 step: float = 0.1, limits: tuple[float, float] = (1e-3, 1e3)):
-        super().__init__(model, arithmetic)
+                 step: float = 0.1, limits: tuple[float, float] = (1e-3, 1e3),
+                 sensor_limits: Optional[tuple[float, float]] = None, parts: Optional[Parts] = None):
+        super().__init__(model, arithmetic, parts=parts)
         a, n, m = self.arithmetic, model.n, model.m
         self._adaptation = a.struct("adaptation")
         store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
         root = np.zeros(int(lib.kq_root_length_q31(n)), np.int32)
-        self._kept = [store, root]
+        self._kept += [store, root]
         extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
         require(a.function("adaptation_assign")(self._adaptation, n, m, self._pointer(store, self._any_size),
                                                 store.size, *extra), "adaptation")
         which = {"both": lib.KQ_ADAPT_BOTH, "process": lib.KQ_ADAPT_PROCESS, "sensor": lib.KQ_ADAPT_SENSOR}
         if scales not in which:
             raise KalmanqError(f"there are no scales {scales!r}: {', '.join(which)}")
-        low, high = map(a.parameter, limits)
+        ends = map(a.parameter, (*limits, *(sensor_limits or limits)))
         rule = ffi.new(f"kq_adaptation_rule_{a.name} *", {
-            "scales": which[scales], "memory": memory, "step": a.parameter(step), "process_least": low,
-            "process_most": high, "sensor_least": low, "sensor_most": high})
+            "scales": which[scales], "memory": memory, "step": a.parameter(step),
+            **dict(zip(("process_least", "process_most", "sensor_least", "sensor_most"), ends))})
         require(a.function("adaptation_init")(self._adaptation, self.parts.process, self.parts.sensor, rule),
                 "adaptation")
         require(a.function("adaptation_attach")(self._adaptation, self._handle), "adaptation")
@@ -438,6 +424,18 @@ class AdaptiveFilter(Filter):
         made = np.zeros((int(q.steps), 2), self.arithmetic.number_of_any_size)
         out.any_size["scales"] = made
         q.scales = self._pointer(made, self._any_size)
+
+    def _tell(self, run: Run, out: Results) -> None:
+        run.scales = self.arithmetic.numbers(out.any_size["scales"])
+
+    @property
+    def scales(self) -> np.ndarray:
+        """2: of Q and R, as they are now."""
+        a, made = self.arithmetic, []
+        for name in ("process", "sensor"):
+            scale = a.function(f"adaptation_{name}_scale")(self._adaptation)
+            made.append(np.ldexp(float(scale.mantissa), scale.exponent) if a.is_fixed else scale)
+        return np.array(made, np.float64)
 
 
 class Smoother:
@@ -454,8 +452,8 @@ class Smoother:
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False,
             means_only: bool = False) -> Run:
         """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
-        rows = _rows(z, self.model.m, "z")
-        controls = None if u is None else _rows(u, self.model.l, "u")
+        rows = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(rows))
         recording = _Recording(self.model, self.parts, rows, controls)
         run = recording.run(z, u, covariance=covariance)
         recording.smooth(run, covariance, means_only)

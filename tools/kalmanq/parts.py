@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
@@ -34,8 +34,22 @@ class Parts:
 
     def words(self, given: np.ndarray, which: str) -> np.ndarray:
         quantities = getattr(self.model, which)
+        if which == "controls" and np.any(np.isnan(given)):
+            row, column = map(int, np.argwhere(np.isnan(given))[0])
+            raise KalmanqError(f"{quantities[column].name}: a control is missing", lib.KQ_ERR_NOT_FINITE, row)
         formats = self.formats[which] if self.arithmetic.is_fixed else None
         return self.arithmetic.words(given, quantities, formats, which)
+
+    def carried(self, controls: Optional[np.ndarray], left: Optional[np.ndarray], rows: int) -> Optional[np.ndarray]:
+        """Words of controls as C reads them: at row t what moves the state from row t - 1, `left` at the first."""
+        if rows == 0 or (controls is None and left is None):
+            return None
+        made = self.arithmetic.empty(rows, self.model.l)
+        if controls is not None:
+            made[1:] = controls[:-1]
+        if left is not None:
+            made[0] = left
+        return made
 
     @property
     def covariance_scale(self) -> np.ndarray:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
+from kalmanq.data import controls_of, index_of, present_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import _rows, present_of
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 from kalmanq.results import Run
@@ -49,7 +49,8 @@ class SteadyFilter:
     def __init__(self, model: Model, arithmetic: str = "f64", gain: Optional[ArrayLike] = None):
         self.model = model
         self.parts = Parts(model, arithmetic)
-        self.begins = True
+        self.begins = True  # the next row is the first one
+        self._left: Optional[np.ndarray] = None  # the control of the last row
         a, n, m = self.parts.arithmetic, model.n, model.m
         self._handle = a.struct("steady")
         require(a.function("steady_assign")(self._handle, n, m, *self.parts.memory(
@@ -77,23 +78,24 @@ class SteadyFilter:
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> Run:
         """As Filter.run: mean and innovation."""
         parts, a, n, m = self.parts, self.parts.arithmetic, self.model.n, self.model.m
-        given = _rows(z, m, "z")
+        given = rows_of(z, self.model.measurements, "z")
         present = present_of(given)
         if np.any((present != 0) & (present != (1 << m) - 1)):
             row = int(np.flatnonzero((present != 0) & (present != (1 << m) - 1))[0])
             raise KalmanqError("a steady filter takes all components of a row, or none", row=row)
         words = np.ascontiguousarray(parts.words(given, "measurements"))
-        controls = None
-        if u is not None:
-            moved = parts.words(_rows(u, self.model.l, "u"), "controls")
-            controls = np.vstack([np.zeros_like(moved[:1]), moved[:-1]])
+        controls = controls_of(u, self.model, len(given))
+        moving = None if controls is None else parts.words(controls, "controls")
+        carried = parts.carried(moving, self._left, len(given))
         mean, innovation = a.empty(len(given), n), a.empty(len(given), m)
         done = ffi.new("size_t *")
         status = a.function("steady_run")(
-            self._handle, len(given), a.pointer(words), a.pointer(present, "uint32_t"), a.pointer(controls),
+            self._handle, len(given), a.pointer(words), a.pointer(present, "uint32_t"), a.pointer(carried),
             self.begins, a.pointer(mean), a.pointer(innovation), done)
         require(status, "the run", int(done[0]))
-        self.begins = False
+        if len(given):
+            self.begins = False
+            self._left = None if moving is None else moving[-1]
         return Run(self.model, a.name, mean=a.values(mean, parts.fractions("states")),
                    innovation=a.values(innovation, parts.fractions("measurements")),
-                   index=getattr(z, "index", None), words={"mean": mean, "innovation": innovation})
+                   index=index_of(z, u), words={"mean": mean, "innovation": innovation})

@@ -40,7 +40,7 @@ static void K(readings)(K(row) *r)
     }
 }
 
-static void K(look_at_variances)(const K(row) *r)
+static void K(look_at_variances)(const K(row) *r, const K(filter) *f)
 {
     const K(sequence) *q = r->q;
     number S[KQ_SIZE_MAX * KQ_SIZE_MAX], *variances = q->innovation_variance + r->t * r->m;
@@ -48,34 +48,34 @@ static void K(look_at_variances)(const K(row) *r)
         for (size_t c = 0; c < r->m; c++) variances[c] = (variances - r->m)[c];
         return;
     }
-    const kq_status unknown = K(measurement)(q->filter, q->sensor, NULL, S);
+    const kq_status unknown = K(measurement)(f, q->sensor, NULL, S);
     for (size_t c = 0; c < r->m; c++) variances[c] = unknown ? no_number : S[c * r->m + c];
 }
 
 /* Where some of a row is missing, or of the state unknown */
-static kq_status K(look_at_some)(const K(row) *r, const num *z, num *e)
+static kq_status K(look_at_some)(const K(row) *r, const K(filter) *f, const num *z, num *e)
 {
     num there[KQ_SIZE_MAX];
     for (size_t c = 0; c < r->m; c++) there[c] = r->present >> c & 1 ? z[c] : 0;
-    const kq_status status = K(innovation)(r->q->filter, r->q->sensor, there, e);
+    const kq_status status = K(innovation)(f, r->q->sensor, there, e);
     for (size_t c = 0; c < r->m; c++) {
         if (status || !(r->present >> c & 1)) e[c] = lost;
     }
     return status;
 }
 
-/* Innovation and its variance; what is not known yet has none. */
-static kq_status K(look)(const K(row) *r)
+/* Innovation and its variance at f; what is not known yet has none. */
+static kq_status K(look)(const K(row) *r, const K(filter) *f)
 {
     const K(sequence) *q = r->q;
     kq_status status = KQ_OK;
     if (q->innovation) {
         const num *z = q->z + r->t * r->m;
         num *e = q->innovation + r->t * r->m;
-        status = r->present == r->all ? K(innovation)(q->filter, q->sensor, z, e) : KQ_ERR_NOT_READY;
-        if (status == KQ_ERR_NOT_READY) status = K(look_at_some)(r, z, e);
+        status = r->present == r->all ? K(innovation)(f, q->sensor, z, e) : KQ_ERR_NOT_READY;
+        if (status == KQ_ERR_NOT_READY) status = K(look_at_some)(r, f, z, e);
     }
-    if (q->innovation_variance) K(look_at_variances)(r);
+    if (q->innovation_variance) K(look_at_variances)(r, f);
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a state that is unknown so far */
 }
 
@@ -94,7 +94,9 @@ static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t p
     K(filter) *f = q->filter;
     const K(sensor) *s = q->sensor;
     switch (q->way) {
-    case SEQUENCE_GATED: return K(update_gated)(f, q->gate, s, z, present);
+    case SEQUENCE_GATED:
+        q->gate->limit = q->limits[count_of(present) - 1];
+        return K(update_gated)(f, q->gate, s, z, present);
     case SEQUENCE_HUBER: return K(update_huber)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_STUDENT: return K(update_student)(f, s, z, present, q->parameter, NULL);
     case SEQUENCE_JUMP: return K(update_jump)(f, s, z, present, q->parameter);
@@ -106,14 +108,36 @@ static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t p
 static kq_status K(take)(const K(row) *r, const num *z)
 {
     const K(sequence) *q = r->q;
-    const kq_status status =
-        q->way == SEQUENCE_PLAIN ? KQ_ERR_NOT_READY : K(take_robustly)(q, z, r->present);
+    const kq_status status = q->way != SEQUENCE_PLAIN && r->present ? K(take_robustly)(q, z, r->present)
+                                                                    : KQ_ERR_NOT_READY;
     if (status != KQ_ERR_NOT_READY) return status;
     if (r->present == r->all) return r->kernels.update(q->filter, q->sensor, z);
     return K(update_subset)(q->filter, q->sensor, z, r->present);
 }
 
-static kq_status K(move)(K(row) *r)
+/* What it has seen just before an update enters the window just after it. */
+static kq_status K(take_watched)(const K(row) *r, const num *z)
+{
+    const K(sequence) *q = r->q;
+    const kq_status seen = K(consistency_watch)(q->watch, q->filter, q->sensor, z, r->present);
+    if (seen && seen != KQ_ERR_NOT_READY) return seen;
+    const kq_status status = K(take)(r, z);
+    return status < KQ_OK || seen ? status : K(consistency_record)(q->watch, q->filter);
+}
+
+/* A step that may rest on a gain; what the innovation is shows a filter that goes before. */
+static kq_status K(step_settling)(const K(row) *r, const num *u, const num *z)
+{
+    const K(sequence) *q = r->q;
+    num memory[3 * KQ_SIZE_MAX + KQ_TRIANGLE(KQ_SIZE_MAX)];
+    K(filter) ahead;
+    kq_status status = K(filter_assign)(&ahead, q->filter->states, memory, sizeof memory / sizeof memory[0]);
+    if (!status) status = K(forecast)(q->filter, q->process, u, 1, &ahead);
+    if (!status) status = K(look)(r, &ahead);
+    return status ? status : K(step)(q->filter, q->process, u, q->sensor, z);
+}
+
+static kq_status K(move)(const K(row) *r)
 {
     const K(sequence) *q = r->q;
     const size_t l = q->process->controls;
@@ -125,9 +149,10 @@ static kq_status K(move)(K(row) *r)
         K(look_away)(r);
         if (status != KQ_ERR_NOT_READY) return status;
     }
+    if (q->is_settling && is_moved && r->present == r->all) return K(step_settling)(r, u, z);
     kq_status status = is_moved ? r->kernels.predict(q->filter, q->process, u) : KQ_OK;
-    if (!status) status = K(look)(r);
-    if (!status && r->present) status = K(take)(r, z);
+    if (!status) status = K(look)(r, q->filter);
+    if (!status) status = q->watch ? K(take_watched)(r, z) : K(take)(r, z);
     return status;
 }
 
@@ -164,6 +189,48 @@ static uint32_t K(present_in)(const num *z, size_t m)
     return present;
 }
 
+static kq_status K(refine)(K(sequence) *q, size_t t)
+{
+    const size_t n = q->filter->states;
+    kq_status status = KQ_OK;
+    if (!q->point_follows && t == q->point_row) {
+        status = K(point_attach)(q->point, q->filter);
+        q->point_follows = !status;
+    }
+    const int is_there = q->point_follows;
+    if (is_there) status = K(point_smooth)(q->point);
+    for (size_t i = 0; i < n; i++) {
+        q->point_mean[t * n + i] = is_there ? K(point_mean)(q->point, (int)i) : lost;
+        q->point_low[t * n + i] = is_there ? K(point_mean_low)(q->point, (int)i) : lost;
+        q->point_sigma[t * n + i] = is_there ? K(point_sigma)(q->point, (int)i) : lost;
+    }
+    if (!q->point_covariance) return status;
+    number *P = q->point_covariance + t * n * n;
+    for (size_t k = 0; k < n * n && !is_there; k++) P[k] = no_number;
+    return is_there && !status ? K(point_covariance)(q->point, P) : status;
+}
+
+/* A start that is unknown so far cannot settle. */
+static kq_status K(settle)(K(sequence) *q, size_t t)
+{
+    kq_status status = KQ_OK;
+    if (!q->is_settling) {
+        status = K(settling_attach)(q->settling, q->filter);
+        q->is_settling = !status;
+    }
+    if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(settling_is_settled)(q->settling));
+    return status == KQ_ERR_NOT_READY ? KQ_OK : status;
+}
+
+/* What follows the filter, after a row */
+static kq_status K(follow)(K(sequence) *q, size_t t)
+{
+    kq_status status = q->lag && q->lagged ? K(look_back)(q, t) : KQ_OK;
+    if (!status && q->point) status = K(refine)(q, t);
+    if (!status && q->settling) status = K(settle)(q, t);
+    return status;
+}
+
 kq_status K(sequence_run)(K(sequence) *q)
 {
     const size_t n = q->filter->states, m = q->sensor->components;
@@ -180,10 +247,8 @@ kq_status K(sequence_run)(K(sequence) *q)
             status = K(covariance)(q->filter, q->covariance + r.t * n * n);
             if (status && status != KQ_ERR_NOT_READY) return status;
         }
-        if (q->lag && q->lagged) {
-            status = K(look_back)(q, r.t);
-            if (status) return status;
-        }
+        status = K(follow)(q, r.t);
+        if (status) return status;
     }
     return KQ_OK;
 }
@@ -238,6 +303,28 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
         }
         if (status < KQ_OK) return status;
         for (size_t i = 0; i < n; i++) mean[t * n + i] = K(steady_mean)(filter, (int)i);
+    }
+    return KQ_OK;
+}
+
+kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
+                               const number *r, num *mean, num *mean_low, num *sigma, score *nis,
+                               score *log_likelihood, int32_t *taken, size_t *done)
+{
+    const K(filter) *f = fit->filter;
+    const size_t n = f->states;
+    for (*done = 0; *done < steps; ++*done) {
+        const size_t t = *done;
+        const kq_status status = K(least_squares_add)(fit, H + t * n, z[t], r[t]);
+        if (status < KQ_OK) return status;
+        for (size_t i = 0; i < n; i++) {
+            if (mean) mean[t * n + i] = K(mean)(f, (int)i);
+            if (mean_low) mean_low[t * n + i] = K(mean_low)(f, (int)i);
+            if (sigma) sigma[t * n + i] = K(sigma)(f, (int)i);
+        }
+        if (nis) nis[t] = K(nis)(f);
+        if (log_likelihood) log_likelihood[t] = K(log_likelihood_last)(f);
+        if (taken) taken[t] = K(taken)(f);
     }
     return KQ_OK;
 }

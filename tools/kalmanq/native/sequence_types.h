@@ -12,11 +12,18 @@ typedef struct {
     int way;                 /* SEQUENCE_... */
     number parameter;        /* k, nu or g of that way */
     K(gate) *gate;
-    K(process) *target; /* of the Student-t steps */
-    int32_t *root;      /* q31: of the target's noise */
-    K(lag) *lag;        /* attached as soon as the filter is ready, or NULL */
-    int lag_follows;    /* read and written: is it attached? */
-    size_t age;         /* of what is asked of it */
+    const score *limits;   /* of the gate, for 1 .. m components of a row */
+    K(process) *target;    /* of the Student-t steps */
+    int32_t *root;         /* q31: of the target's noise */
+    K(lag) *lag;           /* attached as soon as the filter is ready, or NULL */
+    int lag_follows;       /* read and written: is it attached? */
+    size_t age;            /* of what is asked of it */
+    K(point) *point;       /* attached after row `point_row` of this call, or NULL */
+    size_t point_row;
+    int point_follows;     /* read and written */
+    K(settling) *settling; /* attached as soon as the filter is ready, or NULL */
+    int is_settling;       /* read and written: is it attached? */
+    K(consistency) *watch; /* of every update, or NULL */
     K(adaptation) *adaptation; /* attached to the filter, or NULL: its scales are wanted */
     /* Results, a row a step; each may be NULL.  What is not to be had is NaN, in q31 not a word. */
     num *mean, *mean_low, *sigma; /* n, after the update */
@@ -25,8 +32,11 @@ typedef struct {
     number *innovation_variance;  /* m */
     score *nis, *log_likelihood;  /* of this step; where nothing was taken none, and 0 */
     int32_t *taken;
-    num *lagged, *lagged_low, *lagged_sigma; /* n, of `age` rows before */
-    number *scales;                          /* 2: of Q and R */
+    num *lagged, *lagged_low, *lagged_sigma;   /* n, of `age` rows before */
+    num *point_mean, *point_low, *point_sigma; /* n, of the point's row */
+    number *point_covariance;                  /* n x n */
+    number *scales;                            /* 2: of Q and R */
+    uint8_t *settled;                          /* did the step move the mean alone? */
     size_t done; /* written: rows that were done */
 } K(sequence);
 
@@ -44,3 +54,8 @@ kq_status K(start_read)(const K(start) *s, size_t steps, num *mean, num *mean_lo
 /* Predict and update of a filter of constant gain; what is not present has to be all of a row. */
 kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uint32_t *present,
                         const num *u, int begins, num *mean, num *innovation, size_t *done);
+
+/* A row of least squares after another: H is steps x n, z and r are steps.  Results may be NULL. */
+kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
+                               const number *r, num *mean, num *mean_low, num *sigma, score *nis,
+                               score *log_likelihood, int32_t *taken, size_t *done);

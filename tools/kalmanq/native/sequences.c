@@ -7,6 +7,13 @@
 
 /* mean_words, root_words: of a filter's memory, which has the mean and after it the root */
 
+static int count_of(uint32_t present)
+{
+    int count = 0;
+    for (; present; present &= present - 1) count++;
+    return count;
+}
+
 #define FLOATING_STEP_STUDENT(name, q, u, z, present)                                              \
     name((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter, (q)->target, NULL)
 
