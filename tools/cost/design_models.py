@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Writes designs of many kinds of models, for designs.py to measure: what costs.csv is made from.
+
+    design_models.py FOLDER [--count N] [--seed S]
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+import typer
+
+from kalmanq import KalmanqError, Model
+from kalmanq.c_source import source, ways_of
+from kalmanq.costs import shape
+from kalmanq.filters import Filter
+from kalmanq.model import Gaps
+from kalmanq.parts import Parts
+from kalmanq.reach import Record, draw, with_ranges
+
+ROWS, COUNTED = 32, 8
+
+
+def kinematic(random: np.random.Generator, n: int) -> np.ndarray:
+    """Axes of position, velocity, acceleration: nothing below the diagonal"""
+    A, dt, i = np.eye(n), 0.1, 0
+    while i < n:
+        order = int(random.integers(1, 4))
+        for a in range(i, min(i + order, n)):
+            for b in range(a + 1, min(i + order, n)):
+                A[a, b] = dt ** (b - a) / (1 if b - a == 1 else 2)
+        i += order
+    return A
+
+
+def dense(random: np.random.Generator, n: int) -> np.ndarray:
+    turn, _ = np.linalg.qr(random.standard_normal((n, n)))
+    return 0.95 * turn
+
+
+def companion(random: np.random.Generator, n: int) -> np.ndarray:
+    A = np.eye(n, k=1)
+    A[:, 0] = np.poly(random.uniform(-0.8, 0.8, n))[1:] * -1
+    return A
+
+
+def random_model(random: np.random.Generator, n: int, m: int) -> Model:
+    A = (kinematic, dense, companion)[int(random.integers(3))](random, n)
+    H = random.standard_normal((m, n)) if random.random() < 0.4 else np.eye(n)[random.permutation(n)[:m] if m <= n else
+                                                                               random.integers(0, n, m)]
+    G = random.standard_normal((n, n)) * 0.1
+    if random.random() < 0.5:
+        G = np.diag(np.diag(G)) + 0.01 * np.eye(n)
+    R = np.diag(random.uniform(0.5, 2, m))
+    if m > 1 and random.random() < 0.2:
+        R = R + 0.3
+    l = int(random.integers(1, 3)) if random.random() < 0.3 else 0
+    unknown = [int(random.integers(n))] if random.random() < 0.2 else []
+    return Model(A, H, R, G @ G.T, B=random.standard_normal((n, l)) * 0.1 if l else None, P0=np.ones(n),
+                 unknown=unknown, controls=[f"u{k}" for k in range(l)] if l else None, gaps=Gaps(0, 1))
+
+
+def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra: Optional[dict] = None) -> None:
+    model, T = parts.model, parts.arithmetic.name
+    is_fixed = parts.arithmetic.is_fixed
+    made = source(parts, way, name, is_lean=(extra or {}).get("lean", True))
+    place = folder / made.name
+    place.mkdir(parents=True)
+    (place / f"{made.name}.h").write_text(made.header, encoding="utf-8")
+    (place / f"{made.name}.c").write_text(made.text, encoding="utf-8")
+    z, u = record.z[:ROWS], None if record.u is None else record.u[:ROWS]
+    run = Filter(model, T, parts=parts).run(z, u)
+    words = run.words["mean"][-1]
+    word = "int32_t" if is_fixed else "float"
+
+    def cells(array: np.ndarray) -> str:
+        return ", ".join(str(int(v)) if is_fixed else f"{np.float32(v)!s}f" for v in np.ravel(array))
+
+    given = "controls[(t) - 1], " if model.l else ""
+    first = "controls[0], " if model.l else ""
+    lines = [f'#include "{made.name}.h"', f"typedef {word} word;", f"#define DESIGN(name) {made.name}_##name",
+             f"#define ALL {made.name.upper()}_ALL", f"#define MEAN kq_mean_{T}", f"#define SIGMA kq_sigma_{T}",
+             f"#define STEP(t) DESIGN(step)({given}rows[t], ALL)", f"#define STEP_OF(z) DESIGN(step)({first}z, ALL)",
+             f"enum {{ N = {model.n}, M = {model.m}, ROWS = {len(z)}, COUNTED = {COUNTED} }};",
+             f"static const word rows[ROWS][M] = {{{cells(parts.words(z, 'measurements'))}}};",
+             f"static const word expected[N] = {{{cells(words)}}};"]
+    if u is not None:
+        lines.append(f"static const word controls[ROWS][{model.l}] = {{{cells(parts.words(u, 'controls'))}}};")
+    (place / "design.h").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    what = {"name": made.name, "arithmetic": T, "way": way, **shape(model), **(extra or {})}
+    (place / "design.json").write_text(json.dumps(what, indent=1), encoding="utf-8")
+
+
+def main(folder: Path, count: int = 40, seed: int = 1) -> None:
+    random = np.random.default_rng(seed)
+    sizes = [(1, 1), (2, 1), (2, 2), (3, 1), (3, 3), (4, 1), (4, 2), (5, 2), (6, 1), (6, 3), (7, 2), (8, 4), (9, 3), (10, 1)]
+    for k in range(count):
+        n, m = sizes[k % len(sizes)]
+        model = random_model(random, n, m)
+        record = draw(model.changed(controls=[type(c)(c.name, range=1.0) for c in model.controls]) if model.l else model,
+                      ROWS, [k])[0]
+        for arithmetic in ("f32", "q31"):
+            try:
+                ranged = model if arithmetic == "f32" else with_ranges(model, [record])[0]
+                parts = Parts(ranged, arithmetic)
+                for way in ways_of(parts):
+                    if way == "sizes" and n > 6:
+                        continue
+                    write(folder, f"d{k}_{arithmetic}_{way}", parts, way, record)
+            except KalmanqError as problem:
+                print(f"{k} {arithmetic}: {problem}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

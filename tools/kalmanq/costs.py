@@ -1,0 +1,87 @@
+"""What a design costs on a core, from designs that were measured there (costs.csv, tools/cost/README.md)."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from typing import Any, Mapping
+
+import numpy as np
+from scipy.optimize import nnls
+
+from kalmanq.model import Model
+from kalmanq.parts import is_diagonal
+
+CORES = {
+    "m0": "Cortex-M0", "m3": "Cortex-M3", "m4f": "Cortex-M4F", "m7": "Cortex-M7, double FPU",
+    "m33": "Cortex-M33, FPU", "rv32": "RISC-V RV32IMAC", "avr": "ATmega328P",
+}
+MEASURES = ("instructions", "flash", "ram", "stack")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Instructions of a settled step, bytes of flash and RAM beside a program without a filter, and of the stack
+    at its deepest."""
+
+    instructions: int
+    flash: int
+    ram: int
+    stack: int
+
+
+def shape(model: Model) -> dict[str, int]:
+    """What of a model its costs depend on."""
+    rows, measured = (np.array([_length(row) for row in matrix]) for matrix in (model.A, model.H))
+    return {
+        "n": model.n, "m": model.m, "l": model.l, "upper": int(not np.any(np.tril(model.A, -1))),
+        "transition": int(np.sum(rows * (rows + 1) // 2)), "rows": int(measured.sum()),
+        "squares": int(np.sum(measured * (measured + 1) // 2)), "correlated": int(not is_diagonal(model.R)),
+        "unknown": int(np.any(model.unknown))}
+
+
+def _length(row: np.ndarray) -> int:
+    """From the first entry that is not 0 to the end: what a prepared row is read of."""
+    there = np.flatnonzero(row)
+    return len(row) - int(there[0]) if len(there) else 0
+
+
+def terms(measure: str, of: Mapping[str, int]) -> np.ndarray:
+    """What a cost is a sum of, with factors that are not negative."""
+    n, m, l, upper = (of[name] for name in ("n", "m", "l", "upper"))
+    if measure == "instructions":
+        dense = 1 - upper
+        return np.array([
+            1, n, n * n, n**3, dense * n, dense * n * n, dense * n**3, of["transition"], l, l * n, m, m * n, m * n * n,
+            of["rows"], of["squares"], of["correlated"] * m * m, of["unknown"]], float)
+    if measure == "stack":
+        return np.array([1, n, n * n, m, of["correlated"], of["unknown"], l > 0], float)
+    return np.array([1, n, n * n, n**3 if measure == "flash" else 0, m, m * n, l, l * n, l > 0, of["correlated"],
+                     of["correlated"] * m * m, of["unknown"], of["unknown"] * n, of["unknown"] * n * n], float)
+
+
+@lru_cache(maxsize=None)
+def measured() -> tuple[dict[str, Any], ...]:
+    text = resources.files("kalmanq").joinpath("costs.csv").read_text(encoding="utf-8")
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return tuple({key: int(value) if value.lstrip("-").isdigit() else value for key, value in row.items()}
+                 for row in rows)
+
+
+@lru_cache(maxsize=None)
+def factors(core: str, arithmetic: str, way: str, measure: str) -> np.ndarray:
+    """Of its terms, so that the relative errors of what was measured are least."""
+    rows = [row for row in measured() if (row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way)]
+    design = np.array([terms(measure, row) for row in rows])
+    found = np.array([row[measure] for row in rows], float)
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-9)
+    solution, _ = nnls(design / scale / found[:, None], np.ones(len(rows)))
+    return solution / scale
+
+
+def estimate(model: Model, core: str, arithmetic: str, way: str) -> Cost:
+    of = shape(model)
+    return Cost(*(int(round(float(factors(core, arithmetic, way, measure) @ terms(measure, of))))
+                  for measure in MEASURES))
