@@ -66,7 +66,7 @@ def random_model(random: np.random.Generator, n: int, m: int) -> Model:
 def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra: Optional[dict] = None) -> None:
     model, T = parts.model, parts.arithmetic.name
     is_fixed = parts.arithmetic.is_fixed
-    made = source(parts, way, name, is_lean=(extra or {}).get("lean", True))
+    made = source(parts, way, name)
     place = folder / made.name
     place.mkdir(parents=True)
     (place / f"{made.name}.h").write_text(made.header, encoding="utf-8")

@@ -16,12 +16,12 @@ from kalmanq.model import Model
 from kalmanq.parts import Parts, is_diagonal, known_prior
 
 WAYS = {
-    "tables": "process and sensor are constants in flash: the least code",
+    "lean": "process and sensor are constants in flash; a sharp measurement is refused: the least code",
+    "tables": "process and sensor are constants in flash",
     "init": "process and sensor are prepared at the start: fewer instructions where A or H has zeros",
     "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
 }
 LEAST_VARIANCE = 2.0**-120  # of a measurement in a constant sensor, kq_sensor_f32
-SHARP = 2.0**-20  # of S: less noise than that a lean sensor refuses
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,6 @@ class Writer:
     parts: Parts
     way: str
     name: str
-    is_lean: bool  # the sensor refuses what is sharp, which has to be checked by the caller
-
     @property
     def model(self) -> Model:
         return self.parts.model
@@ -63,6 +61,11 @@ class Writer:
         return self.name.upper()
 
     @property
+    def is_constant(self) -> bool:
+        """Are process and sensor constants?"""
+        return self.way in ("lean", "tables")
+
+    @property
     def is_unknown(self) -> bool:
         return bool(np.any(self.model.unknown))
 
@@ -72,7 +75,7 @@ def ways_of(parts: Parts) -> list[str]:
     made = ["init"]
     has_tables = is_diagonal(parts.model.R) and not np.any(parts.model.unknown)
     if has_tables and np.all(np.diag(parts.model.R) > LEAST_VARIANCE):
-        made.insert(0, "tables")
+        made = ["lean", "tables", "init"]
     if is_diagonal(parts.model.R):
         made.append("sizes")
     return made
@@ -83,14 +86,14 @@ def identifier(text: str) -> str:
     return made if not made[0].isdigit() and not keyword.iskeyword(made) else f"filter_{made}"
 
 
-def source(parts: Parts, way: str, name: str = "", is_lean: bool = False, remarks: Sequence[str] = ()) -> Source:
+def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = ()) -> Source:
     """The filter of a model in f32 or q31; remarks go to the top of the header."""
     if parts.arithmetic.name == "f64":
         raise KalmanqError("a design is in f32 or q31")
     if way not in ways_of(parts):
         raise KalmanqError(f"{parts.model.name} cannot be written as {way}: R is correlated or too small, or the "
                            "start is unknown")
-    writer = Writer(parts, way, identifier(name or parts.model.name), is_lean and way == "tables")
+    writer = Writer(parts, way, identifier(name or parts.model.name))
     return Source(writer.name, _header(writer, remarks), _text(writer))
 
 
@@ -187,7 +190,7 @@ def _text(w: Writer) -> str:
     lines += ["", f"KQ_FILTER_{w.T.upper()}(model_filter, {w.model.n});"]
     if w.is_unknown:
         lines.append(f"KQ_START_{w.T.upper()}(model_start, {w.model.n}, 0);")
-    lines += [*(_objects_constant if w.way == "tables" else _objects)(w), ""]
+    lines += [*(_objects_constant if w.is_constant else _objects)(w), ""]
     lines += [*_init(w), "", *_predict(w), "", *_update(w), "", *_step(w), "",
               f"kq_filter_{w.T} *{w.name}_filter(void) {{ return &model_filter; }}", ""]
     return "\n".join(lines)
@@ -230,7 +233,7 @@ def _tables_float(w: Writer) -> list[str]:
     else:
         lines += _array("float", "covariance", _floats(model.R.ravel()), model.m, "R, m x m")
     lines += _array("float", "first_mean", _floats(model.x0), 6, "x0 and P0: before the first sample")
-    if w.is_unknown or w.way != "tables":
+    if w.is_unknown or not w.is_constant:
         return lines + _array("float", "first_covariance", _floats(known_prior(model).ravel()), n)
     made = Filter(model, w.T, parts=w.parts)
     root = made.memory[-(n * (n + 1) // 2):]
@@ -239,7 +242,7 @@ def _tables_float(w: Writer) -> list[str]:
 
 def _process_noise_float(w: Writer) -> list[str]:
     model, n = w.model, w.model.n
-    if w.way == "tables":
+    if w.is_constant:
         root = _words_of(w.parts.process.noise_root, n * (n + 1) // 2)
         return _array("float", "noise_root", _floats(root), 6, "G, upper triangle by columns: Q = G G'")
     if model.G is not None:
@@ -280,7 +283,7 @@ def _tables_fixed(w: Writer) -> list[str]:
                     "x0 and the root of P0: before the first sample")
     lines += _array("int32_t", "first_root", [str(w.parts.prior.root[k]) for k in range(root)], 6)
     lines += [f"static const kq_prior_table_q31 prior = {{{n}, state_format, first_mean, first_root}};"]
-    return lines if w.way == "tables" else lines + _tables_to_init(w)
+    return lines if w.is_constant else lines + _tables_to_init(w)
 
 
 def _tables_to_init(w: Writer) -> list[str]:
@@ -300,7 +303,7 @@ def _tables_to_init(w: Writer) -> list[str]:
 
 def _objects_constant(w: Writer) -> list[str]:
     n, m, l = w.model.n, w.model.m, w.model.l
-    control, kind = ("control" if l else "NULL"), ("SENSOR_LEAN_TABLE" if w.is_lean else "SENSOR_TABLE")
+    control, kind = ("control" if l else "NULL"), ("SENSOR_LEAN_TABLE" if w.way == "lean" else "SENSOR_TABLE")
     if w.is_fixed:
         controls = "control_format" if l else "NULL"
         return [f"static const kq_process_q31 model_process = KQ_PROCESS_TABLE_Q31(\n    {n}, {l}, state_format, {controls}, "
@@ -323,7 +326,7 @@ def _objects(w: Writer) -> list[str]:
 
 
 def _init(w: Writer) -> list[str]:
-    calls = [] if w.way == "tables" else (_init_fixed if w.is_fixed else _init_float)(w)
+    calls = [] if w.is_constant else (_init_fixed if w.is_fixed else _init_float)(w)
     calls.append(_init_filter(w))
     lines = [f"kq_status {w.name}_init(void)", "{"]
     if len(calls) == 1:
@@ -356,7 +359,7 @@ def _init_filter(w: Writer) -> str:
                 "kq_filter_init_q31(&model_filter, &prior, NULL)")
     if unknown:
         return f"kq_start_init_f32(&model_start, &model_filter, first_mean, first_covariance, UINT32_C(0x{unknown:x}))"
-    if w.way == "tables":
+    if w.is_constant:
         return "kq_filter_init_root_f32(&model_filter, first_mean, first_root)"
     return "kq_filter_init_f32(&model_filter, first_mean, first_covariance)"
 
