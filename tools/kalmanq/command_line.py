@@ -154,6 +154,20 @@ def compare(
 
 
 @app.command()
+def report(
+    model: Path = MODEL,
+    data: Path = DATA,
+    out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself."),
+    arith: Arithmetic = ARITHMETIC,
+) -> None:
+    """Does the data fit the model?  A page with a verdict, pictures and figures."""
+    from kalmanq.commands.report import Asked, report_file
+
+    with told_in_one_line():
+        report_file(Asked(model, data, arith.value, out), console())
+
+
+@app.command()
 def fit(
     model: Path = MODEL,
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file."),
