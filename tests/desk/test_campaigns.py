@@ -12,18 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from kalmanq import KalmanqError, Smoother, model_file
+from kalmanq import KalmanqError, Smoother, campaigns, command_line, model_file
 from kalmanq.campaigns import CampaignInterrupted, journal_of, run_campaign
 from kalmanq.commands.simulate import simulate
-from kalmanq.commands.simulate_runs import Study, one_run
+from kalmanq.commands.simulate_runs import Study, one_run, summary
 from kalmanq.diagnostics import nees
 from models import cart
 from test_commands import EXAMPLES, kalmanq, refused, rows_of
 
 TRACK, NILE = EXAMPLES / "track.toml", EXAMPLES / "nile.toml"
-STUDY = ["-n", 300, "--runs", 24, "--seed", 7, "--smooth", "--arith", "q31"]
-LONG = ["-n", 2500, "--runs", 40, "--seed", 7]
+STUDY = ["-n", 200, "--runs", 24, "--seed", 8, "--smooth", "--arith", "q31"]
+LONG = ["-n", 1500, "--runs", 40, "--seed", 7]
 COMMAND = [sys.executable, "-m", "kalmanq.command_line", "simulate"]
 
 
@@ -164,10 +165,14 @@ def test_a_cluster_gives_the_same_bytes(tmp_path):
     assert by_dask == study(tmp_path / "one.csv", "--workers", 1)
 
 
-def test_no_cluster_is_one_line(tmp_path):
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://127.0.0.1:many", ""])
+def test_no_cluster_is_one_line(address, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    done = kalmanq("simulate", TRACK, *STUDY, "--out", "out.csv", "--dask", "tcp://127.0.0.1:9", folder=tmp_path)
-    refused(done, "no Dask scheduler at tcp://127.0.0.1:9", tmp_path)
+    monkeypatch.setattr(campaigns, "CONNECT_SECONDS", 0.5)
+    options = ["-n", "9", "--runs", "2", "--out", str(tmp_path / "out.csv"), "--dask", address]
+    done = CliRunner().invoke(command_line.app, ["simulate", str(TRACK), *options])
+    assert done.exit_code == 1 and f"no Dask scheduler at {address}" in done.output
+    assert done.output.count("\n") == 1 and list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
@@ -246,6 +251,17 @@ def test_the_right_model_is_within_its_bounds(tmp_path):
     assert "NEES" in printed and "within" in printed and "wrote" in printed
 
 
+def test_bounds_hold_as_often_as_they_say():
+    model, seeds = model_file.read(TRACK), range(40)
+    said = []
+    for seed in seeds:
+        rows = [one_run(Study(model, 60, seed, "f64", False, None), run) for run in range(8)]
+        said.append(summary({name: np.array([row[name] for row in rows], object) for name in rows[0]}))
+    for name in ("nees", "nis"):
+        assert sum(one[name]["within"] for one in said) >= 34
+        assert abs(np.mean([one[name]["mean"] for one in said]) - 1) < 0.03
+
+
 def test_nees_of_what_is_known_exactly_or_not_at_all():
     errors = np.array([[1.0, 0.0], [2.0, 5.0]])
     covariances = np.array([[[4.0, 0.0], [0.0, 0.0]], [[np.nan, 0.0], [0.0, 1.0]]])
@@ -262,7 +278,7 @@ def test_odd_models(tmp_path):
             "P0 = 'unknown'\n[states]\nnames = ['a,b', 'c\"d']\n[controls]\nnames = ['push']\n")
     model, out = tmp_path / "odd.toml", tmp_path / "out.csv"
     model.write_text(text)
-    for rows, runs in ((1, 1), (1, 3), (40, 2)):
+    for rows, runs in ((1, 3), (40, 1)):
         done = kalmanq("simulate", model, "-n", rows, "--runs", runs, "--smooth", "--workers", 1, "--out", out)
         assert done.returncode == 0, done.stderr
         assert done.stderr == "" and len(rows_of(out)) == runs
@@ -279,10 +295,13 @@ def test_odd_models(tmp_path):
     (["--runs", "3", "--out", "none/out.csv"], "no such folder"),
     (["--runs", "3", "--workers", "1", "--out", "out.csv", "--arith", "q31"], "run 0: "),
 ])
-def test_bad_options_are_one_line(options, said, tmp_path):
+def test_bad_options_are_one_line(options, said, tmp_path, monkeypatch):
     model = tmp_path / "model.toml"
     model.write_text(NILE.read_text().replace("4000", "100"))
-    refused(kalmanq("simulate", model, *options, folder=tmp_path), said, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(command_line.app, ["simulate", str(model), *options])
+    assert done.exit_code == 1 and said in done.output and done.output.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["model.toml"]
 
 
 def test_the_model_is_not_overwritten(tmp_path):

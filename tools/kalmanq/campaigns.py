@@ -37,6 +37,7 @@ except ImportError:  # not a POSIX system: two campaigns of one journal are not 
 
 KEY = "kalmanq_campaign"  # the first line of a journal has it
 AHEAD = 2  # tasks that are given out for each worker, so that none waits for the next one
+CONNECT_SECONDS = 5  # to reach a Dask scheduler
 SHOWN = 40  # longer values are not shown in a line
 
 Told = Optional[Callable[[int, int], None]]
@@ -255,8 +256,13 @@ def _as_they_end(executor: Executor, width: int, function: Callable[[Any], Any],
                 given[executor.submit(_perform, function, tasks[k], versions())] = k
         if not given:
             return
-        for future in wait(given, return_when=FIRST_COMPLETED).done:
+        ended = wait(given, return_when=FIRST_COMPLETED).done
+        for future in sorted(ended, key=_has_failed):  # what is done is kept before an error ends all
             yield given.pop(future), future.result()
+
+
+def _has_failed(future: Future[str]) -> bool:
+    return future.cancelled() or future.exception() is not None
 
 
 @contextmanager
@@ -298,7 +304,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         raise KalmanqError("--dask: needs dask[distributed]: pip install 'kalmanq[dask]'") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what goes wrong is said in one line
     try:
-        client = Client(address, timeout=5, set_as_default=False)
+        client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise KalmanqError(f"there is no Dask scheduler at {address}") from problem
     try:

@@ -10,6 +10,7 @@ from typing import Any, Callable, Optional
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from kalmanq.diagnostics import chi_square_limit
 from kalmanq.pictures import STYLE, limit
@@ -25,9 +26,10 @@ SVG_STYLE: dict[str, Any] = {
     "xtick.labelcolor": INK, "ytick.labelcolor": INK, "axes.xmargin": 0.01,
 }
 POINTS_TO_INCH = 1 / 72
-LEFT, RIGHT, ABOVE, BELOW = 46, 8, 13, 32  # margins in points: the same for all, so that rows are in line
-SIZE_WANTED = 1.8e6  # bytes of all pictures
-BYTES_A_BUCKET = 45  # of one series in both sizes, measured
+LEFT, RIGHT, ABOVE, BELOW = 46, 16, 13, 32  # margins in points: the same for all, so that rows are in line
+FAR = 8  # times the upper bound, from where an outlier would hide the other rows
+SIZE_WANTED = 2.2e6  # bytes of all pictures
+BYTES_A_BUCKET = 76  # of one series in both sizes, measured
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,9 @@ class Canvas:
     def dots(self, values: np.ndarray, colour: str, size: float = 3.6) -> None:
         """Round ends of dashes of no length: a path of them is smaller than as many markers."""
         at, low, high = envelope(values, self.buckets)
-        if low is not high:
-            at, low = np.repeat(at, 2), np.column_stack([low, high]).ravel()
+        if low is not high:  # with one between them, lest there seem to be two clouds
+            between = values[np.rint(at).astype(int)]
+            at, low = np.repeat(at, 3), np.column_stack([low, between, high]).ravel()
         known = np.isfinite(low)
         at, low = at[known], low[known]
         dash = 1e-3 * max(len(values), 1) / 1000
@@ -117,12 +120,19 @@ def draw_residuals(canvas: Canvas, series: np.ndarray) -> None:
 
 
 def draw_nis(canvas: Canvas, nis: np.ndarray, taken: np.ndarray) -> None:
-    """NIS a row with the bounds of 95 % of its chi-square, and the mean over neighbouring rows."""
+    """NIS a row with the bounds of 95 % of its chi-square, and the mean over neighbouring rows.
+
+    Logarithmic where outliers would hide the others.
+    """
     low, high = (np.where(taken > 0, chi_square_limit(p, np.maximum(taken, 1)), np.nan) for p in (0.025, 0.975))
     canvas.band(low, high, SMOOTHED)
     canvas.dots(nis, DATA, 3.2)
     canvas.line(running_mean(nis, max(10, len(nis) // 20)), FILTERED)
-    canvas.axis.set_ylim(bottom=0)
+    if np.any(nis > FAR * high):
+        _logarithmic(canvas.axis, np.inf)
+        canvas.axis.set_ylim(bottom=np.nanmin(low) / 10)
+    else:
+        canvas.axis.set_ylim(bottom=0)
 
 
 def running_mean(values: np.ndarray, width: int) -> np.ndarray:
@@ -155,9 +165,16 @@ def draw_sigma(canvas: Canvas, filtered: np.ndarray, smoothed: Optional[np.ndarr
     values = np.concatenate([sigma for sigma, _ in both])
     values = values[np.isfinite(values)]
     if len(values) and np.min(values) > 0 and np.max(values) > 20 * np.min(values):
-        canvas.axis.set_yscale("log")
+        _logarithmic(canvas.axis, np.log10(np.max(values) / np.min(values)))
     else:
         canvas.axis.set_ylim(bottom=0)
+
+
+def _logarithmic(axis: Any, decades: float) -> None:
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 1.5 else (1, 3) if decades < 3 else (1,)))
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.yaxis.set_minor_locator(NullLocator())
 
 
 # ------------------------------------------------------------------------------ SVG
@@ -189,6 +206,8 @@ def _finish(axis: Any, across: str, span: Optional[int]) -> None:
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5)) if axis.get_yscale() == "linear" else None
     if span is not None:
         axis.set_xlim(-0.5 - 0.005 * span, span - 0.5 + 0.005 * span)
+        if span < 4:
+            axis.set_xticks(range(span))
     if not axis.has_data():
         axis.text(0.5, 0.5, "nothing to show", transform=axis.transAxes, ha="center", va="center")
 

@@ -12,6 +12,7 @@ from kalmanq.diagnostics import autocorrelation, chi_square_limit, is_scored, lj
 from kalmanq.results import Run
 
 UNUSUAL, STRANGE = 0.05, 0.001  # chances, of a right model, below which a figure is at the edge, and bad
+TOO_FEW = "too few innovations that differ"
 ENOUGH = 20  # measurements, below which nothing is said of the fit
 
 
@@ -33,6 +34,10 @@ class Whiteness:
     pairs: np.ndarray
     count: int
     chance: float  # of such correlations where there are none; NaN: too few rows
+
+    @property
+    def is_judged(self) -> bool:
+        return self.chance == self.chance
 
     @property
     def bounds(self) -> np.ndarray:
@@ -68,11 +73,12 @@ def findings(run: Run, z: np.ndarray) -> list[Finding]:
     white = [whiteness(column) for column in series.T]
     names = [one.name for one in run.model.measurements]
     return [_nis(nis, taken, white), _outside(nis, taken), _autocorrelation(white, names),
-            _mean_innovation(series, names), _events(run), _missing(z)]
+            _mean_innovation(series, names), _events(run), _missing(z, names)]
 
 
 def headline(found: list[Finding]) -> str:
-    states = {state: [one.subject for one in found if one.state == state] for state in ("bad", "edge", "note")}
+    states = {state: [_within(one.subject) for one in found if one.state == state]
+              for state in ("bad", "edge", "note")}
     if "NIS" in states["note"]:
         return "Too few measurements to judge the fit."
     if states["bad"]:
@@ -80,6 +86,11 @@ def headline(found: list[Finding]) -> str:
     if states["edge"]:
         return f"The data fit the model; by chance or by little, not quite: {', '.join(states['edge'])}."
     return "The data fit the model."
+
+
+def _within(subject: str) -> str:
+    """As it is within a sentence."""
+    return subject if subject.isupper() else subject[0].lower() + subject[1:]
 
 
 def _state(chance: float, is_small: bool) -> str:
@@ -95,8 +106,9 @@ def _nis(nis: np.ndarray, taken: np.ndarray, white: list[Whiteness]) -> Finding:
         return Finding("note", "NIS", f"{freedom} scored measurements; {ENOUGH} are the least that say something")
     mean, (low, high) = total / freedom, mean_bounds(freedom)
     chance = 2 * min(special.chdtr(freedom, total), special.chdtrc(freedom, total))
-    said = (f"{mean:.3f} a measurement on average; a right model has 1, and is within {low:.3f} to {high:.3f} "
-            "in 95 % of all cases")
+    shown = f"{mean:.3f}" if mean < 1000 else f"{mean:.3g}"
+    said = (f"{shown} a measurement on average; a right model has 1, and is within {low:.3f} to {high:.3f} in 95 % of "
+            "all cases")
     state = _state(chance, 0.9 < mean < 1.1)
     if state == "good":
         return Finding(state, "NIS", said)
@@ -152,16 +164,16 @@ def _outside(nis: np.ndarray, taken: np.ndarray) -> Finding:
 
 def _autocorrelation(white: list[Whiteness], names: list[str]) -> Finding:
     subject = "Autocorrelation"
-    judged = [k for k, one in enumerate(white) if one.chance == one.chance]
+    judged = [k for k, one in enumerate(white) if one.is_judged]
     if not judged:
-        return Finding("note", subject, "too few innovations that differ")
+        return Finding("note", subject, TOO_FEW)
     worst = min(judged, key=lambda k: white[k].chance)
     one = white[worst]
     lags, largest = one.significant, int(np.nanargmax(np.abs(one.correlation)))
     shown = ", ".join(map(str, lags[:8])) + (", ..." if len(lags) > 8 else "")
     said = (f"of {names[worst]}: {len(lags)} of {len(one.correlation)} lags are outside of 95 %"
-            f"{f' ({shown})' if len(lags) else ''}, the largest is {one.correlation[largest]:.2g} at lag {largest + 1}; "
-            f"the chance of that is {_percent(one.chance)} (Ljung-Box)")
+            f"{f' ({shown})' if len(lags) else ''}, the largest is {one.correlation[largest]:.2g} at lag "
+            f"{largest + 1}; the chance of that is {_percent(one.chance)} (Ljung-Box)")
     state = _state(min(1.0, one.chance * len(judged)), abs(one.correlation[largest]) < 0.05)
     return Finding(state, subject, said, "" if state == "good" else _advice_correlated(one))
 
@@ -201,18 +213,22 @@ def _events(run: Run) -> Finding:
                    "See the ranges and fractions of the model, and the arithmetics below.")
 
 
-def _missing(z: np.ndarray) -> Finding:
-    share = float(np.mean(np.isnan(z)))
-    gap = _longest(np.all(np.isnan(z), axis=1))
+def _missing(z: np.ndarray, names: list[str]) -> Finding:
+    missing = np.isnan(z)
+    share = float(np.mean(missing))
     if share == 0:
         return Finding("good", "Missing", "nothing")
     if share == 1:
         return Finding("note", "Missing", "all measurements: what is shown is the model alone")
-    longest = f"; the longest gap is {gap} {'row' if gap == 1 else 'rows'}" if gap else ""
-    return Finding("note", "Missing", f"{_percent(share)} of the measurements{longest}")
+    gaps = [_longest(column) for column in missing.T]
+    longest = int(np.argmax(gaps))
+    rows = f"{gaps[longest]} {'row' if gaps[longest] == 1 else 'rows'}"
+    return Finding("note", "Missing", f"{_percent(share)} of the measurements; the longest gap is {rows}, of "
+                                      f"{names[longest]}")
 
 
 def _longest(missing: np.ndarray) -> int:
+    """Rows of the longest gap."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(int), [0]])))
     return int(np.max(edges[1::2] - edges[::2], initial=0))
 

@@ -156,7 +156,7 @@ def _drawn(study: Study) -> str:
     if study.rows <= 2 * study.buckets:
         return ""
     return page.paragraph(f"Of every {round(study.rows / study.buckets)} rows or so the lowest and highest values are "
-                          "drawn; all figures are of all rows.")
+                          "drawn, fewer on a narrow screen; all figures are of all rows.")
 
 
 def _residuals(study: Study) -> str:
@@ -200,6 +200,9 @@ def _nis(study: Study) -> str:
 def _autocorrelation(study: Study) -> str:
     figures = []
     for c, (one, white) in enumerate(zip(study.model.measurements, study.white)):
+        if not white.is_judged:
+            figures.append(page.paragraph(f"{one.name}: {verdict.TOO_FEW}."))
+            continue
         outside = f"{len(white.significant)} of {len(white.correlation)} lags outside"
 
         def draw(canvas: Canvas) -> None:
