@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,6 +114,12 @@ def test_what_a_task_refuses_ends_the_campaign_and_keeps_what_is_done(workers, t
     assert [0, 0] in [json.loads(line) for line in journal.read_text().splitlines()[1:]]
 
 
+def test_a_worker_of_another_version_is_refused():
+    with pytest.raises(KalmanqError, match="a worker has other versions"):
+        campaigns._perform(third, 1, {"kalmanq": "0.0.0", "numpy": np.__version__})
+    assert json.loads(campaigns._perform(third, 1, campaigns.versions()))["task"] == 1
+
+
 def test_a_process_that_dies_is_told_in_one_line(tmp_path):
     with pytest.raises(KalmanqError, match="a worker process ended"):
         campaign(tmp_path / "journal", function=ends_its_process, workers=2)
@@ -131,6 +136,17 @@ def test_an_interrupt_says_how_many_are_done(tmp_path):
     assert len(campaign(tmp_path / "journal", workers=1)) == 20
 
 
+def test_an_interrupt_is_held_while_a_process_begins():
+    before, went_on = signal.getsignal(signal.SIGINT), False
+    with pytest.raises(KeyboardInterrupt):
+        with campaigns._interrupts_held():
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+            went_on = True
+    assert went_on and signal.getsignal(signal.SIGINT) is before
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
 def test_a_journal_is_written_by_one_campaign_at_a_time(tmp_path):
     pytest.importorskip("fcntl")
     first = run_campaign(third, range(3), fingerprint={}, journal=tmp_path / "journal", workers=1)
@@ -144,6 +160,16 @@ def test_progress_counts_what_was_done_before(tmp_path):
     campaign(tmp_path / "journal", tasks=range(2), workers=1)
     campaign(tmp_path / "journal", tasks=range(4), workers=1, progress=lambda done, total: told.append((done, total)))
     assert told == [(2, 4), (3, 4), (4, 4)]
+
+
+def test_the_readmes_program_runs(tmp_path):
+    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    program = next(part for part in readme.split("```python\n")[1:] if "run_campaign" in part).split("```")[0]
+    (tmp_path / "squares.py").write_text(program)
+    done = subprocess.run([sys.executable, "squares.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == ""
+    assert (tmp_path / "squares.txt").read_text().split() == [str(k * k) for k in range(1000)]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["squares.py", "squares.txt"]
 
 
 # ------------------------------------------------------------------------------ simulate --runs

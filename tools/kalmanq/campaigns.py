@@ -15,12 +15,14 @@ import json
 import logging
 import os
 import signal
+import threading
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import islice
 from multiprocessing import active_children, get_context
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
 
@@ -38,6 +40,7 @@ except ImportError:  # not a POSIX system: two campaigns of one journal are not 
 KEY = "kalmanq_campaign"  # the first line of a journal has it
 AHEAD = 2  # tasks that are given out for each worker, so that none waits for the next one
 CONNECT_SECONDS = 5  # to reach a Dask scheduler
+HEARD_SECONDS = 0.2  # until Ctrl-C is heard, at most
 SHOWN = 40  # longer values are not shown in a line
 
 Told = Optional[Callable[[int, int], None]]
@@ -251,14 +254,16 @@ def _as_they_end(executor: Executor, width: int, function: Callable[[Any], Any],
     given: dict[Future[str], int] = {}
     ahead = iter(left)
     while True:
-        for k in islice(ahead, AHEAD * width - len(given)):
-            with _interrupts_held():
+        with _interrupts_held():
+            for k in islice(ahead, AHEAD * width - len(given)):
                 given[executor.submit(_perform, function, tasks[k], versions())] = k
         if not given:
             return
-        ended = wait(given, return_when=FIRST_COMPLETED).done
-        for future in sorted(ended, key=_has_failed):  # what is done is kept before an error ends all
-            yield given.pop(future), future.result()
+        with _interrupts_held():
+            ended = sorted(wait(given, HEARD_SECONDS, FIRST_COMPLETED).done, key=_has_failed)
+            outcomes = [(given.pop(future), future) for future in ended]
+        for k, future in outcomes:  # what is done is kept before an error ends all
+            yield k, future.result()
 
 
 def _has_failed(future: Future[str]) -> bool:
@@ -267,15 +272,25 @@ def _has_failed(future: Future[str]) -> bool:
 
 @contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """A process that begins here never sees Ctrl-C, which a terminal sends to all: this one ends the others."""
-    if not hasattr(signal, "pthread_sigmask"):
+    """Ctrl-C is heard when this is over, and never by a process that begins in it: this one ends the others.
+
+    An interrupt while a process begins would leave one that nobody knows of, and one within a lock that other
+    threads wait for would leave it locked.
+    """
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    heard: list[Any] = []
+    before = signal.signal(signal.SIGINT, lambda *given: heard.append(given))
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if mask is not None:  # a new process has the mask of its parent
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, before)
+        if heard and callable(before):
+            before(*heard[-1])
 
 
 @contextmanager
@@ -284,15 +299,21 @@ def _processes(count: int) -> Iterator[Executor]:
     executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
     try:
         yield executor
-    except BaseException as problem:  # what is under way is given up
-        executor.shutdown(wait=False, cancel_futures=True)
-        for child in set(active_children()) - others:
-            child.terminate()
+    except BaseException as problem:
+        _give_up(executor, others)
         if isinstance(problem, BrokenProcessPool):
             raise KalmanqError("a worker process ended by itself, out of memory perhaps; the same command goes on "
                                "from there") from None
         raise
     executor.shutdown()
+
+
+def _give_up(executor: Executor, others: set[BaseProcess]) -> None:
+    """Ends what is under way.  All processes are ended: one that is not would wait for what another one held."""
+    with _interrupts_held():
+        executor.shutdown(wait=False, cancel_futures=True)
+        for child in set(active_children()) - others:
+            child.terminate()
 
 
 @contextmanager
@@ -302,9 +323,11 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         from distributed import Client
     except ImportError:
         raise KalmanqError("--dask: needs dask[distributed]: pip install 'kalmanq[dask]'") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what goes wrong is said in one line
+    for handler in logging.getLogger("distributed").handlers:
+        handler.setLevel(logging.CRITICAL + 1)  # what goes wrong is said in one line
     try:
-        client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+        with _interrupts_held():
+            client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise KalmanqError(f"there is no Dask scheduler at {address}") from problem
     try:
@@ -315,15 +338,19 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         try:
             yield executor, width
         finally:
-            executor.shutdown(wait=False)
-    except (CancelledError, ImportError, AttributeError) as problem:
+            with _interrupts_held():
+                executor.shutdown(wait=False)
+    except CancelledError:
+        raise KalmanqError(f"the Dask cluster at {address} was lost; the same command goes on from there") from None
+    except (ImportError, AttributeError) as problem:  # a worker without what the task is made of
         raise KalmanqError(f"the Dask cluster at {address}: {_line(problem)}") from problem
     except Exception as problem:
         if type(problem).__module__.startswith("distributed"):
             raise KalmanqError(f"the Dask cluster at {address}: {_line(problem)}") from problem
         raise
     finally:
-        client.close(timeout=2)
+        with _interrupts_held():
+            client.close(timeout=2)
 
 
 def _line(problem: BaseException) -> str:

@@ -126,9 +126,9 @@ def simulate(
     json_: bool = JSON,
 ) -> None:
     """Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."""
-    from kalmanq.commands import simulate as one, simulate_runs as many
-
     with told_in_one_line():
+        from kalmanq.commands import simulate as one, simulate_runs as many
+
         if runs is None:
             given = {"--arith": arith, "--smooth": smooth, "--workers": workers, "--dask": dask, "--fresh": fresh,
                      "--json": json_}
@@ -161,9 +161,9 @@ def report(
     arith: Arithmetic = ARITHMETIC,
 ) -> None:
     """Does the data fit the model?  A page with a verdict, pictures and figures."""
-    from kalmanq.commands.report import Asked, report_file
-
     with told_in_one_line():
+        from kalmanq.commands.report import Asked, report_file
+
         report_file(Asked(model, data, arith.value, out), console())
 
 

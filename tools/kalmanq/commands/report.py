@@ -278,7 +278,7 @@ def _costs(model: Model) -> str:
 
 def _model(model: Model, asked: Asked) -> str:
     names = {"x": model.states, "u": model.controls, "z": model.measurements}
-    sides = {"A": "xx", "B": "xu", "H": "zx", "G": "x ", "Q": "xx", "R": "zz"}
+    sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z")}
     made = [page.table("States, measurements and controls", ["name", "what", "unit", "range", "fraction bits"],
                        [_quantity(one, what) for what, which in (("state", "x"), ("measurement", "z"),
                                                                  ("control", "u")) for one in names[which]],
