@@ -111,7 +111,8 @@ def test_what_a_task_refuses_ends_the_campaign_and_keeps_what_is_done(workers, t
     journal = tmp_path / "journal"
     with pytest.raises(KalmanqError, match="task 5: is too much"):
         campaign(journal, function=refuses_five, workers=workers)
-    assert [0, 0] in [json.loads(line) for line in journal.read_text().splitlines()[1:]]
+    kept = [json.loads(line) for line in journal.read_text().splitlines()[1:]]
+    assert len(kept) >= 4 and all(task == result for task, result in kept)  # the other worker may have one of 0 .. 4
 
 
 def test_a_worker_of_another_version_is_refused():

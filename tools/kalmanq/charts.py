@@ -28,6 +28,7 @@ SVG_STYLE: dict[str, Any] = {
 POINTS_TO_INCH = 1 / 72
 LEFT, RIGHT, ABOVE, BELOW = 46, 16, 13, 32  # margins in points: the same for all, so that rows are in line
 FAR = 8  # times the upper bound, from where an outlier would hide the other rows
+CLOUD = 8  # rows of a bucket, from where their range is drawn in the place of dots
 SIZE_WANTED = 2.2e6  # bytes of all pictures
 BYTES_A_BUCKET = 76  # of one series in both sizes, measured
 
@@ -67,14 +68,17 @@ class Canvas:
         self.axis.fill_between(at, lowest, highest, where=known, color=colour, alpha=0.2, lw=0)
 
     def dots(self, values: np.ndarray, colour: str, size: float = 3.6) -> None:
-        """Round ends of dashes of no length: a path of them is smaller than as many markers."""
+        """Round ends of dashes of no length: a path of them is smaller than as many markers.  Too many are a cloud."""
         at, low, high = envelope(values, self.buckets)
+        if len(values) > CLOUD * self.buckets:
+            self.axis.fill_between(at, low, high, where=np.isfinite(low), color=colour, alpha=0.4, lw=0)
+            return
         if low is not high:  # with one between them, lest there seem to be two clouds
             between = values[np.rint(at).astype(int)]
             at, low = np.repeat(at, 3), np.column_stack([low, between, high]).ravel()
         known = np.isfinite(low)
         at, low = at[known], low[known]
-        dash = 1e-3 * max(len(values), 1) / 1000
+        dash = 1e-6 * len(values)
         path = np.column_stack([at - dash, at + dash, np.full(len(at), np.nan)]).ravel()
         self.axis.plot(path, np.repeat(low, 3), color=colour, lw=size, alpha=0.85, solid_capstyle="round")
 
@@ -153,7 +157,7 @@ def draw_autocorrelation(canvas: Canvas, white: Whiteness) -> None:
     canvas.axis.axhline(0, color=MUTED, lw=0.8)
     shown = np.nan_to_num(white.correlation)
     canvas.axis.vlines(lags, 0, shown, color=FILTERED, lw=2.2)
-    largest = max(0.3, 1.15 * float(np.max(np.abs(shown))), 1.15 * min(1.0, float(np.max(white.bounds))))
+    largest = max(1.15 * float(np.max(np.abs(shown))), 2 * float(np.max(white.bounds)))
     canvas.axis.set_ylim(-min(1.05, largest), min(1.05, largest))
 
 

@@ -156,7 +156,7 @@ def _drawn(study: Study) -> str:
     if study.rows <= 2 * study.buckets:
         return ""
     return page.paragraph(f"Of every {round(study.rows / study.buckets)} rows or so the lowest and highest values are "
-                          "drawn, fewer on a narrow screen; all figures are of all rows.")
+                          "drawn, or all between them as a cloud. All figures are of all rows.")
 
 
 def _residuals(study: Study) -> str:
