@@ -116,7 +116,8 @@ def simulate(
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
     truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true."),
-    gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="Rows without measurements."),
+    gap: Optional[Tuple[int, int]] = typer.Option(
+        None, "--gap", metavar="FIRST END", help="Rows without measurements."),
     runs: Optional[int] = typer.Option(None, "--runs", min=1, help="Draw and filter so often: a row a run."),
     arith: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out."),
     smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too."),
