@@ -157,20 +157,20 @@ kq_setup_peers() {
             statsmodels==0.15.0 pykalman==0.11.2
 }
 
-# What the Python package needs to be built and to run, and pytest: a virtual environment from PyPI.  Sets
-# KQ_DESK_PYTHON.
+# What the Python package needs to be built and to run, what it can use beside, and pytest: a virtual
+# environment from PyPI.  Sets KQ_DESK_PYTHON.
 kq_setup_desk() {
     kq_setup_build
     KQ_DESK_PYTHON="$kq_root/.deps/desk/bin/python"
-    "$KQ_DESK_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, pandas, matplotlib, typer, rich, pytest' \
-        2>/dev/null && return 0
+    "$KQ_DESK_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, typer, rich, pytest
+import pandas, distributed' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
         kq_install python3 python3-venv python3-dev
     echo "setup: installing what the Python package needs"
     python3 -m venv "$kq_root/.deps/desk" &&
         "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check \
-            scikit-build-core cffi numpy scipy pandas matplotlib typer rich pytest
+            scikit-build-core cffi numpy scipy matplotlib typer rich pytest pandas 'dask[distributed]'
 }
 
 kq_setup_cost() {

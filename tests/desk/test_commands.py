@@ -161,5 +161,5 @@ def test_an_interrupt_leaves_nothing(tmp_path):
 def test_help_reads_well():
     said = kalmanq("--help")
     assert said.returncode == 0
-    for command in ("run", "check", "steady", "simulate", "compare", "fit"):
+    for command in ("run", "check", "steady", "simulate", "compare", "report", "fit"):
         assert command in said.stdout and kalmanq(command, "--help").returncode == 0

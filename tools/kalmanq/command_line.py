@@ -54,8 +54,8 @@ def told_in_one_line() -> Iterator[None]:
         _stop("not enough memory for all rows at once")
     except OSError as problem:
         _stop(f"{problem.filename}: {problem.strerror}" if problem.filename else str(problem))
-    except KeyboardInterrupt:
-        print("kalmanq: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        print(f"kalmanq: {interrupt if str(interrupt) else 'interrupted'}", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
 
 
@@ -116,13 +116,28 @@ def simulate(
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
     truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true."),
-    gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="Rows without measurements."),
+    gap: Optional[Tuple[int, int]] = typer.Option(
+        None, "--gap", metavar="FIRST END", help="Rows without measurements."),
+    runs: Optional[int] = typer.Option(None, "--runs", min=1, help="Draw and filter so often: a row a run."),
+    arith: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out."),
+    smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too."),
+    workers: Optional[int] = typer.Option(None, "--workers", min=1, help="Processes; all cores if left out."),
+    dask: Optional[str] = typer.Option(None, "--dask", metavar="ADDRESS", help="A Dask scheduler: on its cluster."),
+    fresh: bool = typer.Option(False, "--fresh", help="Forget what an interrupted command has done."),
+    json_: bool = JSON,
 ) -> None:
-    """Draw measurements of the model, as a CSV file that `run` takes."""
-    from kalmanq.commands.simulate import simulate_file
-
+    """Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."""
     with told_in_one_line():
-        simulate_file(model, rows, seed, out, truth, gap)
+        from kalmanq.commands import simulate as one, simulate_runs as many
+
+        if runs is None:
+            given = {"--arith": arith, "--smooth": smooth, "--workers": workers, "--dask": dask, "--fresh": fresh,
+                     "--json": json_}
+            many.refuse_without_runs([name for name, value in given.items() if value])
+            one.simulate_file(model, rows, seed, out, truth, gap)
+        else:
+            many.simulate_runs(many.Asked(model, rows, seed, out, truth, gap, runs, arith.value if arith else "f64",
+                                          smooth, workers, dask, fresh, json_), console())
 
 
 @app.command()
@@ -137,6 +152,20 @@ def compare(
 
     with told_in_one_line():
         compare_file(model, data, plot, json_, console())
+
+
+@app.command()
+def report(
+    model: Path = MODEL,
+    data: Path = DATA,
+    out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself."),
+    arith: Arithmetic = ARITHMETIC,
+) -> None:
+    """Does the data fit the model?  A page with a verdict, pictures and figures."""
+    with told_in_one_line():
+        from kalmanq.commands.report import Asked, report_file
+
+        report_file(Asked(model, data, arith.value, out), console())
 
 
 @app.command()

@@ -70,7 +70,7 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
         mean, sigma = ahead
         _band(axis, len(run) + np.arange(len(mean)), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
     axis.set_ylabel(run.model.states[i].label)
-    _limit(axis, run, z, i, measured)
+    limit(axis, np.concatenate([run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]))
 
 
 def _band(axis: Any, rows: np.ndarray, mean: np.ndarray, sigma: np.ndarray, colour: str, label: str) -> None:
@@ -78,11 +78,9 @@ def _band(axis: Any, rows: np.ndarray, mean: np.ndarray, sigma: np.ndarray, colo
     axis.plot(rows, mean, color=colour, lw=1.3, label=label)
 
 
-def _limit(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple[int, float]]) -> None:
-    """The first rows' bands may be so wide that nothing else could be seen."""
+def limit(axis: Any, values: np.ndarray) -> None:
+    """Room for these values: the first rows' bands may be so wide that nothing else could be seen."""
     low, high = axis.get_ylim()
-    seen = [run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]
-    values = np.concatenate(seen)
     values = values[np.isfinite(values)]
     if len(values) and np.ptp(values) > 0:
         room = 0.6 * np.ptp(values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Union
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 
-def simulate(model: Model, rows: int, seed: int, u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
+             u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
     """States (rows x n) and measurements (rows x m).  An unknown state begins at x0."""
     if model.l and u is None:
         u = np.zeros((rows, model.l))
@@ -30,6 +31,17 @@ def simulate(model: Model, rows: int, seed: int, u: Optional[np.ndarray] = None)
     return x, x @ model.H.T + error @ V.T
 
 
+def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
+          gap: Optional[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """As simulate, without the measurements of a gap."""
+    x, z = simulate(model, rows, seed)
+    if not np.all(np.isfinite(z)):
+        raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
+    if gap:
+        z[gap[0] : gap[1]] = np.nan
+    return x, z
+
+
 def root_of(P: np.ndarray) -> np.ndarray:
     """L with P = L L', of a P that may be singular."""
     values, vectors = np.linalg.eigh(P)
@@ -39,11 +51,7 @@ def root_of(P: np.ndarray) -> np.ndarray:
 def simulate_file(path: Path, rows: int, seed: int, out: Optional[Path], truth: bool,
                   gap: Optional[tuple[int, int]]) -> None:
     model = model_file.read(path)
-    x, z = simulate(model, rows, seed)
-    if not np.all(np.isfinite(z)):
-        raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
-    if gap:
-        z[gap[0] : gap[1]] = np.nan
+    x, z = drawn(model, rows, seed, gap)
     columns = {"step": np.arange(rows)}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: np.zeros(rows) for one in model.controls})

@@ -1,0 +1,274 @@
+"""The report: one page that stands by itself, of any model and data, and what it says of them."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from kalmanq import Filter, Model, Quantity, model_file
+from kalmanq import command_line
+from kalmanq.commands import report
+from kalmanq.commands.simulate import simulate
+from kalmanq.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
+from kalmanq.verdict import findings, headline
+from test_commands import EXAMPLES, kalmanq, refused
+
+NILE, MODEL, TRACK = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml", EXAMPLES / "track.toml"
+VOID = {"meta", "br", "hr", "link", "img", "input"}
+ODD = "<script>alert('1')</script> & \"quotes\""
+
+
+class Page(HTMLParser):
+    """Balanced elements, their attributes, and what is to be read."""
+
+    def __init__(self, path: Path):
+        super().__init__()
+        self.raw = path.read_text(encoding="utf-8")
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict]] = []
+        self.words: list[str] = []
+        self.feed(self.raw)
+        self.close()
+        assert self.open == [], "left open"
+
+    def handle_starttag(self, tag, attributes):
+        names = [name for name, _ in attributes]
+        assert len(names) == len(set(names)), f"<{tag}> has an attribute twice"
+        self.elements.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.elements.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> in {self.open[-3:]}"
+        self.open.pop()
+
+    def handle_data(self, data):
+        if "style" not in self.open:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+    def all(self, tag: str) -> list[dict]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+def reported(model, data, folder, *options) -> Page:
+    """In this process: a report is a second of drawing, and starting Python is another one."""
+    out = folder / "report.html"
+    done = CliRunner().invoke(command_line.app, ["report", str(model), str(data), "-o", str(out), *options])
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in folder.iterdir() if path.name.startswith(".")] == []
+    page = Page(out)
+    stands_by_itself(page)
+    can_be_used_by_all(page)
+    return page
+
+
+def stands_by_itself(page: Page) -> None:
+    assert not re.search(r"https?:|//[a-z]|@import|<script|<link|<iframe|javascript:", page.raw)
+    for tag, attributes in page.elements:
+        for name in ("src", "href", "xlink:href", "data", "action"):
+            assert attributes.get(name, "#").startswith("#"), (tag, attributes)
+        assert not any(name.startswith("on") for name in attributes), (tag, attributes)
+    for target in re.findall(r"url\(([^)]*)\)", page.raw):
+        assert target.startswith("#")
+    identities = [of["id"] for _, of in page.elements if "id" in of]
+    assert len(identities) == len(set(identities))
+    wanted = {of["href"][1:] for _, of in page.elements if "href" in of} | set(re.findall(r"url\(#([^)]*)\)", page.raw))
+    assert wanted <= set(identities)
+
+
+def can_be_used_by_all(page: Page) -> None:
+    assert page.all("html")[0]["lang"] == "en" and len(page.all("h1")) == 1 and len(page.all("title")) == 1
+    assert "width=device-width" in page.all("meta")[1]["content"]
+    for picture in page.all("svg"):
+        assert picture["role"] == "img" and len(picture["aria-label"]) > 20
+        assert "width" not in picture and picture["viewbox"]
+    assert len(page.all("caption")) == len(page.all("table"))
+    assert all(cell.get("scope") in ("col", "row") for cell in page.all("th"))
+    assert "prefers-color-scheme: dark" in page.raw and "@media print" in page.raw
+
+
+def written(folder: Path, model: Model, z: np.ndarray) -> tuple[Path, Path]:
+    """Files of a model and its measurements."""
+    paths = folder / "model.toml", folder / "data.csv"
+    paths[0].write_text(model_file.text_of(model), encoding="utf-8")
+    names = ",".join('"' + one.name.replace('"', '""') + '"' for one in model.measurements)
+    lines = [",".join("" if np.isnan(cell) else repr(float(cell)) for cell in row) + f",{k}" for k, row in enumerate(z)]
+    paths[1].write_text("\n".join([f"{names},row", *lines]) + "\n", encoding="utf-8")
+    return paths
+
+
+def level(name="level", drift=0.5, noise=2.0, **options) -> Model:
+    return Model([[1.0]], [1.0], noise, Q=[[drift]], name=name, **options)
+
+
+# ------------------------------------------------------------------------------ the page
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_the_nile(arithmetic, tmp_path):
+    page = reported(MODEL, NILE, tmp_path, "--arith", arithmetic)
+    assert "nile" in page.text and "100 rows" in page.text and arithmetic in page.text
+    for heading in ("Does the data fit the model?", "Data and bands", "Residuals", "NIS", "Autocorrelation",
+                    "Sigma", "The arithmetics", "The model"):
+        assert heading in page.text, heading
+    assert "log-likelihood" in page.text and "level [1e8 m3]" in page.text
+    assert str(tmp_path) not in page.raw and "nan" not in re.sub(r"<svg.*?</svg>", "", page.raw).lower()
+
+
+def test_the_same_page_for_the_same_files(tmp_path):
+    assert reported(MODEL, NILE, tmp_path).raw == reported(MODEL, NILE, tmp_path).raw
+
+
+def test_the_colours_of_pictures_are_those_of_the_page(tmp_path):
+    page = reported(MODEL, NILE, tmp_path)
+    pictures = "".join(re.findall(r"<svg.*?</svg>", page.raw, re.S))
+    assert "var(--filtered)" in pictures and "var(--smoothed)" in pictures
+    assert not re.search(r"(fill|stroke): ?#[0-9a-f]{3,6}", pictures)
+    for variable in set(re.findall(r"var\((--[a-z-]+)\)", page.raw)):
+        assert page.raw.count(f"{variable}:") == 2, variable  # once for light, once for dark
+
+
+def test_names_are_escaped(tmp_path):
+    model = level(ODD, states=[Quantity(ODD, "<b>", 100)], measurements=[Quantity("a&<i>", "\"'", 100)])
+    page = reported(*written(tmp_path, model, simulate(model, 30, 1)[1]), tmp_path)
+    assert "<script" not in page.raw and "<b>" not in page.raw and "<i>" not in page.raw
+    assert ODD in page.text and "a&<i>" in page.text
+
+
+CASES = {
+    "one row": (level(P0=[[1.0]]), np.array([[1.5]])),
+    "one row, unknown start": (level(), np.array([[1.5]])),
+    "two rows": (level(), np.array([[1.5], [2.0]])),
+    "all missing": (level(P0=[[1.0]]), np.full((20, 1), np.nan)),
+    "all missing, unknown start": (level(), np.full((20, 1), np.nan)),
+    "one missing row": (level(P0=[[0.0]]), np.array([[np.nan]])),
+    "no noise at all": (level(drift=0.0, noise=1e-30, P0=[[0.0]]), np.zeros((40, 1))),
+    "constant": (level(), np.full((40, 1), 3.0)),
+    "large": (level(P0=[[1e30]]), np.linspace(1e30, 2e30, 40)[:, None]),
+    "never known": (Model([[1.0, 1], [0, 1]], [1.0, 0], 1.0, Q=[0.1, 0.1]), np.array([[1.0], [np.nan], [np.nan]])),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_edges(case, tmp_path):
+    page = reported(*written(tmp_path, *CASES[case]), tmp_path)
+    assert f"{len(CASES[case][1])} row" in page.text
+    assert "nan" not in re.sub(r"<svg.*?</svg>", "", page.raw, flags=re.S).lower()
+    if "missing" in case or "row" in case:
+        assert "Too few measurements" in page.text
+
+
+def test_sixteen_states_stay_small(tmp_path):
+    model = Model(0.9 * np.eye(16), np.eye(16), np.ones(16), Q=np.full(16, 0.1), P0=np.ones(16),
+                  states=[Quantity(f"s{k}", "m", 100) for k in range(16)])
+    page = reported(*written(tmp_path, model, simulate(model, 600, 1)[1]), tmp_path)
+    assert len(page.raw) < 3e6 and "lowest and highest" in page.text
+    assert len(page.all("svg")) == 2 * (16 + 16 + 1 + 16) + 16  # autocorrelations are narrow alone
+
+
+def test_a_hundred_thousand_rows_stay_small(tmp_path):
+    page = reported(*written(tmp_path, level(), simulate(level(), 100_000, 1)[1]), tmp_path)
+    assert len(page.raw) < 1e6 and "100000 rows" in page.text and "lowest and highest" in page.text
+
+
+def test_what_each_core_pays_is_told_where_it_is_known(tmp_path, monkeypatch):
+    assert "cost of a step" not in reported(MODEL, NILE, tmp_path).text
+    monkeypatch.setattr(report, "cost_rows", lambda model: [report.CostRow("m4f <x>", "q31", 1234, 5678, 90),
+                                                            report.CostRow("avr", "f32", None, None, None)])
+    text = reported(MODEL, NILE, tmp_path).text
+    assert "cost of a step" in text and "m4f <x>" in text and "1234" in text
+
+
+# ------------------------------------------------------------------------------ what is refused
+
+
+def test_bad_data_is_one_line_and_no_file(tmp_path):
+    data, out = tmp_path / "data.csv", tmp_path / "out.html"
+    data.write_text("flow\n1\nx\n")
+    refused(kalmanq("report", MODEL, data, "-o", out), "row 3, column flow", tmp_path)
+    data.write_text("flow\n1\n")
+    refused(kalmanq("report", MODEL, data, "-o", data), "is an input", tmp_path)
+    assert data.read_text() == "flow\n1\n"
+
+
+def test_bad_options_are_refused_before_anything_is_done(tmp_path):
+    run = CliRunner()
+    for options, said in ((["-o", str(tmp_path / "none" / "out.html")], "no such folder"),
+                          (["-o", str(NILE)], "is an input"), (["-o", str(MODEL)], "is an input")):
+        done = run.invoke(command_line.app, ["report", str(MODEL), str(NILE), *options])
+        assert done.exit_code == 1 and said in done.output and done.output.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_range_that_does_not_fit_is_one_line(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("flow\n1000\n5000\n")
+    done = kalmanq("report", MODEL, data, "-o", tmp_path / "out.html", "--arith", "q31")
+    refused(done, "row 1: flow = 5000", tmp_path)
+
+
+# ------------------------------------------------------------------------------ the verdict
+
+
+def judged(model: Model, z: np.ndarray) -> tuple[str, dict]:
+    found = findings(Filter(model).run(z), z)
+    return headline(found), {one.subject: one for one in found}
+
+
+def test_data_of_the_model_fit_it():
+    said = [judged(level(), simulate(level(), 300, seed)[1])[0] for seed in range(200)]
+    assert sum("do not fit" in one for one in said) <= 3
+    assert sum(one == "The data fit the model." for one in said) > 140
+
+
+@pytest.mark.parametrize("truth, said", [
+    (level(noise=8.0), "R"), (level(drift=8.0), "Q"), (level(noise=0.4, drift=0.1), "too large"),
+])
+def test_a_wrong_size_of_noise_is_found(truth, said):
+    verdict, of = judged(level(), simulate(truth, 400, 3)[1])
+    assert verdict.startswith("The data do not fit the model")
+    assert of["NIS"].state == "bad" and said in of["NIS"].advice
+
+
+def test_an_offset_a_gap_and_a_lag_are_found():
+    z = simulate(level(), 400, 3)[1]
+    _, of = judged(level(drift=0.001), z)
+    assert of["Autocorrelation"].state == "bad" and "Q" in of["Autocorrelation"].advice
+    drifting = z + 5.0 * np.arange(400)[:, None]
+    assert judged(level(), drifting)[1]["Mean innovation"].state == "bad"
+    z[100:300] = np.nan
+    assert "50" in judged(level(), z)[1]["Missing"].said
+
+
+def test_outliers_are_found():
+    z = simulate(level(), 400, 3)[1]
+    z[::40] += 30.0
+    of = judged(level(), z)[1]
+    assert "robust" in of["NIS"].advice
+
+
+def test_figures_are_those_of_the_books():
+    draw = np.random.default_rng(2)
+    series = draw.normal(size=200)
+    correlation, pairs = autocorrelation(series, 10)
+    centred, T = series - series.mean(), 200
+    wanted = np.array([centred[k:] @ centred[:-k] / (centred @ centred) for k in range(1, 11)])
+    assert np.allclose(correlation * pairs / T, wanted, rtol=1e-12)
+    from scipy.stats import binom, chi2
+
+    statistic = T * (T + 2) * np.sum(wanted**2 / (T - np.arange(1, 11)))
+    assert ljung_box(correlation, pairs, T) == pytest.approx(chi2.sf(statistic, 10), rel=1e-9)
+    assert mean_bounds(50) == pytest.approx(tuple(chi2.ppf([0.025, 0.975], 50) / 50))
+    assert share_bounds(100) == pytest.approx(tuple(binom.ppf([0.025, 0.975], 100, 0.05) / 100))
