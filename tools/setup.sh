@@ -149,12 +149,13 @@ kq_setup_tests() {
 # from PyPI.  Sets KQ_PEERS_PYTHON.
 kq_setup_peers() {
     KQ_PEERS_PYTHON="$kq_root/.deps/python/bin/python"
-    "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman' 2>/dev/null && return 0
+    "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman, filterpy' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv
-    echo "setup: installing statsmodels and pykalman"
+    echo "setup: installing statsmodels, pykalman and filterpy"
     python3 -m venv "$kq_root/.deps/python" &&
         "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check \
-            statsmodels==0.15.0 pykalman==0.11.2
+            statsmodels==0.15.0 pykalman==0.11.2 &&
+        "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check --no-deps filterpy==1.4.5
 }
 
 # What the Python package needs to be built and to run, what it can use beside, and pytest: a virtual

@@ -33,6 +33,9 @@ groups_of() { # [NAME]
     package*) echo package ;;
     flags*) echo clang ;;
     readme*) echo python ;;
+    desk.shared) echo python ;;
+    desk.designs*) echo desk clang cores cost ;;
+    desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;

@@ -14,7 +14,7 @@ import numpy as np
 import typer
 
 from kalmanq import KalmanqError, Model
-from kalmanq.c_source import source, ways_of
+from kalmanq.c_source import CONSTANT, source, ways_of
 from kalmanq.costs import shape
 from kalmanq.filters import Filter
 from kalmanq.model import Gaps
@@ -63,8 +63,10 @@ def random_model(random: np.random.Generator, n: int, m: int) -> Model:
                  unknown=unknown, controls=[f"u{k}" for k in range(l)] if l else None, gaps=Gaps(0, 1))
 
 
-def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra: Optional[dict] = None) -> None:
+def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra: Optional[dict] = None) -> Path:
+    """NAME.h, NAME.c, design.h and design.json in a folder of that name."""
     model, T = parts.model, parts.arithmetic.name
+    parts = Parts(model, T, is_constant=way in CONSTANT)
     is_fixed = parts.arithmetic.is_fixed
     made = source(parts, way, name)
     place = folder / made.name
@@ -92,6 +94,7 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     (place / "design.h").write_text("\n".join(lines) + "\n", encoding="utf-8")
     what = {"name": made.name, "arithmetic": T, "way": way, **shape(model), **(extra or {})}
     (place / "design.json").write_text(json.dumps(what, indent=1), encoding="utf-8")
+    return place
 
 
 def main(folder: Path, count: int = 40, seed: int = 1) -> None:

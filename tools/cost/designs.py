@@ -23,7 +23,7 @@ import typer
 
 import build
 from build import Place, compiled, linked
-from cores import BY_NAME, ROOT, run
+from cores import BY_NAME, ROOT, Core
 from elf import Elf, flash_and_ram
 from emulators import Emulator, count_avr
 from errors import UserError
@@ -34,7 +34,7 @@ COUNTED = 8  # settled steps
 CALLS = COUNTED  # the region of all that is called at first
 SAME_BITS = ("-ffp-contract=off",)  # as CMake builds by default
 STRICT = ("-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
-COLUMNS = ("core", "arithmetic", "way", "n", "m", "l", "upper", "transition", "rows", "squares", "correlated",
+COLUMNS = ("core", "arithmetic", "way", "n", "m", "l", "upper", "transition", "mixing", "correlated",
            "unknown", "instructions", "flash", "ram", "stack")
 
 
@@ -51,7 +51,13 @@ def library(place: Place, key: tuple[str, str]) -> None:
 
 
 def measure(place: Place, task: tuple[str, Path]) -> dict[str, Any]:
-    core, folder = BY_NAME[task[0]], task[1]
+    try:
+        return measured(place, BY_NAME[task[0]], task[1])
+    except UserError as problem:
+        raise UserError(f"{task[1].name} on {task[0]}: {problem}") from None
+
+
+def measured(place: Place, core: Core, folder: Path) -> dict[str, Any]:
     what = json.loads((folder / "design.json").read_text(encoding="utf-8"))
     work = place.work / f"{core.name}-{folder.name}"
     work.mkdir()
@@ -95,7 +101,8 @@ def main(folder: Path = typer.Argument(...), core: list[str] = typer.Option(list
         whats = {one: json.loads((one / "design.json").read_text(encoding="utf-8")) for one in designs}
         arithmetics = sorted({what["arithmetic"] for what in whats.values()})
         tasks = [(name, one) for one, what in whats.items() for name in core
-                 if what["way"] != "sizes" or name in SIZES_ON[what["arithmetic"]]]
+                 if name in what.get("cores", core) and (what["way"] != "sizes" or
+                                                         name in SIZES_ON[what["arithmetic"]])]
         with get_context("fork").Pool(WORKERS) as pool:
             finish(pool, partial(library, place), [(c, a) for c in core for a in arithmetics], "compiling")
             made = finish(pool, partial(measure, place), tasks, "measuring")

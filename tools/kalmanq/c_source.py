@@ -21,6 +21,7 @@ WAYS = {
     "init": "process and sensor are prepared at the start: fewer instructions where A or H has zeros",
     "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
 }
+CONSTANT = ("lean", "tables")  # the ways in which process and sensor are constants
 LEAST_VARIANCE = 2.0**-120  # of a measurement in a constant sensor, kq_sensor_f32
 
 
@@ -62,8 +63,7 @@ class Writer:
 
     @property
     def is_constant(self) -> bool:
-        """Are process and sensor constants?"""
-        return self.way in ("lean", "tables")
+        return self.way in CONSTANT
 
     @property
     def is_unknown(self) -> bool:

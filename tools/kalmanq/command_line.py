@@ -35,6 +35,28 @@ class Way(str, Enum):
     step_student = "step-student"
 
 
+class Core(str, Enum):
+    m0 = "m0"
+    m3 = "m3"
+    m4f = "m4f"
+    m7 = "m7"
+    m33 = "m33"
+    rv32 = "rv32"
+    avr = "avr"
+
+
+class Chip(str, Enum):
+    f32 = "f32"
+    q31 = "q31"
+
+
+class WayToRun(str, Enum):
+    lean = "lean"
+    tables = "tables"
+    init = "init"
+    sizes = "sizes"
+
+
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
@@ -98,6 +120,27 @@ def check(model: Path = MODEL, json_: bool = JSON) -> None:
     with told_in_one_line():
         if not check_file(model, json_, console()):
             raise SystemExit(REFUSED)
+
+
+@app.command()
+def design(
+    model: Path = MODEL,
+    core: Core = typer.Option(..., "--core", help="What it will run on."),
+    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="What it will be given; otherwise drawn."),
+    arith: Optional[Chip] = typer.Option(None, "--arith", help="Only this one; otherwise what is best."),
+    way: Optional[WayToRun] = typer.Option(None, "--way", help="Only this one."),
+    flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Of the part."),
+    ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="Of the part."),
+    name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's."),
+    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go."),
+    json_: bool = JSON,
+) -> None:
+    """Formats, accuracy and costs on a core; the way to run it; the filter as a C file."""
+    from kalmanq.commands.design import Asked, design_file
+
+    with told_in_one_line():
+        design_file(Asked(model, core.value, data, arith.value if arith else None, way.value if way else None, flash,
+                          ram, name, out, json_), console())
 
 
 @app.command()

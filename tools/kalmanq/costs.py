@@ -34,18 +34,14 @@ class Cost:
 
 def shape(model: Model) -> dict[str, int]:
     """What of a model its costs depend on."""
-    rows, measured = (np.array([_length(row) for row in matrix]) for matrix in (model.A, model.H))
+    begins = [int(np.flatnonzero(row)[0]) if np.any(row) else model.n for row in model.A]
+    first = np.minimum.accumulate(begins[::-1])[::-1]  # rows from here on have nothing left of it
+    lengths = model.n - first
+    selecting = sum(np.count_nonzero(row) == 1 and np.any(row == 1) for row in model.H)
     return {
         "n": model.n, "m": model.m, "l": model.l, "upper": int(not np.any(np.tril(model.A, -1))),
-        "transition": int(np.sum(rows * (rows + 1) // 2)), "rows": int(measured.sum()),
-        "squares": int(np.sum(measured * (measured + 1) // 2)), "correlated": int(not is_diagonal(model.R)),
-        "unknown": int(np.any(model.unknown))}
-
-
-def _length(row: np.ndarray) -> int:
-    """From the first entry that is not 0 to the end: what a prepared row is read of."""
-    there = np.flatnonzero(row)
-    return len(row) - int(there[0]) if len(there) else 0
+        "transition": int(np.sum(lengths * (lengths + 1) // 2)), "mixing": model.m - int(selecting),
+        "correlated": int(not is_diagonal(model.R)), "unknown": int(np.any(model.unknown))}
 
 
 def terms(measure: str, of: Mapping[str, int]) -> np.ndarray:
@@ -55,7 +51,7 @@ def terms(measure: str, of: Mapping[str, int]) -> np.ndarray:
         dense = 1 - upper
         return np.array([
             1, n, n * n, n**3, dense * n, dense * n * n, dense * n**3, of["transition"], l, l * n, m, m * n, m * n * n,
-            of["rows"], of["squares"], of["correlated"] * m * m, of["unknown"]], float)
+            of["mixing"] * n, of["mixing"] * n * n, of["correlated"] * m * m, of["unknown"]], float)
     if measure == "stack":
         return np.array([1, n, n * n, m, of["correlated"], of["unknown"], l > 0], float)
     return np.array([1, n, n * n, n**3 if measure == "flash" else 0, m, m * n, l, l * n, l > 0, of["correlated"],
@@ -85,3 +81,7 @@ def estimate(model: Model, core: str, arithmetic: str, way: str) -> Cost:
     of = shape(model)
     return Cost(*(int(round(float(factors(core, arithmetic, way, measure) @ terms(measure, of))))
                   for measure in MEASURES))
+
+
+def is_measured(core: str, arithmetic: str, way: str) -> bool:
+    return any((row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way) for row in measured())

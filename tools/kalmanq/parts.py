@@ -12,9 +12,13 @@ from kalmanq.model import Model, Quantity
 
 
 class Parts:
-    """What filters of one model share.  They keep it: the C structs refer to its arrays."""
+    """What filters of one model share.  They keep it: the C structs refer to its arrays.
 
-    def __init__(self, model: Model, arithmetic: str):
+    is_constant   process and sensor are what KQ_PROCESS_TABLE and KQ_SENSOR_TABLE make of the arrays: A and H
+                  are taken for dense, which in q31 may come to other last bits
+    """
+
+    def __init__(self, model: Model, arithmetic: str, is_constant: bool = False):
         self.model = model
         self.arithmetic = arithmetic_of(arithmetic)
         self.kept: list[Any] = []  # what C refers to
@@ -24,6 +28,17 @@ class Parts:
             _fixed_point(self)
         else:
             _floating_point(self)
+        if is_constant:
+            self._take_for_dense()
+
+    def _take_for_dense(self) -> None:
+        rounded = 0 if self.arithmetic.is_fixed else 64  # as the macros have it
+        self.process.plain = self.model.n + rounded
+        self.sensor.plain = self.model.n | self.model.m << 8
+        for row in range(self.model.n):
+            self.process.first[row] = 0
+        for row in range(self.model.m):
+            self.sensor.selects[row] = 0
 
     def fractions(self, which: str) -> list[int]:
         """Fraction bits of the states, measurements or controls; 0 in floating point."""

@@ -16,7 +16,7 @@ from kalmanq.parts import is_diagonal
 
 MARGIN = 1.5  # a range is so many times what was reached
 FAR = 6.0  # sigmas that a stationary state may be from its mean
-ROWS, SEEDS = 500, 4  # of the records that are drawn where there are none
+ROWS, SEEDS = 500, 12  # of the records that are drawn where there are none
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ class Reach:
 
 
 def draw(model: Model, rows: int = ROWS, seeds: Sequence[int] = range(SEEDS)) -> list[Record]:
-    """Records of the model, with gaps where it allows them; controls anywhere in their ranges."""
+    """Records of the model, with gaps where it allows them; controls anywhere in their ranges.  One ends where
+    it leaves the ranges that the model declares."""
     made = []
     for seed in seeds:
         random = np.random.Generator(np.random.PCG64([seed, rows]))
@@ -43,10 +44,18 @@ def draw(model: Model, rows: int = ROWS, seeds: Sequence[int] = range(SEEDS)) ->
         if model.l:
             spans = np.array([one.range or 0.0 for one in model.controls])
             u = random.uniform(-spans, spans, (rows, model.l))
-        _, z = simulate(model, rows, seed, u)
+        x, z = simulate(model, rows, seed, u)
+        end = min(_inside(x, model.states), _inside(z, model.measurements))
         _leave_gaps(model, z, random)
-        made.append(Record(z, u))
+        made.append(Record(z[:end], None if u is None else u[:end]))
     return made
+
+
+def _inside(values: np.ndarray, quantities: Sequence[Quantity]) -> int:
+    """Rows before the first that is beyond 1 / MARGIN of a declared range"""
+    spans = np.array([np.inf if one.range is None else one.range / MARGIN for one in quantities])
+    beyond = np.any(np.abs(values) > spans, axis=1)
+    return int(np.argmax(beyond)) if np.any(beyond) else len(values)
 
 
 def _leave_gaps(model: Model, z: np.ndarray, random: np.random.Generator) -> None:
@@ -64,6 +73,8 @@ def reach(model: Model, records: Sequence[Record]) -> Reach:
     states, measured = np.zeros(model.n), np.zeros(model.m)
     driven = np.zeros(model.l)
     for record in records:
+        if not len(record.z):
+            continue
         run = Filter(model, "f64").run(record.z, record.u, covariance=True)
         states = np.fmax(states, np.nanmax(np.abs(run.mean), axis=0))
         states = np.fmax(states, _between(model, record, run.mean, run.covariance))

@@ -10,7 +10,7 @@ from typing import NamedTuple, Optional
 import numpy as np
 from rich.console import Console
 
-from kalmanq import charts, model_file, page, tables, verdict
+from kalmanq import charts, costs, model_file, page, tables, verdict
 from kalmanq.campaigns import versions
 from kalmanq.charts import NARROW, Canvas, buckets_for, chart
 from kalmanq.commands.compare import compare
@@ -37,13 +37,13 @@ class Asked:
 
 
 class CostRow(NamedTuple):
-    """Of one step, predict and update; None: not measured."""
+    """Of one step, predict and update"""
 
     core: str
     arithmetic: str
-    instructions: Optional[int]
-    flash_bytes: Optional[int]
-    stack_bytes: Optional[int]
+    instructions: int
+    flash_bytes: int
+    stack_bytes: int
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,14 @@ class Study:
         return len(self.run)
 
 
-def cost_rows(model: Model) -> Optional[list[CostRow]]:
-    """What a step of a model of this size costs on each core; None: the figures are not here."""
-    return None
+def cost_rows(model: Model) -> list[CostRow]:
+    """What a step of a model of this shape costs on each core, process and sensor prepared by init."""
+    made = []
+    for core, name in costs.CORES.items():
+        for arithmetic in ("f32", "q31"):
+            cost = costs.estimate(model, core, arithmetic, "init")
+            made.append(CostRow(name, arithmetic, cost.instructions, cost.flash, cost.stack))
+    return made
 
 
 def report_file(asked: Asked, console: Console) -> None:
@@ -266,13 +271,13 @@ def _arithmetics(study: Study) -> str:
 
 def _costs(model: Model) -> str:
     rows = cost_rows(model)
-    if not rows:
-        return ""
     return page.section(
-        "What it costs", page.table(
+        "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
+                                        "kalmanq design says which way to run it is best on one of them."),
+        page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
-            [[one.core, one.arithmetic, *("" if cell is None else str(cell) for cell in one[2:])] for one in rows],
+            [[one.core, one.arithmetic, *map(str, one[2:])] for one in rows],
             text_columns=(1,)), name="costs")
 
 

@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# designs.sh DESK_PYTHON PYTHON WORK CORE...: designs of five models for the cores, in f32 and q31 each as it is
+# recommended, compiled without a warning, run on the emulated cores to the twin's words, and measured.
+set -euo pipefail
+desk=$1 python=$2 work=$3
+shift 3
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+rm -rf "$work"
+mkdir -p "$work"
+"$desk" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --target "$work/package" "$root/tools"
+PYTHONPATH="$work/package:$root/tools/cost" PYTHONDONTWRITEBYTECODE=1 "$desk" "$here/designed.py" "$work/designs" "$@"
+"$python" -B "$root/tools/cost/designs.py" "$work/designs"

@@ -1,0 +1,208 @@
+"""Designs: formats that hold, C files that do what the twin does, promises that are kept."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import five
+from kalmanq import KalmanqError, Model, ModelError, Quantity, costs
+from kalmanq.c_source import WAYS, source, ways_of
+from kalmanq.core import lib
+from kalmanq.designs import ACCURATE, PARTS, Part, design, errors_of
+from kalmanq.filters import Filter
+from kalmanq.parts import Parts
+from kalmanq.reach import draw, reach, with_ranges
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
+sys.path.insert(0, str(ROOT / "tools" / "cost"))
+from design_models import random_model, write  # noqa: E402
+
+STRICT = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow",
+          "-Werror", "-ffp-contract=off"]
+LARGE = Part("m3", 1 << 24, 1 << 24)
+
+
+def kalmanq(*arguments: object) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments)], capture_output=True,
+                          text=True, check=False)
+
+
+# ------------------------------------------------------------------------------ the C files
+
+HOST = """
+#include <stdio.h>
+#include "design.h"
+int main(void)
+{
+    int wrong = DESIGN(init)() || DESIGN(update)(rows[0], ALL);
+    for (int t = 1; t < ROWS; t++) wrong |= STEP(t) < 0;
+    for (int i = 0; i < N; i++) wrong |= MEAN(DESIGN(filter)(), i) != expected[i];
+    puts(wrong ? "other words" : "the same words");
+    return wrong;
+}
+"""
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory) -> Path:
+    work = tmp_path_factory.mktemp("library")
+    for T in ("f32", "q31"):
+        for part in ("filter", "steady"):
+            subprocess.run(["cc", "-std=c11", "-O1", "-ffp-contract=off", f"-I{ROOT / 'include'}", "-c",
+                            str(ROOT / "src" / f"kq_{part}_{T}.c"), "-o", str(work / f"{part}_{T}.o")], check=True)
+    return work
+
+
+@pytest.mark.parametrize("make", five.FIVE)
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_the_c_file_does_what_the_twin_does(make, arithmetic, library, tmp_path):
+    model = make()
+    parts, record = Parts(model, arithmetic), draw(model.changed(gaps=type(model.gaps)()), seeds=[3])[0]
+    assert ways_of(parts) == list(WAYS)
+    (tmp_path / "main.c").write_text(HOST)
+    for way in WAYS:
+        name = f"written_{way}"
+        folder = write(tmp_path, name, parts, way, record)
+        subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'known_sizes'}", f"-I{folder}",
+                        str(folder / f"{name}.c"), str(tmp_path / "main.c"),
+                        *map(str, sorted(library.glob(f"*_{arithmetic}.o"))), "-lm", "-o", str(folder / "run")],
+                       check=True)
+        assert subprocess.run([str(folder / "run")], capture_output=True, text=True).stdout == "the same words\n", way
+
+
+def test_names_are_identifiers():
+    model = Model(np.eye(2), [[1, 0]], 1, np.eye(2), P0=[1, 1], states=["a b", "a-b"], measurements=["3 z"], name="9 for")
+    made = source(Parts(model, "f32"), "lean")
+    assert made.name == "filter_9_for"
+    assert "FILTER_9_FOR_A_B,\n    FILTER_9_FOR_A_B_," in made.header
+
+
+def test_a_correlated_or_unknown_start_has_its_ways():
+    correlated = Model(1, [[1], [1]], [[1, 0.5], [0.5, 1]], 1, P0=1)
+    assert ways_of(Parts(correlated, "f32")) == ["init"]
+    with pytest.raises(KalmanqError, match="cannot be written as lean"):
+        source(Parts(correlated, "f32"), "lean")
+    assert ways_of(Parts(Model(1, 1, 1, 1, P0=None), "f32")) == ["init", "sizes"]
+
+
+# ------------------------------------------------------------------------------ ranges and errors
+
+
+def test_the_reach_has_what_is_between_components():
+    """Two gauges of one state that contradict each other: between them the mean is far off."""
+    model = Model(1, [[1], [1]], [1e-4, 1e-4], 1e-6, P0=100, states=["level"])
+    from kalmanq.reach import Record
+
+    found = reach(model, [Record(np.array([[0.0, 0.0], [9.0, -9.0]]))])
+    assert 3 < found.states[0] <= 4.5 + 0.1 and found.measurements[0] == 9
+
+
+def test_random_designs_hold_or_warn():
+    """200 models, ranges 1.5 times the largest state: on records that were not there when it was designed."""
+    random, held, warned = np.random.default_rng(7), 0, 0
+    for k in range(200):
+        n = int(random.integers(1, 7))
+        model = random_model(random, n, int(random.integers(1, min(n, 3) + 1)))
+        model = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
+        try:
+            ranged, _ = with_ranges(model, draw(model, seeds=range(k, k + 4)))
+            trial = design(ranged, LARGE, draw(ranged, seeds=range(k, k + 4))).trials["q31"]
+        except KalmanqError:
+            warned += 1
+            continue
+        if trial.warnings:
+            warned += 1
+            continue
+        for record in draw(ranged, seeds=[1000 + k, 2000 + k]):
+            run, exact = (Filter(ranged, name).run(record.z, record.u) for name in ("q31", "f64"))
+            assert not run.events & (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW), k
+            assert np.nanmax(np.abs(errors_of(run, exact)), initial=0) < ACCURATE, k
+        held += 1
+    assert held >= 150, (held, warned)
+
+
+@pytest.mark.parametrize("make", five.FIVE)
+def test_the_promised_error_is_that_of_other_records(make):
+    """Of q31, in the mean square over all states; f32's depends on where the states are."""
+    model = make()
+    promised = design(model, LARGE, draw(model)).trials
+    measured = design(model, LARGE, draw(model, seeds=range(100, 112))).trials
+    ratio = np.sqrt(np.mean(measured["q31"].rms ** 2) / np.mean(promised["q31"].rms ** 2))
+    assert 0.8 < ratio < 1.2, ratio
+    assert measured["f32"].worst.max() < 10 * promised["f32"].worst.max()
+
+
+def test_without_range_or_data_a_wandering_state_is_refused_and_a_stationary_one_is_not():
+    with pytest.raises(KalmanqError, match="level has no range.*its states wander"):
+        with_ranges(Model(1, 1, 1, 1, P0=1, states=["level"]), [])
+    ranged, notes = with_ranges(Model(0.5, 1, 1, 0.75, P0=1), [])
+    assert 6 * 1 * 1.5 <= ranged.states[0].range < 11 and len(notes) == 2
+
+
+def test_saturating_ranges_are_warned_of():
+    model = Model(1, 1, 1e-4, 1.0, P0=1, states=[Quantity("level", range=4)], measurements=[Quantity("z", range=1e6)])
+    records = [type(draw(model)[0])(np.cumsum(np.full((400, 1), 0.5), axis=0))]
+    trial = design(model, LARGE, records).trials["q31"]
+    assert not trial.is_good and trial.warnings
+
+
+# ------------------------------------------------------------------------------ costs
+
+
+def test_estimates_are_near_what_was_measured():
+    """Each row of the table from all rows of its kind: instructions and flash to 20 %, all but a few."""
+    errors = []
+    for row in costs.measured():
+        for measure in ("instructions", "flash"):
+            found = costs.factors(row["core"], row["arithmetic"], row["way"], measure) @ costs.terms(measure, row)
+            errors.append(abs(found / row[measure] - 1))
+    assert len(errors) > 1000
+    assert np.quantile(errors, 0.98) < 0.2 and max(errors) < 0.5, (np.quantile(errors, 0.98), max(errors))
+
+
+# ------------------------------------------------------------------------------ the command
+
+
+@pytest.mark.parametrize("core", sorted(PARTS))
+def test_the_command_writes_a_filter(core, tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", core, "--flash", 512, "-o", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["chosen"] and sorted(path.name for path in tmp_path.iterdir()) == ["track.c", "track.h"]
+    assert {one["arithmetic"] for one in told["ways"]} == {"f32", "q31"}
+    assert all(one["instructions"] > 0 and one["stack"] > 0 for one in told["ways"])
+
+
+def test_what_does_not_fit_is_said(tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m0", "--flash", 4, "-o", tmp_path)
+    assert done.returncode == 1 and not list(tmp_path.iterdir())
+    assert "no way fits 4 kB of flash" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("arguments, said", [
+    (["nowhere.toml", "--core", "m0"], "nowhere.toml: no such file"),
+    ([EXAMPLES / "level.toml", "--core", "m0"], "its states wander; give ranges, or --data"),
+    ([EXAMPLES / "track.toml", "--core", "m0", "--data", "no.csv"], "no.csv: no such file"),
+    ([EXAMPLES / "track.toml", "--core", "m0", "-o", "nowhere"], "nowhere: there is no such folder"),
+])
+def test_wrong_input_is_one_line(arguments, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = kalmanq("design", *arguments)
+    assert done.returncode == 1 and said in done.stderr
+    assert done.stderr.count("\n") == 1 and not list(tmp_path.iterdir())
+
+
+def test_an_unknown_core_is_a_usage_error():
+    assert kalmanq("design", EXAMPLES / "track.toml", "--core", "z80").returncode == 2
+
+
+def test_a_model_without_ranges_is_no_fixed_point():
+    with pytest.raises(ModelError):
+        Parts(Model(1, 1, 1, 1, P0=1), "q31")

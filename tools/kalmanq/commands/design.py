@@ -1,0 +1,168 @@
+"""kalmanq design: formats, accuracy and costs of a filter on a core, and the C file."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kalmanq import model_file, tables
+from kalmanq.c_source import WAYS, Source, identifier, source
+from kalmanq.costs import CORES
+from kalmanq.designs import PARTS, START_UP, Designs, Part, Way, design
+from kalmanq.errors import KalmanqError
+from kalmanq.files import whole
+from kalmanq.model import Model
+from kalmanq.parts import Parts
+from kalmanq.reach import ROWS, SEEDS, Record, draw, with_ranges
+
+
+@dataclass(frozen=True)
+class Asked:
+    model: Path
+    core: str
+    data: Optional[Path]
+    arithmetic: Optional[str]
+    way: Optional[str]
+    flash: Optional[float]  # kB
+    ram: Optional[float]
+    name: str
+    out: Optional[Path]  # a folder
+    json: bool
+
+
+def design_file(asked: Asked, console: Console) -> bool:
+    """Answers whether a design is good."""
+    model = model_file.read(asked.model)
+    made = _designs(asked, model)
+    chosen = made.chosen(asked.arithmetic, asked.way)
+    written = _write(asked, made, chosen) if chosen and asked.out else []
+    if asked.json:
+        print(json.dumps(_told(made, chosen, written), indent=2))
+    else:
+        _tell(made, chosen, written, console)
+    if not chosen:
+        raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(asked, made)}")
+    return True
+
+
+def _designs(asked: Asked, model: Model) -> Designs:
+    flash, ram = PARTS[asked.core]
+    part = Part(asked.core, int(1024 * (asked.flash or flash)), int(1024 * (asked.ram or ram)))
+    records = [Record(*tables.measurements_and_controls(asked.data, model))] if asked.data else []
+    ranged, notes = with_ranges(model, records)
+    return design(ranged, part, records or draw(ranged), notes)
+
+
+def _reason(asked: Asked, made: Designs) -> str:
+    ways = [one for one in made.ways if asked.arithmetic in (None, one.arithmetic) and asked.way in (None, one.way)]
+    if not ways:
+        refused = [trial.refused for trial in made.trials.values() if trial.refused]
+        return refused[0] if refused else "there is no such way to run it"
+    fitting = [one for one in ways if one.fits]
+    if not fitting:
+        least = min(one.cost.flash for one in ways)
+        return f"no way fits {made.part.flash // 1024} kB of flash and {made.part.ram / 1024:g} kB of RAM " \
+               f"(the least takes {least} bytes of flash)"
+    return fitting[0].trial.warnings[0]
+
+
+# ------------------------------------------------------------------------------ the files
+
+
+def _write(asked: Asked, made: Designs, chosen: Way) -> list[Path]:
+    assert asked.out is not None
+    if not asked.out.is_dir():
+        raise KalmanqError(f"{asked.out}: there is no such folder")
+    text = source(Parts(made.model, chosen.arithmetic), chosen.way, asked.name or identifier(made.model.name),
+                  _remarks(made, chosen))
+    return _written(asked, text)
+
+
+def _written(asked: Asked, text: Source) -> list[Path]:
+    assert asked.out is not None
+    files = [(asked.out / f"{text.name}.h", text.header), (asked.out / f"{text.name}.c", text.text)]
+    with whole(files[0][0], [asked.model]) as header, whole(files[1][0], [asked.model]) as code:
+        header.write_text(files[0][1], encoding="utf-8")
+        code.write_text(files[1][1], encoding="utf-8")
+    return [path for path, _ in files]
+
+
+def _remarks(made: Designs, chosen: Way) -> list[str]:
+    cost = chosen.cost
+    return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
+            f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack; means within",
+            f"{chosen.trial.worst.max():.1g} sigma of double's, {chosen.trial.rms.max():.1g} in the mean square."]
+
+
+# ------------------------------------------------------------------------------ what is told
+
+
+def _told(made: Designs, chosen: Optional[Way], written: list[Path]) -> dict:
+    return {
+        "model": made.model.name, "core": made.part.core, "flash": made.part.flash, "ram": made.part.ram,
+        "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.controls)
+                   for one in which}, "notes": made.notes,
+        "formats": [dict(zip(("name", "format", "headroom_bits", "sigma_words"), row)) for row in _formats(made)],
+        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings}
+                   for name, trial in made.trials.items()},
+        "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
+                  **asdict(one.cost)} for one in made.ways],
+        "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
+        "files": [str(path) for path in written]}
+
+
+def _formats(made: Designs) -> list[tuple[str, str, float, float]]:
+    """Of each state: bits between what it reaches and the end of its word, and the steady sigma in words."""
+    if made.trials["q31"].refused:
+        return []
+    parts = Parts(made.model, "q31")
+    rows = []
+    for one, bits, span in zip(made.model.states, parts.fractions("states"), made.reached.states):
+        headroom = math.log2(2.0**31 / max(span * 2.0**bits, 1.0))
+        rows.append((one.name, f"Q{31 - bits}.{bits}", round(headroom, 1), 2.0**-bits))
+    return rows
+
+
+def _tell(made: Designs, chosen: Optional[Way], written: list[Path], console: Console) -> None:
+    console.print(f"{made.model.name} on {CORES[made.part.core]}, {made.part.flash // 1024} kB of flash and "
+                  f"{made.part.ram / 1024:g} kB of RAM", markup=False)
+    for note in made.notes:
+        console.print(f"  {note}", markup=False)
+    _tell_formats(made, console)
+    _tell_ways(made, chosen, console)
+    for trial in made.trials.values():
+        for warning in trial.warnings:
+            console.print(f"  warning: {warning}", markup=False)
+    if chosen:
+        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {WAYS[chosen.way]}", markup=False)
+    for path in written:
+        console.print(f"wrote {path}", markup=False)
+
+
+def _tell_formats(made: Designs, console: Console) -> None:
+    rows = _formats(made)
+    if not rows:
+        return
+    table = Table("state", "largest |mean|", "range", "format", "headroom, bits", "last bit",
+                  title="formats of q31", title_justify="left")
+    for one, span, row in zip(made.model.states, made.reached.states, rows):
+        table.add_row(one.label, f"{span:.3g}", f"{one.range:g}", row[1], f"{row[2]:g}", f"{row[3]:.2g}")
+    console.print(table)
+
+
+def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
+    table = Table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits",
+                  "worst error, sigma", title="ways to run it (bytes beside a program without a filter)",
+                  title_justify="left")
+    for one in made.ways:
+        table.add_row("*" if one is chosen else "", one.arithmetic, one.way, str(one.cost.instructions),
+                      str(one.cost.flash), str(one.cost.ram), str(one.cost.stack), "yes" if one.fits else "no",
+                      f"{one.trial.worst.max(initial=0):.1e}")
+    console.print(table)
