@@ -202,3 +202,11 @@ def test_shapes_of_data_are_checked():
         Filter(kalmanq.Model([[1]], [1], 1, 1, P0=[1]), "q31")
     with pytest.raises(KalmanqError):
         f.forecast(-1)
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_a_start_that_is_never_known_has_no_covariance(arithmetic):
+    model = kalmanq.Model(np.eye(2), [1, 0], 1, np.eye(2), P0=None, states=[Quantity("a", range=50), Quantity("b", range=50)],
+                          measurements=[Quantity("z", range=50)])
+    run = Smoother(model, arithmetic).run([1.0, 2.0, 3.0], covariance=True)
+    assert np.all(np.isnan(run.smoothed_covariance)) and np.all(np.isnan(run.smoothed[:, 1]))

@@ -280,9 +280,11 @@ kq_status K(start_read)(const K(start) *s, size_t steps, num *mean, num *mean_lo
             if (mean_low) mean_low[t * n + i] = K(start_smoothed_mean_low)(s, t, (int)i);
             if (sigma) sigma[t * n + i] = K(start_smoothed_sigma)(s, t, (int)i);
         }
-        const kq_status status =
-            covariance ? K(start_smoothed_covariance)(s, t, covariance + t * n * n) : KQ_OK;
-        if (status) return status;
+        if (!covariance) continue;
+        number *P = covariance + t * n * n;
+        const kq_status status = K(start_smoothed_covariance)(s, t, P);
+        if (status && status != KQ_ERR_NOT_READY) return status;
+        for (size_t k = 0; k < n * n && status; k++) P[k] = no_number; /* not determined by all rows */
     }
     return KQ_OK;
 }
