@@ -321,7 +321,8 @@ kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
 kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
 
 /** e' S^-1 e of the last update (normalised innovation squared): chi-square with kq_taken()
-    degrees of freedom if the model is right.  NaN where f is bad, 0 before any update. */
+    degrees of freedom if the model is right.  NaN where f is bad, 0 before any update.  A step of a settled
+    kq_settling (steady.h) is no update: this, kq_taken and the log-likelihoods stay as they were. */
 float kq_nis_f32(const kq_filter_f32 *f);
 double kq_nis_f64(const kq_filter_f64 *f);
 

@@ -294,7 +294,9 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
  *     ... kq_step_f32(&track, &motion, NULL, &radar, z);            or kq_predict: no measurement
  *
  * While it is settled kq_step moves the mean alone, by A and the gain as it has become; the root stays the
- * filtered one.  So the filter can be read as ever (but for the likelihood, which rests).
+ * filtered one.  So the filter can be read as ever, but it judges no measurement: kq_nis, kq_taken and
+ * kq_log_likelihood_last are those of the last step that was not settled, kq_log_likelihood is the sum up
+ * to it, and kq_consistency_record refuses such a step (KQ_ERR_NOT_READY, consistency.h).
  */
 
 /** Words and gains of memory. */

@@ -170,7 +170,16 @@ static kq_status settling_step(filter *f, const process *p, const num *u, const 
     return KQ_OK;
 }
 
-static const hooks settling_hooks = {.predict = settling_predict, .step = settling_step, KQ_RECORDS_NOTHING};
+/* An update by itself has moved the root since the step that was settled. */
+static int settling_rests(const filter *f)
+{
+    const settling *w = (const settling *)f->attached;
+    return w->filter == f && w->phase == SETTLING_SETTLED &&
+           roots_are_same(w->memory, filter_root(f), f->states);
+}
+
+static const hooks settling_hooks = {
+    .predict = settling_predict, .step = settling_step, .rests = settling_rests, KQ_RECORDS_NOTHING};
 
 kq_status T(kq_settling_attach)(settling *w, filter *f)
 {
