@@ -270,7 +270,10 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
  * From now on kq_predict of f with the p of init takes q Q, kq_update, kq_update_subset and kq_step with its
  * s take r R, and q and r then move.  D and d are 0, scales and information stay: attach it again where the
  * filter has started anew (kq_filter_init detaches it).  While q and r are 1, the very bits of the filter.
- *   f        with nothing attached; a and f have to outlive each other until kq_adaptation_detach
+ *   f        with nothing attached but a itself.  a and f have to outlive each other until
+ *            kq_adaptation_detach.  kq_filter_init detaches f and does not tell a, which may be gone: an
+ *            adaptation still has the filter that it was attached to, and goes to another one when it is
+ *            detached, or assigned anew where that filter is gone
  * NIS, log-likelihood and count of the filter are those of the scales before they moved.  Nothing
  * is learnt of a component that is missing, at the floor (filter.h), or beyond the numbers.
  * The steps answer, beside their own errors: KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r R), q31:
@@ -282,8 +285,8 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
  * (kq_step: 884, 1941, 6864); on an M3 in q31 12291, 35114, 152240 (2541, 6147, 19804).
  * Stack: 40 words more than predict and update (q31: 115), 136 more (q31: 272) where the update decorrelates
  * R.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (something is attached
- * to f: a history refers to the processes, and q Q changes).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (a has another filter, or
+ * something else is attached to f: detach it; a history refers to the processes, and q Q changes).
  */
 kq_status kq_adaptation_attach_f32(kq_adaptation_f32 *a, kq_filter_f32 *f);
 kq_status kq_adaptation_attach_f64(kq_adaptation_f64 *a, kq_filter_f64 *f);

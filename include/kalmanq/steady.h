@@ -371,13 +371,17 @@ kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 /**
  * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
  * kq_update by themselves are the filter's own, and unsettle it.
- *   f        with nothing attached; w and f have to outlive each other until kq_settling_detach
+ *   f        with nothing attached but w itself, which then begins again.  w and f have to outlive each
+ *            other until kq_settling_detach.  kq_filter_init detaches f and does not tell w, which may be
+ *            gone: a settling still has the filter that it was attached to, and goes to another one when
+ *            it is detached, or assigned anew where that filter is gone
  * Processes and sensors are known again by their addresses and those of A and H: after new content
  * at the same place call kq_settling_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (something is attached
- * to f).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of other than m components.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (w has another filter, or
+ * something else is attached to f: detach it).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of
+ * other than m components.
  */
 kq_status kq_settling_attach_f32(kq_settling_f32 *w, kq_filter_f32 *f);
 kq_status kq_settling_attach_f64(kq_settling_f64 *w, kq_filter_f64 *f);

@@ -187,7 +187,7 @@ kq_status T(kq_settling_attach)(settling *w, filter *f)
     if (!status) status = filter_check(f);
     if (status) return status;
     if (f->states != w->states) return KQ_ERR_MISMATCH;
-    if (has_other_attached(f, &w->attached)) return KQ_ERR_RECORDING;
+    if (has_other_filter(w->filter, f) || has_other_attached(f, &w->attached)) return KQ_ERR_RECORDING;
     w->phase = SETTLING_MOVING;
     w->process = 0;
     w->sensor = 0;

@@ -87,6 +87,7 @@ static void set_up(void)
         K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS, &used));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
+    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(K(settling_init)(&lazy, 12));
     ASSERT_OK(K(settling_init)(&lazy1, 12));
     ASSERT_OK(K(settling_attach)(&lazy, &track));
@@ -779,6 +780,25 @@ static void a_detached_filter_is_the_full_filter(void)
     ASSERT_SAME_BITS(other_memory, track_memory);
 }
 
+/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
+static void a_settling_has_one_filter(void)
+{
+    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
+    settling_steps(40);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(settling_attach)(&lazy, &track)); /* to its own once more: it begins again */
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(settling_attach)(&lazy, &other));
+    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(K(settling_init)(&lazy, 12));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+}
+
 static void attach_refuses_what_is_wrong(void)
 {
     SETTLING(second, N, M);
@@ -903,6 +923,7 @@ SUITE(steady, set_up)
     RUN_TEST(a_step_of_the_full_filter_is_a_predict_and_an_update);
     RUN_TEST(a_copied_filter_goes_on_by_itself);
     RUN_TEST(a_detached_filter_is_the_full_filter);
+    RUN_TEST(a_settling_has_one_filter);
     RUN_TEST(attach_refuses_what_is_wrong);
     RUN_TEST(a_bad_step_is_refused);
     RUN_TEST(the_settling_refuses_what_is_wrong);

@@ -68,6 +68,7 @@ static void set_up(void)
                                      gains, STEPS, &used));
     ASSERT_OK(kq_steady_assign_q31(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, used));
+    ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(kq_settling_init_q31(&lazy, 14));
     ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
     watch_nothing();
@@ -499,6 +500,22 @@ static void a_copied_filter_goes_on_by_itself(void)
     }
 }
 
+/* It has a filter until it is detached; f may have been initialised meanwhile. */
+static void a_settling_has_one_filter(void)
+{
+    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
+    settling_steps(60);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track)); /* to its own once more: it begins again */
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_settling_detach_q31(&lazy));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &other));
+}
+
 static void assert_steps_are_refused(void)
 {
     const kq_process_q31 *p = &motion.process;
@@ -570,5 +587,6 @@ SUITE(steady, set_up)
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(what_is_different_unsettles_it);
     RUN_TEST(a_copied_filter_goes_on_by_itself);
+    RUN_TEST(a_settling_has_one_filter);
     RUN_TEST(the_settling_refuses_what_is_wrong);
 }
