@@ -103,7 +103,7 @@ kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, d
  *   bits     1 .. KQ_SETTLED_BITS_MAX_<T>: P has settled when a step changes no row of its root by
  *            more than 2^-bits of the row's norm
  *   gains    steps x n x m, written: `used` gains, then nothing
- *   steps    1 or more
+ *   steps    1 .. KQ_COUNT_MAX
  *   used     written: how many gains there are; the last one is for all that follow
  * The change that is left falls by rho^2 a step, so the last gain is within about 2^-bits /
  * (1 - rho^2) of the steady one; or replace it by that of kq_steady_solve.
@@ -177,7 +177,8 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
  *   x0       n; not kept
  *   gains    count x n x m, kept by reference, const and in flash if you like: the t-th update
  *            takes gain t, from the last one on always that.  count = 1: the steady gain alone
- * KQ_ERR_NULL, KQ_ERR_SIZE (count = 0, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
+ *   count    1 .. KQ_COUNT_MAX
+ * KQ_ERR_NULL, KQ_ERR_SIZE (count, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
  * (p, s), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
 kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
@@ -269,7 +270,7 @@ kq_status kq_steady_smoother_make_f64(const kq_filter_f64 *f, const kq_process_f
  * Smooths a recorded run of the steady-state filter, in place.
  *   x        steps x n: the mean after every update; becomes the smoothed mean
  *   e        steps x m: the innovation of every update (kq_steady_innovation)
- *   steps    1 or more
+ *   steps    1 .. KQ_COUNT_MAX
  * Every step must have had its measurement and the steady gain.  Within about 1 / (1 - rho) steps
  * after a start from another prior the covariance was not yet S S': the smoothed mean there is not
  * the best one.

@@ -164,6 +164,8 @@ static void what_is_wrong_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_consistency_assign_q31(NULL, 2, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 0, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, 0, memory, length));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, KQ_WINDOW_MAX + 1, memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, SIZE_MAX, memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_consistency_assign_q31(&recent, 2, WINDOW, memory, length - 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_clear_q31(&blank));

@@ -341,6 +341,8 @@ static void the_schedule_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 0, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, BITS_MAX + 1, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, 1));
     ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, used - 1));
     ASSERT_OK(schedule(least, 12, used));
@@ -446,6 +448,8 @@ static void the_filter_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, NULL, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, x0, NULL, 1));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &blank_process, &radar, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &motion, &blank_sensor, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion1, &radar, x0, gains, 1));
@@ -555,6 +559,8 @@ static void the_smoother_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, NULL, e, 2));
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, x, NULL, 2));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, SIZE_MAX));
     bad.root = NULL;
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&bad, x, e, 2));
     bad = good, bad.states = 0;

@@ -133,6 +133,8 @@ static void the_schedule_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 0, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, KQ_SETTLED_BITS_MAX_Q31 + 1, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(least, 14, used - 1));
     motion.state_format[1].fraction++; /* formats that are not the filter's */
     ASSERT_REFUSED(KQ_ERR_MISMATCH, schedule(least, 12, STEPS));
@@ -290,8 +292,11 @@ static void the_filter_refuses_what_is_wrong(void)
     radar.state_format[0].fraction--;
     ASSERT_REFUSED(KQ_ERR_MISMATCH, begin(gains));
     radar.state_format[0].fraction++;
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_init_q31(&steady, &motion.process, &radar.sensor,
-                                                   prior.mean, gains, 0));
+    static const size_t counts[] = {0, KQ_COUNT_MAX + 1, SIZE_MAX};
+    for (int k = 0; k < COUNT(counts); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_init_q31(&steady, &motion.process, &radar.sensor,
+                                                       prior.mean, gains, counts[k]));
+    }
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_steady_init_q31(&steady, &blank_process, &radar.sensor,
                                                         prior.mean, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_steady_init_q31(&steady, &motion.process, &blank_sensor,
@@ -377,6 +382,8 @@ static void the_smoother_refuses_what_is_wrong(void)
     bad = good, bad.states = 17;
     ASSERT_REFUSED(KQ_ERR_SIZE, smooth(&bad));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_steady_smoother_make_q31(&track, &motion.process, &radar.sensor, work,
                                                least - 1, root, back, drive));
