@@ -287,8 +287,11 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
 /* ------------------------------------------------------------------ settling
  *
  * An ordinary kq_filter that stops working on its covariance once that has settled, and begins
- * again when something is different: a measurement is missing, the process or the sensor is another
- * one, or something else has moved the covariance.
+ * again when something is different: a measurement is missing; the process or the sensor is another
+ * object; A or Q of the process are others, told by an init or a kq_process_change_... (its fingerprint,
+ * smoother.h); H of the sensor is another array; or something else has moved the covariance.  Other
+ * numbers than these are not noticed: a new R by a sensor's init, new content of H's array.  After them
+ * call kq_settling_release.
  *
  *     kq_settling_attach_f32(&lazy, &track);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
@@ -315,7 +318,7 @@ typedef struct {
     float *memory; /* the caller's: the root of the step before */
     float *gain;   /* the caller's, n x m */
     const kq_process_f32 *process;
-    const float *transition;
+    uint32_t fingerprint; /* of the process at the last step */
     const kq_sensor_f32 *sensor;
     const float *measurement;
     kq_filter_f32 *filter; /* attached to */
@@ -331,7 +334,7 @@ typedef struct {
     double *memory;
     double *gain;
     const kq_process_f64 *process;
-    const double *transition;
+    uint32_t fingerprint;
     const kq_sensor_f64 *sensor;
     const double *measurement;
     kq_filter_f64 *filter; /* attached to */
@@ -341,11 +344,11 @@ typedef struct {
 #define KQ_SETTLING_F32(name, n, m)                                                                \
     static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                    \
     static kq_settling_f32 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 #define KQ_SETTLING_F64(name, n, m)                                                                \
     static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                   \
     static kq_settling_f64 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -376,8 +379,9 @@ kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
  *            other until kq_settling_detach.  kq_filter_init detaches f and does not tell w, which may be
  *            gone: a settling still has the filter that it was attached to, and goes to another one when
  *            it is detached, or assigned anew where that filter is gone
- * Processes and sensors are known again by their addresses and those of A and H: after new content
- * at the same place call kq_settling_release.
+ * A process is known again by its address and fingerprint (a const table has none: an assigned one is
+ * not noticed), a sensor by its address and that of H: after new numbers in the same sensor, or in an
+ * array without a call, call kq_settling_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (w has another filter, or
@@ -395,7 +399,8 @@ kq_status kq_settling_detach_f64(kq_settling_f64 *w);
 int kq_settling_is_settled_f32(const kq_settling_f32 *w);
 int kq_settling_is_settled_f64(const kq_settling_f64 *w);
 
-/** Back to the full filter at the next step.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+/** Back to the full filter at the next step, until it has settled again: what has to be called where a
+    sensor has got new numbers (above).  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
 kq_status kq_settling_release_f32(kq_settling_f32 *w);
 kq_status kq_settling_release_f64(kq_settling_f64 *w);
 
@@ -502,7 +507,7 @@ typedef struct {
     int32_t *memory;
     kq_scaled_q31 *gain;
     const kq_process_q31 *process;
-    const kq_scaled_q31 *transition;
+    uint32_t fingerprint;
     const kq_sensor_q31 *sensor;
     const kq_scaled_q31 *measurement;
     kq_filter_q31 *filter; /* attached to */
@@ -512,7 +517,7 @@ typedef struct {
     static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                          \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
     static kq_settling_q31 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
                                  kq_scaled_q31 *gain);

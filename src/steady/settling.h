@@ -76,7 +76,7 @@ kq_status T(kq_settling_release)(settling *w)
 
 static int settling_knows(const settling *w, const process *p, const sensor *s)
 {
-    return w->process == p && w->sensor == s && w->transition == p->transition &&
+    return w->process == p && w->sensor == s && w->fingerprint == p->fingerprint &&
            w->measurement == s->measurement;
 }
 
@@ -129,7 +129,7 @@ static kq_status settling_move_all(settling *w, filter *f, const process *p, con
     copy(w->memory, filter_root(f), ROOT_LEN(n));
     w->process = p;
     w->sensor = s;
-    w->transition = p->transition;
+    w->fingerprint = p->fingerprint;
     w->measurement = s->measurement;
     return KQ_OK;
 }

@@ -673,6 +673,46 @@ static void another_model_unsettles_it(void)
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
+/* Another Q in the same object, another A in the same array: the process says so (its fingerprint). */
+static void new_numbers_of_the_process_unsettle_it(void)
+{
+    static const num noisy[] = {3, 0, 0, 3};
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(process_init)(&motion, A, B, noisy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    A[0] = 0.75;
+    ASSERT_OK(K(process_change_transition)(&motion, A));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(process_init)(&motion, A, B, noisy)); /* as it was */
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+}
+
+/* A sensor has no fingerprint: new numbers in the same object and array are to be told. */
+static void new_numbers_of_the_sensor_are_told_by_a_release(void)
+{
+    static const num noisy[] = {5, 0, 0, 5};
+    settling_steps(40);
+    ASSERT_OK(K(sensor_init)(&radar, H, noisy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(settling_release)(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+}
+
 static void the_full_filter_may_go_on_at_any_time(void)
 {
     settling_steps(40);
@@ -924,6 +964,8 @@ SUITE(steady, set_up)
     RUN_TEST(the_root_rests_while_it_is_settled);
     RUN_TEST(a_missing_measurement_unsettles_it);
     RUN_TEST(another_model_unsettles_it);
+    RUN_TEST(new_numbers_of_the_process_unsettle_it);
+    RUN_TEST(new_numbers_of_the_sensor_are_told_by_a_release);
     RUN_TEST(the_full_filter_may_go_on_at_any_time);
     RUN_TEST(a_history_takes_its_place);
     RUN_TEST(a_step_of_the_full_filter_is_a_predict_and_an_update);

@@ -481,6 +481,25 @@ static void what_is_different_unsettles_it(void)
     assert_near(__LINE__);
 }
 
+/* Another table in the same object; another A in the same array */
+static void new_numbers_of_the_process_unsettle_it(void)
+{
+    static const double noisy[] = {2, 0, 0, 2}, shorter[] = {1, 0.05, 0, 1};
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    put_process(&motion, N, 1, range, drive_range, A, B, noisy);
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_matrix_prepare_q31(motion.transition, shorter, N, N, motion.state_format,
+                                    motion.state_format));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    assert_near(__LINE__);
+}
+
 /* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
 static void a_copied_filter_goes_on_by_itself(void)
 {
@@ -593,6 +612,7 @@ SUITE(steady, set_up)
     RUN_TEST(the_smoother_holds_what_is_too_large);
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(what_is_different_unsettles_it);
+    RUN_TEST(new_numbers_of_the_process_unsettle_it);
     RUN_TEST(a_copied_filter_goes_on_by_itself);
     RUN_TEST(a_settling_has_one_filter);
     RUN_TEST(the_settling_refuses_what_is_wrong);
