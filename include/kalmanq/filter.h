@@ -28,7 +28,7 @@
  * pointer: both then move one mean and one root.  kq_filter_copy makes a filter of its own.
  *
  * Attaching.  A history (smoother.h), a lag, a point, a start, an adaptation or a settling is attached to a
- * filter, one of them at a time; then kq_predict, kq_update, kq_update_subset and kq_step have it do its
+ * filter, one of them at a time (KQ_ERR_RECORDING in status.h: what takes whose place); then kq_predict, kq_update, kq_update_subset and kq_step have it do its
  * part, and its own header says what that adds to their costs and errors.  A program links nothing of what
  * it never attaches.  Updates of robust.h are recorded, and teach nothing.
  *

@@ -667,6 +667,28 @@ static void an_adaptation_has_one_filter(void)
     ASSERT_OK(K(adaptation_attach)(&tuner, &track));
 }
 
+/* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
+static void what_records_takes_the_place_of_what_records(void)
+{
+    LAG(lag, 2, 2, 2);
+    POINT(point, 2, 2);
+    HISTORY(later, 2, 2, 4, 0);
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(lag_attach)(&lag, &twin));
+    ASSERT_OK(K(predict)(&twin, &motion, u));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    TEST_ASSERT_EQUAL_UINT(1, K(lag_steps)(&lag));
+    ASSERT_OK(K(point_attach)(&point, &twin));
+    TEST_ASSERT_EQUAL_UINT(0, K(lag_steps)(&lag));
+    ASSERT_OK(K(history_attach)(&later, &twin));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&point));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(predict)(&twin, &motion, u));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&later));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+    ASSERT_OK(K(history_detach)(&tape));
+}
+
 static void refusals_of_attach(void)
 {
     LAG(lag, 2, 2, 2);
@@ -815,6 +837,7 @@ SUITE(adaptation, set_up)
     RUN_TEST(refusals_of_a_rule);
     RUN_TEST(refusals_of_what_cannot_be_scaled);
     RUN_TEST(an_adaptation_has_one_filter);
+    RUN_TEST(what_records_takes_the_place_of_what_records);
     RUN_TEST(refusals_of_attach);
     RUN_TEST(refusals_of_predict);
     RUN_TEST(refusals_of_update);
