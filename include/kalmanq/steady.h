@@ -36,7 +36,7 @@ extern "C" {
 #define KQ_STEADY_WORK_LEN_F64(n, m)                                                               \
     ((size_t)KQ_FILTER_LEN_F64(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F64(n, m, 1, 0))
 
-/** Words of workspace for kq_steady_solve: 210 at n, m = 4, 2 in f32. */
+/** Words of workspace for kq_steady_solve: 200 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
     (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
 #define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
