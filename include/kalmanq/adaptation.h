@@ -13,14 +13,15 @@
  * How: recursive maximum likelihood.  Beside the filter run the slopes of P and x with log q,
  *
  *     D- = A D A' + q Q        D+ = (I - K H) D- (I - K H)'
- *     d- = A d                 d+ = (I - K H) (d- + D- H' e / s)
+ *     d- = A d                 d+ = (I - K H) (d- + D- H' nu / sqrt(s))
  *
  * those with log r being P - D and -d, as a gain stays what it is where q and r grow together.
  * A scalar measurement, of innovation e and variance s, has with
  *
  *     nu = e / sqrt(s)         a = H D- H' / s         y = H d- / sqrt(s)
  *
- * the scores (derivatives of its log-likelihood) and the information
+ * nu and y within -4 .. 4, so that an outlier bends the slope d and the scores no further, the scores
+ * (derivatives of its log-likelihood) and the information
  *
  *     g_q = a (nu^2 - 1) / 2 + nu y              J_qq = a^2 / 2 + y^2
  *     g_r = (1 - a) (nu^2 - 1) / 2 - nu y        J_rr = (1 - a)^2 / 2 + y^2
@@ -29,13 +30,15 @@
  * nu^2 says how large both scales are together; nu y, whether innovations are white, which of the
  * two is too small.  Summed over the measurements of an update,
  *
- *     J <- (1 - 1/M) J + J(z)        (log q, log r) += (J + 4 I)^-1 (g_q, g_r)
+ *     J <- (1 - 1/M) J + J(z)        (c_q, c_r) = (J + 4 I)^-1 (g_q, g_r)
+ *     q <- q (1 + c_q) where c_q >= 0, q / (1 + |c_q|) where c_q < 0, and so r by c_r
  *
- * M is the memory in updates.  4 is the information that the scales are worth before anything is
- * measured: what the measurements do not tell moves slowly.
+ * which is log q += c_q to first order, the same up as down, without an exponential.  M is the memory in
+ * updates.  4 is the information that the scales are worth before anything is measured: what the
+ * measurements do not tell moves slowly.  Where one scale alone is learnt J_qr counts as 0.
  *
- * Bounds.  |nu| and |y| count up to 4.  At one update a scale changes by a factor of at most
- * 1 + step, and it stays within its limits.  Memory and work are fixed by n and m.
+ * Bounds.  |c_q| and |c_r| count up to `step`: at one update a scale changes by a factor of at most
+ * 1 + step.  It stays within its limits.  Memory and work are fixed by n and m.
  *
  * How soon and how well.  "4", "16": updates until the median scales of 100 runs are within a
  * factor of 1.25 of the truth for good, the worst of eight starts: q, r or both are too large or
@@ -76,7 +79,8 @@
  * their variance: 1.99) and q by 1.05 to 1.2 (a level with Q / R = 0.01: 1.4), 10 % of them raise r
  * by 7 (their variance: 11).  A jump is taken for a larger q.
  *
- * Learning begins after n scalar measurements, when those have replaced what the prior said.
+ * Learning begins with the first whole update after n scalar measurements, when those have replaced what
+ * the prior said: J, q and r rest until then, and the update that has the n-th still moves D and d alone.
  * The filter may be read as ever.  Another process and another sensor than those of init move the filter
  * as they are; they, robust updates and a fade are not seen by D and d: what is learnt is the less right,
  * the more of them there are.
@@ -270,7 +274,10 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
  * From now on kq_predict of f with the p of init takes q Q, kq_update, kq_update_subset and kq_step with its
  * s take r R, and q and r then move.  D and d are 0, scales and information stay: attach it again where the
  * filter has started anew (kq_filter_init detaches it).  While q and r are 1, the very bits of the filter.
- *   f        with nothing attached; a and f have to outlive each other until kq_adaptation_detach
+ *   f        with nothing attached but a itself.  a and f have to outlive each other until
+ *            kq_adaptation_detach.  kq_filter_init detaches f and does not tell a, which may be gone: an
+ *            adaptation still has the filter that it was attached to, and goes to another one when it is
+ *            detached, or assigned anew where that filter is gone
  * NIS, log-likelihood and count of the filter are those of the scales before they moved.  Nothing
  * is learnt of a component that is missing, at the floor (filter.h), or beyond the numbers.
  * The steps answer, beside their own errors: KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r R), q31:
@@ -282,8 +289,8 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
  * (kq_step: 884, 1941, 6864); on an M3 in q31 12291, 35114, 152240 (2541, 6147, 19804).
  * Stack: 40 words more than predict and update (q31: 115), 136 more (q31: 272) where the update decorrelates
  * R.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (something is attached
- * to f: a history refers to the processes, and q Q changes).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (a has another filter, or
+ * something else is attached to f: detach it; a history refers to the processes, and q Q changes).
  */
 kq_status kq_adaptation_attach_f32(kq_adaptation_f32 *a, kq_filter_f32 *f);
 kq_status kq_adaptation_attach_f64(kq_adaptation_f64 *a, kq_filter_f64 *f);

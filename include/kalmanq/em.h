@@ -98,7 +98,7 @@ typedef struct {
 
 /** One recorded sequence. */
 typedef struct {
-    size_t steps;            /* T >= 1 */
+    size_t steps;            /* T: 1 .. KQ_COUNT_MAX */
     const float *z;          /* T x m; what is not present is not read */
     const uint16_t *present; /* T masks, bit c: component c was measured; NULL: all were */
     const float *u;          /* T - 1 rows of l: u[t] moves x[t] to x[t+1]; NULL: no control */
@@ -250,7 +250,7 @@ kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t l
  *               where it takes back what that has written
  *   choice      kept by reference; NULL: Q and R are free, both of full form
  *   recordings  `count` of them, kept by reference: they and their arrays have to stay as they are
- *   count       >= 1
+ *   count       1 .. KQ_COUNT_MAX
  *
  * KQ_NOT_IDENTIFIED (not an error: all is ready): H and Q are both free and no entry of H that is
  * not 0 is held, so that the data determine them up to a factor.

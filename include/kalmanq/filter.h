@@ -28,7 +28,7 @@
  * pointer: both then move one mean and one root.  kq_filter_copy makes a filter of its own.
  *
  * Attaching.  A history (smoother.h), a lag, a point, a start, an adaptation or a settling is attached to a
- * filter, one of them at a time; then kq_predict, kq_update, kq_update_subset and kq_step have it do its
+ * filter, one of them at a time (KQ_ERR_RECORDING in status.h: what takes whose place); then kq_predict, kq_update, kq_update_subset and kq_step have it do its
  * part, and its own header says what that adds to their costs and errors.  A program links nothing of what
  * it never attaches.  Updates of robust.h are recorded, and teach nothing.
  *
@@ -323,7 +323,8 @@ kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
 kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
 
 /** e' S^-1 e of the last update (normalised innovation squared): chi-square with kq_taken()
-    degrees of freedom if the model is right.  NaN where f is bad, 0 before any update. */
+    degrees of freedom if the model is right.  NaN where f is bad, 0 before any update.  A step of a settled
+    kq_settling (steady.h) is no update: this, kq_taken and the log-likelihoods stay as they were. */
 float kq_nis_f32(const kq_filter_f32 *f);
 double kq_nis_f64(const kq_filter_f64 *f);
 

@@ -7,7 +7,10 @@
  *
  *     kq_..._length_<T>   numbers of memory for these sizes, of the arithmetic's kind: float, double, and in
  *                         q31 int32_t (adaptation: kq_scaled_q31).  Each is the macro KQ_..._LEN, in whose
- *                         header the arguments are described.  0 where a size is not in its range.
+ *                         header the arguments are described.  0 where a size is not in its range: one
+ *                         that assign refuses; of a history, whose assign is not told of it, m outside of
+ *                         1 .. 65535 (that of a history, a lag and a point is the most scalar measurements
+ *                         of one step, of all sensors together, and may be above 16)
  *     kq_..._size_<T>     bytes of the object itself
  *
  * They cost a few instructions, keep no state and can be called from everywhere.

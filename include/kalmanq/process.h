@@ -7,7 +7,7 @@
  * it.  It refers to the caller's A and B, which must stay as they are for as long as the
  * process is used (constants may stay in flash), and keeps the root G of Q in its memory.  An A
  * that is written anew is told by kq_process_change_transition: without it the process still
- * looks for the old A's zeros, and no history sees the change.
+ * looks for the old A's zeros, and no history and no settling sees the change.
  *
  * All matrices are dense and row-major: entry (i, j) of an r x c matrix M is M[i * c + j].
  */
@@ -38,7 +38,7 @@ typedef struct {
     uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
     uint8_t plain;              /* n, 128 more where A is upper triangular, 64 more where an A_ii < 1/2
                                    (a const table: maybe); 0: not initialised */
-    uint32_t fingerprint; /* of A and G: what a history knows the process by */
+    uint32_t fingerprint; /* of A and G: what a history and a settling know the process by */
 } kq_process_f32;
 
 typedef struct {
@@ -73,8 +73,8 @@ typedef struct {
  *     static const float A[] = {1, 0.01f, 0, 1}, G[] = {1e-4f, 5e-4f, 0.1f};
  *     static const kq_process_f32 motion = KQ_PROCESS_TABLE(2, 0, A, NULL, G);
  *
- * Nothing of it is checked, no history sees that one table was assigned over another, and A is
- * taken for dense: a triangular one costs more than by init.
+ * Nothing of it is checked, no history and no settling sees that one table was assigned over another, and
+ * A is taken for dense: a triangular one costs more than by init.
  */
 #define KQ_PROCESS_TABLE(n, l, A, B, G)                                                            \
     {                                                                                              \
@@ -101,7 +101,7 @@ kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory,
  *   Q        n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
  *            compared, the upper one is used; not kept
  * May be called again with another model, between steps too.  A history that refers to p is then
- * no longer smoothed by it (smoother.h).
+ * no longer smoothed by it (smoother.h); a settling begins again (steady.h).
  * Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
  * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  Where the other
  * states explain a variance up to 8 n eps of itself, the rest counts as 0: give the factor
@@ -144,7 +144,8 @@ kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const dou
 
 /**
  * Another A with the noise as it is: for a step length that varies, or a linearised model.  A
- * history that recorded a predict by the old one is no longer smoothed by p (smoother.h).
+ * history that recorded a predict by the old one is no longer smoothed by p (smoother.h); a settling
+ * begins again (steady.h).
  *   p        initialised before
  *   A        n x n, kept by reference.  The same array with new content counts as another A:
  *            call this after every change of it.

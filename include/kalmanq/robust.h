@@ -227,7 +227,7 @@ kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const 
  * Cost: the update, and per scalar n^2/2 + n multiplications; where P is raised n^2 and two roots
  * more.
  * Stack: as kq_update_huber.
- * KQ_ERR_RECORDING (a history is attached), KQ_ERR_RANGE (g below 1), KQ_ERR_NOT_FINITE (z, g),
+ * KQ_ERR_RECORDING (a history, a lag or a point is attached), KQ_ERR_RANGE (g below 1), KQ_ERR_NOT_FINITE (z, g),
  * and the errors of kq_update_subset.
  */
 kq_status kq_update_jump_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
@@ -371,6 +371,9 @@ kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f64 *target,
  * or an exponent beyond 1000, is KQ_ERR_COEFFICIENT.  The noise of a target is in memory of the
  * caller's: root, KQ_ROOT_LEN_Q31(n) words, written, for as long as the target is used; not the
  * source's own (KQ_ERR_MISMATCH).  A root whose exponents would leave +-1000 is KQ_ERR_COEFFICIENT.
+ * The target itself is written as a whole: it needs no init, sizes or memory before, so that of
+ * kq_process_scale_noise's errors KQ_ERR_SIZE, KQ_ERR_MEMORY and KQ_ERR_NOT_FINITE are not answered, and
+ * KQ_ERR_MISMATCH where it is the source, never for its states; KQ_ERR_NULL stands for root, too.
  * Mean and covariance are those of f64 up to 1e-6 sigma.
  */
 

@@ -117,7 +117,8 @@ kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, s
  *   R        m x m, symmetric positive semi-definite, may be singular or 0; both triangles are
  *            compared, the upper one is used; kept by reference unless it is diagonal
  * A correlated R is decorrelated once, here: R = U D U', U unit upper triangular, and the
- * components of U^-1 z are independent.
+ * components of U^-1 z are independent.  May be called again with another model, between steps too; a
+ * settling is to be told of that by kq_settling_release (steady.h).
  * Cost: about 2 m^3 multiplications, 2m square roots; stack: 424 words.
  * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32) or 2^-400 (f64).  What the other
  * components leave of one counts as none below 8 m eps of it (f32: 2^-20 for two): such a combination is
@@ -160,7 +161,8 @@ kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const doubl
  * measurement.  The same array with new content counts as another H.
  *   s        initialised before
  *   H        m x n, kept by reference
- * Recorded history is not touched by it: a sensor may change at every step (smoother.h).
+ * Recorded history is not touched by it: a sensor may change at every step (smoother.h).  A settling
+ * knows H by its array: it is to be told of new content there by kq_settling_release (steady.h).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
  */
 kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);

@@ -279,13 +279,11 @@ kq_status kq_start_init_q31(kq_start_q31 *s, kq_filter_q31 *f, const kq_prior_ta
 int kq_start_count_q31(const kq_start_q31 *s);
 int kq_start_is_determined_q31(const kq_start_q31 *s, int i);
 
-/** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
-
-/** Q39.24, of z in physical units, as kq_log_likelihood_q31; KQ_NOT_A_SCORE_Q31 where s is bad. */
-
 size_t kq_start_steps_q31(const kq_start_q31 *s);
 size_t kq_start_first_q31(const kq_start_q31 *s);
 kq_status kq_start_smooth_q31(kq_start_q31 *s);
+
+/** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
 int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i);
 int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i);
 int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i);

@@ -52,8 +52,10 @@ typedef enum {
     KQ_ERR_COEFFICIENT = -12,
     /** q31: a table contradicts itself, as a corrupted one does. */
     KQ_ERR_TABLE = -13,
-    /** A history is attached to the filter, and what is asked for cannot be recorded on it; or what is
-        to be attached has another filter, or the filter has something attached: detach it. */
+    /** A history, a lag or a point is attached to the filter, and what is asked for cannot be recorded on
+        it; or what is to be attached has another filter; or something is attached already, and that or what
+        is to be attached is an adaptation or a settling: detach it first.  (A history, a lag and a point take
+        each other's place.) */
     KQ_ERR_RECORDING = -14,
     /** No steady state: a state that does not decay by itself is not seen by the sensor. */
     KQ_ERR_NOT_DETECTABLE = -15,

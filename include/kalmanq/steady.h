@@ -36,7 +36,7 @@ extern "C" {
 #define KQ_STEADY_WORK_LEN_F64(n, m)                                                               \
     ((size_t)KQ_FILTER_LEN_F64(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F64(n, m, 1, 0))
 
-/** Words of workspace for kq_steady_solve: 210 at n, m = 4, 2 in f32. */
+/** Words of workspace for kq_steady_solve: 200 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
     (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
 #define KQ_STEADY_SOLVE_LEN_F64(n, m)                                                              \
@@ -103,7 +103,7 @@ kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, d
  *   bits     1 .. KQ_SETTLED_BITS_MAX_<T>: P has settled when a step changes no row of its root by
  *            more than 2^-bits of the row's norm
  *   gains    steps x n x m, written: `used` gains, then nothing
- *   steps    1 or more
+ *   steps    1 .. KQ_COUNT_MAX
  *   used     written: how many gains there are; the last one is for all that follow
  * The change that is left falls by rho^2 a step, so the last gain is within about 2^-bits /
  * (1 - rho^2) of the steady one; or replace it by that of kq_steady_solve.
@@ -177,7 +177,8 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
  *   x0       n; not kept
  *   gains    count x n x m, kept by reference, const and in flash if you like: the t-th update
  *            takes gain t, from the last one on always that.  count = 1: the steady gain alone
- * KQ_ERR_NULL, KQ_ERR_SIZE (count = 0, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
+ *   count    1 .. KQ_COUNT_MAX
+ * KQ_ERR_NULL, KQ_ERR_SIZE (count, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
  * (p, s), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
 kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
@@ -269,7 +270,7 @@ kq_status kq_steady_smoother_make_f64(const kq_filter_f64 *f, const kq_process_f
  * Smooths a recorded run of the steady-state filter, in place.
  *   x        steps x n: the mean after every update; becomes the smoothed mean
  *   e        steps x m: the innovation of every update (kq_steady_innovation)
- *   steps    1 or more
+ *   steps    1 .. KQ_COUNT_MAX
  * Every step must have had its measurement and the steady gain.  Within about 1 / (1 - rho) steps
  * after a start from another prior the covariance was not yet S S': the smoothed mean there is not
  * the best one.
@@ -286,15 +287,20 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
 /* ------------------------------------------------------------------ settling
  *
  * An ordinary kq_filter that stops working on its covariance once that has settled, and begins
- * again when something is different: a measurement is missing, the process or the sensor is another
- * one, or something else has moved the covariance.
+ * again when something is different: a measurement is missing; the process or the sensor is another
+ * object; A or Q of the process are others, told by an init or a kq_process_change_... (its fingerprint,
+ * smoother.h); H of the sensor is another array; or something else has moved the covariance.  Other
+ * numbers than these are not noticed: a new R by a sensor's init, new content of H's array.  After them
+ * call kq_settling_release.
  *
  *     kq_settling_attach_f32(&lazy, &track);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
  *     ... kq_step_f32(&track, &motion, NULL, &radar, z);            or kq_predict: no measurement
  *
  * While it is settled kq_step moves the mean alone, by A and the gain as it has become; the root stays the
- * filtered one.  So the filter can be read as ever (but for the likelihood, which rests).
+ * filtered one.  So the filter can be read as ever, but it judges no measurement: kq_nis, kq_taken and
+ * kq_log_likelihood_last are those of the last step that was not settled, kq_log_likelihood is the sum up
+ * to it, and kq_consistency_record refuses such a step (KQ_ERR_NOT_READY, consistency.h).
  */
 
 /** Words and gains of memory. */
@@ -312,7 +318,7 @@ typedef struct {
     float *memory; /* the caller's: the root of the step before */
     float *gain;   /* the caller's, n x m */
     const kq_process_f32 *process;
-    const float *transition;
+    uint32_t fingerprint; /* of the process at the last step */
     const kq_sensor_f32 *sensor;
     const float *measurement;
     kq_filter_f32 *filter; /* attached to */
@@ -328,7 +334,7 @@ typedef struct {
     double *memory;
     double *gain;
     const kq_process_f64 *process;
-    const double *transition;
+    uint32_t fingerprint;
     const kq_sensor_f64 *sensor;
     const double *measurement;
     kq_filter_f64 *filter; /* attached to */
@@ -338,11 +344,11 @@ typedef struct {
 #define KQ_SETTLING_F32(name, n, m)                                                                \
     static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                    \
     static kq_settling_f32 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 #define KQ_SETTLING_F64(name, n, m)                                                                \
     static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                   \
     static kq_settling_f64 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -369,13 +375,18 @@ kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 /**
  * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
  * kq_update by themselves are the filter's own, and unsettle it.
- *   f        with nothing attached; w and f have to outlive each other until kq_settling_detach
- * Processes and sensors are known again by their addresses and those of A and H: after new content
- * at the same place call kq_settling_release.
+ *   f        with nothing attached but w itself, which then begins again.  w and f have to outlive each
+ *            other until kq_settling_detach.  kq_filter_init detaches f and does not tell w, which may be
+ *            gone: a settling still has the filter that it was attached to, and goes to another one when
+ *            it is detached, or assigned anew where that filter is gone
+ * A process is known again by its address and fingerprint (a const table has none: an assigned one is
+ * not noticed), a sensor by its address and that of H: after new numbers in the same sensor, or in an
+ * array without a call, call kq_settling_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (something is attached
- * to f).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of other than m components.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (w has another filter, or
+ * something else is attached to f: detach it).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of
+ * other than m components.
  */
 kq_status kq_settling_attach_f32(kq_settling_f32 *w, kq_filter_f32 *f);
 kq_status kq_settling_attach_f64(kq_settling_f64 *w, kq_filter_f64 *f);
@@ -388,7 +399,8 @@ kq_status kq_settling_detach_f64(kq_settling_f64 *w);
 int kq_settling_is_settled_f32(const kq_settling_f32 *w);
 int kq_settling_is_settled_f64(const kq_settling_f64 *w);
 
-/** Back to the full filter at the next step.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+/** Back to the full filter at the next step, until it has settled again: what has to be called where a
+    sensor has got new numbers (above).  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
 kq_status kq_settling_release_f32(kq_settling_f32 *w);
 kq_status kq_settling_release_f64(kq_settling_f64 *w);
 
@@ -495,7 +507,7 @@ typedef struct {
     int32_t *memory;
     kq_scaled_q31 *gain;
     const kq_process_q31 *process;
-    const kq_scaled_q31 *transition;
+    uint32_t fingerprint;
     const kq_sensor_q31 *sensor;
     const kq_scaled_q31 *measurement;
     kq_filter_q31 *filter; /* attached to */
@@ -505,7 +517,7 @@ typedef struct {
     static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                          \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
     static kq_settling_q31 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, NULL, NULL, NULL, NULL}
+        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
                                  kq_scaled_q31 *gain);

@@ -509,7 +509,7 @@ kq_status T(kq_adaptation_attach)(adaptation *a, filter *f)
     if (!status) status = filter_check(f);
     if (status) return status;
     if (f->states != a->states) return KQ_ERR_MISMATCH;
-    if (has_other_attached(f, &a->attached)) return KQ_ERR_RECORDING;
+    if (has_other_filter(a->filter, f) || has_other_attached(f, &a->attached)) return KQ_ERR_RECORDING;
     begin_anew(a);
     a->attached.hooks = &adaptation_hooks;
     a->filter = f;

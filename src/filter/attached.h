@@ -36,11 +36,26 @@ struct T(kq_hooks) {
        where the filter is ready. */
     kq_status (*give)(filter *f, history *h);
     void (*lose)(filter *f, const history *h);
+    /* Did the last step move the mean alone, and judge no measurement?  NULL where every step judges. */
+    int (*rests)(const filter *f);
 };
 
 KQ_INLINE int is_attached(const filter *f) { return f && f->attached; }
 
 static int is_recorded(const filter *f) { return f->attached && f->attached->hooks->is_recorder; }
+
+/* Are NIS and count those of a step before the last one? */
+static int is_resting(const filter *f)
+{
+    return is_attached(f) && f->attached->hooks->rests && f->attached->hooks->rests(f);
+}
+
+/*
+ * Has what is to be attached to f another filter, its `own`?  What that filter has to say of it is not
+ * asked: one that was initialised again, or is gone, has told nobody.  So what has a filter goes to another
+ * one by its detach alone.
+ */
+KQ_INLINE int has_other_filter(const filter *own, const filter *f) { return own && own != f; }
 
 /* Is something else than `own` attached?  A start of which nothing is unknown has nothing to do any more. */
 static int has_other_attached(const filter *f, const attached *own)

@@ -3,6 +3,7 @@
 #define KQ_SRC_LENGTHS_API_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "kalmanq/lengths.h"
 #include "kalmanq/size.h"
@@ -16,26 +17,30 @@ kq_length T(kq_filter_length)(int n)
     return size_is_valid(n) ? (kq_length)FILTER_LEN(n) : 0;
 }
 
+/* A step records no more measurements than 16 bits count (tape.h); so many, of as many steps as there may
+   be, have a length that does not wrap. */
+static int is_recordable(int m) { return m >= 1 && (uint32_t)m <= UINT16_MAX; }
+
 kq_length T(kq_history_length)(int n, int m, size_t steps, size_t changes)
 {
-    if (!(size_is_valid(n) && size_is_valid(m) && steps <= KQ_COUNT_MAX && changes <= KQ_COUNT_MAX)) return 0;
+    if (!(size_is_valid(n) && is_recordable(m) && steps <= KQ_COUNT_MAX && changes <= KQ_COUNT_MAX)) return 0;
     return (kq_length)HISTORY_LEN(n, m, steps, changes);
 }
 
 kq_length T(kq_lag_length)(int n, int m, size_t L)
 {
-    if (!(size_is_valid(n) && size_is_valid(m) && L <= KQ_COUNT_MAX)) return 0;
+    if (!(size_is_valid(n) && m >= 1 && L <= KQ_COUNT_MAX)) return 0;
     return (kq_length)LAG_LEN(n, m, L);
 }
 
 kq_length T(kq_point_length)(int n, int m)
 {
-    return size_is_valid(n) && size_is_valid(m) ? (kq_length)POINT_LEN(n, m) : 0;
+    return size_is_valid(n) && m >= 1 ? (kq_length)POINT_LEN(n, m) : 0;
 }
 
 kq_length T(kq_start_length)(int n, size_t early)
 {
-    return size_is_valid(n) && early <= KQ_COUNT_MAX ? (kq_length)START_LEN(n, early) : 0;
+    return size_is_valid(n) && early < UINT16_MAX ? (kq_length)START_LEN(n, early) : 0;
 }
 
 kq_length T(kq_adaptation_length)(int n, int m)
@@ -45,7 +50,7 @@ kq_length T(kq_adaptation_length)(int n, int m)
 
 kq_length T(kq_consistency_length)(int m, size_t window)
 {
-    if (!(size_is_valid(m) && window <= KQ_WINDOW_MAX)) return 0;
+    if (!(size_is_valid(m) && window >= 1 && window <= KQ_WINDOW_MAX)) return 0;
     return (kq_length)CONSISTENCY_LEN(m, window);
 }
 

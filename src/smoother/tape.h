@@ -188,15 +188,10 @@ static kq_status step_attached(filter *f, const process *p, const num *u, const 
 
 static const hooks history_hooks = {KQ_RECORDS_STEPS};
 
-/*
- * Is it the history of a filter?  What that filter has to say of it is not asked: a filter that
- * was initialised again, or is gone, has not told its history.  So a history that has a filter goes
- * to another one by kq_history_detach alone.
- */
 static kq_status history_check_owner(const history *h, const filter *f)
 {
     if (h->states != f->states) return KQ_ERR_MISMATCH;
-    return h->filter && h->filter != f ? KQ_ERR_RECORDING : KQ_OK;
+    return has_other_filter(h->filter, f) ? KQ_ERR_RECORDING : KQ_OK;
 }
 
 /* h is empty, and records f from now on: they have been found to fit. */

@@ -22,6 +22,7 @@
 #include "../arithmetic/size.h"
 #include "../model/definitions.h"
 #include "../model/types.h"
+#include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
@@ -102,7 +103,7 @@ kq_status T(kq_consistency_record)(consistency *c, const filter *f)
     if (status) return status;
     status = filter_check(f);
     if (status) return status;
-    if (!c->watched) return KQ_ERR_NOT_READY;
+    if (!c->watched || is_resting(f)) return KQ_ERR_NOT_READY;
     c->watched = 0;
     if (f->last.count == 0) return KQ_OK;
     num *entry = entry_at(c, c->next);

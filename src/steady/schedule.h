@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 #include "kalmanq/steady.h"
 
@@ -74,7 +75,8 @@ kq_status T(kq_steady_schedule)(const filter *f, const process *p, const sensor 
     if (status) return status;
     if (!memory || !gains || !used) return KQ_ERR_NULL;
     if (length < (size_t)STEADY_WORK_LEN(f->states, s->components)) return KQ_ERR_MEMORY;
-    if (bits < 1 || bits > settled_bits_max || steps < 1) return KQ_ERR_SIZE;
+    if (bits < 1 || bits > settled_bits_max) return KQ_ERR_SIZE;
+    if (steps < 1 || steps > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     num *scratch = memory + FILTER_LEN(f->states);
     trial_of(&trial, f, memory);
     const size_t count = run_until_settled(&trial, p, s, bits, 0, steps, scratch);

@@ -76,7 +76,7 @@ kq_status T(kq_settling_release)(settling *w)
 
 static int settling_knows(const settling *w, const process *p, const sensor *s)
 {
-    return w->process == p && w->sensor == s && w->transition == p->transition &&
+    return w->process == p && w->sensor == s && w->fingerprint == p->fingerprint &&
            w->measurement == s->measurement;
 }
 
@@ -129,7 +129,7 @@ static kq_status settling_move_all(settling *w, filter *f, const process *p, con
     copy(w->memory, filter_root(f), ROOT_LEN(n));
     w->process = p;
     w->sensor = s;
-    w->transition = p->transition;
+    w->fingerprint = p->fingerprint;
     w->measurement = s->measurement;
     return KQ_OK;
 }
@@ -170,7 +170,16 @@ static kq_status settling_step(filter *f, const process *p, const num *u, const 
     return KQ_OK;
 }
 
-static const hooks settling_hooks = {.predict = settling_predict, .step = settling_step, KQ_RECORDS_NOTHING};
+/* An update by itself has moved the root since the step that was settled. */
+static int settling_rests(const filter *f)
+{
+    const settling *w = (const settling *)f->attached;
+    return w->filter == f && w->phase == SETTLING_SETTLED &&
+           roots_are_same(w->memory, filter_root(f), f->states);
+}
+
+static const hooks settling_hooks = {
+    .predict = settling_predict, .step = settling_step, .rests = settling_rests, KQ_RECORDS_NOTHING};
 
 kq_status T(kq_settling_attach)(settling *w, filter *f)
 {
@@ -178,7 +187,7 @@ kq_status T(kq_settling_attach)(settling *w, filter *f)
     if (!status) status = filter_check(f);
     if (status) return status;
     if (f->states != w->states) return KQ_ERR_MISMATCH;
-    if (has_other_attached(f, &w->attached)) return KQ_ERR_RECORDING;
+    if (has_other_filter(w->filter, f) || has_other_attached(f, &w->attached)) return KQ_ERR_RECORDING;
     w->phase = SETTLING_MOVING;
     w->process = 0;
     w->sensor = 0;

@@ -180,7 +180,7 @@ kq_status T(kq_steady_smooth)(const steady_smoother *c, num *x, const num *e, si
     scaled row[KQ_SIZE_MAX];
     if (!x || !e) return KQ_ERR_NULL;
     kq_status status = smoother_check(c);
-    if (!status && steps < 1) status = KQ_ERR_SIZE;
+    if (!status && (steps < 1 || steps > KQ_COUNT_MAX)) status = KQ_ERR_SIZE;
     if (status) return status;
     const int n = (int)c->states, m = (int)c->components;
     for (size_t t = 0; t < steps; t++) {

@@ -47,7 +47,7 @@ kq_status T(kq_steady_init)(steady *st, const process *p, const sensor *s, const
     if (!status) status = process_check(p);
     if (!status) status = sensor_check(s);
     if (status) return status;
-    if (count == 0) return KQ_ERR_SIZE;
+    if (count < 1 || count > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     const int n = st->states, m = st->components;
     if (p->states != n || s->states != n || s->components != m) return KQ_ERR_MISMATCH;
     if (!sensor_is_for(s, p)) return KQ_ERR_MISMATCH;

@@ -1,8 +1,8 @@
 # The suites of each arithmetic: a line of its own for what takes long or what small cores do not hold.
-set(KALMANQ_SUITES_f32 status process sensor lean filter update forecast smoother numbers laws changed lag
+set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast smoother numbers laws changed lag
     point start least_squares consistency adaptation models robust steady em start_orders start_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse prepare model lean filter smoother numbers laws on_line start least_squares
+set(KALMANQ_SUITES_q31 inverse lengths prepare model lean filter smoother numbers laws on_line start least_squares
     consistency adaptation models robust steady words start_orders start_rank)
 
 # kalmanq_suites(FILES OPTIONS ARITHMETIC WHERE SUITE...): sets the variables with the first two names to

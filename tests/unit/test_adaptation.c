@@ -50,6 +50,7 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(filter_init)(&track3, identity3, identity3));
+    ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
     ASSERT_OK(K(adaptation_attach)(&tuner, &track));
     watch_nothing();
@@ -647,6 +648,47 @@ static void refusals_of_what_cannot_be_scaled(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, try_init());
 }
 
+/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
+static void an_adaptation_has_one_filter(void)
+{
+    WATCH(twin);
+    learn_something();
+    const double learnt = process_scale();
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&tuner, &twin));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track)); /* to its own once more */
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&tuner, &twin));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(adaptation_detach)(&tuner));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &twin));
+    TEST_ASSERT_TRUE(learnt != 1 && process_scale() == learnt);
+    ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
+    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+}
+
+/* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
+static void what_records_takes_the_place_of_what_records(void)
+{
+    LAG(lag, 2, 2, 2);
+    POINT(point, 2, 2);
+    HISTORY(later, 2, 2, 4, 0);
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(lag_attach)(&lag, &twin));
+    ASSERT_OK(K(predict)(&twin, &motion, u));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
+    TEST_ASSERT_EQUAL_UINT(1, K(lag_steps)(&lag));
+    ASSERT_OK(K(point_attach)(&point, &twin));
+    TEST_ASSERT_EQUAL_UINT(0, K(lag_steps)(&lag));
+    ASSERT_OK(K(history_attach)(&later, &twin));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&point));
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(predict)(&twin, &motion, u));
+    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&later));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
+    ASSERT_OK(K(history_detach)(&tape));
+}
+
 static void refusals_of_attach(void)
 {
     LAG(lag, 2, 2, 2);
@@ -794,6 +836,8 @@ SUITE(adaptation, set_up)
     RUN_TEST(refusals_of_init);
     RUN_TEST(refusals_of_a_rule);
     RUN_TEST(refusals_of_what_cannot_be_scaled);
+    RUN_TEST(an_adaptation_has_one_filter);
+    RUN_TEST(what_records_takes_the_place_of_what_records);
     RUN_TEST(refusals_of_attach);
     RUN_TEST(refusals_of_predict);
     RUN_TEST(refusals_of_update);

@@ -61,6 +61,7 @@ static void set_up(void)
     ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
     rule = (kq_adaptation_rule_q31){KQ_ADAPT_BOTH, 50,        power(-3), power(-4),
                                     power(4),      power(-3), power(3)};
+    ASSERT_OK(kq_adaptation_assign_q31(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory), tuner_root));
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, &rule));
     ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
     watch_nothing();
@@ -425,6 +426,19 @@ static void refusals_of_a_rule(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, try_init());
 }
 
+/* It has a filter until it is detached; f may have been initialised meanwhile. */
+static void an_adaptation_has_one_filter(void)
+{
+    WATCH(twin);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&tuner, &twin));
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track)); /* to its own once more */
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&tuner, &twin));
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_OK(kq_adaptation_detach_q31(&tuner));
+    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &twin));
+}
+
 static void refusals_of_attach(void)
 {
     KQ_FILTER_Q31(track3, 3);
@@ -496,6 +510,7 @@ SUITE(adaptation, set_up)
     RUN_TEST(refusals_of_assign);
     RUN_TEST(refusals_of_init);
     RUN_TEST(refusals_of_a_rule);
+    RUN_TEST(an_adaptation_has_one_filter);
     RUN_TEST(refusals_of_attach);
     RUN_TEST(refusals_of_steps);
     RUN_TEST(readings_of_nothing);

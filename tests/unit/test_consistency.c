@@ -6,9 +6,11 @@
 #ifdef KQ_TEST_F32
 #define CONSISTENCY KQ_CONSISTENCY_F32
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32
+#define SETTLING KQ_SETTLING_F32
 #else
 #define CONSISTENCY KQ_CONSISTENCY_F64
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64
+#define SETTLING KQ_SETTLING_F64
 #endif
 
 #define WINDOW 5
@@ -167,6 +169,43 @@ static void an_update_that_takes_nothing_does_not_enter(void)
     ASSERT_OK(K(consistency_record)(&recent, &track));
     assert_window(0, 3);
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_record)(&recent, &track));
+}
+
+/* Until the settling has settled; then step by step as before. */
+static kq_status watched_step(void)
+{
+    ASSERT_OK(K(consistency_watch)(&recent, &track, &radar, z, ALL));
+    ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
+    return K(consistency_record)(&recent, &track);
+}
+
+/* A settled step judges no measurement: kq_nis is that of a step long ago. */
+static void a_settled_step_does_not_enter(void)
+{
+    SETTLING(lazy, 2, 2);
+    FILTER(copy, 2);
+    ASSERT_OK(K(settling_init)(&lazy, 10));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    for (int t = 0; t < 60 && !K(settling_is_settled)(&lazy); t++) {
+        ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
+    }
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, watched_step());
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_record)(&recent, &track));
+    TEST_ASSERT_EQUAL_INT(0, K(consistency_count)(&recent));
+    step(0, ALL); /* an update by itself, and after the predict by itself another one */
+    step(1, ALL);
+    assert_window(0, 2);
+    ASSERT_OK(watched_step()); /* of the full filter */
+    copy = track;
+    copy.memory = copy_memory;
+    memcpy(copy_memory, track_memory, sizeof copy_memory);
+    for (int t = 0; t < 60; t++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(consistency_watch)(&recent, &copy, &radar, z, ALL)); /* it is not settled */
+    ASSERT_OK(K(update)(&copy, &radar, z));
+    ASSERT_OK(K(consistency_record)(&recent, &copy));
+    TEST_ASSERT_EQUAL_INT(4, K(consistency_count)(&recent));
 }
 
 /* Watched, and not taken after all: the next measurement takes its place. */
@@ -372,6 +411,7 @@ SUITE(consistency, set_up)
     RUN_TEST(components_may_be_missing);
     RUN_TEST(nothing_drifts);
     RUN_TEST(an_update_that_takes_nothing_does_not_enter);
+    RUN_TEST(a_settled_step_does_not_enter);
     RUN_TEST(what_is_watched_may_be_dropped);
     RUN_TEST(watching_leaves_the_filter);
     RUN_TEST(a_variance_of_0_counts_as_missing);

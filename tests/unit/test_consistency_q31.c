@@ -127,6 +127,27 @@ static void an_update_that_takes_nothing_does_not_enter(void)
     TEST_ASSERT_EQUAL_INT(0, kq_consistency_count_q31(&recent));
 }
 
+/* A settled step judges no measurement: kq_nis_q31 is that of a step long ago. */
+static void a_settled_step_does_not_enter(void)
+{
+    static const double values[] = {1, 0.5};
+    const int32_t *words = words_of(values, 2, radar.measurement_format);
+    KQ_SETTLING_Q31(lazy, 2, 2);
+    memcpy(z, words, sizeof z);
+    ASSERT_OK(kq_settling_init_q31(&lazy, 10));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    for (int t = 0; t < 60 && !kq_settling_is_settled_q31(&lazy); t++) {
+        ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
+    }
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
+    ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_record_q31(&recent, &track));
+    step(values, ALL); /* an update by itself, and after the predict by itself another one */
+    step(values, ALL);
+    TEST_ASSERT_EQUAL_INT(2, kq_consistency_count_q31(&recent));
+}
+
 static void clearing_forgets(void)
 {
     static const double near[] = {1, 0};
@@ -143,6 +164,8 @@ static void what_is_wrong_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_consistency_assign_q31(NULL, 2, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 0, WINDOW, memory, length));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, 0, memory, length));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, KQ_WINDOW_MAX + 1, memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, SIZE_MAX, memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_consistency_assign_q31(&recent, 2, WINDOW, memory, length - 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_clear_q31(&blank));
@@ -180,6 +203,7 @@ SUITE(consistency, set_up)
     RUN_TEST(an_outlier_leaves_with_its_update);
     RUN_TEST(an_innovation_is_held);
     RUN_TEST(an_update_that_takes_nothing_does_not_enter);
+    RUN_TEST(a_settled_step_does_not_enter);
     RUN_TEST(clearing_forgets);
     RUN_TEST(what_is_wrong_is_refused);
     RUN_TEST(bounds_of_any_quantile_are_within_the_numbers);

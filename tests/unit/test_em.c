@@ -629,7 +629,13 @@ static void test_init_refuses_sizes(void)
     static const num F[] = {1, 0, 0, 1, 1, 1};
     watch_all();
     ASSERT_REFUSED(KQ_ERR_SIZE, K(em_init)(&em, &parameters, NULL, recordings, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(em_init)(&em, &parameters, NULL, recordings, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(em_init)(&em, &parameters, NULL, recordings, SIZE_MAX));
     recordings[1].steps = 0;
+    ASSERT_REFUSED(KQ_ERR_SIZE, init());
+    recordings[1].steps = KQ_COUNT_MAX + 1;
+    ASSERT_REFUSED(KQ_ERR_SIZE, init());
+    recordings[1].steps = SIZE_MAX;
     ASSERT_REFUSED(KQ_ERR_SIZE, init());
     recordings[1].steps = STEPS + 1;
     ASSERT_REFUSED(KQ_ERR_MEMORY, init());

@@ -277,6 +277,7 @@ static void a_batch_is_refused_as_a_whole(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, H, NULL, r, ROWS));
     ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, H, z, NULL, ROWS));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add_all)(&fit, H, z, r, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add_all)(&fit, H, z, r, SIZE_MAX));
     z[ROWS - 1] = endless;
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add_all)(&fit, H, z, r, ROWS));
     z[ROWS - 1] = 1;

@@ -144,6 +144,7 @@ static void all_at_once_are_one_after_the_other(void)
     ASSERT_SAME_Q31(&twin, &line);
     ASSERT_OK_UNCHANGED(kq_least_squares_add_all_q31(&fit, rows, values, noises, 0));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_least_squares_add_all_q31(&fit, rows, values, noises, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_least_squares_add_all_q31(&fit, rows, values, noises, SIZE_MAX));
     noises[1].mantissa = -r.mantissa;
     ASSERT_REFUSED(KQ_ERR_TABLE, kq_least_squares_add_all_q31(&fit, rows, values, noises, 2));
     noises[1] = r;

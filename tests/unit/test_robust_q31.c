@@ -341,6 +341,16 @@ static void a_student_step_is_one_with_scaled_noise(void)
 
 /* ------------------------------------------------------------------------------ scaled noise */
 
+/* It is written as a whole: nothing of it is looked at. */
+static void a_target_needs_nothing_before(void)
+{
+    kq_process_q31 fresh;
+    memset(&fresh, 0xa5, sizeof fresh);
+    ASSERT_OK(kq_process_scale_noise_q31(&fresh, &motion.process, root, number(1)));
+    TEST_ASSERT_EQUAL_UINT8(motion.process.states, fresh.states);
+    TEST_ASSERT_TRUE(fresh.noise_root == root && fresh.transition == motion.transition);
+}
+
 static void powers_of_4_move_the_exponents_alone(void)
 {
     for (int k = -3; k < 8; k++) {
@@ -521,6 +531,7 @@ SUITE(robust, set_up)
     RUN_TEST(a_jump_is_followed_as_in_double);
     RUN_TEST(a_student_step_is_that_of_double);
     RUN_TEST(a_student_step_is_one_with_scaled_noise);
+    RUN_TEST(a_target_needs_nothing_before);
     RUN_TEST(powers_of_4_move_the_exponents_alone);
     RUN_TEST(scaled_noise_is_that_of_double);
     RUN_TEST(the_reweighted_smoother_is_that_of_double);

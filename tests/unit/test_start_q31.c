@@ -336,6 +336,8 @@ static void the_rest_refuses(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, kq_start_assign_q31(NULL, 2, 0, start_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_assign_q31(&start, 17, 0, start_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_assign_q31(&start, 2, UINT16_MAX, start_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_assign_q31(&start, 2, SIZE_MAX, start_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_start_assign_q31(&start, 2, EARLY, start_memory, COUNT(start_memory) - 1));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_history_attach_q31(NULL, &track));

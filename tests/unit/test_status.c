@@ -55,6 +55,22 @@ _Static_assert(KQ_STEADY_SOLVE_LEN_F32(16, 16) <= 0xffff, "16 bits");
 _Static_assert(KQ_STEADY_WORK_LEN_F32(16, 16) <= 0xffff, "16 bits");
 _Static_assert(KQ_EM_LEN_F32(16, 16, 1) <= 0xffff, "16 bits");
 
+/* Figures of the manual: size.h, and the headers of the objects */
+#define F32_BYTES(length, a, b, c) (4 * length(2, 1) == a && 4 * length(4, 2) == b && 4 * length(9, 3) == c)
+#define LAG_OF_10(n, m) KQ_LAG_LEN_F32(n, m, 10)
+#define START_OF_0(n, m) KQ_START_LEN_F32(n, 0)
+#define FILTER_OF(n, m) KQ_FILTER_LEN_F32(n)
+#define HISTORY_STEP_OF(n, m) KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m)
+#define HISTORY_WORKSPACE_OF(n, m) KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n)
+_Static_assert(F32_BYTES(FILTER_OF, 28, 72, 252), "size.h");
+_Static_assert(F32_BYTES(HISTORY_STEP_OF, 44, 116, 376), "size.h, smoother.h");
+_Static_assert(F32_BYTES(HISTORY_WORKSPACE_OF, 104, 336, 1476), "size.h");
+_Static_assert(F32_BYTES(LAG_OF_10, 992, 3232, 14220), "size.h, lag.h");
+_Static_assert(F32_BYTES(KQ_POINT_LEN_F32, 292, 952, 4140), "size.h");
+_Static_assert(F32_BYTES(START_OF_0, 76, 244, 1084), "size.h, start.h");
+_Static_assert(F32_BYTES(KQ_ADAPTATION_LEN_F32, 56, 188, 720), "size.h, adaptation.h");
+_Static_assert(KQ_STEADY_SOLVE_LEN_F32(4, 2) == 200, "steady.h");
+
 /* ------------------------------------------------------------------------------- tests */
 
 static const kq_status all[] = {

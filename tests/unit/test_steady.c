@@ -87,6 +87,7 @@ static void set_up(void)
         K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS, &used));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
+    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(K(settling_init)(&lazy, 12));
     ASSERT_OK(K(settling_init)(&lazy1, 12));
     ASSERT_OK(K(settling_attach)(&lazy, &track));
@@ -340,6 +341,8 @@ static void the_schedule_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 0, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, BITS_MAX + 1, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, 1));
     ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, used - 1));
     ASSERT_OK(schedule(least, 12, used));
@@ -445,6 +448,8 @@ static void the_filter_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, NULL, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, x0, NULL, 1));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &blank_process, &radar, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &motion, &blank_sensor, x0, gains, 1));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion1, &radar, x0, gains, 1));
@@ -554,6 +559,8 @@ static void the_smoother_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, NULL, e, 2));
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, x, NULL, 2));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, SIZE_MAX));
     bad.root = NULL;
     ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&bad, x, e, 2));
     bad = good, bad.states = 0;
@@ -663,6 +670,46 @@ static void another_model_unsettles_it(void)
     settling_steps(1);
     TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     settling_steps(40);
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+}
+
+/* Another Q in the same object, another A in the same array: the process says so (its fingerprint). */
+static void new_numbers_of_the_process_unsettle_it(void)
+{
+    static const num noisy[] = {3, 0, 0, 3};
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(process_init)(&motion, A, B, noisy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+    A[0] = 0.75;
+    ASSERT_OK(K(process_change_transition)(&motion, A));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(process_init)(&motion, A, B, noisy)); /* as it was */
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
+}
+
+/* A sensor has no fingerprint: new numbers in the same object and array are to be told. */
+static void new_numbers_of_the_sensor_are_told_by_a_release(void)
+{
+    static const num noisy[] = {5, 0, 0, 5};
+    settling_steps(40);
+    ASSERT_OK(K(sensor_init)(&radar, H, noisy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(settling_release)(&lazy));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
@@ -777,6 +824,25 @@ static void a_detached_filter_is_the_full_filter(void)
         K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
     settling_steps(40);
     ASSERT_SAME_BITS(other_memory, track_memory);
+}
+
+/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
+static void a_settling_has_one_filter(void)
+{
+    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
+    settling_steps(40);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
+    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(settling_attach)(&lazy, &track)); /* to its own once more: it begins again */
+    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(settling_attach)(&lazy, &other));
+    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(K(settling_init)(&lazy, 12));
+    ASSERT_OK(K(settling_attach)(&lazy, &track));
 }
 
 static void attach_refuses_what_is_wrong(void)
@@ -898,11 +964,14 @@ SUITE(steady, set_up)
     RUN_TEST(the_root_rests_while_it_is_settled);
     RUN_TEST(a_missing_measurement_unsettles_it);
     RUN_TEST(another_model_unsettles_it);
+    RUN_TEST(new_numbers_of_the_process_unsettle_it);
+    RUN_TEST(new_numbers_of_the_sensor_are_told_by_a_release);
     RUN_TEST(the_full_filter_may_go_on_at_any_time);
     RUN_TEST(a_history_takes_its_place);
     RUN_TEST(a_step_of_the_full_filter_is_a_predict_and_an_update);
     RUN_TEST(a_copied_filter_goes_on_by_itself);
     RUN_TEST(a_detached_filter_is_the_full_filter);
+    RUN_TEST(a_settling_has_one_filter);
     RUN_TEST(attach_refuses_what_is_wrong);
     RUN_TEST(a_bad_step_is_refused);
     RUN_TEST(the_settling_refuses_what_is_wrong);

@@ -68,6 +68,7 @@ static void set_up(void)
                                      gains, STEPS, &used));
     ASSERT_OK(kq_steady_assign_q31(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, used));
+    ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(kq_settling_init_q31(&lazy, 14));
     ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
     watch_nothing();
@@ -132,6 +133,8 @@ static void the_schedule_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 0, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, KQ_SETTLED_BITS_MAX_Q31 + 1, STEPS));
     ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(least, 14, used - 1));
     motion.state_format[1].fraction++; /* formats that are not the filter's */
     ASSERT_REFUSED(KQ_ERR_MISMATCH, schedule(least, 12, STEPS));
@@ -289,8 +292,11 @@ static void the_filter_refuses_what_is_wrong(void)
     radar.state_format[0].fraction--;
     ASSERT_REFUSED(KQ_ERR_MISMATCH, begin(gains));
     radar.state_format[0].fraction++;
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_init_q31(&steady, &motion.process, &radar.sensor,
-                                                   prior.mean, gains, 0));
+    static const size_t counts[] = {0, KQ_COUNT_MAX + 1, SIZE_MAX};
+    for (int k = 0; k < COUNT(counts); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_init_q31(&steady, &motion.process, &radar.sensor,
+                                                       prior.mean, gains, counts[k]));
+    }
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_steady_init_q31(&steady, &blank_process, &radar.sensor,
                                                         prior.mean, gains, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_steady_init_q31(&steady, &motion.process, &blank_sensor,
@@ -376,6 +382,8 @@ static void the_smoother_refuses_what_is_wrong(void)
     bad = good, bad.states = 17;
     ASSERT_REFUSED(KQ_ERR_SIZE, smooth(&bad));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_steady_smoother_make_q31(&track, &motion.process, &radar.sensor, work,
                                                least - 1, root, back, drive));
@@ -473,6 +481,25 @@ static void what_is_different_unsettles_it(void)
     assert_near(__LINE__);
 }
 
+/* Another table in the same object; another A in the same array */
+static void new_numbers_of_the_process_unsettle_it(void)
+{
+    static const double noisy[] = {2, 0, 0, 2}, shorter[] = {1, 0.05, 0, 1};
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    put_process(&motion, N, 1, range, drive_range, A, B, noisy);
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    settling_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_matrix_prepare_q31(motion.transition, shorter, N, N, motion.state_format,
+                                    motion.state_format));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
+    settling_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    assert_near(__LINE__);
+}
+
 /* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
 static void a_copied_filter_goes_on_by_itself(void)
 {
@@ -497,6 +524,22 @@ static void a_copied_filter_goes_on_by_itself(void)
         settling_steps(1);
         TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
     }
+}
+
+/* It has a filter until it is detached; f may have been initialised meanwhile. */
+static void a_settling_has_one_filter(void)
+{
+    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
+    settling_steps(60);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
+    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track)); /* to its own once more: it begins again */
+    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_settling_detach_q31(&lazy));
+    ASSERT_OK(kq_settling_attach_q31(&lazy, &other));
 }
 
 static void assert_steps_are_refused(void)
@@ -569,6 +612,8 @@ SUITE(steady, set_up)
     RUN_TEST(the_smoother_holds_what_is_too_large);
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(what_is_different_unsettles_it);
+    RUN_TEST(new_numbers_of_the_process_unsettle_it);
     RUN_TEST(a_copied_filter_goes_on_by_itself);
+    RUN_TEST(a_settling_has_one_filter);
     RUN_TEST(the_settling_refuses_what_is_wrong);
 }
