@@ -81,16 +81,19 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     def cells(array: np.ndarray) -> str:
         return ", ".join(str(int(v)) if is_fixed else f"{np.float32(v)!s}f" for v in np.ravel(array))
 
+    def rows(array: np.ndarray) -> str:
+        return ", ".join(f"{{{cells(row)}}}" for row in array)
+
     given = "controls[(t) - 1], " if model.l else ""
     first = "controls[0], " if model.l else ""
     lines = [f'#include "{made.name}.h"', f"typedef {word} word;", f"#define DESIGN(name) {made.name}_##name",
              f"#define ALL {made.name.upper()}_ALL", f"#define MEAN kq_mean_{T}", f"#define SIGMA kq_sigma_{T}",
              f"#define STEP(t) DESIGN(step)({given}rows[t], ALL)", f"#define STEP_OF(z) DESIGN(step)({first}z, ALL)",
              f"enum {{ N = {model.n}, M = {model.m}, ROWS = {len(z)}, COUNTED = {COUNTED} }};",
-             f"static const word rows[ROWS][M] = {{{cells(parts.words(z, 'measurements'))}}};",
+             f"static const word rows[ROWS][M] = {{{rows(parts.words(z, 'measurements'))}}};",
              f"static const word expected[N] = {{{cells(words)}}};"]
     if u is not None:
-        lines.append(f"static const word controls[ROWS][{model.l}] = {{{cells(parts.words(u, 'controls'))}}};")
+        lines.append(f"static const word controls[ROWS][{model.l}] = {{{rows(parts.words(u, 'controls'))}}};")
     (place / "design.h").write_text("\n".join(lines) + "\n", encoding="utf-8")
     what = {"name": made.name, "arithmetic": T, "way": way, **shape(model), **(extra or {})}
     (place / "design.json").write_text(json.dumps(what, indent=1), encoding="utf-8")

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from functools import partial
+from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,9 @@ from typing import Any
 import typer
 
 import build
+import table
 from build import Place, compiled, linked
+from cases import MOST, SIZES
 from cores import BY_NAME, ROOT, Core
 from elf import Elf, flash_and_ram
 from emulators import Emulator, count_avr
@@ -76,10 +78,30 @@ def measured(place: Place, core: Core, folder: Path) -> dict[str, Any]:
                Emulator(core, program).count_regions(functions))
     with_it, without = (flash_and_ram(linked(core, parts, work / f"{entry}.elf", entry=entry))
                         for entry in ("use_design", "use_nothing"))
-    return {"core": core.name, **what,
+    made = {"core": core.name, **what,
             "instructions": sum(counted[region].instructions for region in range(COUNTED)) // COUNTED,
             "flash": with_it[0] - without[0], "ram": with_it[1] - without[1],
             "stack": max(counted[region].stack for region in range(COUNTED + 1))}
+    return {**made, "stack": deepest(made)}
+
+
+def deepest(made: dict[str, Any]) -> int:
+    """Of the stack: a design is given ordinary measurements here; what takes hard ones is in the table of the
+    library (tools/cost.csv), for the next size that it has."""
+    what = "lean" if made["way"] == "lean" else "step"
+    worst = [row.stack_worst for row in library_rows()
+             if (row.core, row.arithmetic, row.sizes, row.profile, row.what) ==
+             (made["core"], made["arithmetic"], build.RUNTIME, build.GCC, what) and row.n <= next_size(made["n"])]
+    return max(made["stack"], *(depth for depth in worst if depth is not None))
+
+
+@lru_cache(maxsize=None)
+def library_rows() -> tuple[table.Row, ...]:
+    return table.read(ROOT / "tools" / "cost.csv").rows
+
+
+def next_size(n: int) -> int:
+    return min((size for size, _ in SIZES if size >= n), default=MOST)
 
 
 def broken_promises(made: dict[str, Any]) -> list[str]:

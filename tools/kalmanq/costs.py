@@ -11,20 +11,20 @@ from typing import Any, Mapping
 import numpy as np
 from scipy.optimize import nnls
 
-from kalmanq.model import Model
+from kalmanq.model import SIZE_MAX, Model
 from kalmanq.parts import is_diagonal
 
 CORES = {
     "m0": "Cortex-M0", "m3": "Cortex-M3", "m4f": "Cortex-M4F", "m7": "Cortex-M7, double FPU",
     "m33": "Cortex-M33, FPU", "rv32": "RISC-V RV32IMAC", "avr": "ATmega328P",
 }
-MEASURES = ("instructions", "flash", "ram", "stack")
+SUMS = ("instructions", "flash", "ram")  # what is estimated as one; the stack is the deepest that was measured
 
 
 @dataclass(frozen=True)
 class Cost:
     """Instructions of a settled step, bytes of flash and RAM beside a program without a filter, and of the stack
-    at its deepest."""
+    at its deepest, hard measurements included."""
 
     instructions: int
     flash: int
@@ -52,8 +52,6 @@ def terms(measure: str, of: Mapping[str, int]) -> np.ndarray:
         return np.array([
             1, n, n * n, n**3, dense * n, dense * n * n, dense * n**3, of["transition"], l, l * n, m, m * n, m * n * n,
             of["mixing"] * n, of["mixing"] * n * n, of["correlated"] * m * m, of["unknown"]], float)
-    if measure == "stack":
-        return np.array([1, n, n * n, m, of["correlated"], of["unknown"], l > 0], float)
     return np.array([1, n, n * n, n**3 if measure == "flash" else 0, m, m * n, l, l * n, l > 0, of["correlated"],
                      of["correlated"] * m * m, of["unknown"], of["unknown"] * n, of["unknown"] * n * n], float)
 
@@ -77,10 +75,18 @@ def factors(core: str, arithmetic: str, way: str, measure: str) -> np.ndarray:
     return solution / scale
 
 
+def deepest(core: str, arithmetic: str, way: str, of: Mapping[str, int]) -> int:
+    """The stack of the deepest design up to the next size that was measured: never less than is needed."""
+    rows = [row for row in measured() if (row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way)]
+    size = min((row["n"] for row in rows if row["n"] >= of["n"]), default=SIZE_MAX)
+    return max(row["stack"] for row in rows if row["n"] <= size and
+               all(row[name] <= of[name] for name in ("correlated", "unknown")))
+
+
 def estimate(model: Model, core: str, arithmetic: str, way: str) -> Cost:
     of = shape(model)
-    return Cost(*(int(round(float(factors(core, arithmetic, way, measure) @ terms(measure, of))))
-                  for measure in MEASURES))
+    sums = (int(round(float(factors(core, arithmetic, way, measure) @ terms(measure, of)))) for measure in SUMS)
+    return Cost(*sums, deepest(core, arithmetic, way, of))
 
 
 def is_measured(core: str, arithmetic: str, way: str) -> bool:

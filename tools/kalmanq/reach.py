@@ -76,7 +76,7 @@ def reach(model: Model, records: Sequence[Record]) -> Reach:
         if not len(record.z):
             continue
         run = Filter(model, "f64").run(record.z, record.u, covariance=True)
-        states = np.fmax(states, np.nanmax(np.abs(run.mean), axis=0))
+        states = np.fmax(states, np.nanmax(np.abs(run.mean), axis=0, initial=0.0))
         states = np.fmax(states, _between(model, record, run.mean, run.covariance))
         measured = np.fmax(measured, np.nanmax(np.abs(record.z), axis=0, initial=0.0))
         if record.u is not None:
