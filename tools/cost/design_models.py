@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Optional
+from typing import Iterator, Optional
 
 import numpy as np
 import typer
@@ -17,11 +17,13 @@ from kalmanq import KalmanqError, Model
 from kalmanq.c_source import CONSTANT, source, ways_of
 from kalmanq.costs import shape
 from kalmanq.filters import Filter
-from kalmanq.model import Gaps
+from kalmanq.model import Gaps, Quantity
 from kalmanq.parts import Parts
 from kalmanq.reach import Record, draw, with_ranges
 
 ROWS, COUNTED = 32, 8
+SIZES = ((1, 1), (2, 1), (2, 2), (3, 1), (3, 3), (4, 1), (4, 2), (5, 2), (6, 1), (6, 3), (7, 2), (8, 4), (9, 3), (10, 1))
+AXES = ((2, 1), (3, 1), (2, 2), (4, 1), (3, 2), (2, 3), (5, 1), (4, 2), (3, 3), (6, 1))  # how many, of how many states
 
 
 def kinematic(random: np.random.Generator, n: int) -> np.ndarray:
@@ -63,6 +65,16 @@ def random_model(random: np.random.Generator, n: int, m: int) -> Model:
                  unknown=unknown, controls=[f"u{k}" for k in range(l)] if l else None, gaps=Gaps(0, 1))
 
 
+def axes(random: np.random.Generator, count: int, order: int) -> Model:
+    """Axes that know nothing of each other"""
+    A = np.kron(np.eye(count), np.eye(order) + 0.1 * np.eye(order, k=1))
+    G = np.kron(np.eye(count), random.standard_normal((order, order)) * 0.1)
+    H = np.kron(np.eye(count), np.eye(1, order))
+    l = count if random.random() < 0.5 else 0
+    return Model(A, H, random.uniform(0.5, 2, count), G @ G.T, P0=np.ones(count * order),
+                 B=np.kron(np.eye(count), np.ones((order, 1))) * 0.1 if l else None)
+
+
 def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra: Optional[dict] = None) -> Path:
     """NAME.h, NAME.c, design.h and design.json in a folder of that name."""
     model, T = parts.model, parts.arithmetic.name
@@ -100,24 +112,30 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     return place
 
 
-def main(folder: Path, count: int = 40, seed: int = 1) -> None:
+def models(count: int, seed: int) -> Iterator[Model]:
     random = np.random.default_rng(seed)
-    sizes = [(1, 1), (2, 1), (2, 2), (3, 1), (3, 3), (4, 1), (4, 2), (5, 2), (6, 1), (6, 3), (7, 2), (8, 4), (9, 3), (10, 1)]
     for k in range(count):
-        n, m = sizes[k % len(sizes)]
-        model = random_model(random, n, m)
-        record = draw(model.changed(controls=[type(c)(c.name, range=1.0) for c in model.controls]) if model.l else model,
-                      ROWS, [k])[0]
+        yield random_model(random, *SIZES[k % len(SIZES)])
+    for k in range(count // 2):
+        yield axes(random, *AXES[k % len(AXES)])
+
+
+def main(folder: Path, count: int = 42, seed: int = 1) -> None:
+    for k, model in enumerate(models(count, seed)):
+        bounded = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
+        record = draw(bounded, ROWS, [k])[0]
         for arithmetic in ("f32", "q31"):
             try:
-                ranged = model if arithmetic == "f32" else with_ranges(model, [record])[0]
-                parts = Parts(ranged, arithmetic)
-                for way in ways_of(parts):
-                    if way == "sizes" and n > 6:
-                        continue
-                    write(folder, f"d{k}_{arithmetic}_{way}", parts, way, record)
+                write_ways(folder, f"d{k}", model, arithmetic, record)
             except KalmanqError as problem:
                 print(f"{k} {arithmetic}: {problem}")
+
+
+def write_ways(folder: Path, name: str, model: Model, arithmetic: str, record: Record) -> None:
+    parts = Parts(model if arithmetic == "f32" else with_ranges(model, [record])[0], arithmetic)
+    for way in ways_of(parts):
+        if way != "sizes" or model.n <= 6:
+            write(folder, f"{name}_{arithmetic}_{way}", parts, way, record)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,8 @@ COUNTED = 8  # settled steps
 CALLS = COUNTED  # the region of all that is called at first
 SAME_BITS = ("-ffp-contract=off",)  # as CMake builds by default
 STRICT = ("-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
-COLUMNS = ("core", "arithmetic", "way", "n", "m", "l", "upper", "transition", "mixing", "correlated",
+COLUMNS = ("core", "arithmetic", "way", "n", "m", "l", "upper", "transition", "mixing", "pairs", "triples",
+           "correlated",
            "unknown", "instructions", "flash", "ram", "stack")
 
 

@@ -10,6 +10,7 @@ from typing import Any, Mapping
 
 import numpy as np
 from scipy.optimize import nnls
+from scipy.sparse.csgraph import connected_components
 
 from kalmanq.model import SIZE_MAX, Model
 from kalmanq.parts import is_diagonal
@@ -38,21 +39,32 @@ def shape(model: Model) -> dict[str, int]:
     first = np.minimum.accumulate(begins[::-1])[::-1]  # rows from here on have nothing left of it
     lengths = model.n - first
     selecting = sum(np.count_nonzero(row) == 1 and np.any(row == 1) for row in model.H)
+    blocks = coupled(model)
     return {
         "n": model.n, "m": model.m, "l": model.l, "upper": int(not np.any(np.tril(model.A, -1))),
         "transition": int(np.sum(lengths * (lengths + 1) // 2)), "mixing": model.m - int(selecting),
+        "pairs": sum(len(block) ** 2 for block in blocks), "triples": sum(len(block) ** 3 for block in blocks),
         "correlated": int(not is_diagonal(model.R)), "unknown": int(np.any(model.unknown))}
+
+
+def coupled(model: Model) -> list[np.ndarray]:
+    """The states in groups that know nothing of each other: the root is 0 between them."""
+    P0 = model.P0 * np.outer(~model.unknown, ~model.unknown)
+    seen = np.abs(model.H).T @ (np.abs(model.R) > 0) @ np.abs(model.H)
+    _, group = connected_components((model.A != 0) | (model.Q != 0) | (seen != 0) | (P0 != 0), directed=False)
+    return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
 
 
 def terms(measure: str, of: Mapping[str, int]) -> np.ndarray:
     """What a cost is a sum of, with factors that are not negative."""
-    n, m, l, upper = (of[name] for name in ("n", "m", "l", "upper"))
+    n, m, l, upper, pairs, triples = (of[name] for name in ("n", "m", "l", "upper", "pairs", "triples"))
     if measure == "instructions":
         dense = 1 - upper
         return np.array([
-            1, n, n * n, n**3, dense * n, dense * n * n, dense * n**3, of["transition"], l, l * n, m, m * n, m * n * n,
+            1, n, n * n, n**3, pairs, triples, m / n * pairs, dense * n, dense * n * n, dense * n**3, of["transition"], l, l * n, m, m * n, m * n * n,
             of["mixing"] * n, of["mixing"] * n * n, of["correlated"] * m * m, of["unknown"]], float)
-    return np.array([1, n, n * n, n**3 if measure == "flash" else 0, m, m * n, l, l * n, l > 0, of["correlated"],
+    code = (n**3, (1 - upper) * n, (1 - upper) * n * n) if measure == "flash" else ()
+    return np.array([1, n, n * n, *code, m, m * n, l, l * n, l > 0, of["correlated"],
                      of["correlated"] * m * m, of["unknown"], of["unknown"] * n, of["unknown"] * n * n], float)
 
 
