@@ -142,7 +142,7 @@ def test_an_input_is_never_overwritten(tmp_path):
 def test_a_range_is_refused_with_its_row(tmp_path):
     data = tmp_path / "data.csv"
     data.write_text("flow\n1000\n5000\n")
-    refused(kalmanq("run", MODEL, data, "--arith", "q31", "--out", tmp_path / "out.csv"), "step 1: flow = 5000", tmp_path)
+    refused(kalmanq("run", MODEL, data, "--arith", "q31", "--out", tmp_path / "out.csv"), "data.csv: row 3: flow = 5000", tmp_path)
 
 
 def test_an_interrupt_leaves_nothing(tmp_path):
@@ -163,3 +163,65 @@ def test_help_reads_well():
     assert said.returncode == 0
     for command in ("run", "check", "steady", "simulate", "compare", "report", "fit"):
         assert command in said.stdout and kalmanq(command, "--help").returncode == 0
+
+
+# ------------------------------------------------------------------------------ outputs and names of all kinds
+
+
+def test_an_output_may_be_a_link_a_pipe_or_a_device(tmp_path):
+    (tmp_path / "link.csv").symlink_to(tmp_path / "real.csv")
+    (tmp_path / "real.csv").write_text("old")
+    (tmp_path / "real.csv").chmod(0o600)
+    assert kalmanq("run", MODEL, NILE, "--out", tmp_path / "link.csv").returncode == 0
+    assert (tmp_path / "link.csv").is_symlink() and (tmp_path / "real.csv").stat().st_mode & 0o777 == 0o600
+    assert len((tmp_path / "real.csv").read_text().splitlines()) == 101
+    os.mkfifo(tmp_path / "pipe")
+    reader = subprocess.Popen(["cat", str(tmp_path / "pipe")], stdout=subprocess.PIPE, text=True)
+    assert kalmanq("run", MODEL, NILE, "--out", tmp_path / "pipe").returncode == 0
+    assert reader.communicate()[0] == (tmp_path / "real.csv").read_text()
+    full = Path("/dev/full")
+    if full.is_char_device():
+        done = kalmanq("run", MODEL, NILE, "--out", full)
+        assert done.returncode == 1 and "/dev/full: No space left" in done.stderr and full.is_char_device()
+
+
+@pytest.mark.parametrize("command", [["run", MODEL, NILE, "--out", "."], ["run", MODEL, NILE, "--plot", "/"],
+                                     ["simulate", MODEL, "--out", "."], ["fit", EXAMPLES / "nile_guess.toml", NILE, "--out", "."]])
+def test_a_folder_is_no_output(command):
+    done = kalmanq(*command)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "is a folder" in done.stderr
+
+
+def test_names_are_no_markup(tmp_path):
+    model = tmp_path / "m.toml"
+    model.write_text('[model]\nname = "[/x]"\nA = [[1.0]]\nH = [1.0]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [1.0]\n'
+                     '[states]\nnames = ["speed [m/s]"]\n[measurements]\nnames = ["[/z]"]\n')
+    data = tmp_path / "d.csv"
+    data.write_text("[/z]\n1\n2\n")
+    done = kalmanq("run", model, data)
+    assert done.returncode == 0 and "speed [m/s]" in done.stdout, done.stderr
+    assert kalmanq("check", model).returncode == 0
+
+
+def test_what_is_beyond_names_its_file_and_row(tmp_path):
+    data = tmp_path / "d.csv"
+    data.write_text("year,flow\n1,1000\n2,1e300\n")
+    done = kalmanq("run", MODEL, data, "--arith", "f32")
+    assert done.returncode == 1 and f"{data}: row 3: flow = 1e+300" in done.stderr
+
+
+def test_all_missing_with_an_unknown_start_is_a_run_of_nothing(tmp_path):
+    data, out = tmp_path / "d.csv", tmp_path / "o.csv"
+    data.write_text("year,flow\n1,\n2,\n")
+    model = tmp_path / "m.toml"
+    model.write_text('[model]\nA = [[1.0]]\nH = [1.0]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = "unknown"\n'
+                     '[measurements]\nnames = ["flow"]\n')
+    done = kalmanq("run", model, data, "--out", out, "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["covariance"] == [[None]] and not done.stderr
+
+
+@pytest.mark.parametrize("arguments, said", [
+    (["simulate", MODEL, "--gap", 3, 1], "--gap 3 1"), (["fit", EXAMPLES / "nile_guess.toml", NILE, "--free", ""], "--free: names nothing")])
+def test_options_that_say_nothing_are_refused(arguments, said):
+    done = kalmanq(*arguments)
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1

@@ -210,3 +210,18 @@ def test_an_unknown_core_is_a_usage_error():
 def test_a_model_without_ranges_is_no_fixed_point():
     with pytest.raises(ModelError):
         Parts(Model(1, 1, 1, 1, P0=1), "q31")
+
+
+@pytest.mark.parametrize("name, states", [
+    ("small", ["h", "v"]), ("kq", ["states", "v"]), ("t", ["x", "x_fraction"]), ("kalmanq/kalmanq", ["all", "b"]),
+    ("t", ["*/ int x; /*", "a??/"]), ("stdint", ["a\nb", "ß"]), ("while", ["", " "]), ("main", ["x", "X"])])
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_any_names_make_c(name, states, arithmetic, tmp_path):
+    model = Model(np.eye(2), [1, 0], 1, np.eye(2), P0=[1, 1], name=name, measurements=[Quantity("h", "*/", 9)],
+                  states=[Quantity(one, "m/*s", 9) for one in states])
+    made = source(Parts(model, arithmetic), "lean")
+    (tmp_path / f"{made.name}.h").write_text(made.header, encoding="utf-8")
+    (tmp_path / f"{made.name}.c").write_text(made.text, encoding="utf-8")
+    done = subprocess.run(["cc", *STRICT, "-Wtrigraphs", f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-c",
+                           str(tmp_path / f"{made.name}.c"), "-o", str(tmp_path / "x.o")], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr + made.header

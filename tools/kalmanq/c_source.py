@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import keyword
 import re
 from dataclasses import dataclass
 from typing import Any, Iterable, Sequence
@@ -22,6 +21,11 @@ WAYS = {
     "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
 }
 CONSTANT = ("lean", "tables")  # the ways in which process and sensor are constants
+WORDS = frozenset("""auto break case char const continue default do double else enum extern float for goto if inline int
+    long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+    bool class delete new template this namespace main kalmanq assert complex ctype errno fenv float inttypes iso646
+    limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string
+    tgmath threads time uchar wchar wctype""".split())
 LEAST_VARIANCE = 2.0**-120  # of a measurement in a constant sensor, kq_sensor_f32
 
 
@@ -82,8 +86,15 @@ def ways_of(parts: Parts) -> list[str]:
 
 
 def identifier(text: str) -> str:
+    """For files and functions: no word of C, no header of C or of the library, nothing that begins as its names do."""
     made = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "filter"
-    return made if not made[0].isdigit() and not keyword.iskeyword(made) else f"filter_{made}"
+    return f"filter_{made}" if made[0].isdigit() or made in WORDS or made.startswith("kq") else made
+
+
+def plain(text: str) -> str:
+    """For a comment: what would end it, or be read as something else, is taken apart."""
+    printable = "".join(c if c.isprintable() else " " for c in text)
+    return re.sub(r"([*?/])(?=[/*?])", r"\1 ", printable)
 
 
 def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = ()) -> Source:
@@ -105,7 +116,7 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
     lines = ["/*", f" * {w.name}: {w.model.n} states, {w.model.m} measurements, {w.model.l} controls, in {w.T}.",
              " *", *_usage(w), " *", *(f" * {line}".rstrip() for line in _quantities(w))]
     lines += [" *"] + [f" * {line}".rstrip() for line in remarks] if remarks else []
-    lines += [" */", f"#ifndef {w.upper}_H", f"#define {w.upper}_H", "", "#include <stdint.h>", "",
+    lines += [" */", f"#ifndef KALMANQ_DESIGN_{w.upper}_H", f"#define KALMANQ_DESIGN_{w.upper}_H", "", "#include <stdint.h>", "",
               "#include <kalmanq/kalmanq.h>", ""]
     lines += _enumerations(w)
     lines += ["/** Before the first sample. */", f"kq_status {w.name}_init(void);", "",
@@ -138,7 +149,7 @@ def _quantities(w: Writer) -> list[str]:
     rows = [("", "name", "unit", "format", "largest")] if w.is_fixed else [("", "name", "unit")]
     for which in ("states", "measurements", "controls"):
         for k, one in enumerate(getattr(w.model, which)):
-            row = (f"{which[:-1]} {k}", one.name, one.unit)
+            row = (f"{which[:-1]} {k}", plain(one.name), plain(one.unit))
             rows.append(row + (_format(w, which, k), f"{one.range:g}") if w.is_fixed else row)
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return ["    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)) for row in rows]
@@ -150,15 +161,18 @@ def _format(w: Writer, which: str, k: int) -> str:
 
 
 def _names(w: Writer, which: str) -> list[str]:
-    """Of enumerators, each another one."""
-    letter = {"states": "", "measurements": "Z_", "controls": "U_"}[which]
-    made: list[str] = []
-    for one in getattr(w.model, which):
-        name = f"{w.upper}_{letter}{re.sub(r'[^A-Z0-9]+', '_', one.name.upper()).strip('_') or 'X'}"
-        while name in made:
-            name += "_"
-        made.append(name)
-    return made
+    """Of enumerators, each another one than all that the header has beside it."""
+    known = {f"{w.upper}_{word}" for word in ("STATES", "MEASUREMENTS", "CONTROLS", "ALL")}
+    made: dict[str, list[str]] = {}
+    for kind, letter in (("states", ""), ("measurements", "Z_"), ("controls", "U_")):
+        made[kind] = []
+        for one in getattr(w.model, kind):
+            name = f"{w.upper}_{letter}{re.sub(r'[^A-Z0-9]+', '_', one.name.upper()).strip('_') or 'X'}"
+            while name in known or f"{name}_FRACTION" in known:
+                name += "_"
+            known |= {name, f"{name}_FRACTION"}
+            made[kind].append(name)
+    return made[which]
 
 
 def _enumerations(w: Writer) -> list[str]:

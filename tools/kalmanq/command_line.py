@@ -64,14 +64,17 @@ ARITHMETIC = typer.Option(Arithmetic.f64, "--arith", help="The numbers that the 
 
 
 @contextmanager
-def told_in_one_line() -> Iterator[None]:
-    """Ends the program with one line where it cannot go on, and shows warnings as one line each."""
+def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> Iterator[None]:
+    """Ends the program with one line where it cannot go on, and shows warnings as one line each.  What names no
+    file is about the model."""
+    warnings.simplefilter("ignore", RuntimeWarning)  # of numbers that are NaN, which is what they are to say
     warnings.simplefilter("always", KalmanqWarning)
     warnings.showwarning = lambda message, *_: print(f"kalmanq: {message}", file=sys.stderr)  # type: ignore
     try:
         yield
     except KalmanqError as problem:
-        _stop(str(problem))
+        named = str(problem).startswith("--") or any(str(path) in str(problem) for path in (model, *others) if path)
+        _stop(str(problem) if named or model is None else f"{model}: {problem}")
     except MemoryError:
         _stop("not enough memory for all rows at once")
     except OSError as problem:
@@ -88,7 +91,7 @@ def _stop(line: str) -> None:
 
 
 def console() -> Console:
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    return Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 120)
 
 
 @app.command()
@@ -98,7 +101,7 @@ def run(
     arith: Arithmetic = ARITHMETIC,
     smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too."),
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too."),
-    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, help="Rows ahead of the last one."),
+    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one."),
     robust: Optional[Way] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="A row for each row of data."),
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Data, means and bands."),
@@ -107,7 +110,7 @@ def run(
     """Filter a CSV file; with --smooth, --lag and --forecast what was, and what is to come."""
     from kalmanq.commands.run import Asked, run_file
 
-    with told_in_one_line():
+    with told_in_one_line(model, data, out, plot):
         run_file(Asked(model, data, arith.value, smooth, lag, forecast, robust.value if robust else None, out,
                        plot, json_), console())
 
@@ -117,7 +120,7 @@ def check(model: Path = MODEL, json_: bool = JSON) -> None:
     """Is the model observable, stabilisable and well conditioned, and do the ranges fit?"""
     from kalmanq.commands.check import check_file
 
-    with told_in_one_line():
+    with told_in_one_line(model):
         if not check_file(model, json_, console()):
             raise SystemExit(REFUSED)
 
@@ -132,13 +135,13 @@ def design(
     flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Of the part."),
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="Of the part."),
     name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's."),
-    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go."),
+    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go; it has to be there."),
     json_: bool = JSON,
 ) -> None:
     """Formats, accuracy and costs on a core; the way to run it; the filter as a C file."""
     from kalmanq.commands.design import Asked, design_file
 
-    with told_in_one_line():
+    with told_in_one_line(model, data, out):
         design_file(Asked(model, core.value, data, arith.value if arith else None, way.value if way else None, flash,
                           ram, name, out, json_), console())
 
@@ -148,20 +151,20 @@ def steady(model: Path = MODEL, json_: bool = JSON) -> None:
     """What the covariance settles to, the gain, and how fast the filter forgets."""
     from kalmanq.commands.steady import steady_file
 
-    with told_in_one_line():
+    with told_in_one_line(model):
         steady_file(model, json_, console())
 
 
 @app.command()
 def simulate(
     model: Path = MODEL,
-    rows: int = typer.Option(200, "-n", "--rows", min=1, help="Rows to draw."),
+    rows: int = typer.Option(200, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw."),
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
     truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true."),
     gap: Optional[Tuple[int, int]] = typer.Option(
         None, "--gap", metavar="FIRST END", help="Rows without measurements."),
-    runs: Optional[int] = typer.Option(None, "--runs", min=1, help="Draw and filter so often: a row a run."),
+    runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run."),
     arith: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out."),
     smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too."),
     workers: Optional[int] = typer.Option(None, "--workers", min=1, help="Processes; all cores if left out."),
@@ -170,7 +173,7 @@ def simulate(
     json_: bool = JSON,
 ) -> None:
     """Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."""
-    with told_in_one_line():
+    with told_in_one_line(model, out):
         from kalmanq.commands import simulate as one, simulate_runs as many
 
         if runs is None:
@@ -193,7 +196,7 @@ def compare(
     """Every arithmetic beside double: errors of means in sigma, and of sigmas."""
     from kalmanq.commands.compare import compare_file
 
-    with told_in_one_line():
+    with told_in_one_line(model, data, plot):
         compare_file(model, data, plot, json_, console())
 
 
@@ -205,7 +208,7 @@ def report(
     arith: Arithmetic = ARITHMETIC,
 ) -> None:
     """Does the data fit the model?  A page with a verdict, pictures and figures."""
-    with told_in_one_line():
+    with told_in_one_line(model, data, out):
         from kalmanq.commands.report import Asked, report_file
 
         report_file(Asked(model, data, arith.value, out), console())
@@ -219,7 +222,7 @@ def fit(
     q_form: str = typer.Option("full", "--q-form", help="full, diagonal or multiple."),
     r_form: str = typer.Option("full", "--r-form", help="full, diagonal or multiple."),
     iterations: int = typer.Option(500, "--iterations", min=1),
-    tolerance: float = typer.Option(1e-6, "--tolerance", help="Relative change that ends it."),
+    tolerance: float = typer.Option(1e-6, "--tolerance", min=0, help="Relative change that ends it."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED.toml", help="The model, fitted."),
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="The likelihood's course."),
     json_: bool = JSON,
@@ -227,13 +230,14 @@ def fit(
     """Estimate parameters by EM, in the C core."""
     from kalmanq.commands.fit import Asked, fit_files
 
-    with told_in_one_line():
+    with told_in_one_line(model, *data, out, plot):
         fit_files(Asked(model, data, [name.strip() for name in free.split(",") if name.strip()], q_form, r_form,
                         iterations, tolerance, out, plot, json_), console())
 
 
 def main() -> None:
-    app()
+    with told_in_one_line():
+        app()
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Iterator, Sequence
@@ -12,14 +14,33 @@ from kalmanq.errors import KalmanqError
 
 @contextmanager
 def whole(path: Path, inputs: Sequence[Path] = ()) -> Iterator[Path]:
-    """Where to write what will be called `path`; gone after an error.  An input is never overwritten."""
+    """Where to write what will be called `path`; gone after an error.  An input is never overwritten.  A link is
+    followed, a file's mode stays; to a device or a pipe what was written is copied."""
     if any(path.exists() and one.exists() and path.samefile(one) for one in inputs):
         raise KalmanqError(f"{path}: is an input; write to another file")
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    if path.is_dir():
+        raise KalmanqError(f"{path}: is a folder")
+    if path.exists() and not path.is_file():
+        with tempfile.TemporaryDirectory() as folder:
+            yield Path(folder) / f"copy{path.suffix}"
+            _copy(Path(folder) / f"copy{path.suffix}", path)
+        return
+    target = Path(os.path.realpath(path))
+    temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
         yield temporary
-        os.replace(temporary, path)
+        if target.exists():
+            shutil.copymode(target, temporary)
+        os.replace(temporary, target)
     except FileNotFoundError as problem:
         raise KalmanqError(f"{path}: there is no such folder") from problem
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _copy(source: Path, device: Path) -> None:
+    try:
+        with open(source, "rb") as made, open(device, "wb") as to:
+            shutil.copyfileobj(made, to)
+    except OSError as problem:
+        raise KalmanqError(f"{device}: {problem.strerror}") from None

@@ -143,7 +143,10 @@ class Filter:
     def covariance(self) -> np.ndarray:
         n, a = self.model.n, self.arithmetic
         made = np.zeros((n, n), a.number_of_any_size)
-        require(self._call("covariance", self._pointer(made, self._any_size)), "covariance")
+        status = self._call("covariance", self._pointer(made, self._any_size))
+        if status == lib.KQ_ERR_NOT_READY:  # of a start that is in part unknown so far
+            return np.full((n, n), np.nan)
+        require(status, "covariance")
         return a.numbers(made, self.parts.covariance_scale)
 
     @property

@@ -167,8 +167,15 @@ def _prior(given: Any) -> dict[str, Any]:
     return {"P0": _array("P0", given)}
 
 
+def _is_numbers(given: Any) -> bool:
+    """A text that reads as a number is none, nor is true."""
+    if isinstance(given, list):
+        return all(map(_is_numbers, given))
+    return isinstance(given, (int, float)) and not isinstance(given, bool)
+
+
 def _array(key: str, given: Any) -> np.ndarray:
-    if isinstance(given, (str, bool)) or not isinstance(given, (int, float, list)):
+    if not _is_numbers(given):
         raise ModelError(key, "is not an array of numbers")
     try:
         array = np.array(given, np.float64)

@@ -32,6 +32,8 @@ class Asked:
 
 def fit_files(asked: Asked, console: Console) -> None:
     model = model_file.read(asked.model)
+    if not asked.free:
+        raise KalmanqError("--free: names nothing")
     for form in (asked.Q_form, asked.R_form):
         if form not in FORMS:
             raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")

@@ -60,8 +60,8 @@ def run_file(asked: Asked, console: Console) -> None:
     shown: list[np.ndarray] = []
     with ExitStack() as stack:
         writer = None
-        for first, z, u in _blocks(asked, model):
-            run = _run(filter_, z, u, robust, first)
+        for first, row, z, u in _blocks(asked, model):
+            run = _run(asked, filter_, z, u, robust, row)
             _count(summary, run, z, model)
             if asked.plot:
                 summary.kept.append(run)
@@ -104,8 +104,8 @@ def _filter(asked: Asked, model: Model) -> Any:
     return Filter(model, asked.arithmetic)
 
 
-def _blocks(asked: Asked, model: Model) -> Iterator[tuple[int, np.ndarray, Optional[np.ndarray]]]:
-    """First row, measurements and controls; a smoother takes all rows at once."""
+def _blocks(asked: Asked, model: Model) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
+    """First step, its row in the file, measurements and controls; a smoother takes all rows at once."""
     measurements = [one.name for one in model.measurements]
     controls = [one.name for one in model.controls]
     blocks = tables.read(asked.data, measurements + controls, BLOCK)
@@ -118,11 +118,12 @@ def _blocks(asked: Asked, model: Model) -> Iterator[tuple[int, np.ndarray, Optio
         if u is not None and np.any(np.isnan(u)):
             row, column = map(int, np.argwhere(np.isnan(u))[0])
             raise KalmanqError(f"{asked.data}: row {block.first_row + row}: the control {controls[column]} is missing")
-        yield first, z, u
+        yield first, block.first_row, z, u
         first += len(z)
 
 
-def _run(filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust], first: int) -> Run:
+def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
+         row: int) -> Run:
     try:
         if isinstance(filter_, Smoother):
             return filter_.run(z, u)
@@ -131,7 +132,7 @@ def _run(filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[
         if problem.row is None:
             raise
         text = str(problem).split(": ", 1)[1]
-        raise KalmanqError(f"step {first + problem.row}: {text}", problem.status) from problem
+        raise KalmanqError(f"{asked.data}: row {row + problem.row}: {text}", problem.status) from problem
 
 
 def _count(summary: Summary, run: Run, z: np.ndarray, model: Model) -> None:

@@ -34,6 +34,8 @@ def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
 def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
           gap: Optional[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
     """As simulate, without the measurements of a gap."""
+    if gap and not 0 <= gap[0] < gap[1] <= rows:
+        raise KalmanqError(f"--gap {gap[0]} {gap[1]}: from a row to one after it, within {rows} rows")
     x, z = simulate(model, rows, seed)
     if not np.all(np.isfinite(z)):
         raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
@@ -56,6 +58,9 @@ def simulate_file(path: Path, rows: int, seed: int, out: Optional[Path], truth: 
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: np.zeros(rows) for one in model.controls})
     if truth:
+        taken = [one.name for one in model.states if f"{one.name}_true" in columns]
+        if taken:
+            raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
         columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
     if out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
