@@ -19,7 +19,7 @@ typedef int32_t num;
 
 static const scaled num_tiny = {0, 0}; /* a noise of it is none */
 static const scaled num_left_over = {0, 0};
-static const scaled num_row_rounding = {INT32_C(1) << 30, -86}; /* 2^-56 of a row's square: its entries are rounding */
+static const scaled num_row_rounding = {INT32_C(1) << 30, -58}; /* 2^-28 of what a row was: entries below it are rounding */
 static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says that the sigma is
                                                               rounding */
 static const scaled num_zero_variance = {INT32_C(1) << 30,

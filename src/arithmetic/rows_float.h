@@ -161,17 +161,6 @@ static inline scaled turn_root_row(num *S, const scaled *c, const scaled *t, sca
     return b;
 }
 
-static inline scaled row_square(const num *S, int n, int i)
-{
-    const num *s = S + column(i) + i;
-    num total = *s * *s; /* not added to 0 */
-    for (int j = i + 1; j < n; j++) {
-        s += j;
-        total += *s * *s;
-    }
-    return total;
-}
-
 static inline void row_clear(num *S, int n, int i)
 {
     for (int j = i; j < n; j++) S[column(j) + i] = 0;

@@ -245,11 +245,6 @@ static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t,
     return scaled_of(b, exponent);
 }
 
-static inline scaled row_square(const int32_t *S, int n, int i)
-{
-    return scaled_of(row_squares(S + column(i) + i, i, n), 2 * S[KQ_TRIANGLE(n) + i]);
-}
-
 static inline void row_clear(int32_t *S, int n, int i)
 {
     for (int j = i; j < n; j++) S[column(j) + i] = 0;

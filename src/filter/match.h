@@ -84,10 +84,13 @@ KQ_COLD static void match_root(num *S, const scaled *h, const sharp_work *w, int
  * one's row is what rounding makes of the row that it was, in whatever direction.  To keep it would be
  * to believe that the state knows something of the others, which a later noise-free component could ask.
  */
-KQ_COLD static void drop_rounding(num *S, scaled before, int n, int i)
+KQ_COLD static void drop_rounding(num *S, scaled lost, int n, int i)
 {
-    const scaled least = scaled_times(num_row_rounding, before);
-    if (!scaled_is_less(least, row_square(S, n, i))) row_clear(S, n, i);
+    const scaled most = scaled_times(num_row_rounding, scaled_magnitude(lost));
+    for (int j = i; j < n; j++) {
+        if (scaled_is_less(most, scaled_magnitude(scaled_normal(root_entry(S, n, i, j))))) return;
+    }
+    row_clear(S, n, i);
 }
 
 /* By h with noise r, f being S'h; exact: the component has none */
@@ -96,9 +99,9 @@ KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scale
 {
     const scaled sigma = turns_of(w, r, n);
     for (int i = 0; i < n; i++) {
-        const scaled before = row_square(S, n, i);
-        w->b[i] = scaled_times(sigma, turn_root_row(S, w->c, w->f, w->entries, n, i));
-        if (exact) drop_rounding(S, before, n, i);
+        const scaled lost = turn_root_row(S, w->c, w->f, w->entries, n, i);
+        w->b[i] = scaled_times(sigma, lost);
+        if (exact) drop_rounding(S, lost, n, i);
     }
     if (sharp) match_root(S, h, w, n);
 }

@@ -110,8 +110,13 @@ static void nor_has_a_count(void)
         ASSERT_NONE(S(history_length)(1, 1, no_count[k], 0));
         ASSERT_NONE(S(history_length)(1, 1, 1, no_count[k]));
         ASSERT_NONE(S(lag_length)(1, 1, no_count[k]));
-        ASSERT_NONE(S(start_length)(1, no_count[k]));
-        ASSERT_NONE(S(consistency_length)(1, no_count[k]));
+        /* these have bounds of their own, which may be above all counts of a small part */
+        if (no_count[k] >= UINT16_MAX) {
+            ASSERT_NONE(S(start_length)(1, no_count[k]));
+        }
+        if (no_count[k] > KQ_WINDOW_MAX) {
+            ASSERT_NONE(S(consistency_length)(1, no_count[k]));
+        }
     }
     ASSERT_NONE(S(start_length)(1, UINT16_MAX));
     ASSERT_NONE(S(consistency_length)(1, 0));
