@@ -214,7 +214,7 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  * Cost: 2 n^2 multiplications, n square roots and 2n divisions a component; a correlated R
  * adds m n / 2 multiplications a component, a row of H that takes one state as it is saves n^2 / 2.
  * One that is far sharper than what was known (R below 2^-16 S in f32, 2^-48 in f64), and those that
- * follow it, are taken with more care, in one pass whatever R and P are: an update costs 4 times as
+ * follow it, are taken with more care, in one pass whatever R and P are: an update costs 4.2 times as
  * much at most up to n = 3, and 7 times up to n = 9 (instructions_worst in tools/cost.csv).
  * Accuracy of P: each component is exact for rows of S perturbed by a few eps of their norm (2^-24
  * in f32), so that what it tells of a state has to be well above that.  Where nothing moves the

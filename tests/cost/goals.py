@@ -68,7 +68,8 @@ STEPS = (
 )
 STEPS_AHEAD = (("m4f", "f32", FIXED, {2: 130, 3: 215}),)
 # The dearest update, times the settled one
-WORST = (("m4f", "f32", 4), ("m3", "q31", 8), ("m0", "q31", 8))
+# Of f32 4.12 at n = 3 since rows that are rounding are dropped (filter/match.h), 3.84 before
+WORST = (("m4f", "f32", 4.2), ("m3", "q31", 8), ("m0", "q31", 8))
 
 
 def of_steps(steps: tuple) -> list[Goal]:

@@ -14,7 +14,7 @@ import numpy as np
 
 ROWS = {"kalmanq": 1_000_000, "statsmodels": 1_000_000, "filterpy": 30_000}
 TURNS = 5
-AT_LEAST = {"filterpy": 100, "statsmodels": 20}
+AT_LEAST = {"filterpy": 100, "statsmodels": 8}
 
 
 def model() -> tuple[np.ndarray, ...]:
