@@ -14,7 +14,7 @@ import numpy as np
 
 ROWS = {"kalmanq": 1_000_000, "statsmodels": 1_000_000, "filterpy": 30_000}
 TURNS = 5
-AT_LEAST = {"filterpy": 100, "statsmodels": 8}
+AT_LEAST = {"filterpy": 100, "statsmodels": 20}  # what is asked for
 
 
 def model() -> tuple[np.ndarray, ...]:
@@ -75,11 +75,11 @@ def main() -> None:
             times[name].append(float(done.stdout.split()[0]))
     least = {name: min(of) for name, of in times.items()}
     print("microseconds a step:", ", ".join(f"{name} {value:.3g}" for name, value in least.items()))
+    missed = [name for name, factor in AT_LEAST.items() if least[name] / least["kalmanq"] < factor]
     for name, factor in AT_LEAST.items():
         ratio = least[name] / least["kalmanq"]
-        print(f"{ratio:.0f} times as fast as {name}" if ratio >= factor else f"only {ratio:.1f} of {factor} to {name}")
-        if ratio < factor:
-            sys.exit(1)
+        print(f"{ratio:.0f} times as fast as {name}" if ratio >= factor else f"only {ratio:.1f} times as fast as {name}, not {factor}")
+    sys.exit(bool(missed))
 
 
 if __name__ == "__main__":
