@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
-from kalmanq.data import controls_of, index_of, present_of, row_of, rows_of
+from kalmanq.data import controls_of, index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.parts import Parts

@@ -6,7 +6,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.core import Arithmetic, arithmetic_of, ffi, lib, require
+from kalmanq.core import arithmetic_of, ffi, lib, require
 from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import Model, Quantity
 

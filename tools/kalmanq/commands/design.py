@@ -8,19 +8,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Optional
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from kalmanq import model_file, tables
 from kalmanq.c_source import WAYS, Source, identifier, source
 from kalmanq.costs import CORES
-from kalmanq.designs import PARTS, START_UP, Designs, Part, Way, design
+from kalmanq.designs import PARTS, Designs, Part, Way, design
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.model import Model
 from kalmanq.parts import Parts
-from kalmanq.reach import ROWS, SEEDS, Record, draw, with_ranges
+from kalmanq.reach import Record, draw, with_ranges
 
 
 @dataclass(frozen=True)
@@ -37,8 +36,7 @@ class Asked:
     json: bool
 
 
-def design_file(asked: Asked, console: Console) -> bool:
-    """Answers whether a design is good."""
+def design_file(asked: Asked, console: Console) -> None:
     model = model_file.read(asked.model)
     made = _designs(asked, model)
     chosen = made.chosen(asked.arithmetic, asked.way)
@@ -49,7 +47,6 @@ def design_file(asked: Asked, console: Console) -> bool:
         _tell(made, chosen, written, console)
     if not chosen:
         raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(asked, made)}")
-    return True
 
 
 def _designs(asked: Asked, model: Model) -> Designs:
@@ -109,7 +106,7 @@ def _told(made: Designs, chosen: Optional[Way], written: list[Path]) -> dict:
         "model": made.model.name, "core": made.part.core, "flash": made.part.flash, "ram": made.part.ram,
         "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.controls)
                    for one in which}, "notes": made.notes,
-        "formats": [dict(zip(("name", "format", "headroom_bits", "sigma_words"), row)) for row in _formats(made)],
+        "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
         "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
@@ -119,7 +116,7 @@ def _told(made: Designs, chosen: Optional[Way], written: list[Path]) -> dict:
 
 
 def _formats(made: Designs) -> list[tuple[str, str, float, float]]:
-    """Of each state: bits between what it reaches and the end of its word, and the steady sigma in words."""
+    """Of each state: bits between what it reaches and the end of its word, and what its last bit is worth."""
     if made.trials["q31"].refused:
         return []
     parts = Parts(made.model, "q31")
