@@ -13,11 +13,12 @@ from kalmanq.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoothe
 from kalmanq.following import PointSmoother, SettlingFilter
 from kalmanq.model import Gaps, Model, Quantity
 from kalmanq.results import Run
+from kalmanq.reweighting import ReweightedSmoother
 from kalmanq.statistics import Consistency, LeastSquares
 from kalmanq.steady import SteadyFilter, SteadyState, steady_state
 
 __all__ = [
     "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Gaps", "KalmanqError", "KalmanqWarning",
-    "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity", "Robust", "Run",
-    "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "run_many", "steady_state",
+    "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity", "ReweightedSmoother", "Robust",
+    "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "run_many", "steady_state",
 ]

@@ -457,14 +457,14 @@ class Smoother:
         """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
         rows = rows_of(z, self.model.measurements, "z")
         controls = controls_of(u, self.model, len(rows))
-        recording = _Recording(self.model, self.parts, rows, controls)
+        recording = Recording(self.model, self.parts, rows, controls)
         run = recording.run(z, u, covariance=covariance)
         recording.smooth(run, covariance, means_only)
         self.last = recording
         return run
 
 
-class _Recording(Filter):
+class Recording(Filter):
     """A filter with a history of so many rows and, where the start is unknown, what keeps its first rows."""
 
     def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]):
@@ -482,10 +482,7 @@ class _Recording(Filter):
         a, n, T = self.arithmetic, self.model.n, len(run)
         if not T:
             return
-        if not self.is_unknown or means_only:
-            require(a.function("smooth_states" if means_only else "smooth")(self._history), "smoother")
-        if self.is_unknown:
-            require(a.function("start_smooth")(self._start), "smoother")
+        self._smooth(means_only)
         mean, low, sigma = (np.zeros((T, n), a.number) for _ in range(3))
         full = np.zeros((T, n, n), a.number_of_any_size) if covariance and not means_only else None
         source = self._start if self.is_unknown else self._history
@@ -497,6 +494,13 @@ class _Recording(Filter):
         run.smoothed_covariance = None if full is None else a.numbers(full, self.parts.covariance_scale)
         run.events |= int(a.function("history_events")(self._history))
         run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
+
+    def _smooth(self, means_only: bool) -> None:
+        a = self.arithmetic
+        if not self.is_unknown or means_only:
+            require(a.function("smooth_states" if means_only else "smooth")(self._history), "smoother")
+        if self.is_unknown:
+            require(a.function("start_smooth")(self._start), "smoother")
 
 
 EARLY_MAX = 65534  # kq_start_assign

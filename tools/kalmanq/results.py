@@ -26,6 +26,7 @@ class Run:
     point, point_sigma, point_covariance             of the row `point_row`, given all rows so far; NaN before it
     settled                T, of a settling: did the row move the mean alone?
     scales                 T x 2: of Q and R, of an adaptation
+    weights                T: of Q in the step to each row, by which a reweighted smoother smoothed
     events                 the core's events, ORed; `event_names` in words
     index                  the index of the data, if it had one
     """
@@ -52,6 +53,7 @@ class Run:
     point_covariance: Optional[np.ndarray] = None
     settled: Optional[np.ndarray] = None
     scales: Optional[np.ndarray] = None
+    weights: Optional[np.ndarray] = None
     events: int = 0
     index: Any = None
     words: dict[str, np.ndarray] = field(default_factory=dict, repr=False)  # as the chip has them

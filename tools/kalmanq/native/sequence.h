@@ -12,14 +12,15 @@ typedef struct {
     int is_calm; /* the row left the root that it found: the next one's variances are this one's, too */
 } K(row);
 
-/* What is attached may have more of a covariance than a root; a Student-t step moves one by a noise of its own. */
+/* What is attached may have more of a covariance than a root; a Student-t step moves one by a noise of its own, and
+ * so does one with a weight. */
 static void K(watch_root)(K(row) *r)
 {
     const K(filter) *f = r->q->filter;
     const size_t size = sizeof(num) * (size_t)root_words(r->n);
     const num *now = f->memory + mean_words(r->n);
     r->is_calm = r->has_root && !f->attached && !memcmp(r->root, now, size);
-    r->has_root = !f->attached && r->q->way != SEQUENCE_STEP_STUDENT;
+    r->has_root = !f->attached && r->q->way != SEQUENCE_STEP_STUDENT && !r->q->weights;
     if (!r->is_calm) memcpy(r->root, now, size);
 }
 
@@ -137,6 +138,14 @@ static kq_status K(step_settling)(const K(row) *r, const num *u, const num *z)
     return status ? status : K(step)(q->filter, q->process, u, q->sensor, z);
 }
 
+static kq_status K(predict_row)(const K(row) *r, const num *u)
+{
+    const K(sequence) *q = r->q;
+    if (!q->weights) return r->kernels.predict(q->filter, q->process, u);
+    const kq_status status = SCALE_NOISE(q, q->weights[r->t]);
+    return status ? status : K(predict)(q->filter, q->target, u);
+}
+
 static kq_status K(move)(const K(row) *r)
 {
     const K(sequence) *q = r->q;
@@ -150,7 +159,7 @@ static kq_status K(move)(const K(row) *r)
         if (status != KQ_ERR_NOT_READY) return status;
     }
     if (q->is_settling && is_moved && r->present == r->all) return K(step_settling)(r, u, z);
-    kq_status status = is_moved ? r->kernels.predict(q->filter, q->process, u) : KQ_OK;
+    kq_status status = is_moved ? K(predict_row)(r, u) : KQ_OK;
     if (!status) status = K(look)(r, q->filter);
     if (!status) status = q->watch ? K(take_watched)(r, z) : K(take)(r, z);
     return status;

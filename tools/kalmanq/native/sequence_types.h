@@ -13,7 +13,8 @@ typedef struct {
     number parameter;        /* k, nu or g of that way */
     K(gate) *gate;
     const score *limits;   /* of the gate, for 1 .. m components of a row */
-    K(process) *target;    /* of the Student-t steps */
+    K(process) *target;    /* of the Student-t steps, and of the weights */
+    const number *weights; /* steps: the predict before row t has weights[t] Q, by the target; NULL: Q */
     int32_t *root;         /* q31: of the target's noise */
     K(lag) *lag;           /* attached as soon as the filter is ready, or NULL */
     int lag_follows;       /* read and written: is it attached? */

@@ -19,6 +19,7 @@ static int count_of(uint32_t present)
 
 #define K(name) kq_##name##_f32
 #define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f32, q, u, z, present)
+#define SCALE_NOISE(q, weight) kq_process_scale_noise_f32((q)->target, (q)->process, weight)
 #define num float
 #define number float
 #define score float
@@ -31,6 +32,7 @@ static int count_of(uint32_t present)
 #include "sequence.h"
 #undef K
 #undef STEP_STUDENT
+#undef SCALE_NOISE
 #undef num
 #undef number
 #undef score
@@ -39,6 +41,7 @@ static int count_of(uint32_t present)
 
 #define K(name) kq_##name##_f64
 #define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f64, q, u, z, present)
+#define SCALE_NOISE(q, weight) kq_process_scale_noise_f64((q)->target, (q)->process, weight)
 #define num double
 #define number double
 #define score double
@@ -47,6 +50,7 @@ static int count_of(uint32_t present)
 #include "sequence.h"
 #undef K
 #undef STEP_STUDENT
+#undef SCALE_NOISE
 #undef num
 #undef number
 #undef score
@@ -64,6 +68,7 @@ static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 #define STEP_STUDENT(q, u, z, present)                                                             \
     kq_step_student_q31((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter,     \
                         (q)->target, (q)->root, NULL)
+#define SCALE_NOISE(q, weight) kq_process_scale_noise_q31((q)->target, (q)->process, (q)->root, weight)
 #define num int32_t
 #define number kq_scaled_q31
 #define score int64_t

@@ -1,0 +1,1 @@
+"""Studies of many runs, each with its page of findings: `kalmanq study NAME`."""
