@@ -22,12 +22,12 @@ class ReweightedSmoother:
         run = ReweightedSmoother(model).run(z)      run.smoothed, run.smoothed_sigma, run.weights
 
     nu       degrees of freedom, above 0: the fewer, the more often it jumps
-    passes   1 or more
+    passes   1 or more; from a first weight of 16, more than five do not gain
     first    the weight of Q at every step of the first pass: from 1, large jumps are found slowly
     What a run says of the filter (mean, sigma, log-likelihood) is the plain filter's; outliers become jumps.
     """
 
-    def __init__(self, model: Model, arithmetic: str = "f64", *, nu: float = 2.0, passes: int = 12,
+    def __init__(self, model: Model, arithmetic: str = "f64", *, nu: float = 2.0, passes: int = 5,
                  first: float = 16.0):
         if np.any(model.unknown):
             raise KalmanqError("a reweighted smoother needs a known start: give P0 for every state")
