@@ -57,6 +57,10 @@ class WayToRun(str, Enum):
     sizes = "sizes"
 
 
+class Study(str, Enum):
+    heavy_tails = "heavy-tails"
+
+
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
@@ -233,6 +237,24 @@ def fit(
     with told_in_one_line(model, *data, out, plot):
         fit_files(Asked(model, data, [name.strip() for name in free.split(",") if name.strip()], q_form, r_form,
                         iterations, tolerance, out, plot, json_), console())
+
+
+@app.command()
+def study(
+    name: Study = typer.Argument(..., metavar="NAME", help="heavy-tails: where the state jumps."),
+    out: Path = typer.Option(..., "-o", "--out", metavar="FOLDER", help="Where page, figures and table go; it has to be there."),
+    quick: bool = typer.Option(False, "--quick", help="Few runs, in less than a minute."),
+    seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same page."),
+    workers: Optional[int] = typer.Option(None, "--workers", min=1, help="Processes; all cores if left out."),
+    dask: Optional[str] = typer.Option(None, "--dask", metavar="ADDRESS", help="A Dask scheduler: on its cluster."),
+    fresh: bool = typer.Option(False, "--fresh", help="Forget what an interrupted command has done."),
+    json_: bool = JSON,
+) -> None:
+    """Run a study of the library's behaviour, and write its findings."""
+    with told_in_one_line(out):
+        from kalmanq.commands.study import Asked, run_study
+
+        run_study(Asked(name.value, out, quick, seed, workers, dask, fresh, json_), console())
 
 
 def main() -> None:

@@ -1,0 +1,190 @@
+"""The six figures of the findings: each has one message, its title says which."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure as Picture
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from kalmanq.pictures import STYLE
+from kalmanq.studies.heavy_tails import claims, population, scores
+from kalmanq.studies.heavy_tails.claims import EVEN, METRICS, QUIET
+from kalmanq.studies.heavy_tails.collected import Collected
+from kalmanq.studies.heavy_tails.settings import SETTINGS
+
+# Okabe and Ito's colours, which the colour-blind tell apart
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#333333")
+MARKS = "osD^vPX"
+WIDTH = 8.2  # inches
+LOOK = {**STYLE, "figure.dpi": 96, "font.size": 9, "legend.fontsize": 8, "lines.markersize": 4, "lines.linewidth": 1.2}
+
+
+def figures() -> dict[str, Callable[[Collected], Picture]]:
+    """By the names of their files"""
+    return {"known": draw_known, "runs": draw_runs, "skewness": draw_skewness, "fitted": draw_fitted,
+            "estimates": draw_estimates, "robust": draw_robust}
+
+
+def _panels(count: int, height: float, rows: int = 1, **options: Any) -> tuple[Picture, np.ndarray]:
+    return plt.subplots(rows, count // rows, figsize=(WIDTH, height), layout="constrained", squeeze=False, **options)
+
+
+def _plain_logarithm(axis: Any, ticks: Sequence[float]) -> None:
+    axis.set_yscale("log")
+    axis.set_yticks(ticks)
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _points(axis: Any, x: np.ndarray, made: Sequence[scores.Figure], **options: Any) -> None:
+    """With bars of two standard errors"""
+    values, errors = np.array([one.value for one in made]), np.array([one.error for one in made])
+    low = np.minimum(2 * errors, 0.95 * values)  # a logarithmic axis has no 0
+    axis.errorbar(x, values, (low, 2 * errors), capsize=1.5, elinewidth=0.8, **options)
+
+
+# ------------------------------------------------------------------------------ known parameters
+
+
+def draw_known(c: Collected) -> Picture:
+    with plt.rc_context(LOOK):
+        picture, axes = _panels(2, 3.4, sharey=True)
+        alphas = c.alphas("known")
+        for axis, metric in zip(axes[0], METRICS):
+            for setting, colours, style in zip(SETTINGS, ((BLUE, VERMILION), (SKY, ORANGE)), ("-", "--")):
+                for kind, colour, mark in zip(("filter", "smoother"), colours, "os"):
+                    made = [c.beside_gaussian("known", setting.ratio, alpha, "known", metric, kind) for alpha in alphas]
+                    _points(axis, alphas, made, color=colour, marker=mark, ls=style,
+                            label=f"{kind}, Q/R = {setting.ratio:g}")
+            axis.set(xlabel="alpha (2: Gaussian)", title=metric + (
+                ": depends on the largest jump drawn" if metric == "RMSE" else ": finite for alpha > 1"))
+            axis.axhline(1, color=BLACK, lw=0.6)
+        _plain_logarithm(axes[0, 0], (0.7, 1, 2, 5, 10, 100, 1000))
+        axes[0, 0].set_ylim(0.5, None)
+        axes[0, 0].set_ylabel("error / that of the filter at alpha = 2")
+        axes[0, 1].legend()
+        return picture
+
+
+def draw_runs(c: Collected) -> Picture:
+    """RMSE and MAE of the first so many runs"""
+    with plt.rc_context(LOOK):
+        picture, axes = _panels(2, 3.1, sharey=True)
+        wanted = [claims.nearest(c.alphas("known"), alpha) for alpha in (1.3, 1.5, 1.7, 2.0)]
+        for axis, metric, column in zip(axes[0], METRICS, ("square", "size")):
+            for alpha, colour, style in zip(wanted, (VERMILION, ORANGE, GREEN, BLUE), ("-", "--", "-.", ":")):
+                values = c.of("known", EVEN, alpha)[f"filter_{column}"]
+                count = np.arange(1, len(values) + 1)
+                running = np.cumsum(values) / count
+                shown = count >= 10
+                axis.plot(count[shown], (np.sqrt(running) if metric == "RMSE" else running)[shown], color=colour,
+                          ls=style, label=f"alpha = {alpha:g}")
+                if metric == "MAE" and alpha > 1:
+                    axis.axhline(population.mean_size(SETTINGS[0], "filter", alpha), color=colour, lw=0.6, alpha=0.7)
+            axis.set(xlabel="runs", xscale="log", title=metric + (
+                ": jumps up at each larger jump" if metric == "RMSE" else ": goes to the population's (thin lines)"))
+        _plain_logarithm(axes[0, 0], (0.5, 1, 2, 5, 10, 20, 50))
+        axes[0, 0].set_ylabel("filter's error, Q/R = 2")
+        axes[0, 0].legend()
+        return picture
+
+
+def draw_skewness(c: Collected) -> Picture:
+    with plt.rc_context(LOOK):
+        picture, axes = _panels(2, 3.2, sharey=True)
+        alpha = claims.most_tailed(c)
+        sizes = c.betas()[c.betas() > 0]
+        for axis, setting in zip(axes[0], SETTINGS):
+            for kind, colour, mark in zip(("filter", "smoother"), (BLUE, VERMILION), "os"):
+                at = np.linspace(0, 1, 21)
+                exact = [population.mean_size(setting, kind, alpha, beta) for beta in at]
+                axis.plot(at, np.array(exact) / exact[0], color=colour, lw=1, label=f"{kind}, population")
+                made = [claims.skewed(c, setting.ratio, alpha, beta, kind) for beta in sizes]
+                _points(axis, sizes + (0.008 if kind == "smoother" else -0.008), made, color=colour, marker=mark, ls="",
+                        label=f"{kind}, drawn, ± 2 standard errors")
+            axis.set(xlabel="|beta|", title=f"Q/R = {setting.ratio:g}, alpha = {alpha:g}")
+        axes[0, 0].set_ylabel("MAE / that at beta = 0")
+        axes[0, 0].legend(loc="upper left")
+        return picture
+
+
+# ------------------------------------------------------------------------------ fitted parameters
+
+FITTED = {"known": (BLACK, "-"), "EM of Q": (BLUE, "-"), "EM of Q, R": (SKY, "--"), "ML of Q, R": (GREEN, "-."),
+          "EM of H, Q, R": (ORANGE, "--"), "EM of all six": (VERMILION, "-"), "ML of all six": (PURPLE, "-.")}
+
+
+def draw_fitted(c: Collected) -> Picture:
+    with plt.rc_context(LOOK):
+        picture, axes = _panels(2, 3.9, sharey=True)
+        alphas = c.alphas("fitted")
+        for axis, kind, title in zip(axes[0], ("filter", "measured"), (
+                "of x: c and q are not both to be had", "of c x: what the data determine")):
+            for (name, (colour, style)), mark in zip(FITTED.items(), MARKS):
+                made = [c.beside_gaussian("fitted", EVEN, alpha, name, "MAE", kind) for alpha in alphas]
+                _points(axis, alphas, made, color=colour, marker=mark, ls=style, label=name)
+            axis.set(xlabel="alpha (2: Gaussian)", title=f"Error {title}")
+        _plain_logarithm(axes[0, 0], (1, 1.2, 1.5, 2, 3, 5, 10, 20, 50))
+        axes[0, 0].set_ylim(0.9, None)
+        axes[0, 0].set_ylabel("filter's MAE / Gaussian case, Q/R = 2")
+        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        return picture
+
+
+def draw_estimates(c: Collected) -> Picture:
+    with plt.rc_context(LOOK):
+        picture, axes = _panels(3, 3.2)
+        alphas = c.alphas("fitted")
+        for axis, (column, what) in zip(axes[0], (("Q", "estimate of Q"), ("P", "variance P after a measurement"),
+                                                  ("K", "weight K of a measurement"))):
+            for name, colour, mark in (("EM of Q", BLUE, "o"), ("EM of Q, R", VERMILION, "s")):
+                quartiles = np.array([np.quantile(c.of("fitted", EVEN, alpha, name)[column], (0.25, 0.5, 0.75))
+                                      for alpha in alphas]).T
+                axis.fill_between(alphas, quartiles[0], quartiles[2], color=colour, alpha=0.18, lw=0)
+                axis.plot(alphas, quartiles[1], color=colour, marker=mark, label=name)
+            axis.axhline(_given(column), color=BLACK, lw=0.9, ls=":", label="of the Gaussian given")
+            axis.set(xlabel="alpha", title=what)
+        _plain_logarithm(axes[0, 0], (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
+        _plain_logarithm(axes[0, 1], (0.2, 0.5, 1, 2, 5, 10, 20, 50))
+        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        return picture
+
+
+def _given(column: str) -> float:
+    weight = population.settled_weight(SETTINGS[0])
+    return {"Q": SETTINGS[0].ratio, "P": weight, "K": weight}[column]  # R = 1: P = K R
+
+
+# ------------------------------------------------------------------------------ robust steps
+
+ROBUST = {"plain": (BLACK, "-"), "gate": (SKY, "--"), "Huber": (PURPLE, "--"), "Student-t update": (ORANGE, "--"),
+          "jump": (GREEN, "-"), "Student-t noise, nu = 2": (BLUE, "-"),
+          "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
+          "reweighted, 12 passes": (VERMILION, "-.")}
+
+
+def draw_robust(c: Collected) -> Picture:
+    with plt.rc_context(LOOK):
+        picture, axes = _panels(4, 6.6, rows=2, sharex=True)
+        alphas = c.alphas("robust")
+        for row, kind in zip(axes, ("filter", "smoother")):
+            names = [name for name in c.estimators("robust", kind) if name != "exact"]
+            for axis, ratio in zip(row, (EVEN, QUIET)):
+                for name, mark in zip(names, MARKS):
+                    made = [c.beside_exact(ratio, alpha, name, "MAE", kind) for alpha in alphas]
+                    above = np.array([100 * (one.value - 1) for one in made])
+                    colour, style = ROBUST[name]
+                    axis.plot(alphas, np.where(above > 0.03, above, np.nan), color=colour, ls=style, marker=mark,
+                              label=name)
+                axis.set_title(f"{kind}, Q/R = {ratio:g}")
+                _plain_logarithm(axis, (0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000))
+                axis.set_ylim(0.04, None)
+            row[0].set_ylabel("MAE above the exact posterior mean's, %")
+            row[1].legend(loc="best", fontsize=7)
+        for axis in axes[1]:
+            axis.set_xlabel("alpha (2: Gaussian)")
+        return picture
