@@ -9,8 +9,8 @@ from typing import Callable, Optional, Sequence
 import numpy as np
 
 from kalmanq.errors import KalmanqWarning
-from kalmanq.estimation import Estimation
 from kalmanq.filters import Filter, Robust, Smoother
+from kalmanq.fitting import fit
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 from kalmanq.reweighting import ReweightedSmoother
@@ -39,13 +39,15 @@ class Fitting:
 
     def model(self, setting: Setting, z: np.ndarray) -> tuple[Model, bool]:
         """Fitted to one run; did it settle?"""
-        estimate = Estimation(setting.model(), [z], self.free).run(self.iterations, 1e-5)
-        return estimate.model, estimate.is_settled
+        method = "em" if self.name.startswith("EM") else "ml"
+        made = fit(setting.model(), [z], self.free, method=method, iterations=self.iterations, tolerance=1e-5)
+        return made.model, made.is_settled
 
 
 FITTINGS = (
-    Fitting("EM of Q", ("Q",)), Fitting("EM of Q, R", ("Q", "R")), Fitting("EM of H, Q, R", ("H", "Q", "R")),
-    Fitting("EM of all six", SIX), Fitting("EM of all six, 30 iterations", SIX, 30))
+    Fitting("EM of Q", ("Q",)), Fitting("EM of Q, R", ("Q", "R")), Fitting("ML of Q, R", ("Q", "R")),
+    Fitting("EM of H, Q, R", ("H", "Q", "R")), Fitting("EM of all six", SIX),
+    Fitting("EM of all six, 30 iterations", SIX, 30), Fitting("ML of all six", SIX))
 
 
 @dataclass(frozen=True)
