@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Optional
 
 import numpy as np
+from PIL import Image
 from rich.console import Console
 
 from kalmanq.campaigns import journal_of, progress_bar, run_campaign, versions
@@ -24,6 +25,7 @@ from kalmanq.studies.heavy_tails.settings import FULL, QUICK, tasks_of
 from kalmanq.tables import write_text
 
 PAGE, TABLE = "README.md", "heavy_tails.csv"
+COLOURS = 64  # of a picture
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ def write(collected: Collected, asked: Asked) -> list[str]:
         made = Path(folder)
         for name, draw in figures().items():
             save(draw(collected), made / f"{name}.png")
+            shrink(made / f"{name}.png")
         rows = list(collected.table())
         with open(made / TABLE, "w", newline="", encoding="utf-8") as text:
             write_text(text, HEADER, [np.array(column, object) for column in zip(*rows)])
@@ -81,6 +84,11 @@ def write(collected: Collected, asked: Asked) -> list[str]:
             with whole(asked.out / path.name) as temporary:
                 temporary.write_bytes(path.read_bytes())
         return sorted(path.name for path in made.iterdir())
+
+
+def shrink(picture: Path) -> None:
+    """To a palette: pages of a repository have small pictures."""
+    Image.open(picture).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(picture, optimize=True)
 
 
 def command_of(asked: Asked) -> str:

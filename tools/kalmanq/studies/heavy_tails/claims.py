@@ -55,7 +55,7 @@ def growth(c: Collected) -> Claim:
         "With known parameters the filter's error is 15 times the Gaussian one at alpha = 1.3, 6 times near 1.44 and "
         "20 % above it near 1.84 (RMSE).", lines, worded(holds) + "; an artefact of the metric",
         f"For alpha < 2 the mean square has no population value: an RMSE grows with the number of runs, here "
-        f"{c.runs('known')}, and depends on the largest jump of them.  The mean size of the errors is finite for "
+        f"{c.runs('known')}, and depends on the largest jump of them. The mean size of the errors is finite for "
         f"alpha > 1, and far smaller.")
 
 
@@ -89,9 +89,9 @@ def smoother_below(c: Collected) -> Claim:
     return Claim(
         "The smoother's error is always below the filter's.", lines,
         f"holds near alpha = 2 only: above {rmse.value:.2f} (RMSE) or {mae.value:.2f} (MAE) for Q/R = {EVEN:g}",
-        f"A jump that the filter meets once, the smoother smears over the rows before it, too.  Where a few jumps make "
+        f"A jump that the filter meets once, the smoother smears over the rows before it, too. Where a few jumps make "
         f"all of the mean square, its root has the ratio sqrt(2) / (1 + r), r = 1 - K: {limits[0]:.3f} for Q/R = "
-        f"{EVEN:g}, {limits[1]:.3f} for {QUIET:g}.  That is 1 at Q/R = {population.even_ratio():.3f}: above it the RMSE "
+        f"{EVEN:g}, {limits[1]:.3f} for {QUIET:g}. That is 1 at Q/R = {population.even_ratio():.3f}: above it the RMSE "
         f"of the smoother is worse for every alpha < 2 if there are runs enough, so that its crossing moves towards 2 "
         f"with their number; below it, it is better.")
 
@@ -144,7 +144,7 @@ def fitted_noise(c: Collected) -> Claim:
         [*lines, f"weight K of a measurement, median: {weights}"],
         worded(holds) + " for EM of Q alone",
         "Q is fitted to the largest jumps, K goes to 1, and the filter follows the measurements: an error of sd 1 where "
-        "the Gaussian case has 0.856.  That is a bound on the harm, and no filtering.")
+        "the Gaussian case has 0.856. That is a bound on the harm, and no filtering.")
 
 
 def fitted_all(c: Collected) -> Claim:
@@ -157,8 +157,8 @@ def fitted_all(c: Collected) -> Claim:
         [of_estimator(c, name, alpha) for name in names for alpha in (TAILED, GAUSSIAN)] + [products],
         "; ".join(f"{worded(holds[metric])} in {metric} ({made[metric]})" for metric in METRICS) + "; an artefact of "
         "identifiability, and in RMSE of the metric",
-        "The measurements determine c^2 q, and neither c nor q: x may be counted in any unit.  Errors of x are then "
-        "errors of the unit, in proportion to how far x has gone; those of c x are not.  How many iterations there "
+        "The measurements determine c^2 q, and neither c nor q: x may be counted in any unit. Errors of x are then "
+        "errors of the unit, in proportion to how far x has gone; those of c x are not. How many iterations there "
         "are decides how far c has slid; and a jump of a thousand, with a c that is 3 % off, is a run that makes the "
         "RMSE of all.")
 
@@ -176,7 +176,7 @@ def likely_all(c: Collected) -> Claim:
     return Claim(
         "ML of all six parameters explodes, already at alpha = 2.", lines,
         worded(made.value > 2) + "; an artefact of identifiability",
-        "The likelihood is constant along c^2 q: where on it an optimiser ends is its own affair.  With H fixed, ML of Q "
+        "The likelihood is constant along c^2 q: where on it an optimiser ends is its own affair. With H fixed, ML of Q "
         "and R is as good as EM.")
 
 
@@ -189,13 +189,13 @@ def skewness(c: Collected) -> Claim:
         for kind in ("filter", "smoother"):
             made = skewed(c, setting.ratio, alpha, 1.0, kind)
             exact = population.mean_size(setting, kind, alpha, 1.0) / population.mean_size(setting, kind, alpha)
-            lines.append(f"Q/R = {setting.ratio:g}, alpha = {alpha:g}, {kind}: MAE of |beta| = 1 over that of 0: {made}, "
+            lines.append(f"Q/R = {setting.ratio:g}, alpha = {alpha:g}, {kind}: MAE of beta = 1 and -1 over that of 0: {made}, "
                          f"of the population {exact:.4f}")
             best &= exact >= 1
     return Claim(
-        "beta = 0 is the best beta; the error rises evenly with |beta|.", lines,
+        "beta = 0 is the best beta; the error rises evenly on both sides of it.", lines,
         worded(best) + " for the filter; the smoother hardly depends on beta",
-        "The filter's error sums jumps that are all behind it, and is as skewed as they are.  The smoother's sums those "
+        "The filter's error sums jumps that are all behind it, and is as skewed as they are. The smoother's sums those "
         "behind and those ahead with opposite signs, so that their skewness cancels, but for the ends of the record.")
 
 

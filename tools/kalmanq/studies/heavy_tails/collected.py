@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable, Iterator, NamedTuple, Sequence
+from typing import Any, Iterable, Iterator, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -69,17 +69,19 @@ class Collected:
                                kind, metric)
 
     def table(self) -> Iterator[list[Any]]:
-        """Rows under HEADER"""
+        """Rows under HEADER, of six digits"""
         for key, of in self.columns.items():
             for kind in KINDS:
                 if f"{kind}_square" in of:
                     rmse, mae = (scores.error_of(of, kind, metric) for metric in ("RMSE", "MAE"))
-                    yield [key.part, key.ratio, self.rows[key.ratio], len(of[f"{kind}_square"]), key.alpha, key.beta,
-                           key.estimator, kind, rmse.value, rmse.error, mae.value, mae.error,
-                           float(np.mean(of["settled"])) if "settled" in of else "", *_estimates(of)]
+                    numbers = [rmse.value, rmse.error, mae.value, mae.error,
+                               float(np.mean(of["settled"])) if "settled" in of else None, *_estimates(of)]
+                    yield [key.part, f"{key.ratio:g}", self.rows[key.ratio], len(of[f"{kind}_square"]),
+                           f"{key.alpha:g}", f"{key.beta:g}", key.estimator, kind,
+                           *("" if number is None else f"{number:.6g}" for number in numbers)]
 
 
-def _estimates(of: dict[str, np.ndarray]) -> list[Any]:
+def _estimates(of: dict[str, np.ndarray]) -> list[Optional[float]]:
     """Quartiles: estimates have tails, too"""
     return [value for name in ESTIMATES
-            for value in (np.quantile(of[name], (0.25, 0.5, 0.75)).tolist() if name in of else ["", "", ""])]
+            for value in (np.quantile(of[name], (0.25, 0.5, 0.75)).tolist() if name in of else [None] * 3)]

@@ -7,7 +7,7 @@ from typing import Any, Callable, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure as Picture
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from kalmanq.pictures import STYLE
 from kalmanq.studies.heavy_tails import claims, population, scores
@@ -20,7 +20,7 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#333333")
 MARKS = "osD^vPX"
 WIDTH = 8.2  # inches
-LOOK = {**STYLE, "figure.dpi": 96, "font.size": 9, "legend.fontsize": 8, "lines.markersize": 4, "lines.linewidth": 1.2}
+LOOK = {**STYLE, "figure.dpi": 110, "font.size": 9, "legend.fontsize": 8, "lines.markersize": 4, "lines.linewidth": 1.2}
 
 
 def figures() -> dict[str, Callable[[Collected], Picture]]:
@@ -29,15 +29,16 @@ def figures() -> dict[str, Callable[[Collected], Picture]]:
             "estimates": draw_estimates, "robust": draw_robust}
 
 
-def _panels(count: int, height: float, rows: int = 1, **options: Any) -> tuple[Picture, np.ndarray]:
-    return plt.subplots(rows, count // rows, figsize=(WIDTH, height), layout="constrained", squeeze=False, **options)
+def _panels(count: int, height: float, **options: Any) -> tuple[Picture, np.ndarray]:
+    """Side by side"""
+    return plt.subplots(1, count, figsize=(WIDTH, height), layout="constrained", **options)
 
 
 def _plain_logarithm(axis: Any, ticks: Sequence[float]) -> None:
     axis.set_yscale("log")
-    axis.set_yticks(ticks)
+    axis.yaxis.set_major_locator(FixedLocator(ticks))
     axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.yaxis.set_minor_formatter(NullFormatter())
+    axis.yaxis.set_minor_locator(NullLocator())
 
 
 def _points(axis: Any, x: np.ndarray, made: Sequence[scores.Figure], **options: Any) -> None:
@@ -50,24 +51,37 @@ def _points(axis: Any, x: np.ndarray, made: Sequence[scores.Figure], **options: 
 # ------------------------------------------------------------------------------ known parameters
 
 
+METRIC_LOOKS = {("RMSE", EVEN): (VERMILION, "s", "-"), ("MAE", EVEN): (BLUE, "o", "-"),
+                ("RMSE", QUIET): (ORANGE, "D", "--"), ("MAE", QUIET): (SKY, "^", "--")}
+
+
 def draw_known(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
-        picture, axes = _panels(2, 3.4, sharey=True)
+        picture, (grown, compared) = _panels(2, 3.6)
         alphas = c.alphas("known")
-        for axis, metric in zip(axes[0], METRICS):
-            for setting, colours, style in zip(SETTINGS, ((BLUE, VERMILION), (SKY, ORANGE)), ("-", "--")):
-                for kind, colour, mark in zip(("filter", "smoother"), colours, "os"):
-                    made = [c.beside_gaussian("known", setting.ratio, alpha, "known", metric, kind) for alpha in alphas]
-                    _points(axis, alphas, made, color=colour, marker=mark, ls=style,
-                            label=f"{kind}, Q/R = {setting.ratio:g}")
-            axis.set(xlabel="alpha (2: Gaussian)", title=metric + (
-                ": depends on the largest jump drawn" if metric == "RMSE" else ": finite for alpha > 1"))
-            axis.axhline(1, color=BLACK, lw=0.6)
-        _plain_logarithm(axes[0, 0], (0.7, 1, 2, 5, 10, 100, 1000))
-        axes[0, 0].set_ylim(0.5, None)
-        axes[0, 0].set_ylabel("error / that of the filter at alpha = 2")
-        axes[0, 1].legend()
+        for (metric, ratio), (colour, mark, style) in METRIC_LOOKS.items():
+            look = {"color": colour, "marker": mark, "ls": style, "label": f"{metric}, Q/R = {ratio:g}"}
+            _points(grown, alphas, [c.beside_gaussian("known", ratio, alpha, "known", metric) for alpha in alphas], **look)
+            _points(compared, alphas, [scores.relative(of, of, "smoother", metric, "filter") for of in (
+                c.of("known", ratio, alpha) for alpha in alphas)], **look)
+        _draw_population(grown, compared)
+        _plain_logarithm(grown, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
+        grown.set_ylim(0.8, 5000)
+        grown.set(title="The filter's error / that at alpha = 2", xlabel="alpha (2: Gaussian)", ylabel="ratio")
+        compared.axhline(1, color=BLACK, lw=0.8)
+        compared.set(title="The smoother's error / the filter's: below 1, it gains", xlabel="alpha (2: Gaussian)")
+        picture.legend(*grown.get_legend_handles_labels(), loc="outside lower center", ncols=5)
         return picture
+
+
+def _draw_population(grown: Any, compared: Any) -> None:
+    at = np.linspace(1.1, 2, 46)
+    for setting in SETTINGS:
+        filter_, smoother = (np.array([population.mean_size(setting, kind, alpha) for alpha in at])
+                             for kind in ("filter", "smoother"))
+        for axis, values in ((grown, filter_ / filter_[-1]), (compared, smoother / filter_)):
+            axis.plot(at, values, color=BLACK, lw=0.8, ls=":", zorder=5,
+                      label="MAE of the population" if setting is SETTINGS[0] else None)
 
 
 def draw_runs(c: Collected) -> Picture:
@@ -75,7 +89,7 @@ def draw_runs(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
         picture, axes = _panels(2, 3.1, sharey=True)
         wanted = [claims.nearest(c.alphas("known"), alpha) for alpha in (1.3, 1.5, 1.7, 2.0)]
-        for axis, metric, column in zip(axes[0], METRICS, ("square", "size")):
+        for axis, metric, column in zip(axes, METRICS, ("square", "size")):
             for alpha, colour, style in zip(wanted, (VERMILION, ORANGE, GREEN, BLUE), ("-", "--", "-.", ":")):
                 values = c.of("known", EVEN, alpha)[f"filter_{column}"]
                 count = np.arange(1, len(values) + 1)
@@ -87,9 +101,9 @@ def draw_runs(c: Collected) -> Picture:
                     axis.axhline(population.mean_size(SETTINGS[0], "filter", alpha), color=colour, lw=0.6, alpha=0.7)
             axis.set(xlabel="runs", xscale="log", title=metric + (
                 ": jumps up at each larger jump" if metric == "RMSE" else ": goes to the population's (thin lines)"))
-        _plain_logarithm(axes[0, 0], (0.5, 1, 2, 5, 10, 20, 50))
-        axes[0, 0].set_ylabel("filter's error, Q/R = 2")
-        axes[0, 0].legend()
+        _plain_logarithm(axes[0], (0.5, 1, 2, 5, 10, 20, 50))
+        axes[0].set_ylabel("filter's error, Q/R = 2")
+        axes[0].legend()
         return picture
 
 
@@ -98,7 +112,7 @@ def draw_skewness(c: Collected) -> Picture:
         picture, axes = _panels(2, 3.2, sharey=True)
         alpha = claims.most_tailed(c)
         sizes = c.betas()[c.betas() > 0]
-        for axis, setting in zip(axes[0], SETTINGS):
+        for axis, setting in zip(axes, SETTINGS):
             for kind, colour, mark in zip(("filter", "smoother"), (BLUE, VERMILION), "os"):
                 at = np.linspace(0, 1, 21)
                 exact = [population.mean_size(setting, kind, alpha, beta) for beta in at]
@@ -107,8 +121,8 @@ def draw_skewness(c: Collected) -> Picture:
                 _points(axis, sizes + (0.008 if kind == "smoother" else -0.008), made, color=colour, marker=mark, ls="",
                         label=f"{kind}, drawn, ± 2 standard errors")
             axis.set(xlabel="|beta|", title=f"Q/R = {setting.ratio:g}, alpha = {alpha:g}")
-        axes[0, 0].set_ylabel("MAE / that at beta = 0")
-        axes[0, 0].legend(loc="upper left")
+        axes[0].set_ylabel("MAE / that at beta = 0")
+        axes[0].legend(loc="upper left")
         return picture
 
 
@@ -122,16 +136,15 @@ def draw_fitted(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
         picture, axes = _panels(2, 3.9, sharey=True)
         alphas = c.alphas("fitted")
-        for axis, kind, title in zip(axes[0], ("filter", "measured"), (
+        for axis, kind, title in zip(axes, ("filter", "measured"), (
                 "of x: c and q are not both to be had", "of c x: what the data determine")):
             for (name, (colour, style)), mark in zip(FITTED.items(), MARKS):
                 made = [c.beside_gaussian("fitted", EVEN, alpha, name, "MAE", kind) for alpha in alphas]
                 _points(axis, alphas, made, color=colour, marker=mark, ls=style, label=name)
             axis.set(xlabel="alpha (2: Gaussian)", title=f"Error {title}")
-        _plain_logarithm(axes[0, 0], (1, 1.2, 1.5, 2, 3, 5, 10, 20, 50))
-        axes[0, 0].set_ylim(0.9, None)
-        axes[0, 0].set_ylabel("filter's MAE / Gaussian case, Q/R = 2")
-        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        _plain_logarithm(axes[0], (1, 1.2, 1.5, 2, 3, 5, 10, 20, 50))
+        axes[0].set_ylabel("filter's MAE / Gaussian case, Q/R = 2")
+        picture.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         return picture
 
 
@@ -139,7 +152,7 @@ def draw_estimates(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
         picture, axes = _panels(3, 3.2)
         alphas = c.alphas("fitted")
-        for axis, (column, what) in zip(axes[0], (("Q", "estimate of Q"), ("P", "variance P after a measurement"),
+        for axis, (column, what) in zip(axes, (("Q", "estimate of Q"), ("P", "variance P after a measurement"),
                                                   ("K", "weight K of a measurement"))):
             for name, colour, mark in (("EM of Q", BLUE, "o"), ("EM of Q, R", VERMILION, "s")):
                 quartiles = np.array([np.quantile(c.of("fitted", EVEN, alpha, name)[column], (0.25, 0.5, 0.75))
@@ -148,9 +161,9 @@ def draw_estimates(c: Collected) -> Picture:
                 axis.plot(alphas, quartiles[1], color=colour, marker=mark, label=name)
             axis.axhline(_given(column), color=BLACK, lw=0.9, ls=":", label="of the Gaussian given")
             axis.set(xlabel="alpha", title=what)
-        _plain_logarithm(axes[0, 0], (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
-        _plain_logarithm(axes[0, 1], (0.2, 0.5, 1, 2, 5, 10, 20, 50))
-        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        _plain_logarithm(axes[0], (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
+        _plain_logarithm(axes[1], (0.2, 0.5, 1, 2, 5, 10, 20, 50))
+        picture.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         return picture
 
 
@@ -165,26 +178,29 @@ ROBUST = {"plain": (BLACK, "-"), "gate": (SKY, "--"), "Huber": (PURPLE, "--"), "
           "jump": (GREEN, "-"), "Student-t noise, nu = 2": (BLUE, "-"),
           "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
           "reweighted, 12 passes": (VERMILION, "-.")}
+LEAST_SHOWN = 0.05  # per cent
 
 
 def draw_robust(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
-        picture, axes = _panels(4, 6.6, rows=2, sharex=True)
-        alphas = c.alphas("robust")
+        picture, axes = plt.subplots(2, 2, figsize=(WIDTH, 6.4), layout="constrained", sharex=True, sharey=True)
         for row, kind in zip(axes, ("filter", "smoother")):
-            names = [name for name in c.estimators("robust", kind) if name != "exact"]
             for axis, ratio in zip(row, (EVEN, QUIET)):
-                for name, mark in zip(names, MARKS):
-                    made = [c.beside_exact(ratio, alpha, name, "MAE", kind) for alpha in alphas]
-                    above = np.array([100 * (one.value - 1) for one in made])
-                    colour, style = ROBUST[name]
-                    axis.plot(alphas, np.where(above > 0.03, above, np.nan), color=colour, ls=style, marker=mark,
-                              label=name)
-                axis.set_title(f"{kind}, Q/R = {ratio:g}")
-                _plain_logarithm(axis, (0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000))
-                axis.set_ylim(0.04, None)
-            row[0].set_ylabel("MAE above the exact posterior mean's, %")
-            row[1].legend(loc="best", fontsize=7)
+                _draw_above_exact(axis, c, kind, ratio)
+            row[0].set_ylabel("MAE above the exact mean's, %")
+            row[1].legend(fontsize=7.5, loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
         for axis in axes[1]:
             axis.set_xlabel("alpha (2: Gaussian)")
         return picture
+
+
+def _draw_above_exact(axis: Any, c: Collected, kind: str, ratio: float) -> None:
+    alphas = c.alphas("robust")
+    names = [name for name in c.estimators("robust", kind) if name != "exact"]
+    for name, mark in zip(names, MARKS):
+        above = np.array([100 * (c.beside_exact(ratio, alpha, name, "MAE", kind).value - 1) for alpha in alphas])
+        colour, style = ROBUST[name]
+        axis.plot(alphas, np.where(above > LEAST_SHOWN, above, np.nan), color=colour, ls=style, marker=mark, label=name)
+    axis.set_title(f"{kind}, Q/R = {ratio:g}")
+    _plain_logarithm(axis, (0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000))
+    axis.set_ylim(LEAST_SHOWN, 10_000)
