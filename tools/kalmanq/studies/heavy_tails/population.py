@@ -18,7 +18,7 @@ from kalmanq.steady import steady_state
 from kalmanq.studies.heavy_tails import estimators
 from kalmanq.studies.heavy_tails.settings import Setting
 
-LN_K = np.arange(-20, 6, 0.05)
+LN_K = np.arange(-40, 12, 0.05)
 KINDS = ("filter", "smoother")
 
 

@@ -1,0 +1,102 @@
+"""What `kalmanq study heavy-tails` has to show, each with its standard error: study.py SEEDS does it with many runs.
+
+A bound may be passed by two standard errors, a value may be off by three.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from kalmanq.campaigns import run_campaign
+from kalmanq.studies.heavy_tails import claims, population
+from kalmanq.studies.heavy_tails.claims import EVEN, METRICS, QUIET, TAILED
+from kalmanq.studies.heavy_tails.collected import GAUSSIAN, Collected
+from kalmanq.studies.heavy_tails.perform import perform
+from kalmanq.studies.heavy_tails.settings import FULL, SETTINGS, Part, Plan, tasks_of
+
+MANY = Plan(known=FULL.known, skewed=FULL.skewed, fitted=Part(8, 50, (TAILED, GAUSSIAN)),
+            robust=Part(10, 100, (*claims.ROBUST_ALPHAS, GAUSSIAN)))
+# above the exact posterior mean's error, for Q/R = 2 and 0.02
+NOISE, TABLE, REWEIGHTED = "Student-t noise, nu = 2", "Student-t noise, nu by table", "reweighted"
+ROBUST = {("filter", NOISE): (1.025, 1.035), ("filter", TABLE): (1.013, 1.017), ("smoother", REWEIGHTED): (1.011, 1.035)}
+
+
+def collected(plan: Plan, seed: int, workers: int | None = None) -> Collected:
+    tasks = tasks_of(plan, seed)
+    with tempfile.TemporaryDirectory() as folder:
+        return Collected(tasks, run_campaign(perform, tasks, fingerprint={}, journal=Path(folder) / "journal",
+                                             workers=workers))
+
+
+def at_most(figure, bound, what):
+    print(f"   {what}: {figure}, at most {bound}")
+    assert figure.value <= bound + 2 * figure.error, what
+
+
+def near(figure, value, what, slack=0.0):
+    print(f"   {what}: {figure}, {value:.4g}" + (f" up to {slack}" if slack else ""))
+    assert abs(figure.value - value) <= slack + 3 * figure.error, what
+
+
+def check_known(c: Collected) -> None:
+    """Of the population to three standard errors; the crossings are those said up to 0.03."""
+    for alpha in (1.5, 1.7, GAUSSIAN):
+        exact = claims.population_ratio(alpha)
+        made = c.beside_gaussian("known", EVEN, alpha, "known", "MAE")
+        near(made, exact, f"MAE at alpha = {alpha:g} over the Gaussian one", 1e-12)
+    mae = claims.crossing(c, EVEN, "size")
+    near(mae, population.crossing(SETTINGS[0]), "smoother over filter crosses 1, MAE", 0.005)
+    near(mae, 1.50, "the same", 0.03)
+    near(claims.crossings_of_groups(c, EVEN), 1.71, "smoother over filter crosses 1, RMSE of groups of runs", 0.03)
+    at_most(claims.highest(c, QUIET, "RMSE"), 0.80, "smoother over filter, RMSE, Q/R = 0.02, at any alpha")
+
+
+def check_skewed(c: Collected) -> None:
+    for setting in SETTINGS:
+        for kind in ("filter", "smoother"):
+            for beta in c.betas()[c.betas() > 0]:
+                exact = population.mean_size(setting, kind, 1.5, beta) / population.mean_size(setting, kind, 1.5)
+                near(claims.skewed(c, setting.ratio, 1.5, beta, kind), exact,
+                     f"{kind}, Q/R = {setting.ratio:g}, MAE of beta = +-{beta:g} over that of 0")
+
+
+def check_fitted(c: Collected) -> None:
+    for metric in METRICS:
+        at_most(c.beside_gaussian("fitted", EVEN, TAILED, "EM of Q", metric), 1.2, f"EM of Q, {metric}")
+        near(c.beside_gaussian("fitted", EVEN, GAUSSIAN, "EM of Q", metric), 1, f"EM of Q at alpha = 2, {metric}", 0.01)
+    all_six = {metric: c.beside_gaussian("fitted", EVEN, TAILED, "EM of all six", metric) for metric in METRICS}
+    near(all_six["MAE"], 1.45, "EM of all six, MAE", 0.15)
+    at_most(all_six["RMSE"], 5, "EM of all six, RMSE")
+    assert all_six["RMSE"].value > 1.5, "EM of all six, RMSE"
+
+
+def check_robust(c: Collected) -> None:
+    for (kind, name), bounds in ROBUST.items():
+        for ratio, bound in zip((EVEN, QUIET), bounds):
+            for metric in METRICS:
+                at_most(claims.worst(c, ratio, name, metric, kind), bound,
+                        f"{name}, {kind}, Q/R = {ratio:g}, {metric} over the exact")
+    for ratio in (EVEN, QUIET):
+        for metric in METRICS:
+            near(c.beside_exact(ratio, GAUSSIAN, "plain", metric, "filter"), 1, "at alpha = 2 the exact is Kalman's", 1e-9)
+            harm = c.beside_exact(ratio, 1.5, "Huber", metric, "filter")
+            plain = c.beside_exact(ratio, 1.5, "plain", metric, "filter")
+            assert harm.value > plain.value > 1.2, "a step for outliers where the state jumps"
+
+
+CHECKS = (check_known, check_skewed, check_fitted, check_robust)
+
+
+def main() -> None:
+    for seed in map(int, sys.argv[1:]):
+        print(f"seed {seed}", flush=True)
+        c = collected(MANY, seed)
+        for check in CHECKS:
+            check(c)
+    print("all that the study has to show")
+
+
+if __name__ == "__main__":
+    main()
