@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-FARTHEST = 35.0  # log of a standard deviation from where it began: a variance changes by 1e30 at most
+FARTHEST = 35.0  # log of a standard deviation from where it began: a variance changes by e^70 at most
+FLOOR = 1e-12  # share of a variance that noises before it explain and that it has by itself nevertheless
 
 
 class Infeasible(Exception):
@@ -23,7 +24,6 @@ class Entries:
         self.name, self.start, self.at = name, start.copy(), np.nonzero(free)
         self.scale = scale[self.at]
         self.size = len(self.scale)
-        self.bounds = [(None, None)] * self.size
         self.logarithmic = np.zeros(self.size, bool)
         self.units = np.ones(self.size)
 
@@ -48,7 +48,6 @@ class Multiple:
     def __init__(self, name: str, start: np.ndarray, noises: int):
         self.name, self.start, self.size = name, start.copy(), 1
         self.units = np.array([1 / np.sqrt(2 * noises * len(start))])
-        self.bounds = [(-FARTHEST / self.units[0], FARTHEST / self.units[0])]
         self.logarithmic = np.ones(1, bool)
         self.now = self.start
 
@@ -69,14 +68,13 @@ class Cholesky:
     def __init__(self, name: str, start: np.ndarray, held: np.ndarray, noises: int):
         self.name, self.start, self.held = name, start.copy(), held
         self.root = np.linalg.cholesky(start)
+        self.own = np.diag(self.root) ** 2 - FLOOR * (np.diag(start) - np.diag(self.root) ** 2)
         rows, columns = np.nonzero(np.tril(~held))
         self.cells = list(zip(rows.tolist(), columns.tolist()))
         self.size = len(self.cells)
         self.logarithmic = rows == columns
         deviation = np.sqrt(np.diag(start))
         self.units = np.where(self.logarithmic, 1 / np.sqrt(2 * noises), deviation[rows] / np.sqrt(noises))
-        self.bounds = [(-FARTHEST / unit, FARTHEST / unit) if is_log else (None, None)
-                       for unit, is_log in zip(self.units, self.logarithmic)]
         self.number = {cell: k for k, cell in enumerate(self.cells)}
         self.L, self.dL = self.root, np.zeros((*start.shape, self.size))
 
@@ -88,10 +86,20 @@ class Cholesky:
                 if self.held[i, j]:
                     self._solve(i, j)
                     continue
-                k, unit = self.number[i, j], self.units[self.number[i, j]]
-                self.L[i, j] = self.root[i, i] * np.exp(unit * x[k]) if i == j else self.root[i, j] + unit * x[k]
-                self.dL[i, j, k] = unit * self.L[i, i] if i == j else unit
+                k = self.number[i, j]
+                if i == j:
+                    self._own(i, k, x[k])
+                else:
+                    self.L[i, j], self.dL[i, j, k] = self.root[i, j] + self.units[k] * x[k], self.units[k]
         return self.L @ self.L.T
+
+    def _own(self, i: int, k: int, x: float) -> None:
+        """What of noise i does not follow from those before it, and a little of these: C stays definite for C."""
+        L, dL = self.L, self.dL
+        own = self.own[i] * np.exp(2 * self.units[k] * x)
+        L[i, i] = np.sqrt(own + FLOOR * (L[i, :i] @ L[i, :i]))
+        dL[i, i] = FLOOR * (L[i, :i] @ dL[i, :i]) / L[i, i]
+        dL[i, i, k] += self.units[k] * own / L[i, i]
 
     def _solve(self, i: int, j: int) -> None:
         L, dL = self.L, self.dL

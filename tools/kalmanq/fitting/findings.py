@@ -8,7 +8,7 @@ import numpy as np
 
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky
 from kalmanq.fitting.problem import Problem
-from kalmanq.fitting.search import Optimum
+from kalmanq.fitting.search import STILL, Optimum
 
 MOVES = 1e-2  # of a parameter, in units of what it is known to, from where a flat direction is one of parameters
 NAMED = 0.05  # share of the largest change, from where a parameter is named
@@ -97,7 +97,7 @@ def _name(problem: Problem, block: object, k: int) -> str:
     if place is None:
         return f"{block.name} (noise {i} of G)"
     if i == j and not block.is_alone(k):
-        return f"{block.name} (singular: no noise of {_state(problem, block.name, place)} by itself)"
+        return f"{block.name} (singular: the noise of {_state(problem, block.name, place)} follows from those before it)"
     return f"{block.name}[{place},{problem.place(block.name, j)}]"
 
 
@@ -108,8 +108,10 @@ def _state(problem: Problem, name: str, place: int) -> str:
 def _runaway(problem: Problem, optimum: Optimum) -> list[str]:
     """Variances that have gone as far as they may: the likelihood has no maximum."""
     made = []
+    slopes = optimum.information.whole(optimum.information.slopes)
     for block, part in zip(problem.blocks, problem.slices):
-        far = np.where(block.logarithmic, np.abs(optimum.x[part]) * block.units, 0) > 0.9 * FARTHEST
+        far = block.logarithmic & (np.abs(optimum.x[part]) * block.units > 0.3 * FARTHEST)
+        far &= np.abs(slopes[part]) > STILL
         made += [_name(problem, block, int(k)) for k in np.flatnonzero(far & ~optimum.edge[part])]
     return made
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Smoother
-from kalmanq.fitting.coordinates import Cholesky, Entries, Infeasible, Multiple
+from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Entries, Infeasible, Multiple
 from kalmanq.fitting.expectation import FORMS, FREE, Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.model import Model
@@ -41,6 +41,15 @@ class Choice:
             if name in free and np.any(model.unknown):
                 raise KalmanqError(f"{name} cannot be free where P0 is unknown")
         self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
+        self._require_units(model)
+
+    def _require_units(self, model: Model) -> None:
+        """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""
+        held = self.held.get("H", np.zeros(model.H.shape, bool))
+        for i in np.flatnonzero(model.unknown) if "H" in self.free else ():
+            if not np.all(held[:, i]) and not np.any(held[:, i] & (model.H[:, i] != 0)):
+                raise KalmanqError(f"H cannot be free where P0 of {model.states[i].name} is unknown: hold an entry "
+                                   f"of H[*,{i}] that is not 0, or give P0")
 
     def _mask(self, model: Model, name: str, given: ArrayLike) -> np.ndarray:
         if name not in ("A", "H", "Q", "R") or name not in self.free:
@@ -148,7 +157,6 @@ class Problem:
         ends = np.cumsum([0] + [block.size for block in self.blocks]).tolist()
         self.slices = [slice(a, b) for a, b in zip(ends, ends[1:])]
         self.size = ends[-1]
-        self.bounds = [bound for block in self.blocks for bound in block.bounds]
         self.logarithmic = np.concatenate([block.logarithmic for block in self.blocks])
         self.units = np.concatenate([block.units for block in self.blocks])
 
@@ -233,6 +241,8 @@ class Problem:
         return slopes
 
     def value(self, x: np.ndarray) -> float:
+        if np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST):
+            return -np.inf
         try:
             self.put(x)
         except Infeasible:
