@@ -20,7 +20,8 @@ MANY = Plan(known=FULL.known, skewed=FULL.skewed, fitted=Part(8, 50, (TAILED, GA
             robust=Part(10, 100, (*claims.ROBUST_ALPHAS, GAUSSIAN)))
 # above the exact posterior mean's error, for Q/R = 2 and 0.02
 NOISE, TABLE, REWEIGHTED = "Student-t noise, nu = 2", "Student-t noise, nu by table", "reweighted"
-ROBUST = {("filter", NOISE): (1.025, 1.035), ("filter", TABLE): (1.013, 1.017), ("smoother", REWEIGHTED): (1.011, 1.035)}
+ROBUST = {("filter", NOISE): (1.025, 1.035), ("filter", TABLE): (1.013, 1.017),
+          ("smoother", REWEIGHTED): (1.011, 1.035)}
 
 
 def collected(plan: Plan, seed: int, workers: int | None = None) -> Collected:
@@ -80,7 +81,8 @@ def check_robust(c: Collected) -> None:
                         f"{name}, {kind}, Q/R = {ratio:g}, {metric} over the exact")
     for ratio in (EVEN, QUIET):
         for metric in METRICS:
-            near(c.beside_exact(ratio, GAUSSIAN, "plain", metric, "filter"), 1, "at alpha = 2 the exact is Kalman's", 1e-9)
+            same = c.beside_exact(ratio, GAUSSIAN, "plain", metric, "filter")
+            near(same, 1, "at alpha = 2 the exact mean is Kalman's", 1e-9)
             harm = c.beside_exact(ratio, 1.5, "Huber", metric, "filter")
             plain = c.beside_exact(ratio, 1.5, "plain", metric, "filter")
             assert harm.value > plain.value > 1.2, "a step for outliers where the state jumps"

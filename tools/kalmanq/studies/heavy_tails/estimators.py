@@ -10,7 +10,7 @@ import numpy as np
 
 from kalmanq.errors import KalmanqWarning
 from kalmanq.filters import Filter, Robust, Smoother
-from kalmanq.fitting import fit
+from kalmanq.fitting import Estimation, fit
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 from kalmanq.reweighting import ReweightedSmoother
@@ -31,23 +31,29 @@ def known(setting: Setting, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Fitting:
-    """Estimates the parameters `free`, each run by itself, from the known ones on."""
+    """Estimates the parameters `free`, each run by itself, from the known ones on, or from another c."""
 
     name: str
+    method: str
     free: tuple[str, ...]
     iterations: int = 300
+    c: float = 1.0
 
     def model(self, setting: Setting, z: np.ndarray) -> tuple[Model, bool]:
         """Fitted to one run; did it settle?"""
-        method = "em" if self.name.startswith("EM") else "ml"
-        made = fit(setting.model(), [z], self.free, method=method, iterations=self.iterations, tolerance=1e-5)
+        begin = setting.model().changed(H=[[self.c]])
+        if self.method == "em":
+            made = Estimation(begin, [z], self.free).run(self.iterations, 1e-5)
+        else:
+            made = fit(begin, [z], self.free, method="ml", iterations=self.iterations)
         return made.model, made.is_settled
 
 
 FITTINGS = (
-    Fitting("EM of Q", ("Q",)), Fitting("EM of Q, R", ("Q", "R")), Fitting("ML of Q, R", ("Q", "R")),
-    Fitting("EM of H, Q, R", ("H", "Q", "R")), Fitting("EM of all six", SIX),
-    Fitting("EM of all six, 30 iterations", SIX, 30), Fitting("ML of all six", SIX))
+    Fitting("EM of Q", "em", ("Q",)), Fitting("EM of Q, R", "em", ("Q", "R")), Fitting("ML of Q, R", "ml", ("Q", "R")),
+    Fitting("ML of H, Q, R", "ml", ("H", "Q", "R"), 100), Fitting("EM of all six", "em", SIX),
+    Fitting("EM of all six, 30 iterations", "em", SIX, 30), Fitting("ML of all six", "ml", SIX),
+    Fitting("ML of all six from c = 2", "ml", SIX, c=2.0))
 
 
 @dataclass(frozen=True)
@@ -63,9 +69,11 @@ class Fitted:
 
 
 def fitted(fitting: Fitting, setting: Setting, z: np.ndarray) -> Fitted:
-    model, is_settled = fitting.model(setting, z)
-    smoother = Smoother(model)
-    run = smoother.run(z)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", KalmanqWarning)  # of R that is fitted to nearly 0
+        model, is_settled = fitting.model(setting, z)
+        smoother = Smoother(model)
+        run = smoother.run(z)
     last = smoother.last.copy()
     last.predict()
     weight = float(last.gain()[0, 0] * model.H[0, 0])

@@ -18,7 +18,7 @@ from kalmanq.studies.heavy_tails.settings import SETTINGS
 # Okabe and Ito's colours, which the colour-blind tell apart
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#333333")
-MARKS = "osD^vPX"
+MARKS = "osD^vPXh"
 WIDTH = 8.2  # inches
 LOOK = {**STYLE, "figure.dpi": 110, "font.size": 9, "legend.fontsize": 8, "lines.markersize": 4, "lines.linewidth": 1.2}
 
@@ -61,9 +61,9 @@ def draw_known(c: Collected) -> Picture:
         alphas = c.alphas("known")
         for (metric, ratio), (colour, mark, style) in METRIC_LOOKS.items():
             look = {"color": colour, "marker": mark, "ls": style, "label": f"{metric}, Q/R = {ratio:g}"}
-            _points(grown, alphas, [c.beside_gaussian("known", ratio, alpha, "known", metric) for alpha in alphas], **look)
-            _points(compared, alphas, [scores.relative(of, of, "smoother", metric, "filter") for of in (
-                c.of("known", ratio, alpha) for alpha in alphas)], **look)
+            of = [c.of("known", ratio, alpha) for alpha in alphas]
+            _points(grown, alphas, [scores.relative(one, of[-1], "filter", metric) for one in of], **look)
+            _points(compared, alphas, [scores.relative(one, one, "smoother", metric, "filter") for one in of], **look)
         _draw_population(grown, compared)
         _plain_logarithm(grown, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
         grown.set_ylim(0.8, 5000)
@@ -129,20 +129,22 @@ def draw_skewness(c: Collected) -> Picture:
 # ------------------------------------------------------------------------------ fitted parameters
 
 FITTED = {"known": (BLACK, "-"), "EM of Q": (BLUE, "-"), "EM of Q, R": (SKY, "--"), "ML of Q, R": (GREEN, "-."),
-          "EM of H, Q, R": (ORANGE, "--"), "EM of all six": (VERMILION, "-"), "ML of all six": (PURPLE, "-.")}
+          "EM of all six": (VERMILION, "-"), "ML of all six": (PURPLE, "-."),
+          "ML of all six from c = 2": (PURPLE, ":"), "ML of H, Q, R": (ORANGE, "--")}
 
 
 def draw_fitted(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
-        picture, axes = _panels(2, 3.9, sharey=True)
-        alphas = c.alphas("fitted")
+        picture, axes = _panels(2, 4.1)
+        alphas = c.alphas("fitted")[c.alphas("fitted") > 1.05]
         for axis, kind, title in zip(axes, ("filter", "measured"), (
-                "of x: c and q are not both to be had", "of c x: what the data determine")):
+                "of x: whoever frees c has no unit", "of c x: what the data determine")):
             for (name, (colour, style)), mark in zip(FITTED.items(), MARKS):
                 made = [c.beside_gaussian("fitted", EVEN, alpha, name, "MAE", kind) for alpha in alphas]
                 _points(axis, alphas, made, color=colour, marker=mark, ls=style, label=name)
             axis.set(xlabel="alpha (2: Gaussian)", title=f"Error {title}")
-        _plain_logarithm(axes[0], (1, 1.2, 1.5, 2, 3, 5, 10, 20, 50))
+        _plain_logarithm(axes[0], (1, 2, 5, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000))
+        _plain_logarithm(axes[1], (1, 1.2, 1.5, 2, 3, 4, 5))
         axes[0].set_ylabel("filter's MAE / Gaussian case, Q/R = 2")
         picture.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         return picture

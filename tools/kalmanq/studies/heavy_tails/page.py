@@ -23,8 +23,8 @@ CAPTIONS = {
               "free c leaves the unit open; right in those of the measurement.",
     "estimates": "What is fitted, Q/R = 2: medians, with the quartiles as bands. Q goes to that of the largest jumps, "
                  "and K to 1.",
-    "robust": "Mean error above that of the exact posterior mean, in per cent, on a logarithmic axis; a curve ends where "
-              "it is less than 0.05 %.",
+    "robust": "Mean error above that of the exact posterior mean, in per cent, on a logarithmic axis; a curve ends "
+              "where it is less than 0.05 %.",
 }
 
 
@@ -55,12 +55,12 @@ def _head(c: Collected, command: str, versions: dict[str, str]) -> str:
     return "\n\n".join([
         "# Heavy tails: a Kalman filter where the state jumps",
         "    x[t+1] = a x[t] + w        z[t] = c x[t] + v",
-        filled(f"""a = c = R = 1; v is Gaussian, w and x[0] are alpha-stable, S(alpha, beta, sigma): Gaussian for alpha = 2,
-        with the more and the larger jumps the smaller alpha is. The filter is told the Gaussian of the same sigma, Q = 2
-        sigma^2. After Mozgunov (2014), in two settings ({settings}); noise by Chambers, Mallows and Stuck (1976), as
+        filled(f"""a = c = R = 1; v is Gaussian, w and x[0] are alpha-stable, S(alpha, beta, sigma): Gaussian for
+        alpha = 2, with the more and the larger jumps the smaller alpha is. The filter is told the Gaussian of the same
+        sigma, Q = 2 sigma^2. After Mozgunov (2014), in two settings ({settings}); noise by Chambers, Mallows and Stuck (1976), as
         corrected by Weron (1996). All filters, smoothers and fits are the C core's, in f64."""),
-        filled(f"""Written by `{command}` ({made_by}); [heavy_tails.csv](heavy_tails.csv) has all errors and estimates. For
-        each alpha and beta there are {c.runs('known')} runs with known parameters, {c.runs('skewed')} for the skewness,
+        filled(f"""Written by `{command}` ({made_by}); [heavy_tails.csv](heavy_tails.csv) has all errors and estimates.
+        For each alpha and beta there are {c.runs('known')} runs with known parameters, {c.runs('skewed')} for the skewness,
         {c.runs('fitted')} with fitted ones and {c.runs('robust')} beside the exact posterior. Different alphas have the
         same random numbers, so that ratios between them are more exact than the errors."""),
         "\n".join(f"- {filled(line, '  ')}" for line in WORDS)])
@@ -68,8 +68,8 @@ def _head(c: Collected, command: str, versions: dict[str, str]) -> str:
 
 WORDS = (
     "**RMSE**, **MAE**: root of the mean square, and mean size, of the errors of all rows of all runs.",
-    "**Gaussian case**: the filter with known parameters at alpha = 2 and the same Q/R. \"Times the Gaussian error\" is "
-    "over its error of the same kind; of a smoother, too.",
+    "**Gaussian case**: the filter with known parameters at alpha = 2 and the same Q/R; RMSE is compared with its RMSE, "
+    "MAE with its MAE.",
     "**a ± b**: b is one standard error, over runs. That of an RMSE for alpha < 2 is only that of the runs which were "
     "drawn: it understates, as the largest jump is yet to come.",
     "**of the population**: what infinitely many runs would have, by an integral over the error's characteristic "
@@ -111,11 +111,11 @@ def _advice(c: Collected) -> str:
         f"""**Smooth with** `ReweightedSmoother`: its MAE is at most {percent(smoothed[0])} (Q/R = {EVEN:g}) and
         {percent(smoothed[1])} ({QUIET:g}) above the exact smoother's, for alpha = {ROBUST_ALPHAS[0]:g} to
         {ROBUST_ALPHAS[-1]:g}. Five passes from a weight of 16 are enough; the plain smoother smears every jump.""",
-        f"""**No step for measurement outliers there.** At alpha = {alpha:g}, Q/R = {EVEN:g}, a gate has {gate} times the
-        exact error, Huber's update {huber}: they take the jump for an outlier.""",
-        f"""**Fit Q, or Q and R; hold c** (H). EM of Q bounds the harm of jumps, to {fitted} times the Gaussian case's MAE
-        at alpha = {TAILED:g}, by trusting every measurement.""",
-        """**Quote the MAE with its standard error**, or medians. An RMSE of such noise says how many runs there were.""")
+        f"""**No step for measurement outliers there.** At alpha = {alpha:g}, Q/R = {EVEN:g}, a gate has {gate} times
+        the exact error, Huber's update {huber}: they take the jump for an outlier.""",
+        f"""**Fit Q, or Q and R; hold c** (H). EM of Q bounds the harm of jumps, to {fitted} times the Gaussian case's
+        MAE at alpha = {TAILED:g}, by trusting every measurement.""",
+        "**Quote the MAE with its standard error**, or medians. An RMSE of such noise says how many runs there were.")
     return "## What to do\n\n" + "\n".join(f"{k}. {filled(one, '   ')}" for k, one in enumerate(said, 1))
 
 
@@ -147,8 +147,9 @@ def _estimates(c: Collected) -> str:
             rows.append([f"{alpha:g}", name, *(f"{scores.median(of[column])}" for column in "QRPK"),
                          f"{100 * of['settled'].mean():.0f} %"])
     return "\n\n".join([
-        "## What is fitted", filled("Medians over the runs, Q/R = 2, after at most 300 iterations; settled: no parameter "
-        "moved by more than 1e-5 of itself in the last one."), table(["alpha", "fitted", "Q", "R", "P", "K", "settled"], rows),
+        "## What is fitted", filled("""Medians over the runs, Q/R = 2, after at most 300 iterations; settled: no
+        parameter moved by more than 1e-5 of itself in the last one."""),
+        table(["alpha", "fitted", "Q", "R", "P", "K", "settled"], rows),
         picture("estimates")])
 
 
@@ -188,6 +189,6 @@ def _grid(c: Collected) -> str:
         "## The yardstick's own error",
         filled("""The exact posterior mean is computed on a grid of steps of sigma / 2, to 8 on each side of the
         measurement, with the true density. The last column is by how much the mean of any row moves at most when the
-        steps are halved and the width is 11, in ten runs of each block. At alpha = 2 it is the Kalman filter's own mean.
-        It minimises the mean square; the posterior's median would have a slightly smaller MAE."""),
+        steps are halved and the width is 11, in ten runs of each block. At alpha = 2 it is the Kalman filter's own
+        mean. It minimises the mean square; the posterior's median would have a slightly smaller MAE."""),
         table(["alpha", "Q/R", "filter RMSE", "MAE", "smoother RMSE", "MAE", "grid's error"], rows)])

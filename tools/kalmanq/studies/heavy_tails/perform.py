@@ -42,7 +42,8 @@ def _fitted(task: Task, x: np.ndarray, z: np.ndarray) -> dict[str, Columns]:
         filtered, smoothed = (np.stack([getattr(run, name) for run in runs]) for name in ("filtered", "smoothed"))
         H = np.array([run.model.H[0, 0] for run in runs])[:, None]
         made[fitting.name] = {
-            **errors("filter", filtered - x), **errors("smoother", smoothed - x), **errors("measured", H * filtered - x),
+            **errors("filter", filtered - x), **errors("smoother", smoothed - x),
+            **errors("measured", H * filtered - x),
             **{name: [float(getattr(run.model, name).ravel()[0]) for run in runs] for name in estimators.SIX},
             "K": [run.weight for run in runs], "P": [run.variance for run in runs],
             "settled": [float(run.is_settled) for run in runs]}

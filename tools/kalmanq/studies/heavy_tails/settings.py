@@ -70,12 +70,12 @@ def _range(first: float, last: float, step: float) -> tuple[float, ...]:
 FULL = Plan(
     known=Part(10, 1000, _range(1.0, 1.4, 0.1) + _range(1.45, 2.0, 0.05)),
     skewed=Part(4, 500, (1.3, 1.5, 1.7), _range(-1, 1, 0.25)),
-    fitted=Part(4, 100, _range(1.0, 2.0, 0.1)),
+    fitted=Part(8, 25, _range(1.0, 2.0, 0.1)),
     robust=Part(10, 100, _range(1.1, 2.0, 0.1)))
 QUICK = Plan(
     known=Part(2, 400, (1.1, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2.0)),
     skewed=Part(1, 400, (1.5,), (-1.0, -0.5, 0.0, 0.5, 1.0)),
-    fitted=Part(1, 30, (1.3, 1.6, 2.0)),
+    fitted=Part(2, 15, (1.3, 1.6, 2.0)),
     robust=Part(1, 60, (1.3, 1.5, 1.7, 2.0)))
 
 
