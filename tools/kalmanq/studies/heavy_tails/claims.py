@@ -157,10 +157,10 @@ def fitted_all(c: Collected) -> Claim:
         + [of_estimator(c, "EM of all six", GAUSSIAN), worst_run(c, "EM of all six"),
            f"EM of all six has settled after 300 iterations in {100 * settled:.0f} % of the runs"],
         f"{'; '.join(f'{worded(holds[metric])} in {metric} ({made[metric]})' for metric in METRICS)}; an artefact of "
-        f"EM that is not at its end, of the unit of x, and in RMSE of the metric",
+        "EM that is not at its end, of the unit of x, and in RMSE of the metric",
         "EM creeps where R is far below Q, as it is among large jumps, and where the likelihood is flat, as it is "
-        "along c^2 q. Where it stops, c is some per cent off and R too large: little for most runs, but in proportion to how "
-        "far x has gone. So one run with a jump of thousands makes the RMSE of all. At the maximum of the same "
+        "along c^2 q. Where it stops, c is some per cent off and R too large: little for most runs, but in proportion "
+        "to how far x has gone. So one run with a jump of thousands makes the RMSE of all. At the maximum of the same "
         "likelihood (ML of all six) little of this is left.")
 
 
@@ -172,7 +172,8 @@ def worst_run(c: Collected, name: str) -> str:
     rest = np.sqrt(np.delete(squares, worst).mean() / c.of("fitted", EVEN, GAUSSIAN)["filter_square"].mean())
     share = 100 * squares[worst] / squares.sum()
     return (f"{name}, alpha = {TAILED:g}: one run of {len(squares)} has {share:.0f} % of the sum of squares, with c = "
-            f"{of['H'][worst]:.3f}, Q = {of['Q'][worst]:.3g}, R = {of['R'][worst]:.3g}; without it the RMSE is {rest:.2f} times the Gaussian one")
+            f"{of['H'][worst]:.3f}, Q = {of['Q'][worst]:.3g}, R = {of['R'][worst]:.3g}; without it the RMSE is "
+            f"{rest:.2f} times the Gaussian one")
 
 
 def likely_all(c: Collected) -> Claim:

@@ -57,19 +57,19 @@ def _head(c: Collected, command: str, versions: dict[str, str]) -> str:
         "    x[t+1] = a x[t] + w        z[t] = c x[t] + v",
         filled(f"""a = c = R = 1; v is Gaussian, w and x[0] are alpha-stable, S(alpha, beta, sigma): Gaussian for
         alpha = 2, with the more and the larger jumps the smaller alpha is. The filter is told the Gaussian of the same
-        sigma, Q = 2 sigma^2. After Mozgunov (2014), in two settings ({settings}); noise by Chambers, Mallows and Stuck (1976), as
-        corrected by Weron (1996). All filters, smoothers and fits are the C core's, in f64."""),
+        sigma, Q = 2 sigma^2. After Mozgunov (2014), in two settings ({settings}); noise by Chambers, Mallows and Stuck
+        (1976), as corrected by Weron (1996). All filters, smoothers and fits are the C core's, in f64."""),
         filled(f"""Written by `{command}` ({made_by}); [heavy_tails.csv](heavy_tails.csv) has all errors and estimates.
-        For each alpha and beta there are {c.runs('known')} runs with known parameters, {c.runs('skewed')} for the skewness,
-        {c.runs('fitted')} with fitted ones and {c.runs('robust')} beside the exact posterior. Different alphas have the
-        same random numbers, so that ratios between them are more exact than the errors."""),
+        For each alpha and beta there are {c.runs('known')} runs with known parameters, {c.runs('skewed')} for the
+        skewness, {c.runs('fitted')} with fitted ones and {c.runs('robust')} beside the exact posterior. Different alphas
+        have the same random numbers, so that ratios between them are more exact than the errors."""),
         "\n".join(f"- {filled(line, '  ')}" for line in WORDS)])
 
 
 WORDS = (
     "**RMSE**, **MAE**: root of the mean square, and mean size, of the errors of all rows of all runs.",
-    "**Gaussian case**: the filter with known parameters at alpha = 2 and the same Q/R; RMSE is compared with its RMSE, "
-    "MAE with its MAE.",
+    "**Gaussian case**: the filter with known parameters at alpha = 2 and the same Q/R; RMSE is compared with its "
+    "RMSE, MAE with its MAE.",
     "**a ± b**: b is one standard error, over runs. That of an RMSE for alpha < 2 is only that of the runs which were "
     "drawn: it understates, as the largest jump is yet to come.",
     "**of the population**: what infinitely many runs would have, by an integral over the error's characteristic "
