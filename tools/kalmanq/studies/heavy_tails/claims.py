@@ -225,3 +225,12 @@ def skewed(c: Collected, ratio: float, alpha: float, beta: float, kind: str) -> 
     """The mean size of the errors of beta and of -beta, which have one law, over that of beta = 0"""
     both = [c.of("skewed", ratio, alpha, beta=sign * beta)[f"{kind}_size"] for sign in (1, -1)]
     return scores.ratio_of(np.mean(both, axis=0), c.of("skewed", ratio, alpha)[f"{kind}_size"])
+
+
+# ------------------------------------------------------------------------------ robust steps
+
+
+def worst(c: Collected, ratio: float, name: str, metric: str, kind: str) -> Figure:
+    """The error over that of the exact posterior mean, the largest of these alphas"""
+    return max((c.beside_exact(ratio, alpha, name, metric, kind) for alpha in ROBUST_ALPHAS),
+               key=lambda figure: figure.value)

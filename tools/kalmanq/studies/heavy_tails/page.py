@@ -7,7 +7,7 @@ from typing import Sequence
 
 from kalmanq.studies.heavy_tails import population, scores
 from kalmanq.studies.heavy_tails.claims import (
-    EVEN, METRICS, QUIET, ROBUST_ALPHAS, TAILED, Claim, claims, nearest)
+    EVEN, METRICS, QUIET, ROBUST_ALPHAS, TAILED, Claim, claims, nearest, worst)
 from kalmanq.studies.heavy_tails.collected import GAUSSIAN, Collected
 from kalmanq.studies.heavy_tails.estimators import FILTERS, SMOOTHERS
 from kalmanq.studies.heavy_tails.scores import Figure
@@ -61,8 +61,9 @@ def _head(c: Collected, command: str, versions: dict[str, str]) -> str:
         (1976), as corrected by Weron (1996). All filters, smoothers and fits are the C core's, in f64."""),
         filled(f"""Written by `{command}` ({made_by}); [heavy_tails.csv](heavy_tails.csv) has all errors and estimates.
         For each alpha and beta there are {c.runs('known')} runs with known parameters, {c.runs('skewed')} for the
-        skewness, {c.runs('fitted')} with fitted ones and {c.runs('robust')} beside the exact posterior. Different alphas
-        have the same random numbers, so that ratios between them are more exact than the errors."""),
+        skewness, {c.runs('fitted')} with fitted ones (of Q/R = {QUIET:g} with Q, or Q and R, alone) and
+        {c.runs('robust')} beside the exact posterior. Different alphas have the same random numbers, so that ratios
+        between them are more exact than the errors."""),
         "\n".join(f"- {filled(line, '  ')}" for line in WORDS)])
 
 
@@ -170,12 +171,6 @@ def _robust(c: Collected) -> str:
         include/kalmanq/robust.h: 2.5 for Q/R = 2, and 1.75, 2, 2.5 for 0.02. The reweighted smoothers have nu = 2 and
         begin with a weight of 16; five passes where no other number is named."""),
         table(header, rows), picture("robust")])
-
-
-def worst(c: Collected, ratio: float, name: str, metric: str, kind: str) -> Figure:
-    """The largest of the alphas that the table is of"""
-    return max((c.beside_exact(ratio, alpha, name, metric, kind) for alpha in ROBUST_ALPHAS),
-               key=lambda figure: figure.value)
 
 
 def _grid(c: Collected) -> str:

@@ -37,7 +37,7 @@ def _fitted(task: Task, x: np.ndarray, z: np.ndarray) -> dict[str, Columns]:
     filtered, smoothed = estimators.known(task.setting, z)
     made = {"known": {**errors("filter", filtered - x), **errors("smoother", smoothed - x),
                       **errors("measured", filtered - x)}}
-    for fitting in estimators.FITTINGS:
+    for fitting in estimators.fittings(task.setting):
         runs = [estimators.fitted(fitting, task.setting, row) for row in z]
         filtered, smoothed = (np.stack([getattr(run, name) for run in runs]) for name in ("filtered", "smoothed"))
         H = np.array([run.model.H[0, 0] for run in runs])[:, None]
