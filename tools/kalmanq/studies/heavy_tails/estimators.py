@@ -16,6 +16,7 @@ from kalmanq.parts import Parts
 from kalmanq.reweighting import ReweightedSmoother
 from kalmanq.studies.heavy_tails.settings import SETTINGS, Setting
 
+ITERATIONS, TOLERANCE = 300, 1e-5  # of EM; `iterations` of an ML, too
 SIX = ("A", "H", "Q", "R", "x0", "P0")
 
 
@@ -36,14 +37,14 @@ class Fitting:
     name: str
     method: str
     free: tuple[str, ...]
-    iterations: int = 300
+    iterations: int = ITERATIONS
     c: float = 1.0
 
     def model(self, setting: Setting, z: np.ndarray) -> tuple[Model, bool]:
         """Fitted to one run; did it settle?"""
         begin = setting.model().changed(H=[[self.c]])
         if self.method == "em":
-            made = Estimation(begin, [z], self.free).run(self.iterations, 1e-5)
+            made = Estimation(begin, [z], self.free).run(self.iterations, TOLERANCE)
         else:
             made = fit(begin, [z], self.free, method="ml", iterations=self.iterations)
         return made.model, made.is_settled

@@ -16,6 +16,7 @@ from scipy import fft
 from kalmanq.studies.heavy_tails import stable
 
 TABLE = 2048  # offsets whose density is tabulated
+FINER = {"step": 0.25, "width": 11.0}  # shows the error of a Grid
 
 
 @dataclass(frozen=True)

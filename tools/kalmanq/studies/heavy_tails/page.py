@@ -9,9 +9,10 @@ from kalmanq.studies.heavy_tails import population, scores
 from kalmanq.studies.heavy_tails.claims import (
     EVEN, METRICS, QUIET, ROBUST_ALPHAS, TAILED, Claim, claims, nearest, worst)
 from kalmanq.studies.heavy_tails.collected import GAUSSIAN, Collected
-from kalmanq.studies.heavy_tails.estimators import FILTERS, SMOOTHERS
+from kalmanq.studies.heavy_tails.estimators import FILTERS, FREEDOM, ITERATIONS, SMOOTHERS, TOLERANCE
+from kalmanq.studies.heavy_tails.grid import FINER, Grid
 from kalmanq.studies.heavy_tails.scores import Figure
-from kalmanq.studies.heavy_tails.settings import SETTINGS
+from kalmanq.studies.heavy_tails.settings import SETTINGS, Setting
 
 CAPTIONS = {
     "known": "Known parameters: how the filter's error grows as alpha falls, and what smoothing gains. Bars are two "
@@ -121,7 +122,7 @@ def _advice(c: Collected) -> str:
 
 
 def percent(ratio: Figure) -> str:
-    return f"{Figure(100 * (ratio.value - 1), 100 * ratio.error)} %"
+    return f"{ratio.above()} %"
 
 
 # ------------------------------------------------------------------------------ tables
@@ -148,8 +149,8 @@ def _estimates(c: Collected) -> str:
             rows.append([f"{alpha:g}", name, *(f"{scores.median(of[column])}" for column in "QRPK"),
                          f"{100 * of['settled'].mean():.0f} %"])
     return "\n\n".join([
-        "## What is fitted", filled("""Medians over the runs, Q/R = 2, after at most 300 iterations; settled: no
-        parameter moved by more than 1e-5 of itself in the last one."""),
+        "## What is fitted", filled(f"""Medians over the runs, Q/R = {EVEN:g}, after at most {ITERATIONS} iterations;
+        settled: no parameter moved by more than {TOLERANCE:g} of itself in the last one."""),
         table(["alpha", "fitted", "Q", "R", "P", "K", "settled"], rows),
         picture("estimates")])
 
@@ -168,9 +169,14 @@ def _robust(c: Collected) -> str:
         "## Robust steps beside the exact posterior mean",
         filled(f"""Errors over those of the exact posterior mean for the noise that was drawn, over the same runs: the
         largest of alpha = {alphas}; and what each way costs where nothing jumps. nu by table is that of
-        include/kalmanq/robust.h: 2.5 for Q/R = 2, and 1.75, 2, 2.5 for 0.02. The reweighted smoothers have nu = 2 and
-        begin with a weight of 16; five passes where no other number is named."""),
+        include/kalmanq/robust.h: {', '.join(map(freedom, SETTINGS))}. The reweighted smoothers have nu = 2 and begin
+        with a weight of 16; five passes where no other number is named."""),
         table(header, rows), picture("robust")])
+
+
+def freedom(setting: Setting) -> str:
+    values = [f"{nu:g} (alpha = {alpha:g})" for alpha, nu in FREEDOM[setting.ratio]]
+    return f"{', '.join(values)} for Q/R = {setting.ratio:g}"
 
 
 def _grid(c: Collected) -> str:
@@ -182,8 +188,9 @@ def _grid(c: Collected) -> str:
             rows.append([f"{alpha:g}", f"{ratio:g}", *made, f"{exact['refined'].max():.1e}"])
     return "\n\n".join([
         "## The yardstick's own error",
-        filled("""The exact posterior mean is computed on a grid of steps of sigma / 2, to 8 on each side of the
-        measurement, with the true density. The last column is by how much the mean of any row moves at most when the
-        steps are halved and the width is 11, in ten runs of each block. At alpha = 2 it is the Kalman filter's own
-        mean. It minimises the mean square; the posterior's median would have a slightly smaller MAE."""),
+        filled(f"""The exact posterior mean is computed on a grid of steps of {Grid.step:g} sigma, to {Grid.width:g} on
+        each side of the measurement, with the true density. The last column is by how much the mean of any row moves at
+        most with steps of {FINER['step']:g} sigma and a width of {FINER['width']:g}, in some runs. At alpha = 2 it is
+        the Kalman filter's own mean. It minimises the mean square; the posterior's median would have a slightly smaller
+        MAE."""),
         table(["alpha", "Q/R", "filter RMSE", "MAE", "smoother RMSE", "MAE", "grid's error"], rows)])

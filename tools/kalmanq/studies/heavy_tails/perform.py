@@ -8,11 +8,11 @@ import numpy as np
 
 from kalmanq.errors import KalmanqError
 from kalmanq.studies.heavy_tails import estimators
-from kalmanq.studies.heavy_tails.grid import Grid, posterior_means
+from kalmanq.studies.heavy_tails.grid import FINER, Grid, posterior_means
 from kalmanq.studies.heavy_tails.settings import Task
 
 Columns = Dict[str, List[float]]
-REFINED = 10  # runs of a block whose grid is refined
+REFINED = 10  # runs of a block that are computed on a finer grid, too
 
 
 def perform(task: Task) -> dict[str, Columns]:
@@ -53,7 +53,7 @@ def _fitted(task: Task, x: np.ndarray, z: np.ndarray) -> dict[str, Columns]:
 def _robust(task: Task, x: np.ndarray, z: np.ndarray) -> dict[str, Columns]:
     """Beside the exact posterior means, and how far those move when the grid is refined, in some of the runs"""
     exact = posterior_means(Grid(task.alpha, task.setting.sigma), z)
-    finer = posterior_means(Grid(task.alpha, task.setting.sigma, 0.25, 11), z[:REFINED])
+    finer = posterior_means(Grid(task.alpha, task.setting.sigma, **FINER), z[:REFINED])
     made: dict[str, Columns] = {"exact": {
         **errors("filter", exact[0] - x), **errors("smoother", exact[1] - x),
         "refined": [max(float(np.abs(coarse[:REFINED] - fine).max()) for coarse, fine in zip(exact, finer))]}}

@@ -25,8 +25,9 @@ class Figure:
     def __str__(self) -> str:
         return format(self, "")
 
-    def scaled(self, factor: float) -> Figure:
-        return Figure(self.value * factor, self.error * factor)
+    def above(self) -> Figure:
+        """Of a ratio: per cent above 1"""
+        return Figure(100 * (self.value - 1), 100 * self.error)
 
 
 def mean(values: np.ndarray) -> Figure:
