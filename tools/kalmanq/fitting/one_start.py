@@ -16,7 +16,7 @@ from kalmanq.fitting.problem import Choice, Problem
 from kalmanq.fitting.search import Optimum, maximise
 from kalmanq.model import Model
 
-FIRST = 5  # iterations of EM before ML: they find the sizes of noises that are far off
+FIRST = 3  # iterations of EM before ML: they find the sizes of noises that are far off
 AGREES = 1e-6  # of log-likelihood, between an unknown start and the known one that stands for it
 SPREAD = 1.5  # of the logarithms of standard deviations of further starts: a variance by e^3
 NOTHING_TO_FIT = (lib.KQ_ERR_NO_DATA, lib.KQ_ERR_FEW_DATA)

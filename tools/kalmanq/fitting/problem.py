@@ -213,11 +213,7 @@ class Problem:
     def put(self, x: np.ndarray) -> None:
         """Writes the parameters at x to the arrays that C reads."""
         for block, part in zip(self.blocks, self.slices):
-            made = block.matrix(x[part])
-            if block.name == "R" and len(self.measured) < self.model.m:
-                self.arrays["R"][np.ix_(self.measured, self.measured)] = made
-            else:
-                self.arrays[block.name][...] = made
+            self.put_inside(block.name, block.matrix(x[part]))
 
     def evaluate(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Log-likelihood and gradient; -inf and zeros where there is none."""
@@ -240,6 +236,25 @@ class Problem:
             slopes[k] = self._difference(x, int(k))
         return slopes
 
+    def leave_singular(self, least: float, share: float) -> bool:
+        """Gives full covariances that are as good as singular a share of their variances more; were there any?"""
+        made = False
+        for block in self.blocks:
+            if not isinstance(block, Cholesky) or np.any(block.held):
+                continue
+            C = self._inside(block.name, self.arrays[block.name])
+            deviation = np.sqrt(np.diag(C))
+            if np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] < least:
+                self.put_inside(block.name, C + share * np.diag(np.diag(C)))
+                made = True
+        return made
+
+    def put_inside(self, name: str, C: np.ndarray) -> None:
+        if name == "R":
+            self.arrays["R"][np.ix_(self.measured, self.measured)] = C
+        else:
+            self.arrays[name][...] = C
+
     def value(self, x: np.ndarray) -> float:
         if np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST):
             return -np.inf
@@ -247,6 +262,10 @@ class Problem:
             self.put(x)
         except Infeasible:
             return -np.inf
+        return self.value_here()
+
+    def value_here(self) -> float:
+        """The log-likelihood of what is in the arrays."""
         if self.expectation.run() != lib.KQ_OK:
             return -np.inf
         value = self.expectation.log_likelihood + self.offset
