@@ -103,7 +103,7 @@ def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
     if not undetermined and task.has_no_unit:
         undetermined = (NO_UNIT,)
     why = _why_not(task, best, found, undetermined)
-    said = why or f"the maximum to {max(distance, 1e-12):.1g} of log-likelihood"
+    said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
     if len(ended) > 1:
         there = sum(abs(one.value - best.value) < SAME_TOP for one in ended)
         said += f"; {there} of {len(ended)} starts ended there"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.problem import Problem
@@ -86,6 +85,8 @@ def _polish(problem: Problem, found: Optimum) -> None:
 
 def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The best point that BFGS finds, and the gradient there; what is at the edge stays."""
+    from scipy.optimize import minimize  # loading it takes longer than all else of the package
+
     free = np.flatnonzero(~edge)
     problem.best, worst = -np.inf, [None]
     best = [x, np.zeros(problem.size)]
