@@ -327,6 +327,8 @@ def test_what_is_not_determined_is_named():
     twice = Model(np.eye(2) * 0.5, [1, 1], 1.0, [0.3, 0.5], P0=[1, 1])
     found = kalmanq.fit(twice, [fit_cases.ar1(2)], ("Q",), Q_form="diagonal")
     assert not found.is_settled and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])
+    found = kalmanq.fit(twice.changed(Q=[0.3, 1e-12]), [fit_cases.ar1(2)], ("Q",), Q_form="diagonal", method="ml")
+    assert not found.is_settled and "Q[0,0]" in found.undetermined[0] and "Q[1,1]" in found.undetermined[0]
 
 
 @pytest.mark.parametrize("z, said", [

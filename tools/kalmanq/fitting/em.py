@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Callable, Mapping, Optional, Sequence
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import lib, require

@@ -129,7 +129,7 @@ def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: S
     if best.optimum and not best.optimum.information.is_maximum:
         return "no maximum: the information matrix is not positive definite at the best point, and was not inverted"
     if undetermined:
-        return f"not determined by the records: {'; '.join(undetermined)} changes nothing; hold one of them"
+        return f"not determined by the records: {'; '.join(undetermined)} changes nothing; hold some of it"
     if not best.distance <= task.tolerance or not best.em_is_near:
         return f"not at the maximum after {len(best.course)} evaluations: {_left(best)}"
     return ""

@@ -268,13 +268,17 @@ class Problem:
             self.arrays[name][...] = C
 
     def value(self, x: np.ndarray) -> float:
-        if np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST):
+        if not self.is_within(x):
             return -np.inf
         try:
             self.put(x)
         except Infeasible:
             return -np.inf
         return self.value_here()
+
+    def is_within(self, x: np.ndarray) -> bool:
+        """Is no variance farther from where it began than it may be?"""
+        return not np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST)
 
     def value_here(self) -> float:
         """The log-likelihood of what is in the arrays."""

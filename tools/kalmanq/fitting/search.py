@@ -179,6 +179,8 @@ def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float
     """The likelihood as far above as it is another one, and how far that is; `value` where it is flat everywhere."""
     for steps in UP:
         far = steps / problem.units[k]
+        if not problem.is_within(_moved(x, k, far)):
+            break
         found = problem.value(_moved(x, k, far))
         if abs(found - value) > SAME:
             return found, far
