@@ -14,10 +14,11 @@ from test_commands import kalmanq as command
 
 import kalmanq
 from kalmanq import KalmanqError, Model, model_file
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import Cholesky
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.fitting.expectation import Records
-from kalmanq.fitting.problem import Choice, Problem
+from kalmanq.fitting.problem import Problem
 
 EXAMPLES = Path(model_file.__file__).parent / "examples"
 NILE = EXAMPLES / "nile.csv"
@@ -354,13 +355,15 @@ def test_too_few_evaluations_are_said():
 def test_starts_are_counted_and_seeded():
     one, two = (kalmanq.fit(nile_model(), [nile()], starts=3, seed=5) for _ in range(2))
     assert "3 of 3 starts" in one.message and one.course == two.course
-    assert np.array_equal(one.model.Q, two.model.Q) and one.evaluations > kalmanq.fit(nile_model(), [nile()]).evaluations
+    assert np.array_equal(one.model.Q, two.model.Q)
+    assert one.evaluations > kalmanq.fit(nile_model(), [nile()]).evaluations
 
 
 @pytest.mark.parametrize("given, said", [
     ({"free": ("Q", "S")}, "S is no parameter"), ({"free": ()}, "nothing is free"), ({"method": "newton"}, "no method"),
     ({"Q_form": "round"}, "no form"), ({"held": {"A": [[1]]}}, "not one of the free"), ({"starts": 0}, "starts"),
-    ({"held": {"Q": [[1]]}}, "all of Q is held"), ({"free": ("x0",)}, "P0 is unknown"), ({"u": [None, None]}, "2 records"),
+    ({"held": {"Q": [[1]]}}, "all of Q is held"), ({"free": ("x0",)}, "P0 is unknown"),
+    ({"u": [None, None]}, "2 records"),
     ({"arithmetic": "f32"}, "f64"), ({"arithmetic": "q31", "method": "em"}, "f32 and f64")])
 def test_what_cannot_be_is_refused(given, said):
     with pytest.raises(KalmanqError, match=said):

@@ -16,8 +16,8 @@ from kalmanq import model_file, tables
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.fitting import Fit, fit
+from kalmanq.fitting.choice import require_units
 from kalmanq.fitting.entries import free_and_held
-from kalmanq.fitting.problem import require_units
 from kalmanq.model import Model
 
 

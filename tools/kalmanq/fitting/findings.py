@@ -42,7 +42,8 @@ def findings(problem: Problem, optimum: Optimum) -> Findings:
     for block, part in zip(problem.blocks, problem.slices):
         _mark(problem, block, optimum.edge[part], errors[block.name])
     undetermined = [_said(problem, tangents, way) for way in flat] + _ridges(problem, optimum)
-    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(undetermined), tuple(_runaway(problem, optimum)))
+    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(undetermined),
+                    tuple(_runaway(problem, optimum)))
 
 
 def _ridges(problem: Problem, optimum: Optimum) -> list[str]:

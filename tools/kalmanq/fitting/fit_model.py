@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib
 from kalmanq.errors import KalmanqError
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
-from kalmanq.fitting.problem import Choice
 from kalmanq.model import Model
 
 METHODS = ("em", "ml", "both")
