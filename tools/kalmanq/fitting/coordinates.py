@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 FARTHEST = 35.0  # log of a standard deviation from where it began: a variance changes by e^70 at most
-FLOOR = 1e-12  # share of a variance that noises before it explain and that it has by itself nevertheless
+FLOOR = 1e-12  # share of its variance that each noise has by itself at least: C is never as good as singular
 
 
 class Infeasible(Exception):
@@ -63,12 +63,13 @@ class Multiple:
 
 
 class Cholesky:
-    """The entries of a covariance that are not held: `held` is a symmetric mask, C r x r, there are N noises."""
+    """The entries of a covariance that are not held: C = L L' + FLOOR diag(L L') is r x r, `held` a symmetric mask,
+    there are N noises."""
 
     def __init__(self, name: str, start: np.ndarray, held: np.ndarray, noises: int):
-        self.name, self.start, self.held = name, start.copy(), held
-        self.root = np.linalg.cholesky(start)
-        self.own = np.diag(self.root) ** 2 - FLOOR * (np.diag(start) - np.diag(self.root) ** 2)
+        self.name, self.held = name, held
+        self.start = start - np.diag(np.diag(start)) * FLOOR / (1 + FLOOR)  # L L'
+        self.root = _root(self.start)
         rows, columns = np.nonzero(np.tril(~held))
         self.cells = list(zip(rows.tolist(), columns.tolist()))
         self.size = len(self.cells)
@@ -86,20 +87,12 @@ class Cholesky:
                 if self.held[i, j]:
                     self._solve(i, j)
                     continue
-                k = self.number[i, j]
-                if i == j:
-                    self._own(i, k, x[k])
-                else:
-                    self.L[i, j], self.dL[i, j, k] = self.root[i, j] + self.units[k] * x[k], self.units[k]
-        return self.L @ self.L.T
-
-    def _own(self, i: int, k: int, x: float) -> None:
-        """What of noise i does not follow from those before it, and a little of these: C stays definite for C."""
-        L, dL = self.L, self.dL
-        own = self.own[i] * np.exp(2 * self.units[k] * x)
-        L[i, i] = np.sqrt(own + FLOOR * (L[i, :i] @ L[i, :i]))
-        dL[i, i] = FLOOR * (L[i, :i] @ dL[i, :i]) / L[i, i]
-        dL[i, i, k] += self.units[k] * own / L[i, i]
+                k, unit = self.number[i, j], self.units[self.number[i, j]]
+                self.L[i, j] = self.root[i, i] * np.exp(unit * x[k]) if i == j else self.root[i, j] + unit * x[k]
+                self.dL[i, j, k] = unit * self.L[i, i] if i == j else unit
+        made = self.L @ self.L.T
+        np.fill_diagonal(made, (1 + FLOOR) * np.diag(made))
+        return made
 
     def _solve(self, i: int, j: int) -> None:
         L, dL = self.L, self.dL
@@ -115,14 +108,26 @@ class Cholesky:
             dL[i, j] = (slope - L[i, j] * dL[j, j]) / L[j, j]
 
     def slopes(self, gradient: np.ndarray) -> np.ndarray:
-        pull = (gradient + gradient.T) @ self.L
-        return np.tensordot(pull, self.dL, 2)
+        weighed = gradient + gradient.T + 2 * FLOOR * np.diag(np.diag(gradient))
+        return np.tensordot(weighed @ self.L, self.dL, 2)
 
     def tangent(self) -> np.ndarray:
         half = np.einsum("ijk,lj->ilk", self.dL, self.L)
-        return half + np.swapaxes(half, 0, 1)
+        made = half + np.swapaxes(half, 0, 1)
+        diagonal = np.arange(len(self.L))
+        made[diagonal, diagonal] *= 1 + FLOOR
+        return made
 
     def is_alone(self, k: int) -> bool:
         """Is coordinate k most of a variance, or only of what other noises do not explain?"""
         i, j = self.cells[k]
         return i == j and self.L[i, i] ** 2 >= 0.5 * float(np.sum(self.L[i] ** 2))
+
+
+def _root(C: np.ndarray) -> np.ndarray:
+    """L of L L' = C; of the nearest C that is definite, where it is not to rounding."""
+    deviation = np.sqrt(np.diag(C))
+    values, vectors = np.linalg.eigh(C / np.outer(deviation, deviation))
+    if values[0] < FLOOR:
+        C = (vectors * np.maximum(values, FLOOR)) @ vectors.T * np.outer(deviation, deviation)
+    return np.linalg.cholesky(C)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Callable, Mapping, Optional, Sequence
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import lib, require
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.problem import Choice, Problem
+from kalmanq.fitting.problem import Problem
 from kalmanq.model import Model
 
 Report = Optional[Callable[[int, float], None]]
@@ -56,7 +56,7 @@ class Estimation:
         """Iterates until no more than `tolerance` of log-likelihood is left, extrapolated (em.h, kq_em_distance);
         `report(k, log_likelihood)`."""
         expectation = self._problem.expectation
-        course, status = iterate(expectation, iterations, tolerance, report)
+        course, status = iterate(expectation, iterations, tolerance, report, self._problem.offset)
         require(status, "EM")
         model = self._problem.estimated()
         last = likelihood(model, self.records.z, self.records.u, arithmetic=expectation.parts.arithmetic.name)

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib
 from kalmanq.errors import KalmanqError
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
-from kalmanq.fitting.problem import Choice
 from kalmanq.model import Model
 
 METHODS = ("em", "ml", "both")
@@ -103,7 +103,7 @@ def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
     if not undetermined and task.has_no_unit:
         undetermined = (NO_UNIT,)
     why = _why_not(task, best, found, undetermined)
-    said = why or f"the maximum to {max(distance, 1e-12):.1g} of log-likelihood"
+    said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
     if len(ended) > 1:
         there = sum(abs(one.value - best.value) < SAME_TOP for one in ended)
         said += f"; {there} of {len(ended)} starts ended there"
@@ -129,7 +129,7 @@ def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: S
     if best.optimum and not best.optimum.information.is_maximum:
         return "no maximum: the information matrix is not positive definite at the best point, and was not inverted"
     if undetermined:
-        return f"not determined by the records: {'; '.join(undetermined)} changes nothing; hold one of them"
+        return f"not determined by the records: {'; '.join(undetermined)} changes nothing; hold some of it"
     if not best.distance <= task.tolerance or not best.em_is_near:
         return f"not at the maximum after {len(best.course)} evaluations: {_left(best)}"
     return ""

@@ -84,6 +84,7 @@ class Information:
         made[np.ix_(self.inside, self.inside)] = root @ root.T
         return made
 
-    def flat(self) -> Iterator[np.ndarray]:
+    def flat(self) -> Iterator[tuple[float, np.ndarray]]:
+        """Curvature and direction."""
         for k in np.flatnonzero(self.is_flat):
-            yield self.whole(self.vectors[:, k])
+            yield float(self.values[k]), self.whole(self.vectors[:, k])

@@ -8,15 +8,16 @@ from typing import Callable, Optional
 import numpy as np
 
 from kalmanq.core import ffi, lib, require
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting import em
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.problem import Choice, Problem
+from kalmanq.fitting.problem import Problem
 from kalmanq.fitting.search import Optimum, maximise
 from kalmanq.model import Model
 
-FIRST = 5  # iterations of EM before ML: they find the sizes of noises that are far off
+FIRST = 3  # iterations of EM before ML: they find the sizes of noises that are far off
 AGREES = 1e-6  # of log-likelihood, between an unknown start and the known one that stands for it
 SPREAD = 1.5  # of the logarithms of standard deviations of further starts: a variance by e^3
 NOTHING_TO_FIT = (lib.KQ_ERR_NO_DATA, lib.KQ_ERR_FEW_DATA)

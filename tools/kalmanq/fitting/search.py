@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.problem import Problem
 
-ROUNDS = 5
+ROUNDS = 8
 SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
+SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
+BESIDE = 1e-2  # share of a variance by which a singular covariance is left
 STILL = 1e-2  # of a slope: what is steeper is under way
 HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
 UP = 3.0, 6.0, 12.0, 24.0, 48.0  # of a log standard deviation: where a variance of 0 differs from others
@@ -39,9 +40,23 @@ class Exhausted(Exception):
 
 
 def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
-    """From the arrays as they are, in rounds: climb, look how the top is curved, move what is best at 0 there."""
-    problem.anchor()
+    """From the arrays as they are.  Where a full covariance has become singular, once more from a little beside it:
+    a combination of directions may have noise where each by itself is best without."""
     problem.allowed = problem.evaluations + limit
+    found = _rounds(problem, tolerance)
+    found_blocks = problem.blocks
+    if not found.is_exhausted and problem.leave_singular(SINGULAR, BESIDE):
+        again = _rounds(problem, tolerance)
+        if again.value > found.value + SAME:
+            return again
+        problem.blocks = found_blocks
+    problem.put(found.x)
+    return found
+
+
+def _rounds(problem: Problem, tolerance: float) -> Optimum:
+    """Climb, look how the top is curved, move what is best at 0 there, and again."""
+    problem.anchor()
     edge = np.zeros(problem.size, bool)
     x = np.zeros(problem.size)
     for _ in range(ROUNDS):
@@ -51,10 +66,10 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
         if found.is_exhausted:
             break
         x, changed = _next(problem, found, tolerance)
+        edge = found.edge
         if not changed:
             _polish(problem, found)
             break
-        edge = found.edge
     problem.put(found.x)
     return found
 
@@ -70,6 +85,8 @@ def _polish(problem: Problem, found: Optimum) -> None:
 
 def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The best point that BFGS finds, and the gradient there; what is at the edge stays."""
+    from scipy.optimize import minimize  # loading it takes longer than all else of the package
+
     free = np.flatnonzero(~edge)
     problem.best, worst = -np.inf, [None]
     best = [x, np.zeros(problem.size)]
@@ -162,6 +179,8 @@ def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float
     """The likelihood as far above as it is another one, and how far that is; `value` where it is flat everywhere."""
     for steps in UP:
         far = steps / problem.units[k]
+        if not problem.is_within(_moved(x, k, far)):
+            break
         found = problem.value(_moved(x, k, far))
         if abs(found - value) > SAME:
             return found, far
