@@ -15,6 +15,7 @@ from kalmanq.studies.heavy_tails.settings import SETTINGS
 
 EVEN, QUIET = (setting.ratio for setting in SETTINGS)
 TAILED = 1.3  # the alpha that most of it is said of
+SKEWED = 1.5  # that of which the skewness is shown: with smaller ones few runs say little of the population
 ROBUST_ALPHAS = (1.3, 1.5, 1.7)
 METRICS = ("RMSE", "MAE")
 GROUP = 1000  # runs of which an RMSE is looked at by itself
@@ -156,26 +157,26 @@ def fitted_all(c: Collected) -> Claim:
     return Claim(
         "EM of all six parameters: 2 to 3 times the Gaussian error at alpha = 1.3.",
         [of_estimator(c, name, TAILED) for name in ("EM of all six", "EM of all six, 30 iterations", "ML of all six")]
-        + [of_estimator(c, "EM of all six", GAUSSIAN), worst_run(c, "EM of all six"),
+        + [of_estimator(c, "EM of all six", GAUSSIAN), worst_runs(c, "EM of all six"),
            f"EM of all six has settled after {ITERATIONS} iterations in {100 * settled:.0f} % of the runs"],
         f"{'; '.join(f'{worded(holds[metric])} in {metric} ({made[metric]})' for metric in METRICS)}; an artefact of "
         "EM that is not at its end, of the unit of x, and in RMSE of the metric",
         "EM creeps where R is far below Q, as it is among large jumps, and where the likelihood is flat, as it is "
         "along c^2 q. Where it stops, c is some per cent off and R too large: little for most runs, but in proportion "
-        "to how far x has gone. So one run with a jump of thousands makes the RMSE of all. At the maximum of the same "
-        "likelihood (ML of all six) little of this is left.")
+        "to how far x has gone, so that the runs with the largest jumps make the RMSE, and it depends on which were "
+        "drawn. At the maximum of the same likelihood (ML of all six) little of this is left.")
 
 
-def worst_run(c: Collected, name: str) -> str:
-    """How much of the sum of squares is one run's"""
-    of = c.of("fitted", EVEN, TAILED, name)
-    squares = of["filter_square"]
-    worst = int(np.argmax(squares))
-    rest = np.sqrt(np.delete(squares, worst).mean() / c.of("fitted", EVEN, GAUSSIAN)["filter_square"].mean())
-    share = 100 * squares[worst] / squares.sum()
-    return (f"{name}, alpha = {TAILED:g}: one run of {len(squares)} has {share:.0f} % of the sum of squares, with c = "
-            f"{of['H'][worst]:.3f}, Q = {of['Q'][worst]:.3g}, R = {of['R'][worst]:.3g}; without it the RMSE is "
-            f"{rest:.2f} times the Gaussian one")
+def worst_runs(c: Collected, name: str) -> str:
+    """How much of the sum of squares is that of a few runs, and how far groups of runs are from each other"""
+    squares = np.sort(c.of("fitted", EVEN, TAILED, name)["filter_square"])
+    gaussian = c.of("fitted", EVEN, GAUSSIAN)["filter_square"].mean()
+    few = max(1, len(squares) // 50)
+    rest = np.sqrt(squares[:-few].mean() / gaussian)
+    return (f"{name}, alpha = {TAILED:g}: the worst {few} of {len(squares)} runs have "
+            f"{100 * squares[-few:].sum() / squares.sum():.0f} % of the sum of squares; without them the RMSE is "
+            f"{rest:.2f} times the Gaussian one, and the median of a run's RMSE is "
+            f"{np.sqrt(np.median(squares) / gaussian):.2f} times that")
 
 
 def likely_all(c: Collected) -> Claim:
@@ -204,7 +205,7 @@ def spread_of_products(c: Collected, name: str) -> str:
 
 
 def skewness(c: Collected) -> Claim:
-    lines, best, alpha = [], True, most_tailed(c)
+    lines, best, alpha = [], True, SKEWED
     for setting in SETTINGS:
         for kind in ("filter", "smoother"):
             made = skewed(c, setting.ratio, alpha, 1.0, kind)
@@ -216,11 +217,9 @@ def skewness(c: Collected) -> Claim:
         "beta = 0 is the best beta; the error rises evenly on both sides of it.", lines,
         worded(best) + " for the filter; the smoother hardly depends on beta",
         "The filter's error sums jumps that are all behind it, and is as skewed as they are. The smoother's sums those "
-        "behind and those ahead with opposite signs, so that their skewness cancels, but for the ends of the record.")
-
-
-def most_tailed(c: Collected) -> float:
-    return float(min(key.alpha for key in c.columns if key.part == "skewed"))
+        "behind and those ahead with opposite signs, so that their skewness cancels, but for the ends of the record. "
+        "Runs that have not met the largest jumps show more of it than the population has: the smaller errors, which "
+        "are skewed, weigh more in them.")
 
 
 def skewed(c: Collected, ratio: float, alpha: float, beta: float, kind: str) -> Figure:
@@ -238,19 +237,23 @@ BOUNDS = {("filter", "Student-t noise, nu = 2"): (2.5, 3.5), ("filter", "Student
 
 
 def robust_steps(c: Collected) -> Claim:
-    lines, holds = [], True
+    lines, missed = [], []
     for (kind, name), bounds in BOUNDS.items():
         for ratio, bound in zip((EVEN, QUIET), bounds):
             made = [worst(c, ratio, name, metric, kind).above() for metric in METRICS]
             lines.append(f"{name}, {kind}, Q/R = {ratio:g}, at most {bound} %: RMSE {made[0]} %, MAE {made[1]} % above")
-            holds &= all(figure.value <= bound + 2 * figure.error for figure in made)
+            if any(figure.value > bound + 2 * figure.error for figure in made):
+                missed.append(f"{name}, Q/R = {ratio:g}")
+    four = worst(c, EVEN, "Student-t noise, nu = 4", "RMSE", "filter").above()
     twelve = worst(c, QUIET, "reweighted, 12 passes", "RMSE", "smoother").above()
     alphas = ", ".join(f"{alpha:g}" for alpha in ROBUST_ALPHAS)
     return Claim(
         "Student-t state noise with nu = 2 is within 2.5 % (Q/R = 2) and 3.5 % (0.02) of the exact posterior mean, "
         "with the best nu by table 1.3 % and 1.7 %; the reweighted smoother 1.1 % and 3.5 %.", lines,
-        worded(holds), f"The largest of alpha = {alphas}, over the same runs; two standard errors are allowed. The "
-        f"reweighted smoother has five passes; with twelve, Q/R = {QUIET:g}, its RMSE is {twelve} % above.")
+        "comes out, to two standard errors" + (f", but for {'; '.join(missed)}" if missed else ""),
+        f"The largest of alpha = {alphas}, over the same runs. For Q/R = {EVEN:g} nu = 4 is better than the table's: its "
+        f"RMSE is at most {four} % above. The reweighted smoother has five passes; with twelve, Q/R = {QUIET:g}, its RMSE "
+        f"is {twelve} % above.")
 
 
 def worst(c: Collected, ratio: float, name: str, metric: str, kind: str) -> Figure:

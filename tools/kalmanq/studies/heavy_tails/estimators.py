@@ -99,6 +99,7 @@ FILTERS: dict[str, Callable[[Setting, float], Optional[Robust]]] = {
     "Student-t update": lambda setting, alpha: Robust("student"),
     "jump": lambda setting, alpha: Robust("jump", JUMP[setting.ratio]),
     "Student-t noise, nu = 2": lambda setting, alpha: Robust("step-student", 2.0),
+    "Student-t noise, nu = 4": lambda setting, alpha: Robust("step-student", 4.0),
     "Student-t noise, nu by table": lambda setting, alpha: Robust("step-student", table_freedom(setting, alpha)),
 }
 SMOOTHERS = {"plain": None, "reweighted": 5, "reweighted, 12 passes": 12}

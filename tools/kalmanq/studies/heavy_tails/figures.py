@@ -110,7 +110,7 @@ def draw_runs(c: Collected) -> Picture:
 def draw_skewness(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
         picture, axes = _panels(2, 3.2, sharey=True)
-        alpha = claims.most_tailed(c)
+        alpha = claims.SKEWED
         sizes = c.betas()[c.betas() > 0]
         for axis, setting in zip(axes, SETTINGS):
             for kind, colour, mark in zip(("filter", "smoother"), (BLUE, VERMILION), "os"):
@@ -178,19 +178,20 @@ def _given(column: str) -> float:
 
 ROBUST = {"plain": (BLACK, "-"), "gate": (SKY, "--"), "Huber": (PURPLE, "--"), "Student-t update": (ORANGE, "--"),
           "jump": (GREEN, "-"), "Student-t noise, nu = 2": (BLUE, "-"),
-          "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
+          "Student-t noise, nu = 4": (BLUE, ":"), "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
           "reweighted, 12 passes": (VERMILION, "-.")}
 LEAST_SHOWN = 0.05  # per cent
 
 
 def draw_robust(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
-        picture, axes = plt.subplots(2, 2, figsize=(WIDTH, 6.4), layout="constrained", sharex=True, sharey=True)
+        picture, axes = plt.subplots(2, 2, figsize=(WIDTH, 6.8), layout="constrained", sharex=True, sharey=True)
         for row, kind in zip(axes, ("filter", "smoother")):
             for axis, ratio in zip(row, (EVEN, QUIET)):
                 _draw_above_exact(axis, c, kind, ratio)
             row[0].set_ylabel("MAE above the exact mean's, %")
-            row[1].legend(fontsize=7.5, loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
+        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4, title="filters")
+        axes[1, 1].legend(loc="upper right", title="smoothers")
         for axis in axes[1]:
             axis.set_xlabel("alpha (2: Gaussian)")
         return picture
