@@ -73,7 +73,8 @@ WORDS = (
     "**Gaussian case**: the filter with known parameters at alpha = 2 and the same Q/R; RMSE is compared with its "
     "RMSE, MAE with its MAE.",
     "**a ± b**: b is one standard error, over runs. That of an RMSE for alpha < 2 is only that of the runs which were "
-    "drawn: it understates, as the largest jump is yet to come.",
+    "drawn: it understates, as the largest jump is yet to come. So, by less, does that of an MAE of errors that have "
+    "such tails: runs that lack the largest jumps are below the population, and say nothing of it.",
     "**of the population**: what infinitely many runs would have, by an integral over the error's characteristic "
     "function.",
     "**error of c x**: of the fitted c times the estimate of x, beside the true c x: free of the unit of x.")
