@@ -34,7 +34,7 @@ groups_of() { # [NAME]
     flags*) echo clang ;;
     readme*) echo python ;;
     desk.shared) echo python ;;
-    desk.designs*) echo desk clang cores cost ;;
+    desk | desk.design*) echo desk clang cores cost ;;
     desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
