@@ -50,6 +50,22 @@ class Chip(str, Enum):
     q31 = "q31"
 
 
+class Example(str, Enum):
+    rocket = "rocket"
+    densities = "densities"
+    concentration = "concentration"
+    prediction_error = "prediction-error"
+    stationary = "stationary"
+    smoothing = "smoothing"
+
+
+class AnyArithmetic(str, Enum):
+    f32 = "f32"
+    f64 = "f64"
+    q31 = "q31"
+    all = "all"
+
+
 class WayToRun(str, Enum):
     lean = "lean"
     tables = "tables"
@@ -233,6 +249,21 @@ def fit(
     with told_in_one_line(model, *data, out, plot):
         fit_files(Asked(model, data, [name.strip() for name in free.split(",") if name.strip()], q_form, r_form,
                         iterations, tolerance, out, plot, json_), console())
+
+
+@app.command()
+def examples(
+    name: Optional[Example] = typer.Argument(None, metavar="[EXAMPLE]", help="Otherwise the list of them."),
+    arith: AnyArithmetic = typer.Option(AnyArithmetic.all, "--arith", help="The numbers to compute with."),
+    seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="The example's figure."),
+    json_: bool = JSON,
+) -> None:
+    """The theory's examples: rocket, densities, concentration, prediction-error, stationary, smoothing."""
+    with told_in_one_line(None, out):
+        from kalmanq.commands.examples import Asked, show
+
+        show(Asked(name.value if name else None, arith.value, seed, out, json_), console())
 
 
 def main() -> None:
