@@ -12,8 +12,9 @@ from rich.progress import Progress, TextColumn
 
 from kalmanq import model_file, tables
 from kalmanq.errors import KalmanqError
-from kalmanq.estimation import FORMS, Estimate, Estimation
 from kalmanq.files import whole
+from kalmanq.fitting.em import Estimate, Estimation
+from kalmanq.fitting.expectation import FORMS
 
 
 @dataclass(frozen=True)
