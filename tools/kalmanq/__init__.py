@@ -15,10 +15,11 @@ from kalmanq.model import Gaps, Model, Quantity
 from kalmanq.results import Run
 from kalmanq.statistics import Consistency, LeastSquares
 from kalmanq.steady import SteadyFilter, SteadyState, steady_state
+from kalmanq.varying import VaryingSmoother
 
 __all__ = [
     "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Fit", "Gaps", "KalmanqError",
     "KalmanqWarning", "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity", "Robust",
-    "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "fit", "gradient", "likelihood", "run_many",
-    "steady_state",
+    "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "VaryingSmoother", "fit",
+    "gradient", "likelihood", "run_many", "steady_state",
 ]

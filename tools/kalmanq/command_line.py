@@ -59,6 +59,22 @@ class Example(str, Enum):
     smoothing = "smoothing"
 
 
+class Entry(str, Enum):
+    level = "level"
+    trend = "trend"
+    season = "season"
+    trend_season = "trend-season"
+    ar = "ar"
+    ar_noise = "ar-noise"
+    ma = "ma"
+    arma = "arma"
+    regression = "regression"
+    regression_drifting = "regression-drifting"
+    factor = "factor"
+    constant_velocity = "constant-velocity"
+    constant_acceleration = "constant-acceleration"
+
+
 class AnyArithmetic(str, Enum):
     f32 = "f32"
     f64 = "f64"
@@ -264,6 +280,19 @@ def examples(
         from kalmanq.commands.examples import Asked, show
 
         show(Asked(name.value if name else None, arith.value, seed, out, json_), console())
+
+
+@app.command()
+def gallery(
+    name: Optional[Entry] = typer.Argument(None, metavar="[MODEL]", help="Otherwise the list of them."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there."),
+    json_: bool = JSON,
+) -> None:
+    """Textbook models with data, fitted, smoothed and drawn: level, trend, season, ARMA, regression, factor, ..."""
+    with told_in_one_line(None, out):
+        from kalmanq.commands.gallery import Asked, show
+
+        show(Asked(name.value if name else None, out, json_), console())
 
 
 def main() -> None:
