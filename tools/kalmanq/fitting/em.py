@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Callable, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.core import require
-from kalmanq.errors import KalmanqError
-from kalmanq.fitting.expectation import FREE, Expectation, Records
+from kalmanq.core import lib, require
+from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
+from kalmanq.fitting.problem import Choice, Problem
 from kalmanq.model import Model
+
+Report = Optional[Callable[[int, float], None]]
+NEAR = 1e-2  # the largest change of an iteration from where an extrapolation is believed (em.h)
 
 
 @dataclass
@@ -20,8 +23,8 @@ class Estimate:
     """model           with what was estimated
     log_likelihood  of it
     course          the log-likelihood before each iteration, and at last
-    is_settled      did it end by its tolerance?
-    distance        what is left of the log-likelihood, extrapolated; NaN where that is not known
+    is_settled      is what is left of the log-likelihood, extrapolated, within the tolerance?
+    distance        what is left of it, extrapolated; NaN where that is not known
     """
 
     model: Model
@@ -32,49 +35,59 @@ class Estimate:
 
 
 class Estimation:
-    """EM of a model from one record, or several.
+    """EM of a model from one record, or several (Shumway and Stoffer 1982).
 
     free    of A, H, Q, R, x0, P0, by name
     forms   of Q and R: "full", "diagonal", "multiple" (of what it is)
+    held    entries of A (n x n) and H (m x n) that stay, masks by name
     u       for each record
     """
 
     def __init__(self, model: Model, z: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
                  u: Optional[Sequence[Optional[ArrayLike]]] = None, Q_form: str = "full", R_form: str = "full",
-                 arithmetic: str = "f64"):
-        unknown = [name for name in free if name not in FREE]
-        if unknown:
-            raise KalmanqError(f"{unknown[0]} is no parameter: {', '.join(FREE)}")
+                 held: Optional[Mapping[str, ArrayLike]] = None, arithmetic: str = "f64"):
+        choice = Choice(model, free, Q_form, R_form, held)
+        choice.require_em()
         self.model, self.records = model, Records(model, z, u)
-        self._expectation = Expectation(model, self.records, free=free, forms=(Q_form, R_form), arithmetic=arithmetic)
-        require(self._expectation.status, "EM")
+        self._problem = Problem(model, self.records, choice, arithmetic)
+        require(self._problem.expectation.status, "EM")
 
-    def run(self, iterations: int = 200, tolerance: float = 1e-6,
-            report: Optional[Callable[[int, float], None]] = None) -> Estimate:
-        """Iterates until no parameter moves by more than `tolerance`, relative; `report(k, log_likelihood)`."""
-        e = self._expectation
-        a, course, settled = e.parts.arithmetic, [], False
-        for k in range(iterations):
-            require(a.function("em_iterate")(e.em), "EM")
-            course.append(e.log_likelihood)
-            if report:
-                report(k, course[-1])
-            settled = bool(a.function("em_is_settled")(e.em, tolerance))
-            if settled:
-                break
-        distance = float(a.function("em_distance")(e.em))
-        model = self._estimated()
-        last = likelihood(model, self.records.z, self.records.u, arithmetic=a.name)
-        return Estimate(model, last, course + [last], settled, distance)
+    def run(self, iterations: int = 1000, tolerance: float = 1e-6, report: Report = None) -> Estimate:
+        """Iterates until no more than `tolerance` of log-likelihood is left, extrapolated (em.h, kq_em_distance);
+        `report(k, log_likelihood)`."""
+        expectation = self._problem.expectation
+        course, status = iterate(expectation, iterations, tolerance, report)
+        require(status, "EM")
+        model = self._problem.estimated()
+        last = likelihood(model, self.records.z, self.records.u, arithmetic=expectation.parts.arithmetic.name)
+        left = distance(expectation)
+        return Estimate(model, last, course + [last], is_near(expectation, tolerance), left)
 
-    def _estimated(self) -> Model:
-        made = {name: np.asarray(array, np.float64).copy() for name, array in self._expectation.arrays.items()}
-        for name in ("Q", "R", "P0"):
-            made[name] = (made[name] + made[name].T) / 2
-        if np.any(self.model.unknown):
-            del made["x0"], made["P0"]
-        if self.model.G is not None:
-            noise = made.pop("Q")
-            if not np.array_equal(noise, np.eye(len(noise))):
-                made["G"] = self.model.G @ np.linalg.cholesky(noise)
-        return self.model.changed(**made)
+
+def iterate(expectation: Expectation, iterations: int, tolerance: float, report: Report = None,
+            offset: float = 0.0) -> tuple[list[float], int]:
+    """The log-likelihood before each iteration, and the status that ended them, KQ_OK where none did."""
+    step = expectation.parts.arithmetic.function("em_iterate")
+    course: list[float] = []
+    for k in range(iterations):
+        status = step(expectation.em)
+        expectation.evaluations += 1
+        if status < lib.KQ_OK:
+            return course, status
+        course.append(expectation.log_likelihood + offset)
+        if report:
+            report(k, course[-1])
+        if is_near(expectation, tolerance):
+            break
+    return course, lib.KQ_OK
+
+
+def distance(expectation: Expectation) -> float:
+    """Of the log-likelihood from the maximum that iterations go to, extrapolated; NaN: not known."""
+    return float(expectation.parts.arithmetic.function("em_distance")(expectation.em))
+
+
+def is_near(expectation: Expectation, tolerance: float) -> bool:
+    """Both: a small change alone may be a plateau, an extrapolation alone sees no further than the last ones."""
+    settled = expectation.parts.arithmetic.function("em_is_settled")(expectation.em, NEAR)
+    return bool(settled) and distance(expectation) <= tolerance

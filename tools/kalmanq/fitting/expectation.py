@@ -38,6 +38,10 @@ class Records:
         return len(self.z)
 
     @property
+    def steps(self) -> int:
+        return sum(map(len, self.z))
+
+    @property
     def measurements(self) -> int:
         return sum(int(np.sum(~np.isnan(one))) for one in self.z)
 
@@ -55,9 +59,9 @@ class Expectation:
         if arithmetic == "q31":
             raise KalmanqError("EM is in f32 and f64")
         self.model, self.parts, self.evaluations = model, Parts(model, arithmetic), 0
-        self.steps = 2 * sum(map(len, records.z))
+        self.steps = 2 * records.steps
         F, Q = (model.G, np.eye(model.G.shape[1])) if noise is None and model.G is not None else \
-            noise or (None, model.Q)
+            noise or (None, model.Q)  # noise: F and Q of it
         x0, P0 = known_start(model, records) if np.any(model.unknown) else (model.x0, model.P0)
         a = self.parts.arithmetic
         self.arrays = {name: np.array(array, a.number, order="C") for name, array in
@@ -71,17 +75,19 @@ class Expectation:
         given = {name: self.parts.array(array) for name, array in (("B", model.B), ("F", F)) if array is not None}
         made = [self._record(z, u) for z, u in zip(records.z, records.u)]
         masks = {f"{name}_held": self._mask(held[name]) for name in ("A", "H") if name in held}
-        self._kept += [
+        given_to_c = [
             ffi.new(f"kq_parameters_{a.name} *", {
                 "controls": model.l, "noises": 0 if F is None else F.shape[1], **given,
                 **{name: a.pointer(array) for name, array in self.arrays.items()}}),
             ffi.new("kq_em_choice *", {"free": sum(FREE[name] for name in set(free)), "Q_form": FORMS[forms[0]],
                                        "R_form": FORMS[forms[1]], **masks}),
             ffi.new(f"kq_recording_{a.name}[]", made)]
+        self._kept += given_to_c
         self.em, self._advance = a.struct("em"), a.function("em_advance")
         require(a.function("em_assign")(self.em, model.n, model.m, *self.parts.memory(
             a.function("em_length")(model.n, model.m, max(map(len, records.z))))), "fit")
-        self.status = a.function("em_init")(self.em, *self._kept[-3:], len(records))
+        self._init = lambda: a.function("em_init")(self.em, *given_to_c, len(records))
+        self.status = self._init()
         self._slopes = {name: np.zeros_like(array) for name, array in self.arrays.items()
                         if name in ("Q", "R", "P0") or name in free}
         self._gradient = ffi.new(f"kq_gradient_{a.name} *", {
@@ -99,6 +105,11 @@ class Expectation:
         self._kept += [words, present, controls]
         return {"steps": len(z), "z": a.pointer(words), "present": a.pointer(present, "uint16_t"),
                 "u": a.pointer(controls)}
+
+    def begin(self) -> int:
+        """Forgets what iterations have been; its status."""
+        self.status = self._init()
+        return self.status
 
     def run(self) -> int:
         """The E-step; its status."""

@@ -1,0 +1,129 @@
+"""What an optimum says of the parameters: standard errors, variances that are 0, what is not determined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kalmanq.fitting.coordinates import FARTHEST, Cholesky
+from kalmanq.fitting.problem import Problem
+from kalmanq.fitting.search import Optimum
+
+MOVES = 1e-2  # of a parameter, in units of what it is known to, from where a flat direction is one of parameters
+NAMED = 0.05  # share of the largest change, from where a parameter is named
+
+
+@dataclass
+class Findings:
+    """errors        standard errors of the entries of each free parameter, NaN where there is none
+    boundary      variances whose best value is 0
+    undetermined  for each flat direction, how much of each parameter makes no difference
+    runaway       variances that the likelihood drives to 0 or infinity without an end
+    """
+
+    errors: dict[str, np.ndarray]
+    boundary: tuple[str, ...]
+    undetermined: tuple[str, ...]
+    runaway: tuple[str, ...]
+
+
+def findings(problem: Problem, optimum: Optimum) -> Findings:
+    problem.put(optimum.x)
+    tangents = problem.tangents()
+    flat = _flat_ones(problem, optimum, tangents)
+    errors = {name: _errors(tangent, optimum, flat) for name, tangent in tangents.items()}
+    for block, part in zip(problem.blocks, problem.slices):
+        _mark(problem, block, optimum.edge[part], errors[block.name])
+    return Findings(errors, tuple(_edges(problem, optimum)), tuple(_said(problem, tangents, way) for way in flat),
+                    tuple(_runaway(problem, optimum)))
+
+
+def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np.ndarray:
+    """By the delta method: sqrt(d' J^-1 d) of each entry, d its derivative to the coordinates."""
+    if not optimum.information.is_maximum:
+        return np.full(tangent.shape[:-1], np.nan)
+    made = np.sqrt(np.einsum("...k,kl,...l->...", tangent, optimum.information.covariance(), tangent))
+    length = np.linalg.norm(tangent, axis=-1)
+    made[length == 0] = np.nan
+    for way in flat:
+        made[np.abs(tangent @ way) > MOVES * length] = np.nan
+    return made
+
+
+def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Flat directions that move a parameter: others are of coordinates that do not matter beside a variance of 0."""
+    if not optimum.information.is_finite:
+        return []
+    rows, made = problem.records.steps, []
+    for way in optimum.information.flat():
+        moved = max(float(np.max(np.abs(tangent @ way) / _unit(problem, name))) for name, tangent in tangents.items())
+        if moved * np.sqrt(rows) > MOVES:
+            made.append(way)
+    return made
+
+
+def _unit(problem: Problem, name: str) -> np.ndarray:
+    """What a change of each entry is compared with."""
+    value = problem.whole(name)
+    if value.ndim == 2 and name in ("Q", "R", "P0"):
+        deviation = np.sqrt(np.diag(value))
+        return np.maximum(np.outer(deviation, deviation), 1e-300)
+    return np.maximum(np.abs(value), 1e-3 * max(float(np.max(np.abs(value))), 1e-300))
+
+
+def _mark(problem: Problem, block: object, edge: np.ndarray, errors: np.ndarray) -> None:
+    """No standard errors at an edge: of the variance, or of a whole matrix that is singular there."""
+    if not np.any(edge):
+        return
+    if not isinstance(block, Cholesky) or np.any(~block.logarithmic):
+        errors[...] = np.nan
+        return
+    for k in np.flatnonzero(edge):
+        i = problem.place(block.name, block.cells[k][0])
+        errors[(...,) if i is None else (i, i)] = np.nan
+
+
+def _edges(problem: Problem, optimum: Optimum) -> list[str]:
+    return [_name(problem, block, k) for block, part in zip(problem.blocks, problem.slices)
+            for k in np.flatnonzero(optimum.edge[part])]
+
+
+def _name(problem: Problem, block: object, k: int) -> str:
+    if not isinstance(block, Cholesky):
+        return block.name  # type: ignore[attr-defined]
+    i, j = block.cells[k]
+    place = problem.place(block.name, i)
+    if place is None:
+        return f"{block.name} (noise {i} of G)"
+    if i == j and not block.is_alone(k):
+        return f"{block.name} (singular: no noise of {_state(problem, block.name, place)} by itself)"
+    return f"{block.name}[{place},{problem.place(block.name, j)}]"
+
+
+def _state(problem: Problem, name: str, place: int) -> str:
+    return (problem.model.measurements if name == "R" else problem.model.states)[place].name
+
+
+def _runaway(problem: Problem, optimum: Optimum) -> list[str]:
+    """Variances that have gone as far as they may: the likelihood has no maximum."""
+    made = []
+    for block, part in zip(problem.blocks, problem.slices):
+        far = np.where(block.logarithmic, np.abs(optimum.x[part]) * block.units, 0) > 0.9 * FARTHEST
+        made += [_name(problem, block, int(k)) for k in np.flatnonzero(far & ~optimum.edge[part])]
+    return made
+
+
+def _said(problem: Problem, tangents: dict[str, np.ndarray], way: np.ndarray) -> str:
+    """H[0,0] +1 %, Q[0,0] -2 %"""
+    changes = []
+    for name, tangent in tangents.items():
+        change = tangent @ way / _unit(problem, name)
+        for at in np.ndindex(change.shape):
+            if len(at) == 1 or name not in ("Q", "R", "P0") or at[0] >= at[1]:
+                changes.append((change[at], f"{name}[{','.join(map(str, at))}]"))
+    largest = max(abs(change) for change, _ in changes)
+    sign = np.sign(next(change for change, _ in changes if abs(change) > NAMED * largest))
+    least = min(abs(change) for change, _ in changes if abs(change) > NAMED * largest)
+    return ", ".join(f"{name} {sign * change / least:+.3g} %" for change, name in changes
+                     if abs(change) > NAMED * largest)
