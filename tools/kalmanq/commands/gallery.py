@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Optional
 
@@ -88,8 +88,12 @@ def _smoothed(entry: Entry, fitted: Fitted, data: Data) -> tuple[Run, Optional[A
 
 
 def _text(entry: Entry, name: str, parameters: dict, data: Data) -> str:
-    """With ranges, so that it runs in fixed point, too"""
+    """With ranges, so that it runs in fixed point, too.  Before an unknown start is known, every state may be as large
+    as what is measured."""
     model, _ = with_ranges(entry.model(parameters, name), [Record(data.z)])
+    if entry.is_unknown:
+        most = max(one.range or 0.0 for one in (*model.states, *model.measurements))
+        model = model.changed(states=[replace(one, range=most) for one in model.states])
     return f"# {entry.shows}.\n" + model_file.text_of_builder(entry.builder, parameters, model)
 
 
