@@ -1,4 +1,4 @@
-"""gallery_peers.py FITTED.json: the log-likelihood of every entry of the gallery by statsmodels, at the same parameters.
+"""gallery_peers.py FITTED.json: every log-likelihood of the gallery by statsmodels, at the same parameters.
 
 The class that a user of statsmodels would take: UnobservedComponents, SARIMAX, RecursiveLS, DynamicFactor; where there
 is none, an MLEModel with the matrices.  No parameter that is fitted may be moved by 1 % to a higher likelihood.
@@ -96,7 +96,8 @@ def peer(name: str, of: dict[str, Any]) -> Likelihood:
         return {"regression": lambda: recursive_least_squares(of),
                 "regression-drifting": lambda: by_matrices(of, lambda given: np.diag(given["drift"])),
                 "constant-velocity": lambda: by_matrices(of, lambda given: motion(given["dt"], given["density"], 2)),
-                "constant-acceleration": lambda: by_matrices(of, lambda given: motion(given["dt"], given["density"], 3)),
+                "constant-acceleration": lambda: by_matrices(
+                    of, lambda given: motion(given["dt"], given["density"], 3)),
                 "factor": lambda: factor(z)}[name]()
     if name in ("level", "trend", "season", "trend-season"):
         drift = {"level": ["sigma2.level"], "trend": ["sigma2.level", "sigma2.trend"], "season": ["sigma2.seasonal"],
@@ -122,7 +123,8 @@ def uphill(likelihood: Likelihood, of: dict[str, Any]) -> float:
             for factor_ in (0.99, 1.01):
                 moved = value.copy()
                 moved[k] *= factor_
-                gains.append(likelihood({**of["parameters"], name: moved.tolist() if moved.ndim else float(moved)}) - best)
+                changed = {**of["parameters"], name: moved.tolist()}
+                gains.append(likelihood(changed) - best)
     return max(gains)
 
 

@@ -235,7 +235,8 @@ def test_the_command():
 
 
 @pytest.mark.parametrize("arguments, code, reason", [
-    (["levels"], 2, "levels"), (["--out", "."], 1, "of which model?"), (["level", "--out", "none"], 1, "no such folder")])
+    (["levels"], 2, "levels"), (["--out", "."], 1, "of which model?"),
+    (["level", "--out", "none"], 1, "no such folder")])
 def test_wrong_input(arguments, code, reason):
     done = kalmanq(*arguments)
     assert done.returncode == code and reason in done.stderr and "Traceback" not in done.stderr

@@ -38,7 +38,7 @@ def show(asked: Asked, console: Console) -> None:
         results = {name: example.compute(name, asked.seed) for name in wanted}
         said = caption(example, results)
         if asked.out:
-            pictures.save(example.draw(results, said), asked.out)
+            pictures.save_small(example.draw(results, said), asked.out)
     _tell(asked, {name: example.numbers(of) for name, of in results.items()}, said, console)
 
 

@@ -68,7 +68,7 @@ def _write(entry: Entry, name: str, fitted: Fitted, folder: Path) -> list[Path]:
     makers: dict[str, Callable[[Path], None]] = {
         f"{name}.csv": lambda path: _write_data(path, data),
         f"{name}_smoothed.csv": lambda path: _write_run(path, run, data),
-        f"{name}.png": lambda path: pictures.save(draw(entry, data, run, ahead, title), path)}
+        f"{name}.png": lambda path: pictures.save_small(draw(entry, data, run, ahead, title), path)}
     if data.regressors is None:  # a model file has one H for all rows
         start, end = (_text(entry, name, parameters, data) for parameters in (entry.start, fitted.parameters))
         makers = {f"{name}.toml": lambda path: _write_text(path, start),

@@ -52,7 +52,7 @@ class Entry:
 
 _PRIOR2, _PRIOR13 = [1.0] * 2, [1.0] * 13  # in the place of a prior that is unknown
 _TRACK = dict(dt=1.0, noise=[25.0, 25.0], variance=[100.0, 25.0, 100.0, 25.0])
-_CLIMB = dict(dt=0.5, variance=[100.0, 1.0, 4.0])
+_CLIMB = dict(dt=0.5, mean=[0.0, 0.0, 5.0], variance=[100.0, 1.0, 1.0])
 _REGRESSION = dict(regressors=[1.0, 1.0], variance=_PRIOR2)
 
 ENTRIES: dict[str, Entry] = {
@@ -101,11 +101,13 @@ ENTRIES: dict[str, Entry] = {
     "constant-velocity": Entry(
         "constant velocity: a vehicle in the plane, drawn", "constant_velocity", dict(_TRACK, density=[0.2, 0.2]),
         partial(sources.drawn, "constant_velocity", 150, 11, ("east", "north"), **dict(_TRACK, density=[0.5, 0.5])),
-        ("density", "noise"), by="builder", units=("m",), drawn={"velocity_x": "m/s", "velocity_y": "m/s"}, ahead=10),
+        ("density", "noise"), by="builder", units=("m",), drawn={"velocity_x": "m/s", "velocity_y": "m/s"},
+        ahead=10),
     "constant-acceleration": Entry(
         "constant acceleration: a rocket that climbs, drawn", "constant_acceleration",
         dict(_CLIMB, density=[0.1], noise=[1.0]),
         partial(sources.drawn, "constant_acceleration", 200, 13, ("position",),
                 **dict(_CLIMB, density=[0.05], noise=[4.0])),
-        ("density", "noise"), Q_form="multiple", units=("m",), drawn={"velocity": "m/s", "acceleration": "m/s2"}, ahead=10),
+        ("density", "noise"), Q_form="multiple", units=("m",), drawn={"velocity": "m/s", "acceleration": "m/s2"},
+        ahead=10),
 }

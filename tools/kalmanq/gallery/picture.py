@@ -46,7 +46,7 @@ def signal(run: Run, data: Data) -> tuple[np.ndarray, np.ndarray]:
 def draw(entry: Entry, data: Data, run: Run, ahead: Optional[Ahead], title: str) -> Figure:
     states = [i for i, one in enumerate(run.model.states) if one.name in entry.drawn]
     panels = run.model.m + len(states)
-    with plt.rc_context(STYLE):
+    with plt.rc_context({**STYLE, "figure.dpi": 110}):
         figure, axes = plt.subplots(panels, 1, figsize=(8.2, 1.4 + 1.9 * panels), sharex=True, squeeze=False,
                                     layout="constrained")
         for c, axis in enumerate(axes[: run.model.m, 0]):

@@ -12,8 +12,7 @@ from scipy.stats import norm
 
 from kalmanq.filters import Filter
 from kalmanq.lectures.densities import TRUTH, constant, readings
-from kalmanq.lectures.example import BLUE, GREY, ORANGE, Example, apart, put_caption, ranged, shown
-from kalmanq.pictures import STYLE
+from kalmanq.lectures.example import BLUE, FIGURE_STYLE, GREY, ORANGE, Example, apart, put_caption, ranged, shown
 
 ROWS, RUNS, WIDTH = 600, 200, 0.1
 
@@ -78,7 +77,7 @@ def distance(result: Result, exact: Result) -> float:
 def draw(results: Mapping[str, Result], said: str) -> Figure:
     result = shown(results)
     k = np.arange(1, ROWS + 1)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(FIGURE_STYLE):
         figure, axis = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
         axis.plot(k, result.outside[1:20].T, color=GREY, lw=0.4, alpha=0.45)
         axis.plot([], [], color=GREY, lw=0.8, label="others")

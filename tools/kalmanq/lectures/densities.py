@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from scipy.stats import norm
 
 from kalmanq.filters import Filter
-from kalmanq.lectures.example import GREY, Example, apart, put_caption, ranged, shown
+from kalmanq.lectures.example import FIGURE_STYLE, GREY, Example, apart, put_caption, ranged, shown
 from kalmanq.model import Model
-from kalmanq.pictures import STYLE
 
 TRUTH, SHOWN = 10.0, 5
 
@@ -54,7 +53,7 @@ def distance(result: Result, exact: Result) -> float:
 def draw(results: Mapping[str, Result], said: str) -> Figure:
     result = shown(results)
     theta = np.linspace(5, 12.5, 600)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(FIGURE_STYLE):
         figure, axis = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
         prior = constant()
         axis.plot(theta, norm.pdf(theta, prior.x0[0], np.sqrt(prior.P0[0, 0])), color=GREY, ls=":", label="prior")

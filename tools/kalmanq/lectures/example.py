@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 
 from kalmanq.filters import Filter
 from kalmanq.model import Model
+from kalmanq.pictures import STYLE
 from kalmanq.reach import Record, with_ranges
 
 # Colours that are told apart without red and green: M. Okabe and K. Ito, "Color Universal Design", 2008.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#777777"
+FIGURE_STYLE: dict[str, Any] = {**STYLE, "figure.dpi": 110}
 ARITHMETIC_STYLES = {"f64": ("#000000", "-"), "f32": (ORANGE, "--"), "q31": (BLUE, ":")}
 
 

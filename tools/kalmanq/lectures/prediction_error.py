@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 
 from kalmanq.commands.simulate import simulate
 from kalmanq.filters import Filter
-from kalmanq.lectures.example import (BLUE, ORANGE, Example, apart, predicted_covariances, put_caption, ranged,
-                                      shown)
+from kalmanq.lectures.example import (BLUE, FIGURE_STYLE, ORANGE, Example, apart, predicted_covariances, put_caption,
+                                      ranged, shown)
 from kalmanq.model import Model
-from kalmanq.pictures import STYLE
 
 ROWS, RUNS = 51, 400  # the first row is not predicted
 
@@ -73,7 +72,7 @@ def distance(result: Result, exact: Result) -> float:
 
 def draw(results: Mapping[str, Result], said: str) -> Figure:
     result, rows = shown(results), np.arange(1, ROWS)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(FIGURE_STYLE):
         figure, (one, mean) = plt.subplots(2, 1, figsize=(7.6, 5.6), sharex=True, layout="constrained")
         for errors, theory, colour, mark, label in (
                 (result.filter, result.expected_filter, BLUE, "o", "filter"),

@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from scipy.stats import multivariate_normal
 
 from kalmanq.filters import Filter
-from kalmanq.lectures.example import (BLUE, GREEN, GREY, ORANGE, Example, apart, covariances_apart, put_caption, ranged,
-                                      shown)
+from kalmanq.lectures.example import (BLUE, FIGURE_STYLE, GREEN, GREY, ORANGE, Example, apart, covariances_apart,
+                                      put_caption, ranged, shown)
 from kalmanq.model import Model, Quantity
-from kalmanq.pictures import STYLE
 
 READING = np.array([2.3, -1.9])
 WITHIN = (0.9, 0.5, 0.2)  # probability inside each contour
@@ -72,7 +71,7 @@ def draw(results: Mapping[str, Result], said: str) -> Figure:
     result = shown(results)
     parts = (("prior", result.prior, GREY, ":"), ("measurement", result.reading, ORANGE, "--"),
              ("filtered", result.filtered, BLUE, "-"), ("predicted", result.predicted, GREEN, "-."))
-    with plt.rc_context(STYLE):
+    with plt.rc_context(FIGURE_STYLE):
         figure, axis = plt.subplots(figsize=(7.4, 6.0), layout="constrained")
         for name, density, colour, line in parts:
             _contours(axis, density, colour, line)

@@ -18,10 +18,10 @@ from kalmanq.builders import build
 from kalmanq.commands.simulate import simulate
 from kalmanq.filters import Filter, LagSmoother, Smoother
 from kalmanq.following import PointSmoother
-from kalmanq.lectures.example import BLUE, GREEN, GREY, ORANGE, PURPLE, Example, apart, put_caption, ranged, shown
+from kalmanq.lectures.example import (BLUE, FIGURE_STYLE, GREEN, GREY, ORANGE, PURPLE, Example, apart, put_caption,
+                                      ranged, shown)
 from kalmanq.model import Model
 from kalmanq.parts import Parts
-from kalmanq.pictures import STYLE
 
 ROWS, POINT, FAR, RUNS = 60, 30, 12, 400  # rows of a record, the fixed point, the largest lag and horizon, records
 
@@ -147,7 +147,7 @@ def distance(result: Result, exact: Result) -> float:
 
 def draw(results: Mapping[str, Result], said: str) -> Figure:
     result = shown(results)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(FIGURE_STYLE):
         figure, axes = plt.subplot_mosaic([["signal", "signal"], ["offset", "offset"], ["point", "interval"]],
                                           figsize=(9.4, 9.2), layout="constrained")
         _draw_signal(axes["signal"], result.record)

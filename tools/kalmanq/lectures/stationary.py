@@ -9,10 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from kalmanq.lectures.example import (ARITHMETIC_STYLES, BLUE, GREEN, ORANGE, Example, covariances_apart,
-                                      predicted_covariances, put_caption, ranged, shown)
+from kalmanq.lectures.example import (ARITHMETIC_STYLES, BLUE, FIGURE_STYLE, GREEN, ORANGE, Example,
+                                      covariances_apart, predicted_covariances, put_caption, ranged, shown)
 from kalmanq.lectures.prediction_error import model
-from kalmanq.pictures import STYLE
 from kalmanq.steady import steady_state
 
 SIZES, ROWS = (0.1, 0.3, 0.5), 40
@@ -52,7 +51,7 @@ def distance(result: Result, exact: Result) -> float:
 
 def draw(results: Mapping[str, Result], said: str) -> Figure:
     result, rows = shown(results), np.arange(ROWS)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(FIGURE_STYLE):
         figure, (way, rest) = plt.subplots(1, 2, figsize=(9.4, 4.2), layout="constrained", width_ratios=[1, 1.1])
         for size in SIZES:
             for (i, j), mark in (((0, 0), "o"), ((0, 1), "s")):
