@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import matplotlib
 
@@ -17,6 +17,9 @@ from PIL import Image
 from kalmanq.files import whole
 from kalmanq.model import Model
 from kalmanq.results import Run
+
+if TYPE_CHECKING:
+    from kalmanq.fitting import Fit
 
 STYLE: dict[str, Any] = {
     "figure.dpi": 160, "font.size": 9.5, "axes.titlesize": 10, "axes.titlelocation": "left",
@@ -109,9 +112,20 @@ def draw_errors(errors: dict[str, np.ndarray]) -> Figure:
         return figure
 
 
-def draw_course(course: Sequence[float]) -> Figure:
+def draw_course(fit: Fit, name: str) -> Figure:
+    """How far each evaluation was below the best one, EM's and then maximum likelihood's."""
+    below = np.max(fit.course) - np.array(fit.course) if fit.course else np.zeros(0)
+    below = np.where(np.isfinite(below), np.maximum(below, 1e-10), np.nan)
+    numbers, count = np.arange(1, len(below) + 1), fit.em_evaluations
     with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(8.6, 3.4), layout="constrained")
-        axis.plot(course, color=FILTERED, lw=1.4)
-        axis.set(xlabel="iteration", ylabel="log-likelihood", title=f"EM: {course[0]:.6g} to {course[-1]:.9g}")
+        figure, axis = plt.subplots(figsize=(8.6, 3.6), layout="constrained")
+        for part, colour, label in ((slice(0, count), FILTERED, "EM"),
+                                    (slice(max(count - 1, 0), None), SMOOTHED, "maximum likelihood")):
+            if len(numbers[part]) > (part.start > 0):
+                axis.semilogy(numbers[part], below[part], "o-", ms=3, lw=1.2, color=colour, label=label)
+        axis.set(xlabel="evaluation", ylabel="log-likelihood below the best",
+                 title=f"{name}: log-likelihood {fit.log_likelihood:.6f} after {len(below)} evaluations")
+        axis.xaxis.get_major_locator().set_params(integer=True)
+        if len(below):
+            figure.legend(loc="outside upper right", ncols=2)
         return figure

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-FARTHEST = 35.0  # log of a standard deviation from where it began: a variance changes by 1e30 at most
+FARTHEST = 35.0  # log of a standard deviation from where it began: a variance changes by e^70 at most
+FLOOR = 1e-12  # share of its variance that each noise has by itself at least: C is never as good as singular
 
 
 class Infeasible(Exception):
@@ -23,7 +24,6 @@ class Entries:
         self.name, self.start, self.at = name, start.copy(), np.nonzero(free)
         self.scale = scale[self.at]
         self.size = len(self.scale)
-        self.bounds = [(None, None)] * self.size
         self.logarithmic = np.zeros(self.size, bool)
         self.units = np.ones(self.size)
 
@@ -48,7 +48,6 @@ class Multiple:
     def __init__(self, name: str, start: np.ndarray, noises: int):
         self.name, self.start, self.size = name, start.copy(), 1
         self.units = np.array([1 / np.sqrt(2 * noises * len(start))])
-        self.bounds = [(-FARTHEST / self.units[0], FARTHEST / self.units[0])]
         self.logarithmic = np.ones(1, bool)
         self.now = self.start
 
@@ -64,19 +63,19 @@ class Multiple:
 
 
 class Cholesky:
-    """The entries of a covariance that are not held: `held` is a symmetric mask, C r x r, there are N noises."""
+    """The entries of a covariance that are not held: C = L L' + FLOOR diag(L L') is r x r, `held` a symmetric mask,
+    there are N noises."""
 
     def __init__(self, name: str, start: np.ndarray, held: np.ndarray, noises: int):
-        self.name, self.start, self.held = name, start.copy(), held
-        self.root = np.linalg.cholesky(start)
+        self.name, self.held = name, held
+        self.start = start - np.diag(np.diag(start)) * FLOOR / (1 + FLOOR)  # L L'
+        self.root = _root(self.start)
         rows, columns = np.nonzero(np.tril(~held))
         self.cells = list(zip(rows.tolist(), columns.tolist()))
         self.size = len(self.cells)
         self.logarithmic = rows == columns
         deviation = np.sqrt(np.diag(start))
         self.units = np.where(self.logarithmic, 1 / np.sqrt(2 * noises), deviation[rows] / np.sqrt(noises))
-        self.bounds = [(-FARTHEST / unit, FARTHEST / unit) if is_log else (None, None)
-                       for unit, is_log in zip(self.units, self.logarithmic)]
         self.number = {cell: k for k, cell in enumerate(self.cells)}
         self.L, self.dL = self.root, np.zeros((*start.shape, self.size))
 
@@ -91,7 +90,9 @@ class Cholesky:
                 k, unit = self.number[i, j], self.units[self.number[i, j]]
                 self.L[i, j] = self.root[i, i] * np.exp(unit * x[k]) if i == j else self.root[i, j] + unit * x[k]
                 self.dL[i, j, k] = unit * self.L[i, i] if i == j else unit
-        return self.L @ self.L.T
+        made = self.L @ self.L.T
+        np.fill_diagonal(made, (1 + FLOOR) * np.diag(made))
+        return made
 
     def _solve(self, i: int, j: int) -> None:
         L, dL = self.L, self.dL
@@ -107,14 +108,26 @@ class Cholesky:
             dL[i, j] = (slope - L[i, j] * dL[j, j]) / L[j, j]
 
     def slopes(self, gradient: np.ndarray) -> np.ndarray:
-        pull = (gradient + gradient.T) @ self.L
-        return np.tensordot(pull, self.dL, 2)
+        weighed = gradient + gradient.T + 2 * FLOOR * np.diag(np.diag(gradient))
+        return np.tensordot(weighed @ self.L, self.dL, 2)
 
     def tangent(self) -> np.ndarray:
         half = np.einsum("ijk,lj->ilk", self.dL, self.L)
-        return half + np.swapaxes(half, 0, 1)
+        made = half + np.swapaxes(half, 0, 1)
+        diagonal = np.arange(len(self.L))
+        made[diagonal, diagonal] *= 1 + FLOOR
+        return made
 
     def is_alone(self, k: int) -> bool:
         """Is coordinate k most of a variance, or only of what other noises do not explain?"""
         i, j = self.cells[k]
         return i == j and self.L[i, i] ** 2 >= 0.5 * float(np.sum(self.L[i] ** 2))
+
+
+def _root(C: np.ndarray) -> np.ndarray:
+    """L of L L' = C; of the nearest C that is definite, where it is not to rounding."""
+    deviation = np.sqrt(np.diag(C))
+    values, vectors = np.linalg.eigh(C / np.outer(deviation, deviation))
+    if values[0] < FLOOR:
+        C = (vectors * np.maximum(values, FLOOR)) @ vectors.T * np.outer(deviation, deviation)
+    return np.linalg.cholesky(C)

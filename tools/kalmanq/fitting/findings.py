@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky
 from kalmanq.fitting.problem import Problem
-from kalmanq.fitting.search import Optimum
+from kalmanq.fitting.search import SINGULAR, STILL, Optimum
 
-MOVES = 1e-2  # of a parameter, in units of what it is known to, from where a flat direction is one of parameters
+MOVES = 1e-2  # share of a direction, from where it moves a coordinate or a parameter
+UNKNOWN = 1e-4  # information on a relative change, below which nothing is known of it: its standard error is 100
+NONE = 1e-5  # information on the log of a standard deviation: there is none
 NAMED = 0.05  # share of the largest change, from where a parameter is named
 
 
@@ -30,13 +32,24 @@ class Findings:
 
 def findings(problem: Problem, optimum: Optimum) -> Findings:
     problem.put(optimum.x)
+    optimum = replace(optimum, edge=_all_edges(problem, optimum))
     tangents = problem.tangents()
     flat = _flat_ones(problem, optimum, tangents)
     errors = {name: _errors(tangent, optimum, flat) for name, tangent in tangents.items()}
     for block, part in zip(problem.blocks, problem.slices):
         _mark(problem, block, optimum.edge[part], errors[block.name])
-    return Findings(errors, tuple(_edges(problem, optimum)), tuple(_said(problem, tangents, way) for way in flat),
+    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(_said(problem, tangents, way) for way in flat),
                     tuple(_runaway(problem, optimum)))
+
+
+def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
+    """With those on which there is no information, and which are not under way."""
+    known = optimum.information
+    if not known.is_finite:
+        return optimum.edge
+    curvature, slopes = known.whole(np.diag(known.J)), known.whole(known.slopes)
+    hardly = (np.abs(curvature) < NONE * problem.units**2) & (np.abs(slopes) < STILL)
+    return optimum.edge | (problem.logarithmic & hardly)
 
 
 def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np.ndarray:
@@ -52,13 +65,16 @@ def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np
 
 
 def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarray]) -> list[np.ndarray]:
-    """Flat directions that move a parameter: others are of coordinates that do not matter beside a variance of 0."""
-    if not optimum.information.is_finite:
+    """Flat directions that move a parameter; others are of coordinates that hardly matter beside a variance of 0.
+
+    The curvature is compared with the square of how much the largest relative change of a parameter is."""
+    known = optimum.information
+    if not known.is_finite:
         return []
-    rows, made = problem.records.steps, []
-    for way in optimum.information.flat():
+    made = []
+    for curvature, way in known.flat():
         moved = max(float(np.max(np.abs(tangent @ way) / _unit(problem, name))) for name, tangent in tangents.items())
-        if moved * np.sqrt(rows) > MOVES:
+        if abs(curvature) < UNKNOWN * moved**2:
             made.append(way)
     return made
 
@@ -74,42 +90,51 @@ def _unit(problem: Problem, name: str) -> np.ndarray:
 
 def _mark(problem: Problem, block: object, edge: np.ndarray, errors: np.ndarray) -> None:
     """No standard errors at an edge: of the variance, or of a whole matrix that is singular there."""
-    if not np.any(edge):
+    if not isinstance(block, Cholesky):
+        errors[...] = np.nan if np.any(edge) else errors
         return
-    if not isinstance(block, Cholesky) or np.any(~block.logarithmic):
+    if _rank(block) < len(block.L):
         errors[...] = np.nan
-        return
     for k in np.flatnonzero(edge):
         i = problem.place(block.name, block.cells[k][0])
         errors[(...,) if i is None else (i, i)] = np.nan
 
 
-def _edges(problem: Problem, optimum: Optimum) -> list[str]:
-    return [_name(problem, block, k) for block, part in zip(problem.blocks, problem.slices)
-            for k in np.flatnonzero(optimum.edge[part])]
+def _rank(block: Cholesky) -> int:
+    """Directions that have noise, of a matrix that is not diagonal."""
+    if np.all(block.logarithmic):
+        return len(block.L)
+    C = block.L @ block.L.T
+    deviation = np.sqrt(np.diag(C))
+    return int(np.sum(np.linalg.eigvalsh(C / np.outer(deviation, deviation)) >= SINGULAR))
+
+
+def _edges(problem: Problem, optimum: Optimum, flat: list[np.ndarray]) -> list[str]:
+    moved, made = np.zeros(problem.size, bool), []
+    for way in flat:
+        moved |= np.abs(way) > MOVES
+    for block, part in zip(problem.blocks, problem.slices):
+        made += [_name(problem, block, int(k)) for k in np.flatnonzero(optimum.edge[part] & ~moved[part])
+                 if not isinstance(block, Cholesky) or block.is_alone(k)]
+        if isinstance(block, Cholesky) and _rank(block) < len(block.L):
+            made.append(f"{block.name} (singular: rank {_rank(block)} of {len(block.L)})")
+    return made
 
 
 def _name(problem: Problem, block: object, k: int) -> str:
     if not isinstance(block, Cholesky):
         return block.name  # type: ignore[attr-defined]
-    i, j = block.cells[k]
-    place = problem.place(block.name, i)
-    if place is None:
-        return f"{block.name} (noise {i} of G)"
-    if i == j and not block.is_alone(k):
-        return f"{block.name} (singular: no noise of {_state(problem, block.name, place)} by itself)"
-    return f"{block.name}[{place},{problem.place(block.name, j)}]"
-
-
-def _state(problem: Problem, name: str, place: int) -> str:
-    return (problem.model.measurements if name == "R" else problem.model.states)[place].name
+    place = problem.place(block.name, block.cells[k][0])
+    return f"{block.name} (noise {block.cells[k][0]} of G)" if place is None else f"{block.name}[{place},{place}]"
 
 
 def _runaway(problem: Problem, optimum: Optimum) -> list[str]:
     """Variances that have gone as far as they may: the likelihood has no maximum."""
     made = []
+    slopes = optimum.information.whole(optimum.information.slopes)
     for block, part in zip(problem.blocks, problem.slices):
-        far = np.where(block.logarithmic, np.abs(optimum.x[part]) * block.units, 0) > 0.9 * FARTHEST
+        far = block.logarithmic & (np.abs(optimum.x[part]) * block.units > 0.3 * FARTHEST)
+        far &= np.abs(slopes[part]) > STILL
         made += [_name(problem, block, int(k)) for k in np.flatnonzero(far & ~optimum.edge[part])]
     return made
 

@@ -18,6 +18,7 @@ from kalmanq.fitting.problem import Choice
 from kalmanq.model import Model
 
 METHODS = ("em", "ml", "both")
+NO_UNIT = "H +1 %, Q -2 %, x0 -1 %, P0 -2 %"  # states in other units
 SAME_TOP = 1e-3  # of log-likelihood, between starts that ended at one maximum
 
 
@@ -98,33 +99,43 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
 def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
     found = None if best.optimum is None else findings(best.problem, best.optimum)
     distance = best.distance
-    why = _why_not(task, best, found)
-    said = why or f"the maximum to {max(distance, 1e-12):.1g} of log-likelihood"
+    undetermined = found.undetermined if found else ()
+    if not undetermined and task.has_no_unit:
+        undetermined = (NO_UNIT,)
+    why = _why_not(task, best, found, undetermined)
+    said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
     if len(ended) > 1:
         there = sum(abs(one.value - best.value) < SAME_TOP for one in ended)
         said += f"; {there} of {len(ended)} starts ended there"
     return Fit(
         best.model, best.value, found.errors if found else {}, found.boundary if found else (),
-        found.undetermined if found else (), sum(one.evaluations for one in ended), best.em_evaluations, best.course,
+        undetermined, sum(one.evaluations for one in ended), best.em_evaluations, best.course,
         not why, distance, said)
 
 
-def _why_not(task: Task, best: Ended, found: Optional[Findings]) -> str:
+def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: Sequence[str]) -> str:
     """Why this is no maximum, in a line; empty where it is one."""
     if not np.isfinite(best.value):
         return "the log-likelihood is not finite"
+    exhausted = best.optimum is not None and best.optimum.is_exhausted
     if found and found.runaway:
         return f"no maximum: the log-likelihood rises without an end with {', '.join(found.runaway)}"
     if best.status < lib.KQ_OK:
         return f"EM ended: {ffi.string(lib.kq_status_text(best.status)).decode()}"
+    if exhausted:
+        return f"not at the maximum after {best.evaluations} evaluations: there were no more ({_left(best)})"
     if best.optimum and not best.optimum.information.is_finite:
         return "no maximum: beside the best point the log-likelihood is not finite, a covariance becomes singular"
     if best.optimum and not best.optimum.information.is_maximum:
         return "no maximum: the information matrix is not positive definite at the best point, and was not inverted"
-    if found and found.undetermined:
-        return f"not determined by the records: {'; '.join(found.undetermined)} changes nothing: hold one of them"
+    if undetermined:
+        return f"not determined by the records: {'; '.join(undetermined)} changes nothing; hold one of them"
     if not best.distance <= task.tolerance or not best.em_is_near:
-        left = f"about {best.distance:.2g} of log-likelihood is left" if best.distance == best.distance else \
-            "how far the maximum is cannot be told"
-        return f"not at the maximum after {len(best.course)} evaluations: {left}"
+        return f"not at the maximum after {len(best.course)} evaluations: {_left(best)}"
     return ""
+
+
+def _left(best: Ended) -> str:
+    if best.distance == best.distance:
+        return f"about {best.distance:.2g} of log-likelihood is left"
+    return "how far it is cannot be told"

@@ -10,6 +10,7 @@ from kalmanq.fitting.problem import Problem
 
 STEP = 1e-3  # of a coordinate: the third derivatives then count for 1e-6 of the second
 FLAT = 1e-4  # curvature, times the rows, below which a direction counts as undetermined: a standard error of e^70
+CURVED = 1e-5  # the largest curvature upwards that may be flat
 ROUNDING = 1e-8  # of a curvature
 
 
@@ -31,7 +32,14 @@ class Information:
         self.values, self.vectors = np.linalg.eigh(self.J) if self.is_finite else (
             np.full(len(J), np.nan), np.eye(len(J)))
         self.limit = FLAT / problem.records.steps + ROUNDING
-        self.is_flat = np.abs(self.values) <= self.limit
+
+    @property
+    def is_flat(self) -> np.ndarray:
+        return np.abs(self.values) <= self.limit
+
+    def take_for_flat(self) -> None:
+        """What is curved upwards by so little that no step along it has found a higher place."""
+        self.limit = max(self.limit, min(-1.01 * float(self.values[0]), CURVED))
 
     def _column(self, x: np.ndarray, k: int) -> np.ndarray:
         """Minus the second derivatives to coordinate k and each other."""
@@ -76,6 +84,7 @@ class Information:
         made[np.ix_(self.inside, self.inside)] = root @ root.T
         return made
 
-    def flat(self) -> Iterator[np.ndarray]:
+    def flat(self) -> Iterator[tuple[float, np.ndarray]]:
+        """Curvature and direction."""
         for k in np.flatnonzero(self.is_flat):
-            yield self.whole(self.vectors[:, k])
+            yield float(self.values[k]), self.whole(self.vectors[:, k])

@@ -16,7 +16,7 @@ from kalmanq.fitting.problem import Choice, Problem
 from kalmanq.fitting.search import Optimum, maximise
 from kalmanq.model import Model
 
-FIRST = 5  # iterations of EM before ML: they find the sizes of noises that are far off
+FIRST = 3  # iterations of EM before ML: they find the sizes of noises that are far off
 AGREES = 1e-6  # of log-likelihood, between an unknown start and the known one that stands for it
 SPREAD = 1.5  # of the logarithms of standard deviations of further starts: a variance by e^3
 NOTHING_TO_FIT = (lib.KQ_ERR_NO_DATA, lib.KQ_ERR_FEW_DATA)
@@ -34,6 +34,7 @@ class Task:
     tolerance: float
     arithmetic: str
     report: Optional[Callable[[int, float], None]]
+    has_no_unit: bool = False  # H and Q are free, and nothing says in which units the states are
 
     def problem(self, model: Optional[Model] = None) -> Problem:
         return Problem(model or self.model, self.records, self.choice, self.arithmetic)
@@ -43,6 +44,7 @@ class Task:
         if not self.records.measurements:
             return "there is no data: every measurement is missing"
         status = self.problem().expectation.status
+        self.has_no_unit = status == lib.KQ_NOT_IDENTIFIED
         if status in NOTHING_TO_FIT:
             return f"{ffi.string(lib.kq_status_text(status)).decode()}: {self.records.measurements} measurements"
         require(status, "fit")

@@ -10,13 +10,20 @@ from numpy.typing import ArrayLike
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Smoother
-from kalmanq.fitting.coordinates import Cholesky, Entries, Infeasible, Multiple
+from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Entries, Infeasible, Multiple
 from kalmanq.fitting.expectation import FORMS, FREE, Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.model import Model
 
 # x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
+
+
+def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarray]) -> None:
+    """H and Q free, and nothing of H held: states in other units would do as well (em.h, KQ_NOT_IDENTIFIED)."""
+    if {"H", "Q"} <= set(free) and not np.any(held.get("H", False) & (model.H != 0)):
+        raise KalmanqError("H and Q are not determined by data, but for H^2 Q: leave one of them out of --free, or hold "
+                           "an entry of H that is not 0")
 
 
 class Choice:
@@ -41,6 +48,15 @@ class Choice:
             if name in free and np.any(model.unknown):
                 raise KalmanqError(f"{name} cannot be free where P0 is unknown")
         self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
+        self._require_units(model)
+
+    def _require_units(self, model: Model) -> None:
+        """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""
+        held = self.held.get("H", np.zeros(model.H.shape, bool))
+        for i in np.flatnonzero(model.unknown) if "H" in self.free else ():
+            if not np.all(held[:, i]) and not np.any(held[:, i] & (model.H[:, i] != 0)):
+                raise KalmanqError(f"H cannot be free where P0 of {model.states[i].name} is unknown: hold an entry "
+                                   f"of H[*,{i}] that is not 0, or give P0")
 
     def _mask(self, model: Model, name: str, given: ArrayLike) -> np.ndarray:
         if name not in ("A", "H", "Q", "R") or name not in self.free:
@@ -148,7 +164,6 @@ class Problem:
         ends = np.cumsum([0] + [block.size for block in self.blocks]).tolist()
         self.slices = [slice(a, b) for a, b in zip(ends, ends[1:])]
         self.size = ends[-1]
-        self.bounds = [bound for block in self.blocks for bound in block.bounds]
         self.logarithmic = np.concatenate([block.logarithmic for block in self.blocks])
         self.units = np.concatenate([block.units for block in self.blocks])
 
@@ -205,11 +220,7 @@ class Problem:
     def put(self, x: np.ndarray) -> None:
         """Writes the parameters at x to the arrays that C reads."""
         for block, part in zip(self.blocks, self.slices):
-            made = block.matrix(x[part])
-            if block.name == "R" and len(self.measured) < self.model.m:
-                self.arrays["R"][np.ix_(self.measured, self.measured)] = made
-            else:
-                self.arrays[block.name][...] = made
+            self.put_inside(block.name, block.matrix(x[part]))
 
     def evaluate(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Log-likelihood and gradient; -inf and zeros where there is none."""
@@ -232,11 +243,36 @@ class Problem:
             slopes[k] = self._difference(x, int(k))
         return slopes
 
+    def leave_singular(self, least: float, share: float) -> bool:
+        """Gives full covariances that are as good as singular a share of their variances more; were there any?"""
+        made = False
+        for block in self.blocks:
+            if not isinstance(block, Cholesky) or np.any(block.held):
+                continue
+            C = self._inside(block.name, self.arrays[block.name])
+            deviation = np.sqrt(np.diag(C))
+            if np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] < least:
+                self.put_inside(block.name, C + share * np.diag(np.diag(C)))
+                made = True
+        return made
+
+    def put_inside(self, name: str, C: np.ndarray) -> None:
+        if name == "R":
+            self.arrays["R"][np.ix_(self.measured, self.measured)] = C
+        else:
+            self.arrays[name][...] = C
+
     def value(self, x: np.ndarray) -> float:
+        if np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST):
+            return -np.inf
         try:
             self.put(x)
         except Infeasible:
             return -np.inf
+        return self.value_here()
+
+    def value_here(self) -> float:
+        """The log-likelihood of what is in the arrays."""
         if self.expectation.run() != lib.KQ_OK:
             return -np.inf
         value = self.expectation.log_likelihood + self.offset
