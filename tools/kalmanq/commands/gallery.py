@@ -133,6 +133,8 @@ def _tell(asked: Asked, entry: Entry, fitted: Fitted, written: list[Path], conso
     console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'settled' if fitted.is_settled else 'NOT settled'}")
     for path in written:
         console.print(f"wrote {path}")
+    if entry.data().regressors is not None:
+        console.print("H is another one at each row, so there is no model file: kalmanq.VaryingSmoother runs it")
     if not written:
         console.print("--out FOLDER writes model, data, smoothed states and a picture")
 
