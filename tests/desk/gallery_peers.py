@@ -159,8 +159,8 @@ def main() -> None:
         deaf = np.min(np.abs(gains)) < HEARD  # statsmodels has not got that parameter
         wrong = deaf or not apart < SAME or not gains.max() < BETTER or not states < SAME_STATES
         faults += wrong
-        print(f"{name:22} {of['log_likelihood']:.8f} statsmodels {theirs:.8f}: apart {apart:.1e}, uphill {gains.max():.1e}, "
-              f"smoothed states {states:.1e} sigma{'  WRONG' if wrong else ''}")
+        print(f"{name:22} {of['log_likelihood']:.8f} statsmodels {theirs:.8f}: apart {apart:.1e}, "
+              f"uphill {gains.max():.1e}, smoothed states {states:.1e} sigma{'  WRONG' if wrong else ''}")
     print(f"{len(entries)} models, {faults} unlike statsmodels")
     sys.exit(faults > 0 or len(entries) < 12)
 

@@ -287,7 +287,7 @@ def fit(
 
 @app.command()
 def examples(
-    name: Optional[Example] = typer.Argument(None, metavar="[EXAMPLE]", help="Otherwise the list of them."),
+    name: Optional[Example] = typer.Argument(None, metavar="EXAMPLE", help="Otherwise the list of them."),
     arith: AnyArithmetic = typer.Option(AnyArithmetic.all, "--arith", help="The numbers to compute with."),
     seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="The example's figure."),
@@ -302,7 +302,7 @@ def examples(
 
 @app.command()
 def gallery(
-    name: Optional[Entry] = typer.Argument(None, metavar="[MODEL]", help="Otherwise the list of them."),
+    name: Optional[Entry] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there."),
     json_: bool = JSON,
 ) -> None:
