@@ -22,15 +22,19 @@ HEARD = 1e-7  # of log-likelihood, that it changes at least
 Likelihood = Callable[[dict[str, Any]], float]
 
 
-def structural(z: np.ndarray, names: dict[str, Any], **components: Any) -> Likelihood:
-    """names: of statsmodels' parameters, by ours; the start exactly diffuse"""
-    model = sm.tsa.UnobservedComponents(z, use_exact_diffuse=True, **components)
+def structural(of: dict[str, Any], drift: list[str], **components: Any) -> Likelihood:
+    """drift: statsmodels' names of ours; the start is exactly diffuse"""
+    model = sm.tsa.UnobservedComponents(of["z"], use_exact_diffuse=True, **components)
+    names = {"drift": [f"sigma2.{name}" for name in drift], "noise": ["sigma2.irregular"]}
     return lambda given: model.loglike(ordered(model, given, names))
 
 
-def sarimax(z: np.ndarray, order: tuple[int, int, int], names: dict[str, Any], **more: Any) -> Likelihood:
-    model = sm.tsa.SARIMAX(z, order=order, trend="n", **more)
-    return lambda given: model.loglike(ordered(model, given, names))
+def sarimax(of: dict[str, Any], p: int, q: int, **more: Any) -> Likelihood:
+    model = sm.tsa.SARIMAX(of["z"], order=(p, 0, q), trend="n", **more)
+    names = {"phi": [f"ar.L{k + 1}" for k in range(p)], "theta": [f"ma.L{k + 1}" for k in range(q)],
+             "variance": ["sigma2"], "noise": ["var.measurement_error"]}
+    used = {ours: theirs for ours, theirs in names.items() if ours in of["free"]}
+    return lambda given: model.loglike(ordered(model, given, used))
 
 
 def ordered(model: Any, given: dict[str, Any], names: dict[str, Any]) -> np.ndarray:
@@ -54,8 +58,8 @@ def recursive_least_squares(of: dict[str, Any]) -> Likelihood:
     return likelihood
 
 
-def factor(z: np.ndarray) -> Likelihood:
-    model = sm.tsa.DynamicFactor(z, k_factors=1, factor_order=1)
+def factor(of: dict[str, Any]) -> Likelihood:
+    model = sm.tsa.DynamicFactor(of["z"], k_factors=1, factor_order=1)
     names = {"loadings": [f"loading.f1.y{k}" for k in (1, 2, 3)], "noise": [f"sigma2.y{k}" for k in (1, 2, 3)],
              "transition": ["L1.f1.f1"]}
     return lambda given: model.loglike(ordered(model, given, names))
@@ -90,29 +94,21 @@ def motion(dt: float, density: np.ndarray, order: int) -> np.ndarray:
     return np.kron(np.diag(density), q)
 
 
-def peer(name: str, of: dict[str, Any]) -> Likelihood:
-    z = of["z"]
-    irregular = {"noise": ["sigma2.irregular"]}
-    if name in ("regression", "regression-drifting", "constant-velocity", "constant-acceleration", "factor"):
-        return {"regression": lambda: recursive_least_squares(of),
-                "regression-drifting": lambda: by_matrices(of, lambda given: np.diag(given["drift"])),
-                "constant-velocity": lambda: by_matrices(of, lambda given: motion(given["dt"], given["density"], 2)),
-                "constant-acceleration": lambda: by_matrices(
-                    of, lambda given: motion(given["dt"], given["density"], 3)),
-                "factor": lambda: factor(z)}[name]()
-    if name in ("level", "trend", "season", "trend-season"):
-        drift = {"level": ["sigma2.level"], "trend": ["sigma2.level", "sigma2.trend"], "season": ["sigma2.seasonal"],
-                 "trend-season": ["sigma2.level", "sigma2.trend", "sigma2.seasonal"]}[name]
-        components = {"level": dict(level="llevel"), "trend": dict(level="lltrend"),
-                      "season": dict(irregular=True, seasonal=4), "trend-season": dict(level="lltrend", seasonal=12)}
-        return structural(z, {"drift": drift, **irregular}, **components[name])
-    order = {"ar": (2, 0, 0), "ar-noise": (1, 0, 0), "ma": (0, 0, 2), "arma": (1, 0, 1)}[name]
-    names = {"variance": ["sigma2"]}
-    names.update({"phi": [f"ar.L{k}" for k in range(1, order[0] + 1)]} if order[0] else {})
-    names.update({"theta": [f"ma.L{k}" for k in range(1, order[2] + 1)]} if order[2] else {})
-    if name == "ar-noise":
-        return sarimax(z, order, {**names, "noise": ["var.measurement_error"]}, measurement_error=True)
-    return sarimax(z, order, names)
+PEERS: dict[str, Callable[[dict[str, Any]], Likelihood]] = {
+    "level": lambda of: structural(of, ["level"], level="llevel"),
+    "trend": lambda of: structural(of, ["level", "trend"], level="lltrend"),
+    "season": lambda of: structural(of, ["seasonal"], irregular=True, seasonal=4),
+    "trend-season": lambda of: structural(of, ["level", "trend", "seasonal"], level="lltrend", seasonal=12),
+    "ar": lambda of: sarimax(of, 2, 0),
+    "ar-noise": lambda of: sarimax(of, 1, 0, measurement_error=True),
+    "ma": lambda of: sarimax(of, 0, 2),
+    "arma": lambda of: sarimax(of, 1, 1),
+    "regression": recursive_least_squares,
+    "regression-drifting": lambda of: by_matrices(of, lambda given: np.diag(given["drift"])),
+    "factor": factor,
+    "constant-velocity": lambda of: by_matrices(of, lambda given: motion(given["dt"], given["density"], 2)),
+    "constant-acceleration": lambda of: by_matrices(of, lambda given: motion(given["dt"], given["density"], 3)),
+}
 
 
 def moved_by_a_percent(likelihood: Likelihood, of: dict[str, Any]) -> np.ndarray:
@@ -152,7 +148,7 @@ def main() -> None:
     faults = 0
     for name, given in entries.items():
         of = arrays(given)
-        likelihood = peer(name, of)
+        likelihood = PEERS[name](of)
         theirs = likelihood(of["parameters"])
         apart = abs(theirs - of["log_likelihood"]) / abs(theirs)
         gains, states = moved_by_a_percent(likelihood, of), states_apart(of)

@@ -19,8 +19,8 @@ NILE = Path(__file__).parent.parent / "examples" / "nile.csv"
 
 @dataclass(frozen=True)
 class Data:
-    """said: of each row what it is, of every line a comment; at: T, the axis, by its name; z: T x m, by name;
-    regressors: T x n, of a regression"""
+    """said: where it comes from, one line.  axis, at: what rows are counted by, and T of it.  names, z: T x m.
+    regressor_names, regressors: T x n, of a regression"""
 
     said: str
     axis: str
