@@ -35,7 +35,7 @@ groups_of() { # [NAME]
     readme*) echo python ;;
     desk.shared) echo python ;;
     desk.designs*) echo desk clang cores cost ;;
-    desk.gallery | desk.speed) echo desk peers ;;
+    desk.fit.peers | desk.gallery | desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;

@@ -146,32 +146,32 @@ def soon(found, best: float, most: int) -> bool:
     return found.is_settled and bool(np.any(course[:most] > best - 1e-6)) and abs(found.log_likelihood - best) < 1e-6
 
 
-def best_of(model: Model, z: np.ndarray, free=("Q", "R"), **form) -> float:
-    """From other starts, and from where these end."""
-    other = kalmanq.fit(model, [z], free, starts=3, seed=7, **form)
-    return max(other.log_likelihood, kalmanq.fit(other.model, [z], free, method="ml", **form).log_likelihood)
+def best_of(model: Model, z: np.ndarray, **given) -> float:
+    """From other starts"""
+    return kalmanq.fit(model, [z], starts=3, seed=7, **given).log_likelihood
 
 
-WELL = {"local level": (lambda seed: fit_cases.drawn(1, 1, 0.3, 1, 100, seed)[0], Model([[1]], [1], 5, 5), ("Q", "R")),
-        "AR(1) and noise": (fit_cases.ar1, Model([[0.5]], [1], 1.5, 1, P0=[1]), ("A", "Q", "R")),
-        "trend": (fit_cases.trend, Model([[1, 1], [0, 1]], [1, 0], 3, [[1, 0.1], [0.1, 0.5]]), ("Q", "R")),
+WELL = {"local level": (lambda seed: fit_cases.drawn(1, 1, 0.3, 1, 100, seed)[0], Model([[1]], [1], 5, 5),
+                        {"free": ("Q", "R")}),
+        "AR(1) and noise": (fit_cases.ar1, Model([[0.5]], [1], 1.5, 1, P0=[1]), {"free": ("A", "Q", "R")}),
+        "trend": (fit_cases.trend, Model([[1, 1], [0, 1]], [1, 0], 3, np.diag([1, 0.1])), {"Q_form": "diagonal"}),
         "two states": (fit_cases.pair, Model(0.8 * fit_cases.MATRIX, fit_cases.SENSORS, [2, 2], [1, 1], P0=[1, 1]),
-                       ("Q", "R"))}
+                       {"free": ("A", "Q", "R")})}
 
 
 @pytest.mark.parametrize("method", ["ml", "both"])
 @pytest.mark.parametrize("name", WELL)
 def test_a_maximum_inside_is_found_in_60_evaluations(name, method):
-    draw, model, free = WELL[name]
+    draw, model, given = WELL[name]
     inside = 0
-    for seed in range(4):
+    for seed in range(7):
         z = draw(seed)
-        found = kalmanq.fit(model, [z], free, method=method)
-        if found.boundary:
+        found = kalmanq.fit(model, [z], method=method, **given)
+        if found.boundary:  # the other test's
             continue
         inside += 1
-        assert soon(found, best_of(model, z, free), 60), (seed, len(found.course), found.message)
-    assert inside >= 2 or name == "trend"
+        assert soon(found, best_of(model, z, **given), 60), (seed, len(found.course), found.message)
+    assert inside >= 4
 
 
 SINGULAR = {"track": (fit_cases.track, Model(fit_cases.AXES, fit_cases.PLACES, [2, 2], 0.5 * np.eye(4), P0=[10] * 4),
@@ -299,7 +299,7 @@ def test_em_says_what_is_left():
 
 
 def test_em_with_an_unknown_start_is_that_of_the_maximum():
-    estimate = kalmanq.Estimation(nile_model(), [nile()]).run(3000, 1e-12)
+    estimate = kalmanq.Estimation(nile_model(), [nile()]).run(3000, 1e-9)
     assert estimate.is_settled and abs(estimate.log_likelihood - fit_cases.NILE_EXACT[0]) < 1e-7
     assert abs(estimate.model.R[0, 0] / fit_cases.NILE_EXACT[1] - 1) < 1e-5 and np.all(estimate.model.unknown)
 
@@ -319,6 +319,11 @@ def test_what_is_not_determined_is_named():
         kalmanq.fit(nile_model(), [nile()], ("H", "R"))
     once = Model([[1]], [[1], [1]], [1.0, 1.0], [[0.0]], P0=[[1.0]])
     assert kalmanq.fit(once, [np.random.default_rng(1).normal(size=(50, 2))], ("R",)).is_settled
+    level, slope = Model([[1, 1], [0, 1]], [1, 0], 3, [[1, 0.1], [0.1, 0.5]]), "Q[0,0] +1 %, Q[1,0] +"
+    for seed in (0, 2, 3):  # the sum of a level's and a slope's noises has three autocovariances for four numbers
+        for method in ("ml", "both"):
+            found = kalmanq.fit(level, [fit_cases.trend(seed)], method=method)
+            assert not found.is_settled and found.undetermined[0].startswith(slope), found.message
     twice = Model(np.eye(2) * 0.5, [1, 1], 1.0, [0.3, 0.5], P0=[1, 1])
     found = kalmanq.fit(twice, [fit_cases.ar1(2)], ("Q",), Q_form="diagonal")
     assert not found.is_settled and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])

@@ -56,7 +56,7 @@ class Estimation:
         """Iterates until no more than `tolerance` of log-likelihood is left, extrapolated (em.h, kq_em_distance);
         `report(k, log_likelihood)`."""
         expectation = self._problem.expectation
-        course, status = iterate(expectation, iterations, tolerance, report)
+        course, status = iterate(expectation, iterations, tolerance, report, self._problem.offset)
         require(status, "EM")
         model = self._problem.estimated()
         last = likelihood(model, self.records.z, self.records.u, arithmetic=expectation.parts.arithmetic.name)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky
+from kalmanq.fitting.information import ROUNDING
 from kalmanq.fitting.problem import Problem
 from kalmanq.fitting.search import SINGULAR, STILL, Optimum
 
@@ -65,16 +66,22 @@ def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np
 
 
 def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarray]) -> list[np.ndarray]:
-    """Flat directions that move a parameter; others are of coordinates that hardly matter beside a variance of 0.
+    """Flat directions that move a parameter.  Others are of coordinates that do not matter, or of a covariance that
+    is singular, of which that is said.
 
-    The curvature is compared with the square of how much the largest relative change of a parameter is."""
+    The curvature is compared with the square of how much the largest relative change of a parameter is, and with
+    what it is known to: where the slope is not 0, coordinates that bend have some."""
     known = optimum.information
     if not known.is_finite:
         return []
+    singular = {block.name for block in problem.blocks if isinstance(block, Cholesky) and _rank(block) < len(block.L)}
+    one = 1 / np.sqrt(problem.records.steps)
+    noise = ROUNDING + one * float(np.max(np.abs(known.slopes), initial=0.0))
     made = []
     for curvature, way in known.flat():
-        moved = max(float(np.max(np.abs(tangent @ way) / _unit(problem, name))) for name, tangent in tangents.items())
-        if abs(curvature) < UNKNOWN * moved**2:
+        moved = max((float(np.max(np.abs(tangent @ way) / _unit(problem, name))) for name, tangent in tangents.items()
+                     if name not in singular), default=0.0)
+        if moved > MOVES * one and abs(curvature) < max(noise, UNKNOWN * moved**2):
             made.append(way)
     return made
 

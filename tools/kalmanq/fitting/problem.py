@@ -86,7 +86,9 @@ class Noise:
         self.F: Optional[np.ndarray] = None
         self.axes: Optional[np.ndarray] = np.flatnonzero(np.diag(model.Q) > 0)
         n = model.n
-        if len(self.axes) and _is_definite(model.Q[np.ix_(self.axes, self.axes)]):
+        if not len(self.axes):
+            self.inner = model.Q
+        elif _is_definite(model.Q[np.ix_(self.axes, self.axes)]):
             self.inner = model.Q[np.ix_(self.axes, self.axes)]
             self.F = None if len(self.axes) == n else np.eye(n)[:, self.axes]
         elif model.G is not None:
@@ -121,7 +123,7 @@ class Problem:
     def __init__(self, model: Model, records: Records, choice: Choice, arithmetic: str = "f64"):
         self.model, self.records, self.choice = model, records, choice
         self.noise = Noise(model)
-        if "Q" in choice.free and not self.noise.inner.size:
+        if "Q" in choice.free and not np.any(model.Q):
             raise KalmanqError("Q is 0, and stays 0: begin with some noise")
         if "Q" in choice.held and self.noise.axes is None:
             raise KalmanqError("held: Q = G Q' G' is of lower rank: its entries cannot be held")
@@ -131,6 +133,7 @@ class Problem:
         self.arithmetic = arithmetic
         self.report: Optional[Callable[[int, float], None]] = None
         self._expect()
+        self.begun = {name: array.copy() for name, array in self.arrays.items()}
         self.offset = self._offset()
 
     def _expect(self) -> None:
@@ -244,7 +247,8 @@ class Problem:
         return slopes
 
     def leave_singular(self, least: float, share: float) -> bool:
-        """Gives full covariances that are as good as singular a share of their variances more; were there any?"""
+        """Gives full covariances that are as good as singular a share more of their variances, or of those that they
+        began with; were there any?"""
         made = False
         for block in self.blocks:
             if not isinstance(block, Cholesky) or np.any(block.held):
@@ -252,7 +256,8 @@ class Problem:
             C = self._inside(block.name, self.arrays[block.name])
             deviation = np.sqrt(np.diag(C))
             if np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] < least:
-                self.put_inside(block.name, C + share * np.diag(np.diag(C)))
+                begun = np.diag(self._inside(block.name, self.begun[block.name]))
+                self.put_inside(block.name, C + share * np.diag(np.maximum(np.diag(C), begun)))
                 made = True
         return made
 
