@@ -35,7 +35,7 @@ groups_of() { # [NAME]
     readme*) echo python ;;
     desk.shared) echo python ;;
     desk | desk.design*) echo desk clang cores cost ;;
-    desk.speed) echo desk peers ;;
+    desk.fit* | desk.gallery* | desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;

@@ -8,16 +8,18 @@ Results are those of the chip, bit for bit: `Filter(model, "q31").memory` are it
 """
 
 from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
-from kalmanq.estimation import Estimate, Estimation
 from kalmanq.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
+from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
 from kalmanq.following import PointSmoother, SettlingFilter
 from kalmanq.model import Gaps, Model, Quantity
 from kalmanq.results import Run
 from kalmanq.statistics import Consistency, LeastSquares
 from kalmanq.steady import SteadyFilter, SteadyState, steady_state
+from kalmanq.varying import VaryingSmoother
 
 __all__ = [
-    "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Gaps", "KalmanqError", "KalmanqWarning",
-    "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity", "Robust", "Run",
-    "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "run_many", "steady_state",
+    "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Fit", "Gaps", "KalmanqError",
+    "KalmanqWarning", "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity", "Robust",
+    "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "VaryingSmoother", "fit",
+    "gradient", "likelihood", "run_many", "steady_state",
 ]

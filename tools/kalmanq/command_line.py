@@ -18,7 +18,7 @@ app = typer.Typer(
     help=__doc__, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]})
 
-REFUSED, INTERRUPTED = 1, 130
+REFUSED, NO_MAXIMUM, INTERRUPTED = 1, 3, 130
 
 
 class Arithmetic(str, Enum):
@@ -50,11 +50,55 @@ class Chip(str, Enum):
     q31 = "q31"
 
 
+class Example(str, Enum):
+    rocket = "rocket"
+    densities = "densities"
+    concentration = "concentration"
+    prediction_error = "prediction-error"
+    stationary = "stationary"
+    smoothing = "smoothing"
+
+
+class Entry(str, Enum):
+    level = "level"
+    trend = "trend"
+    season = "season"
+    trend_season = "trend-season"
+    ar = "ar"
+    ar_noise = "ar-noise"
+    ma = "ma"
+    arma = "arma"
+    regression = "regression"
+    regression_drifting = "regression-drifting"
+    factor = "factor"
+    constant_velocity = "constant-velocity"
+    constant_acceleration = "constant-acceleration"
+
+
+class AnyArithmetic(str, Enum):
+    f32 = "f32"
+    f64 = "f64"
+    q31 = "q31"
+    all = "all"
+
+
 class WayToRun(str, Enum):
     lean = "lean"
     tables = "tables"
     init = "init"
     sizes = "sizes"
+
+
+class Method(str, Enum):
+    em = "em"
+    ml = "ml"
+    both = "both"
+
+
+class Form(str, Enum):
+    full = "full"
+    diagonal = "diagonal"
+    multiple = "multiple"
 
 
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
@@ -84,10 +128,10 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
         raise SystemExit(INTERRUPTED) from None
 
 
-def _stop(line: str) -> None:
+def _stop(line: str, code: int = REFUSED) -> None:
     shown = "".join(c if c.isprintable() else " " for c in line)
     print(f"kalmanq: {shown}", file=sys.stderr)
-    raise SystemExit(REFUSED)
+    raise SystemExit(code)
 
 
 def console() -> Console:
@@ -218,21 +262,55 @@ def report(
 def fit(
     model: Path = MODEL,
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file."),
-    free: str = typer.Option("Q,R", "--free", help="Of A, H, Q, R, x0, P0, with commas."),
-    q_form: str = typer.Option("full", "--q-form", help="full, diagonal or multiple."),
-    r_form: str = typer.Option("full", "--r-form", help="full, diagonal or multiple."),
-    iterations: int = typer.Option(500, "--iterations", min=1),
-    tolerance: float = typer.Option(1e-6, "--tolerance", min=0, help="Relative change that ends it."),
+    free: str = typer.Option("Q,R", "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0]."),
+    hold: str = typer.Option("", "--hold", help="Entries that stay, such as A[1,0] or Q[0,*]."),
+    method: Method = typer.Option(Method.both, "--method", help="EM, maximum likelihood, or EM first and ML then."),
+    q_form: Form = typer.Option(Form.full, "--q-form", help="Of Q; a multiple of what it is."),
+    r_form: Form = typer.Option(Form.full, "--r-form", help="Of R."),
+    starts: int = typer.Option(1, "--starts", min=1, max=1000, help="Begin so often, at random after the first."),
+    seed: int = typer.Option(0, "--seed", min=0, help="Of the further starts."),
+    iterations: int = typer.Option(1000, "--iterations", min=1, help="Evaluations that a start may take."),
+    tolerance: float = typer.Option(1e-6, "--tolerance", min=1e-9, help="Log-likelihood that may be left."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED.toml", help="The model, fitted."),
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="The likelihood's course."),
     json_: bool = JSON,
 ) -> None:
-    """Estimate parameters by EM, in the C core."""
+    """Estimate parameters, with standard errors.  Exit code 3: no maximum; OUT then has the best that was found."""
     from kalmanq.commands.fit import Asked, fit_files
 
     with told_in_one_line(model, *data, out, plot):
-        fit_files(Asked(model, data, [name.strip() for name in free.split(",") if name.strip()], q_form, r_form,
-                        iterations, tolerance, out, plot, json_), console())
+        why = fit_files(Asked(model, data, free, hold, method.value, q_form.value, r_form.value, starts, seed,
+                              iterations, tolerance, out, plot, json_), console())
+        if why:
+            _stop(f"{model}: {why}", NO_MAXIMUM)
+
+
+@app.command()
+def examples(
+    name: Optional[Example] = typer.Argument(None, metavar="EXAMPLE", help="Otherwise the list of them."),
+    arith: AnyArithmetic = typer.Option(AnyArithmetic.all, "--arith", help="The numbers to compute with."),
+    seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="The example's figure."),
+    json_: bool = JSON,
+) -> None:
+    """The theory's examples: rocket, densities, concentration, prediction-error, stationary, smoothing."""
+    with told_in_one_line(None, out):
+        from kalmanq.commands.examples import Asked, show
+
+        show(Asked(name.value if name else None, arith.value, seed, out, json_), console())
+
+
+@app.command()
+def gallery(
+    name: Optional[Entry] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there."),
+    json_: bool = JSON,
+) -> None:
+    """Textbook models with data, fitted, smoothed and drawn: level, trend, season, ARMA, regression, factor, ..."""
+    with told_in_one_line(None, out):
+        from kalmanq.commands.gallery import Asked, show
+
+        show(Asked(name.value if name else None, out, json_), console())
 
 
 def main() -> None:

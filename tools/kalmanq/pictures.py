@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import matplotlib
 
@@ -12,10 +12,14 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 from kalmanq.files import whole
 from kalmanq.model import Model
 from kalmanq.results import Run
+
+if TYPE_CHECKING:
+    from kalmanq.fitting import Fit
 
 STYLE: dict[str, Any] = {
     "figure.dpi": 160, "font.size": 9.5, "axes.titlesize": 10, "axes.titlelocation": "left",
@@ -28,6 +32,16 @@ FILTERED, SMOOTHED, DATA, AHEAD = "#1F6FB4", "#C4501B", "#8A8A8A", "#3C8D40"
 def save(figure: Figure, path: Path, inputs: Sequence[Path] = ()) -> None:
     with whole(path, inputs) as temporary:
         figure.savefig(temporary, format="png")
+    plt.close(figure)
+
+
+def save_small(figure: Figure, path: Path) -> None:
+    """As save, in 256 colours, those that are seldom, too: a third of the bytes."""
+    with whole(path) as temporary:
+        figure.savefig(temporary, format="png")
+        with Image.open(temporary) as picture:
+            small = picture.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        small.save(temporary, format="png", optimize=True)
     plt.close(figure)
 
 
@@ -98,9 +112,20 @@ def draw_errors(errors: dict[str, np.ndarray]) -> Figure:
         return figure
 
 
-def draw_course(course: Sequence[float]) -> Figure:
+def draw_course(fit: Fit, name: str) -> Figure:
+    """How far each evaluation was below the best one, EM's and then maximum likelihood's."""
+    below = np.max(fit.course) - np.array(fit.course) if fit.course else np.zeros(0)
+    below = np.where(np.isfinite(below), np.maximum(below, 1e-10), np.nan)
+    numbers, count = np.arange(1, len(below) + 1), fit.em_evaluations
     with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(8.6, 3.4), layout="constrained")
-        axis.plot(course, color=FILTERED, lw=1.4)
-        axis.set(xlabel="iteration", ylabel="log-likelihood", title=f"EM: {course[0]:.6g} to {course[-1]:.9g}")
+        figure, axis = plt.subplots(figsize=(8.6, 3.6), layout="constrained")
+        for part, colour, label in ((slice(0, count), FILTERED, "EM"),
+                                    (slice(max(count - 1, 0), None), SMOOTHED, "maximum likelihood")):
+            if len(numbers[part]) > (part.start > 0):
+                axis.semilogy(numbers[part], below[part], "o-", ms=3, lw=1.2, color=colour, label=label)
+        axis.set(xlabel="evaluation", ylabel="log-likelihood below the best",
+                 title=f"{name}: log-likelihood {fit.log_likelihood:.6f} after {len(below)} evaluations")
+        axis.xaxis.get_major_locator().set_params(integer=True)
+        if len(below):
+            figure.legend(loc="outside upper right", ncols=2)
         return figure

@@ -1,0 +1,93 @@
+"""Parameters of a model estimated from records: expectation and maximisation in the C core (em.h)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Callable, Mapping, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import lib, require
+from kalmanq.fitting.expectation import Expectation, Records
+from kalmanq.fitting.likelihood import likelihood
+from kalmanq.fitting.problem import Choice, Problem
+from kalmanq.model import Model
+
+Report = Optional[Callable[[int, float], None]]
+NEAR = 1e-2  # the largest change of an iteration from where an extrapolation is believed (em.h)
+
+
+@dataclass
+class Estimate:
+    """model           with what was estimated
+    log_likelihood  of it
+    course          the log-likelihood before each iteration, and at last
+    is_settled      is what is left of the log-likelihood, extrapolated, within the tolerance?
+    distance        what is left of it, extrapolated; NaN where that is not known
+    """
+
+    model: Model
+    log_likelihood: float
+    course: list[float] = field(default_factory=list)
+    is_settled: bool = False
+    distance: float = float("nan")
+
+
+class Estimation:
+    """EM of a model from one record, or several (Shumway and Stoffer 1982).
+
+    free    of A, H, Q, R, x0, P0, by name
+    forms   of Q and R: "full", "diagonal", "multiple" (of what it is)
+    held    entries of A (n x n) and H (m x n) that stay, masks by name
+    u       for each record
+    """
+
+    def __init__(self, model: Model, z: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
+                 u: Optional[Sequence[Optional[ArrayLike]]] = None, Q_form: str = "full", R_form: str = "full",
+                 held: Optional[Mapping[str, ArrayLike]] = None, arithmetic: str = "f64"):
+        choice = Choice(model, free, Q_form, R_form, held)
+        choice.require_em()
+        self.model, self.records = model, Records(model, z, u)
+        self._problem = Problem(model, self.records, choice, arithmetic)
+        require(self._problem.expectation.status, "EM")
+
+    def run(self, iterations: int = 1000, tolerance: float = 1e-6, report: Report = None) -> Estimate:
+        """Iterates until no more than `tolerance` of log-likelihood is left, extrapolated (em.h, kq_em_distance);
+        `report(k, log_likelihood)`."""
+        expectation = self._problem.expectation
+        course, status = iterate(expectation, iterations, tolerance, report, self._problem.offset)
+        require(status, "EM")
+        model = self._problem.estimated()
+        last = likelihood(model, self.records.z, self.records.u, arithmetic=expectation.parts.arithmetic.name)
+        left = distance(expectation)
+        return Estimate(model, last, course + [last], is_near(expectation, tolerance), left)
+
+
+def iterate(expectation: Expectation, iterations: int, tolerance: float, report: Report = None,
+            offset: float = 0.0) -> tuple[list[float], int]:
+    """The log-likelihood before each iteration, and the status that ended them, KQ_OK where none did."""
+    step = expectation.parts.arithmetic.function("em_iterate")
+    course: list[float] = []
+    for k in range(iterations):
+        status = step(expectation.em)
+        expectation.evaluations += 1
+        if status < lib.KQ_OK:
+            return course, status
+        course.append(expectation.log_likelihood + offset)
+        if report:
+            report(k, course[-1])
+        if is_near(expectation, tolerance):
+            break
+    return course, lib.KQ_OK
+
+
+def distance(expectation: Expectation) -> float:
+    """Of the log-likelihood from the maximum that iterations go to, extrapolated; NaN: not known."""
+    return float(expectation.parts.arithmetic.function("em_distance")(expectation.em))
+
+
+def is_near(expectation: Expectation, tolerance: float) -> bool:
+    """Both: a small change alone may be a plateau, an extrapolation alone sees no further than the last ones."""
+    settled = expectation.parts.arithmetic.function("em_is_settled")(expectation.em, NEAR)
+    return bool(settled) and distance(expectation) <= tolerance

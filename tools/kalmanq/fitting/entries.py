@@ -1,0 +1,64 @@
+"""Parameters and single entries of them by name, as a command line has them: "Q,R,A[0,0],A[1,*]"."""
+
+from __future__ import annotations
+
+import re
+from typing import Optional
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+
+WORD = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*(,|$)")
+OF_ENTRIES = ("A", "H", "Q", "R")
+
+
+def free_and_held(free: str, hold: str, model: Model) -> tuple[list[str], dict[str, np.ndarray]]:
+    """Names of what is free, and masks of what of it is held.  An entry in `free` frees it alone of its matrix."""
+    names: list[str] = []
+    held: dict[str, np.ndarray] = {}
+    for name, entry in _words("--free", free):
+        if entry is None:
+            held.pop(name, None)
+        elif name not in names or name in held:
+            mask = held.setdefault(name, np.ones_like(_matrix("--free", name, model), bool))
+            _set(mask, "--free", name, entry, False)
+        names += [name] * (name not in names)
+    for name, entry in _words("--hold", hold):
+        if entry is None or name not in names:
+            raise KalmanqError(f"--hold: {name} is not free" if name not in names else
+                               f"--hold: name entries, such as {name}[0,0]; or leave {name} out of --free")
+        mask = held.setdefault(name, np.zeros_like(_matrix("--hold", name, model), bool))
+        _set(mask, "--hold", name, entry, True)
+    return names, held
+
+
+def _words(option: str, given: str) -> list[tuple[str, Optional[str]]]:
+    made, at = [], 0
+    while at < len(given):
+        found = WORD.match(given, at)
+        if not found:
+            raise KalmanqError(f"{option}: {given[at:].strip()!r} is not NAME or NAME[ROW,COLUMN]")
+        made.append((found.group(1), found.group(2)))
+        at = found.end()
+    return made
+
+
+def _matrix(option: str, name: str, model: Model) -> np.ndarray:
+    if name not in OF_ENTRIES:
+        raise KalmanqError(f"{option}: there are entries of {', '.join(OF_ENTRIES)}, not of {name}")
+    return getattr(model, name)
+
+
+def _set(mask: np.ndarray, option: str, name: str, entry: str, value: bool) -> None:
+    """Of [row,column], each a number from 0 or *; of a covariance both entries."""
+    parts = [part.strip() for part in entry.split(",")]
+    if len(parts) != 2 or not all(part == "*" or part.isdigit() for part in parts):
+        raise KalmanqError(f"{option}: {name}[{entry}] is not {name}[ROW,COLUMN]; numbers from 0, or *")
+    at = tuple(slice(None) if part == "*" else int(part) for part in parts)
+    if any(isinstance(i, int) and i >= size for i, size in zip(at, mask.shape)):
+        raise KalmanqError(f"{option}: {name}[{entry}] is not there: {name} is {mask.shape[0]} x {mask.shape[1]}")
+    mask[at] = value
+    if name in ("Q", "R"):
+        mask.T[at] = value

@@ -1,0 +1,131 @@
+"""The C core's E-step over one set of arrays: log-likelihood and gradient, as often as they are wanted (em.h)."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import ffi, lib, require
+from kalmanq.data import controls_of, present_of, rows_of
+from kalmanq.errors import KalmanqError
+from kalmanq.fitting.start import known_start
+from kalmanq.model import Model
+from kalmanq.parts import Parts
+
+FREE = {"A": lib.KQ_EM_A, "H": lib.KQ_EM_H, "Q": lib.KQ_EM_Q, "R": lib.KQ_EM_R, "x0": lib.KQ_EM_X0,
+        "P0": lib.KQ_EM_P0}
+FORMS = {"full": lib.KQ_EM_FULL, "diagonal": lib.KQ_EM_DIAGONAL, "multiple": lib.KQ_EM_MULTIPLE}
+
+
+class Records:
+    """Rows that have been looked at once: z (T x m; NaN: missing) and u (T x l, or None) of each record."""
+
+    def __init__(self, model: Model, z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None):
+        if u is not None and len(u) != len(z):
+            raise KalmanqError(f"u has {len(u)} records, z has {len(z)}")
+        self.z = [rows_of(one, model.measurements, "z") for one in z]
+        self.u = [controls_of(None if u is None else u[k], model, len(one)) for k, one in enumerate(self.z)]
+        if not self.z:
+            raise KalmanqError("there is no record")
+        if not all(map(len, self.z)):
+            raise KalmanqError("a record without rows")
+        if any(np.any(np.isinf(one)) for one in self.z):
+            raise KalmanqError("z: a measurement is not finite")
+
+    def __len__(self) -> int:
+        return len(self.z)
+
+    @property
+    def steps(self) -> int:
+        return sum(map(len, self.z))
+
+    @property
+    def measurements(self) -> int:
+        return sum(int(np.sum(~np.isnan(one))) for one in self.z)
+
+
+class Expectation:
+    """E-steps with the numbers that are in `arrays`: A, H, R, x0, P0, and Q of the noises (r x r, Q = F Q F').
+
+    Nothing is made anew from one E-step to the next: write into the arrays, then `run`.
+    An unknown state begins with a variance far beyond what the data say (start.py).
+    """
+
+    def __init__(self, model: Model, records: Records, *, free: Sequence[str] = tuple(FREE), noise: Any = None,
+                 forms: Sequence[str] = ("full", "full"), held: Optional[Mapping[str, np.ndarray]] = None,
+                 arithmetic: str = "f64"):
+        if arithmetic == "q31":
+            raise KalmanqError("EM is in f32 and f64")
+        self.model, self.parts, self.evaluations = model, Parts(model, arithmetic), 0
+        self.steps = 2 * records.steps
+        F, Q = (model.G, np.eye(model.G.shape[1])) if noise is None and model.G is not None else \
+            noise or (None, model.Q)  # noise: F and Q of it
+        x0, P0 = known_start(model, records) if np.any(model.unknown) else (model.x0, model.P0)
+        a = self.parts.arithmetic
+        self.arrays = {name: np.array(array, a.number, order="C") for name, array in
+                       {"A": model.A, "Q": Q, "H": model.H, "R": model.R, "x0": x0, "P0": P0}.items()}
+        self._kept: list[Any] = []
+        self._bind(records, F, free, forms, held or {})
+
+    def _bind(self, records: Records, F: Any, free: Sequence[str], forms: Sequence[str],
+              held: Mapping[str, np.ndarray]) -> None:
+        a, model = self.parts.arithmetic, self.model
+        given = {name: self.parts.array(array) for name, array in (("B", model.B), ("F", F)) if array is not None}
+        made = [self._record(z, u) for z, u in zip(records.z, records.u)]
+        masks = {f"{name}_held": self._mask(held[name]) for name in ("A", "H") if name in held}
+        given_to_c = [
+            ffi.new(f"kq_parameters_{a.name} *", {
+                "controls": model.l, "noises": 0 if F is None else F.shape[1], **given,
+                **{name: a.pointer(array) for name, array in self.arrays.items()}}),
+            ffi.new("kq_em_choice *", {"free": sum(FREE[name] for name in set(free)), "Q_form": FORMS[forms[0]],
+                                       "R_form": FORMS[forms[1]], **masks}),
+            ffi.new(f"kq_recording_{a.name}[]", made)]
+        self._kept += given_to_c
+        self.em, self._advance = a.struct("em"), a.function("em_advance")
+        require(a.function("em_assign")(self.em, model.n, model.m, *self.parts.memory(
+            a.function("em_length")(model.n, model.m, max(map(len, records.z))))), "fit")
+        self._init = lambda: a.function("em_init")(self.em, *given_to_c, len(records))
+        self.status = self._init()
+        self._slopes = {name: np.zeros_like(array) for name, array in self.arrays.items()
+                        if name in ("Q", "R", "P0") or name in free}
+        self._gradient = ffi.new(f"kq_gradient_{a.name} *", {
+            name: a.pointer(array) for name, array in self._slopes.items()})
+
+    def _mask(self, held: np.ndarray) -> Any:
+        self._kept.append(np.ascontiguousarray(held, np.uint8))
+        return ffi.cast("uint8_t *", self._kept[-1].ctypes.data)
+
+    def _record(self, z: np.ndarray, u: Optional[np.ndarray]) -> dict[str, Any]:
+        a = self.parts.arithmetic
+        words = np.ascontiguousarray(np.where(np.isnan(z), 0, z), a.number)
+        present = present_of(z).astype(np.uint16)
+        controls = None if u is None else np.ascontiguousarray(u, a.number)
+        self._kept += [words, present, controls]
+        return {"steps": len(z), "z": a.pointer(words), "present": a.pointer(present, "uint16_t"),
+                "u": a.pointer(controls)}
+
+    def begin(self) -> int:
+        """Forgets what iterations have been; its status."""
+        self.status = self._init()
+        return self.status
+
+    def run(self) -> int:
+        """The E-step; its status."""
+        self.evaluations += 1
+        advance, em, status = self._advance, self.em, 0
+        for _ in range(self.steps):
+            status = advance(em)
+            if status:
+                break
+        return status
+
+    @property
+    def log_likelihood(self) -> float:
+        return float(self.parts.arithmetic.function("em_log_likelihood")(self.em))
+
+    def gradient(self) -> dict[str, np.ndarray]:
+        """After `run`: as kq_gradient has it, entries of a covariance independent; of arrays that stay."""
+        require(self.parts.arithmetic.function("em_gradient")(self.em, self._gradient), "gradient")
+        return self._slopes

@@ -1,0 +1,161 @@
+"""What an optimum says of the parameters: standard errors, variances that are 0, what is not determined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kalmanq.fitting.coordinates import FARTHEST, Cholesky
+from kalmanq.fitting.information import ROUNDING
+from kalmanq.fitting.problem import Problem
+from kalmanq.fitting.search import SINGULAR, STILL, Optimum
+
+MOVES = 1e-2  # share of a direction, from where it moves a coordinate or a parameter
+UNKNOWN = 1e-4  # information on a relative change, below which nothing is known of it: its standard error is 100
+NONE = 1e-5  # information on the log of a standard deviation: there is none
+NAMED = 0.05  # share of the largest change, from where a parameter is named
+
+
+@dataclass
+class Findings:
+    """errors        standard errors of the entries of each free parameter, NaN where there is none
+    boundary      variances whose best value is 0
+    undetermined  for each flat direction, how much of each parameter makes no difference
+    runaway       variances that the likelihood drives to 0 or infinity without an end
+    """
+
+    errors: dict[str, np.ndarray]
+    boundary: tuple[str, ...]
+    undetermined: tuple[str, ...]
+    runaway: tuple[str, ...]
+
+
+def findings(problem: Problem, optimum: Optimum) -> Findings:
+    problem.put(optimum.x)
+    optimum = replace(optimum, edge=_all_edges(problem, optimum))
+    tangents = problem.tangents()
+    flat = _flat_ones(problem, optimum, tangents)
+    errors = {name: _errors(tangent, optimum, flat) for name, tangent in tangents.items()}
+    for block, part in zip(problem.blocks, problem.slices):
+        _mark(problem, block, optimum.edge[part], errors[block.name])
+    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(_said(problem, tangents, way) for way in flat),
+                    tuple(_runaway(problem, optimum)))
+
+
+def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
+    """With those on which there is no information, and which are not under way."""
+    known = optimum.information
+    if not known.is_finite:
+        return optimum.edge
+    curvature, slopes = known.whole(np.diag(known.J)), known.whole(known.slopes)
+    hardly = (np.abs(curvature) < NONE * problem.units**2) & (np.abs(slopes) < STILL)
+    return optimum.edge | (problem.logarithmic & hardly)
+
+
+def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np.ndarray:
+    """By the delta method: sqrt(d' J^-1 d) of each entry, d its derivative to the coordinates."""
+    if not optimum.information.is_maximum:
+        return np.full(tangent.shape[:-1], np.nan)
+    made = np.sqrt(np.einsum("...k,kl,...l->...", tangent, optimum.information.covariance(), tangent))
+    length = np.linalg.norm(tangent, axis=-1)
+    made[length == 0] = np.nan
+    for way in flat:
+        made[np.abs(tangent @ way) > MOVES * length] = np.nan
+    return made
+
+
+def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Flat directions that move a parameter.  Others are of coordinates that do not matter, or of a covariance that
+    is singular, of which that is said.
+
+    The curvature is compared with the square of how much the largest relative change of a parameter is, and with
+    what it is known to: where the slope is not 0, coordinates that bend have some."""
+    known = optimum.information
+    if not known.is_finite:
+        return []
+    singular = {block.name for block in problem.blocks if isinstance(block, Cholesky) and _rank(block) < len(block.L)}
+    one = 1 / np.sqrt(problem.records.steps)
+    noise = ROUNDING + one * float(np.max(np.abs(known.slopes), initial=0.0))
+    made = []
+    for curvature, way in known.flat():
+        moved = max((float(np.max(np.abs(tangent @ way) / _unit(problem, name))) for name, tangent in tangents.items()
+                     if name not in singular), default=0.0)
+        if moved > MOVES * one and abs(curvature) < max(noise, UNKNOWN * moved**2):
+            made.append(way)
+    return made
+
+
+def _unit(problem: Problem, name: str) -> np.ndarray:
+    """What a change of each entry is compared with."""
+    value = problem.whole(name)
+    if value.ndim == 2 and name in ("Q", "R", "P0"):
+        deviation = np.sqrt(np.diag(value))
+        return np.maximum(np.outer(deviation, deviation), 1e-300)
+    return np.maximum(np.abs(value), 1e-3 * max(float(np.max(np.abs(value))), 1e-300))
+
+
+def _mark(problem: Problem, block: object, edge: np.ndarray, errors: np.ndarray) -> None:
+    """No standard errors at an edge: of the variance, or of a whole matrix that is singular there."""
+    if not isinstance(block, Cholesky):
+        errors[...] = np.nan if np.any(edge) else errors
+        return
+    if _rank(block) < len(block.L):
+        errors[...] = np.nan
+    for k in np.flatnonzero(edge):
+        i = problem.place(block.name, block.cells[k][0])
+        errors[(...,) if i is None else (i, i)] = np.nan
+
+
+def _rank(block: Cholesky) -> int:
+    """Directions that have noise, of a matrix that is not diagonal."""
+    if np.all(block.logarithmic):
+        return len(block.L)
+    C = block.L @ block.L.T
+    deviation = np.sqrt(np.diag(C))
+    return int(np.sum(np.linalg.eigvalsh(C / np.outer(deviation, deviation)) >= SINGULAR))
+
+
+def _edges(problem: Problem, optimum: Optimum, flat: list[np.ndarray]) -> list[str]:
+    moved, made = np.zeros(problem.size, bool), []
+    for way in flat:
+        moved |= np.abs(way) > MOVES
+    for block, part in zip(problem.blocks, problem.slices):
+        made += [_name(problem, block, int(k)) for k in np.flatnonzero(optimum.edge[part] & ~moved[part])
+                 if not isinstance(block, Cholesky) or block.is_alone(k)]
+        if isinstance(block, Cholesky) and _rank(block) < len(block.L):
+            made.append(f"{block.name} (singular: rank {_rank(block)} of {len(block.L)})")
+    return made
+
+
+def _name(problem: Problem, block: object, k: int) -> str:
+    if not isinstance(block, Cholesky):
+        return block.name  # type: ignore[attr-defined]
+    place = problem.place(block.name, block.cells[k][0])
+    return f"{block.name} (noise {block.cells[k][0]} of G)" if place is None else f"{block.name}[{place},{place}]"
+
+
+def _runaway(problem: Problem, optimum: Optimum) -> list[str]:
+    """Variances that have gone as far as they may: the likelihood has no maximum."""
+    made = []
+    slopes = optimum.information.whole(optimum.information.slopes)
+    for block, part in zip(problem.blocks, problem.slices):
+        far = block.logarithmic & (np.abs(optimum.x[part]) * block.units > 0.3 * FARTHEST)
+        far &= np.abs(slopes[part]) > STILL
+        made += [_name(problem, block, int(k)) for k in np.flatnonzero(far & ~optimum.edge[part])]
+    return made
+
+
+def _said(problem: Problem, tangents: dict[str, np.ndarray], way: np.ndarray) -> str:
+    """H[0,0] +1 %, Q[0,0] -2 %"""
+    changes = []
+    for name, tangent in tangents.items():
+        change = tangent @ way / _unit(problem, name)
+        for at in np.ndindex(change.shape):
+            if len(at) == 1 or name not in ("Q", "R", "P0") or at[0] >= at[1]:
+                changes.append((change[at], f"{name}[{','.join(map(str, at))}]"))
+    largest = max(abs(change) for change, _ in changes)
+    sign = np.sign(next(change for change, _ in changes if abs(change) > NAMED * largest))
+    least = min(abs(change) for change, _ in changes if abs(change) > NAMED * largest)
+    return ", ".join(f"{name} {sign * change / least:+.3g} %" for change, name in changes
+                     if abs(change) > NAMED * largest)

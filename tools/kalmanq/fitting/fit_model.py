@@ -1,0 +1,141 @@
+"""kalmanq.fit: parameters of a model from records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Callable, Mapping, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import ffi, lib
+from kalmanq.errors import KalmanqError
+from kalmanq.fitting.expectation import Records
+from kalmanq.fitting.findings import Findings, findings
+from kalmanq.fitting.likelihood import likelihood
+from kalmanq.fitting.one_start import Ended, Task, one_start
+from kalmanq.fitting.problem import Choice
+from kalmanq.model import Model
+
+METHODS = ("em", "ml", "both")
+NO_UNIT = "H +1 %, Q -2 %, x0 -1 %, P0 -2 %"  # states in other units
+SAME_TOP = 1e-3  # of log-likelihood, between starts that ended at one maximum
+
+
+@dataclass
+class Fit:
+    """model            with what was estimated; the best that was found where there is no optimum
+    log_likelihood   of it; the exact one where the start is unknown
+    standard_errors  of the entries of each free parameter, in arrays of their shapes; NaN where there is none:
+                     of what is held, at a boundary or not determined
+    boundary         variances whose best value is 0, such as "Q[1,1]": a limit, without a standard error
+    undetermined     combinations that the records do not determine, such as "H[0,0] +1 %, Q[0,0] -2 %"
+    evaluations      E-steps in all, those of the standard errors and of further starts too
+    em_evaluations   of the course, those of EM
+    course           the log-likelihood at each evaluation of the search, of the best start
+    is_settled       is this a maximum, with every parameter determined, and no more than `tolerance` below its top?
+    distance         of the log-likelihood from the maximum, extrapolated; NaN where that is not known
+    message          one line: how it ended
+    """
+
+    model: Model
+    log_likelihood: float
+    standard_errors: dict[str, np.ndarray] = field(default_factory=dict)
+    boundary: tuple[str, ...] = ()
+    undetermined: tuple[str, ...] = ()
+    evaluations: int = 0
+    em_evaluations: int = 0
+    course: list[float] = field(default_factory=list)
+    is_settled: bool = False
+    distance: float = float("nan")
+    message: str = ""
+
+
+def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
+        u: Optional[Sequence[Optional[ArrayLike]]] = None, method: str = "both", Q_form: str = "full",
+        R_form: str = "full", held: Optional[Mapping[str, ArrayLike]] = None, starts: int = 1, seed: int = 0,
+        iterations: int = 1000, tolerance: float = 1e-6, arithmetic: str = "f64",
+        report: Optional[Callable[[int, float], None]] = None) -> Fit:
+    """Parameters under which `records` are most likely.
+
+    model       where the search begins; a start that is unknown in it stays so, and is exact
+    records     each T x m; NaN: missing
+    free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q: leave one out, or hold an entry
+    u           for each record T x l, or None
+    method      "em" (Shumway and Stoffer 1982), "ml" (L-BFGS-B over the likelihood, with Fisher's gradient, Segal and
+                Weinstein 1989), or "both": a few iterations of EM, then ML
+    Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
+    R_form      the same of R
+    held        masks, n x n or m x n, by name (A, H, Q, R): where true, that entry stays as it is
+    starts      how often ML begins: once at `model`, then at random from `seed`; the best counts
+    iterations  E-steps that a start may take; `tolerance` of log-likelihood that may be left
+    arithmetic  "f64"; EM has "f32", too
+    report      is told the number of each evaluation and its log-likelihood
+
+    Standard errors are the roots of the diagonal of J^-1, J the observed information from differences of the
+    gradient (Harvey 1989, section 3.4).
+    Too few records, no maximum, or a likelihood that is not finite: `is_settled` is False and `message` says why.
+    KalmanqError: what is asked for cannot be.
+    """
+    if method not in METHODS:
+        raise KalmanqError(f"{method!r} is no method: {', '.join(METHODS)}")
+    if arithmetic != "f64" and method != "em":
+        raise KalmanqError("maximum likelihood is in f64")
+    if starts < 1:
+        raise KalmanqError("starts: below 1")
+    made = Records(model, records, u)
+    task = Task(model, made, Choice(model, free, Q_form, R_form, held), method, iterations, tolerance, arithmetic,
+                report)
+    if method == "em":
+        task.choice.require_em()
+    impossible = task.impossible()
+    if impossible:
+        return Fit(model, likelihood(model, made.z, made.u) if made.measurements else 0.0, message=impossible)
+    random = np.random.default_rng(seed)
+    ended = [one_start(task)] + [one_start(task, random) for _ in range(starts - 1)]
+    return _fit_of(task, max(ended, key=lambda one: one.value), ended)
+
+
+def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
+    found = None if best.optimum is None else findings(best.problem, best.optimum)
+    distance = best.distance
+    undetermined = found.undetermined if found else ()
+    if not undetermined and task.has_no_unit:
+        undetermined = (NO_UNIT,)
+    why = _why_not(task, best, found, undetermined)
+    said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
+    if len(ended) > 1:
+        there = sum(abs(one.value - best.value) < SAME_TOP for one in ended)
+        said += f"; {there} of {len(ended)} starts ended there"
+    return Fit(
+        best.model, best.value, found.errors if found else {}, found.boundary if found else (),
+        undetermined, sum(one.evaluations for one in ended), best.em_evaluations, best.course,
+        not why, distance, said)
+
+
+def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: Sequence[str]) -> str:
+    """Why this is no maximum, in a line; empty where it is one."""
+    if not np.isfinite(best.value):
+        return "the log-likelihood is not finite"
+    exhausted = best.optimum is not None and best.optimum.is_exhausted
+    if found and found.runaway:
+        return f"no maximum: the log-likelihood rises without an end with {', '.join(found.runaway)}"
+    if best.status < lib.KQ_OK:
+        return f"EM ended: {ffi.string(lib.kq_status_text(best.status)).decode()}"
+    if exhausted:
+        return f"not at the maximum after {best.evaluations} evaluations: there were no more ({_left(best)})"
+    if best.optimum and not best.optimum.information.is_finite:
+        return "no maximum: beside the best point the log-likelihood is not finite, a covariance becomes singular"
+    if best.optimum and not best.optimum.information.is_maximum:
+        return "no maximum: the information matrix is not positive definite at the best point, and was not inverted"
+    if undetermined:
+        return f"not determined by the records: {'; '.join(undetermined)} changes nothing; hold one of them"
+    if not best.distance <= task.tolerance or not best.em_is_near:
+        return f"not at the maximum after {len(best.course)} evaluations: {_left(best)}"
+    return ""
+
+
+def _left(best: Ended) -> str:
+    if best.distance == best.distance:
+        return f"about {best.distance:.2g} of log-likelihood is left"
+    return "how far it is cannot be told"

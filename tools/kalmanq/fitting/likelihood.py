@@ -1,0 +1,38 @@
+"""The likelihood of records and its gradient."""
+
+from __future__ import annotations
+
+from typing import Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import require
+from kalmanq.filters import Filter
+from kalmanq.fitting.expectation import Expectation, Records
+from kalmanq.model import Model
+from kalmanq.parts import Parts
+
+
+def likelihood(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,
+               arithmetic: str = "f64") -> float:
+    """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact."""
+    made, parts = Records(model, records, u), Parts(model, arithmetic)
+    total = 0.0
+    for z, controls in zip(made.z, made.u):
+        run = Filter(model, arithmetic, parts=parts)
+        run.run(z, controls)
+        total += run.log_likelihood
+    return total
+
+
+def gradient(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,
+             of: Sequence[str] = ("Q", "R"), arithmetic: str = "f64") -> dict[str, np.ndarray]:
+    """Derivatives of the log-likelihood to the entries of `of`, arrays of their shapes, by Fisher's identity
+    (Segal and Weinstein 1989): of a covariance the entries are taken for independent, so that along a symmetric
+    change E of Q the slope is sum_ij gradient["Q"]_ij E_ij.  NaN where the noise is singular."""
+    expectation = Expectation(model, Records(model, records, u), free=of, noise=(None, model.Q),
+                              arithmetic=arithmetic)
+    require(expectation.status, "gradient")
+    require(expectation.run(), "gradient")
+    return {name: array.copy() for name, array in expectation.gradient().items() if name in of}

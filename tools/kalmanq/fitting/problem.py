@@ -1,0 +1,335 @@
+"""What is to be estimated: the log-likelihood as a function of a vector, with its gradient."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Mapping, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import lib
+from kalmanq.errors import KalmanqError
+from kalmanq.filters import Smoother
+from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Entries, Infeasible, Multiple
+from kalmanq.fitting.expectation import FORMS, FREE, Expectation, Records
+from kalmanq.fitting.likelihood import likelihood
+from kalmanq.model import Model
+
+# x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
+STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
+
+
+def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarray]) -> None:
+    """H and Q free, and nothing of H held: states in other units would do as well (em.h, KQ_NOT_IDENTIFIED)."""
+    if {"H", "Q"} <= set(free) and not np.any(held.get("H", False) & (model.H != 0)):
+        raise KalmanqError("H and Q are not determined by data, but for H^2 Q: leave one of them out of --free, or hold "
+                           "an entry of H that is not 0")
+
+
+class Choice:
+    """What is free, in which form, and which entries are held.
+
+    held   of A (n x n), H (m x n), Q (n x n), R (m x m), by name: where true the entry stays as it is
+    """
+
+    def __init__(self, model: Model, free: Sequence[str], Q_form: str, R_form: str,
+                 held: Optional[Mapping[str, ArrayLike]]):
+        self.free = tuple(name for name in FREE if name in free)
+        self.forms = {"Q": Q_form, "R": R_form, "P0": "full"}
+        if not free:
+            raise KalmanqError("nothing is free")
+        for name in free:
+            if name not in FREE:
+                raise KalmanqError(f"{name} is no parameter: {', '.join(FREE)}")
+        for form in (Q_form, R_form):
+            if form not in FORMS:
+                raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
+        for name in ("x0", "P0"):
+            if name in free and np.any(model.unknown):
+                raise KalmanqError(f"{name} cannot be free where P0 is unknown")
+        self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
+        self._require_units(model)
+
+    def _require_units(self, model: Model) -> None:
+        """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""
+        held = self.held.get("H", np.zeros(model.H.shape, bool))
+        for i in np.flatnonzero(model.unknown) if "H" in self.free else ():
+            if not np.all(held[:, i]) and not np.any(held[:, i] & (model.H[:, i] != 0)):
+                raise KalmanqError(f"H cannot be free where P0 of {model.states[i].name} is unknown: hold an entry "
+                                   f"of H[*,{i}] that is not 0, or give P0")
+
+    def _mask(self, model: Model, name: str, given: ArrayLike) -> np.ndarray:
+        if name not in ("A", "H", "Q", "R") or name not in self.free:
+            raise KalmanqError(f"held: {name} is not one of the free A, H, Q, R")
+        mask = np.asarray(given, bool)
+        if mask.shape != getattr(model, name).shape:
+            raise KalmanqError(f"held: {name} has {getattr(model, name).shape} entries, not {mask.shape}")
+        if np.all(mask):
+            raise KalmanqError(f"held: all of {name} is held; leave it out of the free ones")
+        return mask | mask.T if name in ("Q", "R") else mask
+
+    def require_em(self) -> None:
+        if not self.is_for_em:
+            raise KalmanqError("EM holds no entries of Q and R: maximum likelihood (ml) does")
+
+    @property
+    def is_for_em(self) -> bool:
+        """The M-step knows no held entries of covariances."""
+        return not {"Q", "R"} & set(self.held)
+
+
+class Noise:
+    """Q = F Q' F' with Q' positive definite: F = I where Q is (None), otherwise the model's G, the states that have
+    noise, or the directions that have.  `axes`: the states of Q', where it is of states."""
+
+    def __init__(self, model: Model):
+        self.F: Optional[np.ndarray] = None
+        self.axes: Optional[np.ndarray] = np.flatnonzero(np.diag(model.Q) > 0)
+        n = model.n
+        if not len(self.axes):
+            self.inner = model.Q
+        elif _is_definite(model.Q[np.ix_(self.axes, self.axes)]):
+            self.inner = model.Q[np.ix_(self.axes, self.axes)]
+            self.F = None if len(self.axes) == n else np.eye(n)[:, self.axes]
+        elif model.G is not None:
+            self.F, self.axes = model.G[:, np.any(model.G != 0, axis=0)], None
+            self.inner = np.eye(self.F.shape[1])
+        else:
+            values, vectors = np.linalg.eigh(model.Q)
+            there = values > 1e-12 * max(values[-1], 0)
+            self.F, self.axes, self.inner = vectors[:, there], None, np.diag(values[there])
+
+    def whole(self, inner: np.ndarray) -> np.ndarray:
+        return inner if self.F is None else self.F @ inner @ self.F.T
+
+    def of_model(self, inner: np.ndarray) -> dict[str, np.ndarray]:
+        """Q, or a G that keeps its rank."""
+        if self.F is None:
+            return {"Q": inner}
+        return {"Q": self.whole(inner)} if self.axes is not None else {"G": self.F @ np.linalg.cholesky(inner)}
+
+
+def _is_definite(C: np.ndarray) -> bool:
+    deviation = np.sqrt(np.diag(C))
+    return bool(np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] > 1e-10)
+
+
+class Problem:
+    """The likelihood of the records in coordinates around the present estimate: `evaluate(x)`, 0 is here.
+
+    evaluations   E-steps so far; course: the log-likelihood that each of the search found
+    """
+
+    def __init__(self, model: Model, records: Records, choice: Choice, arithmetic: str = "f64"):
+        self.model, self.records, self.choice = model, records, choice
+        self.noise = Noise(model)
+        if "Q" in choice.free and not np.any(model.Q):
+            raise KalmanqError("Q is 0, and stays 0: begin with some noise")
+        if "Q" in choice.held and self.noise.axes is None:
+            raise KalmanqError("held: Q = G Q' G' is of lower rank: its entries cannot be held")
+        self.course: list[float] = []
+        self.allowed = 0  # evaluations
+        self.best = -np.inf
+        self.arithmetic = arithmetic
+        self.report: Optional[Callable[[int, float], None]] = None
+        self._expect()
+        self.begun = {name: array.copy() for name, array in self.arrays.items()}
+        self.offset = self._offset()
+
+    def _expect(self) -> None:
+        choice, forms = self.choice, self.choice.forms
+        held = {name: choice.held[name] for name in ("A", "H") if name in choice.held}
+        self.expectation = Expectation(self.model, self.records, free=choice.free,
+                                       noise=(self.noise.F, self.noise.inner), held=held,
+                                       forms=(forms["Q"], forms["R"]), arithmetic=self.arithmetic)
+
+    def _offset(self) -> float:
+        """Of the exact log-likelihood, where the start is unknown, from that of the start which stands for it."""
+        if not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
+                self.expectation.run() != lib.KQ_OK:
+            return 0.0
+        return likelihood(self.model, self.records.z, self.records.u) - self.expectation.log_likelihood
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        return self.expectation.arrays
+
+    @property
+    def evaluations(self) -> int:
+        return self.expectation.evaluations
+
+    def anchor(self) -> None:
+        """Coordinates of what the arrays now are."""
+        e = self.expectation
+        e.begin()
+        self.measured = np.flatnonzero(np.diag(self.arrays["R"]) > 0)
+        self.blocks = [self._block(name) for name in self.choice.free]
+        ends = np.cumsum([0] + [block.size for block in self.blocks]).tolist()
+        self.slices = [slice(a, b) for a, b in zip(ends, ends[1:])]
+        self.size = ends[-1]
+        self.logarithmic = np.concatenate([block.logarithmic for block in self.blocks])
+        self.units = np.concatenate([block.units for block in self.blocks])
+
+    def _block(self, name: str) -> Any:
+        rows, steps = len(self.records), self.records.steps
+        if name in ("A", "H", "x0"):
+            free = ~self.choice.held.get(name, np.zeros(self.arrays[name].shape, bool))
+            return Entries(name, self.arrays[name], free, self._scale(name))
+        noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
+        start = self._inside(name, self.arrays[name])
+        if name != "Q" and not (start.size and _is_definite(start)):
+            raise KalmanqError(f"{name} is singular: what has no noise cannot be estimated from there")
+        if self.choice.forms[name] == "multiple":
+            return Multiple(name, start, noises)
+        held = self._inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
+                                                                        self.model.A.shape, bool)), True)
+        if self.choice.forms[name] == "diagonal":
+            if np.any(start - np.diag(np.diag(start))):
+                raise KalmanqError(f"{name} is not diagonal, and is to be")
+            held = held | ~np.eye(len(start), dtype=bool)
+        return Cholesky(name, start, held, noises)
+
+    def _inside(self, name: str, whole: np.ndarray, is_mask: bool = False) -> np.ndarray:
+        """The part of a covariance, or of a mask of its entries, that has noise."""
+        if name == "R":
+            return whole[np.ix_(self.measured, self.measured)]
+        if name == "Q" and is_mask:
+            return np.zeros_like(self.arrays["Q"], bool) if self.noise.axes is None else \
+                whole[np.ix_(self.noise.axes, self.noise.axes)]
+        return whole
+
+    def _scale(self, name: str) -> np.ndarray:
+        """Of an entry: what it moves is as large as the noise, over the root of the number of noises."""
+        arrays, model = self.arrays, self.model
+        if name == "x0":
+            return np.sqrt(np.maximum(np.diag(arrays["P0"]), 1e-300) / len(self.records))
+        size = self._sizes()
+        noise = np.sqrt(np.diag(self.noise.whole(arrays["Q"]) if name == "A" else arrays["R"]))
+        moved = size if name == "A" else np.maximum(np.abs(model.H) @ size, 1e-300)
+        noise = np.where(noise > 0, noise, 1e-2 * moved)
+        return np.outer(noise, 1 / size) / np.sqrt(self.records.steps)
+
+    def _sizes(self) -> np.ndarray:
+        """Root mean square of each state, smoothed."""
+        if not hasattr(self, "_size"):
+            squares = [np.nanmean(Smoother(self.model).run(z, u).smoothed ** 2, axis=0)
+                       for z, u in zip(self.records.z, self.records.u)]
+            size = np.sqrt(np.nanmean(squares, axis=0))
+            self._size = np.where(size > 0, size, 1.0)
+        return self._size
+
+    # ------------------------------------------------------------------ the function
+
+    def put(self, x: np.ndarray) -> None:
+        """Writes the parameters at x to the arrays that C reads."""
+        for block, part in zip(self.blocks, self.slices):
+            self.put_inside(block.name, block.matrix(x[part]))
+
+    def evaluate(self, x: np.ndarray) -> tuple[float, np.ndarray]:
+        """Log-likelihood and gradient; -inf and zeros where there is none."""
+        value = self.value(x)
+        self.course.append(value)
+        if self.report:
+            self.report(self.evaluations, value)
+        if not np.isfinite(value):
+            return value, np.zeros(self.size)
+        return value, self._slopes(x)
+
+    def slopes_at(self, x: np.ndarray) -> np.ndarray:
+        """The gradient alone; NaN where there is none."""
+        return self._slopes(x) if np.isfinite(self.value(x)) else np.full(self.size, np.nan)
+
+    def _slopes(self, x: np.ndarray) -> np.ndarray:
+        found = self.expectation.gradient()
+        slopes = np.concatenate([block.slopes(self._inside(block.name, found[block.name])) for block in self.blocks])
+        for k in np.flatnonzero(~np.isfinite(slopes)):
+            slopes[k] = self._difference(x, int(k))
+        return slopes
+
+    def leave_singular(self, least: float, share: float) -> bool:
+        """Gives full covariances that are as good as singular a share more of their variances, or of those that they
+        began with; were there any?"""
+        made = False
+        for block in self.blocks:
+            if not isinstance(block, Cholesky) or np.any(block.held):
+                continue
+            C = self._inside(block.name, self.arrays[block.name])
+            deviation = np.sqrt(np.diag(C))
+            if np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] < least:
+                begun = np.diag(self._inside(block.name, self.begun[block.name]))
+                self.put_inside(block.name, C + share * np.diag(np.maximum(np.diag(C), begun)))
+                made = True
+        return made
+
+    def put_inside(self, name: str, C: np.ndarray) -> None:
+        if name == "R":
+            self.arrays["R"][np.ix_(self.measured, self.measured)] = C
+        else:
+            self.arrays[name][...] = C
+
+    def value(self, x: np.ndarray) -> float:
+        if np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST):
+            return -np.inf
+        try:
+            self.put(x)
+        except Infeasible:
+            return -np.inf
+        return self.value_here()
+
+    def value_here(self) -> float:
+        """The log-likelihood of what is in the arrays."""
+        if self.expectation.run() != lib.KQ_OK:
+            return -np.inf
+        value = self.expectation.log_likelihood + self.offset
+        return value if np.isfinite(value) else -np.inf
+
+    def _difference(self, x: np.ndarray, k: int, step: float = 0.02) -> float:
+        """Where there is no noise, Fisher's identity says nothing: of the likelihood itself."""
+        return sum(weight * self.value(x + steps * step * np.eye(self.size)[k]) for steps, weight in STENCIL) / step
+
+    def scatter(self, random: np.random.Generator, spread: float) -> None:
+        """Moves the arrays to somewhere else: logarithms of standard deviations, and entries, by so much of what
+        they are known to."""
+        self.anchor()
+        for _ in range(100):
+            x = random.normal(size=self.size) * np.where(self.logarithmic, spread / self.units, 2 * spread)
+            if np.isfinite(self.value(x)):
+                return
+        self.put(np.zeros(self.size))
+
+    # ------------------------------------------------------------------ what it is of
+
+    def estimated(self) -> Model:
+        """The model with what is in the arrays."""
+        made: dict[str, Any] = {name: np.array(self.arrays[name], np.float64) for name in self.choice.free}
+        for name in ("Q", "R", "P0"):
+            if name in made:
+                made[name] = (made[name] + made[name].T) / 2
+        if "Q" in made:
+            made.update(self.noise.of_model(made.pop("Q")))
+        return self.model.changed(**made)
+
+    def whole(self, name: str) -> np.ndarray:
+        """A parameter as the model has it."""
+        return self.noise.whole(self.arrays["Q"]) if name == "Q" else self.arrays[name]
+
+    def place(self, name: str, i: int) -> Optional[int]:
+        """The row of a covariance that row i of what is estimated of it is; None: it is no row."""
+        if name == "Q":
+            return None if self.noise.axes is None else int(self.noise.axes[i])
+        return int(self.measured[i]) if name == "R" else i
+
+    def tangents(self) -> dict[str, np.ndarray]:
+        """The derivative of each free parameter, whole, to all coordinates: its shape x size."""
+        made = {}
+        for block, part in zip(self.blocks, self.slices):
+            inside = block.tangent()
+            if block.name == "Q" and self.noise.F is not None:
+                inside = np.einsum("ia,abk,jb->ijk", self.noise.F, inside, self.noise.F)
+            shape = getattr(self.model, block.name).shape
+            made[block.name] = np.zeros((*shape, self.size))
+            if block.name == "R":
+                made["R"][np.ix_(self.measured, self.measured, range(part.start, part.stop))] = inside
+            else:
+                made[block.name][..., part] = inside
+        return made

@@ -1,0 +1,191 @@
+"""The maximum of the likelihood: SciPy's BFGS over the C core's likelihood and gradient, edges, Newton's steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kalmanq.fitting.information import Information
+from kalmanq.fitting.problem import Problem
+
+ROUNDS = 8
+SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
+SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
+SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
+BESIDE = 1e-2  # share of a variance by which a singular covariance is left
+STILL = 1e-2  # of a slope: what is steeper is under way
+HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
+UP = 3.0, 6.0, 12.0, 24.0, 48.0  # of a log standard deviation: where a variance of 0 differs from others
+DOWN, NONE = (9.0, 6.0, 3.0, 0.0), -4.0  # where it may be as good as none
+
+
+@dataclass
+class Optimum:
+    """x: coordinates; value: the log-likelihood there; edge: the coordinates of variances that are best at 0."""
+
+    x: np.ndarray
+    value: float
+    edge: np.ndarray
+    information: Information
+    is_exhausted: bool = False  # there were no evaluations left to go on
+
+    @property
+    def distance(self) -> float:
+        return self.information.distance
+
+
+class Exhausted(Exception):
+    """As many evaluations as were allowed."""
+
+
+def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
+    """From the arrays as they are.  Where a full covariance has become singular, once more from a little beside it:
+    a combination of directions may have noise where each by itself is best without."""
+    problem.allowed = problem.evaluations + limit
+    found = _rounds(problem, tolerance)
+    found_blocks = problem.blocks
+    if not found.is_exhausted and problem.leave_singular(SINGULAR, BESIDE):
+        again = _rounds(problem, tolerance)
+        if again.value > found.value + SAME:
+            return again
+        problem.blocks = found_blocks
+    problem.put(found.x)
+    return found
+
+
+def _rounds(problem: Problem, tolerance: float) -> Optimum:
+    """Climb, look how the top is curved, move what is best at 0 there, and again."""
+    problem.anchor()
+    edge = np.zeros(problem.size, bool)
+    x = np.zeros(problem.size)
+    for _ in range(ROUNDS):
+        x, slopes = climb(problem, x, edge)
+        found = Optimum(x, problem.best, edge, Information(problem, x, slopes, edge))
+        found.is_exhausted = problem.evaluations >= problem.allowed
+        if found.is_exhausted:
+            break
+        x, changed = _next(problem, found, tolerance)
+        edge = found.edge
+        if not changed:
+            _polish(problem, found)
+            break
+    problem.put(found.x)
+    return found
+
+
+def _polish(problem: Problem, found: Optimum) -> None:
+    """The last digits of the parameters: a step of Newton, where the likelihood does not tell them any more."""
+    if not found.distance < SAME:
+        return
+    at = found.x + found.information.newton()
+    if problem.value(at) > found.value - SAME:
+        found.x = at
+
+
+def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The best point that BFGS finds, and the gradient there; what is at the edge stays."""
+    from scipy.optimize import minimize  # loading it takes longer than all else of the package
+
+    free = np.flatnonzero(~edge)
+    problem.best, worst = -np.inf, [None]
+    best = [x, np.zeros(problem.size)]
+
+    def lost(part: np.ndarray) -> tuple[float, np.ndarray]:
+        at = x.copy()
+        at[free] = part
+        value, slopes = problem.evaluate(at)
+        if value > problem.best:
+            problem.best, best[:] = value, [at, slopes]
+        if not np.isfinite(value):  # far below what there was: the line search goes back
+            return (0.0 if worst[0] is None else worst[0]) + 1e3, np.zeros(len(free))
+        worst[0] = -value if worst[0] is None else max(worst[0], -value)
+        if problem.evaluations >= problem.allowed:
+            raise Exhausted
+        return -value, -slopes[free]
+
+    try:
+        if len(free):
+            minimize(lost, x[free], jac=True, method="BFGS", options={"gtol": SLOPE, "maxiter": 10**6})
+        else:
+            lost(x[free])
+    except Exhausted:
+        pass
+    return best[0], best[1]
+
+
+def _next(problem: Problem, found: Optimum, tolerance: float) -> tuple[np.ndarray, bool]:
+    """Where the next round begins, and whether there is reason for one.  Moves edges."""
+    x, edge = _edges(problem, found)
+    moved = not np.array_equal(edge, found.edge)
+    escaped = not np.array_equal(x[~edge], found.x[~edge])
+    found.edge = edge
+    if moved or escaped:
+        return x, True
+    information = found.information
+    if not information.is_finite:
+        return x, False
+    if not information.is_maximum:
+        return _beside(problem, found)
+    if information.distance > 0.01 * tolerance:
+        step = information.newton()
+        for share in (1.0, 0.25):
+            if problem.value(found.x + share * step) > found.value:
+                return found.x + share * step, True
+    return x, False
+
+
+def _beside(problem: Problem, found: Optimum) -> tuple[np.ndarray, bool]:
+    """No maximum: to one side or the other of it."""
+    direction = found.information.downhill()
+    tried = [found.x + far * direction for far in (1, -1, 10, -10)]
+    values = [problem.value(x) for x in tried]
+    best = int(np.argmax(values))
+    if values[best] > found.value + SAME:
+        return tried[best], True
+    found.information.take_for_flat()
+    return found.x, False
+
+
+def _edges(problem: Problem, found: Optimum) -> tuple[np.ndarray, np.ndarray]:
+    """Variances that hardly matter: to 0 where the likelihood does not fall by that, upwards where it rises."""
+    x, edge, value = found.x.copy(), found.edge.copy(), found.value
+    curvature = np.zeros(problem.size)
+    curvature[found.information.inside] = np.diag(found.information.J)
+    slopes = found.information.whole(found.information.slopes)
+    hardly = (np.abs(curvature) < HARDLY * problem.units**2) & (np.abs(slopes) < STILL)
+    for k in np.flatnonzero(problem.logarithmic & hardly):
+        above, far = _above(problem, x, k, value)
+        if above > value:
+            x, edge[k], value = _moved(x, k, far), False, above
+        elif above < value and not edge[k]:
+            x, edge[k] = _to_the_edge(problem, x, k, value)
+    return x, edge
+
+
+def _to_the_edge(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[np.ndarray, bool]:
+    """The largest variance that is as good as next to none: it is no rounding beside the others."""
+    none = problem.value(_moved(x, k, NONE / problem.units[k]))
+    if none < value - SAME:
+        return x, False
+    for steps in DOWN:
+        at = _moved(x, k, steps / problem.units[k])
+        if problem.value(at) > none - 0.1 * SAME:
+            return at, True
+    return _moved(x, k, NONE / problem.units[k]), True
+
+
+def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float, float]:
+    """The likelihood as far above as it is another one, and how far that is; `value` where it is flat everywhere."""
+    for steps in UP:
+        far = steps / problem.units[k]
+        found = problem.value(_moved(x, k, far))
+        if abs(found - value) > SAME:
+            return found, far
+    return value, 0.0
+
+
+def _moved(x: np.ndarray, k: int, far: float) -> np.ndarray:
+    made = x.copy()
+    made[k] += far
+    return made
