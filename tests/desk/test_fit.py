@@ -118,7 +118,7 @@ def test_the_slope_of_what_has_no_noise_is_that_of_the_likelihood():
     _, found = problem.evaluate(x)
     for k, move in enumerate(np.eye(problem.size)):
         expected = slope(lambda h: problem.value(h * move), 0.1)
-        assert abs(found[k] - expected) < 1e-5 * np.max(np.abs(found))
+        assert abs(found[k] - expected) < 1e-9 * np.max(np.abs(found))
 
 
 # ------------------------------------------------------------------------------ maxima
