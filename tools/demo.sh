@@ -32,8 +32,7 @@ cd "$out"
 step() { printf '\n== %s\n' "$*"; }
 
 step "The Nile: variances from a poor guess (Durbin and Koopman: 1469.1 and 15099)"
-kalmanq fit "$examples/nile_guess.toml" "$examples/nile.csv" --tolerance 1e-8 --iterations 2000 \
-    --out nile.toml --plot nile_fit.png
+kalmanq fit "$examples/nile_guess.toml" "$examples/nile.csv" --out nile.toml --plot nile_fit.png
 for arithmetic in f64 f32 q31; do
     step "The Nile in $arithmetic: filtered, smoothed, ten years ahead"
     kalmanq run nile.toml "$examples/nile.csv" --arith $arithmetic --smooth --forecast 10 \

@@ -26,7 +26,8 @@ def main() -> None:
     warnings.simplefilter("ignore")
     nile = fit_cases.nile(Path(sys.argv[1]))
     worst = 0.0
-    for name, figures in (("NILE_EXACT", fitted(nile, "local level")), ("NILE_KNOWN", fitted(nile, "local level", True)),
+    for name, figures in (("NILE_EXACT", fitted(nile, "local level")),
+                          ("NILE_KNOWN", fitted(nile, "local level", True)),
                           ("TREND_EXACT", fitted(fit_cases.trend(0)[:, 0], "local linear trend"))):
         expected = getattr(fit_cases, name)
         print(name, *(f"{figure:.10g}" for figure in figures))

@@ -16,8 +16,8 @@ from kalmanq import model_file, tables
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.fitting import Fit, fit
+from kalmanq.fitting.choice import require_units
 from kalmanq.fitting.entries import free_and_held
-from kalmanq.fitting.problem import require_units
 from kalmanq.model import Model
 
 
@@ -79,8 +79,9 @@ def _tell(asked: Asked, found: Fit, free: list[str], console: Console) -> None:
     if asked.json:
         print(json.dumps(_for_machines(found, free), indent=2))
         return
-    console.print(f"log-likelihood {_number(found.course[0]) if found.course else '?'} -> "
-                  f"{found.log_likelihood:.6f} in {len(found.course)} evaluations ({found.evaluations} in all)")
+    begun = f"{found.course[0]:.6g} -> " if found.course else ""
+    console.print(f"log-likelihood {begun}{found.log_likelihood:.6f} in {len(found.course)} evaluations "
+                  f"({found.evaluations} in all)")
     if found.is_settled:
         console.print(found.message)
     table = Table("parameter", "estimate", "standard error", box=None, pad_edge=False)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Callable, Mapping, Optional, Sequence
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import lib, require
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.problem import Choice, Problem
+from kalmanq.fitting.problem import Problem
 from kalmanq.model import Model
 
 Report = Optional[Callable[[int, float], None]]

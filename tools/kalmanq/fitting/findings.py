@@ -14,6 +14,8 @@ from kalmanq.fitting.search import SINGULAR, STILL, Optimum
 MOVES = 1e-2  # share of a direction, from where it moves a coordinate or a parameter
 UNKNOWN = 1e-4  # information on a relative change, below which nothing is known of it: its standard error is 100
 NONE = 1e-5  # information on the log of a standard deviation: there is none
+FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
+RIDGE = 0.02  # share of a fall that others leave, below which they make up for it
 NAMED = 0.05  # share of the largest change, from where a parameter is named
 
 
@@ -39,8 +41,40 @@ def findings(problem: Problem, optimum: Optimum) -> Findings:
     errors = {name: _errors(tangent, optimum, flat) for name, tangent in tangents.items()}
     for block, part in zip(problem.blocks, problem.slices):
         _mark(problem, block, optimum.edge[part], errors[block.name])
-    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(_said(problem, tangents, way) for way in flat),
+    undetermined = [_said(problem, tangents, way) for way in flat] + _ridges(problem, optimum)
+    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(undetermined),
                     tuple(_runaway(problem, optimum)))
+
+
+def _ridges(problem: Problem, optimum: Optimum) -> list[str]:
+    """Variances that are best at 0 but need not be 0: where one rises, others make up for all of it.
+
+    With it at a place where the likelihood has fallen, the step of Newton of the others is g' J^-1 g / 2 upwards."""
+    made: list[str] = []
+    if not optimum.information.is_maximum:
+        return made
+    covariance, singular = optimum.information.covariance(), _singular(problem)
+    for block, part in zip(problem.blocks, problem.slices):
+        for k in np.flatnonzero(optimum.edge[part]) if block.name not in singular else ():
+            x, fall = _fallen(problem, optimum, part.start + int(k))
+            slopes = np.where(optimum.edge, 0.0, problem.slopes_at(x))
+            if fall > FALL and fall - slopes @ covariance @ slopes / 2 < RIDGE * fall:
+                step = covariance @ slopes
+                made.append(f"{_name(problem, block, int(k))} for {_said(problem, problem.tangents(), step)}")
+            problem.put(optimum.x)
+    return made
+
+
+def _fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, float]:
+    """Where coordinate k is as far above its edge as the likelihood has fallen a little, and by how much."""
+    x, fall = optimum.x.copy(), 0.0
+    while not fall > FALL:
+        x[k] += 1 / problem.units[k]
+        if not problem.is_within(x):
+            x[k] -= 1 / problem.units[k]
+            break
+        fall = optimum.value - problem.value(x)
+    return x, fall
 
 
 def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
@@ -74,7 +108,7 @@ def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarra
     known = optimum.information
     if not known.is_finite:
         return []
-    singular = {block.name for block in problem.blocks if isinstance(block, Cholesky) and _rank(block) < len(block.L)}
+    singular = _singular(problem)
     one = 1 / np.sqrt(problem.records.steps)
     noise = ROUNDING + one * float(np.max(np.abs(known.slopes), initial=0.0))
     made = []
@@ -84,6 +118,10 @@ def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarra
         if moved > MOVES * one and abs(curvature) < max(noise, UNKNOWN * moved**2):
             made.append(way)
     return made
+
+
+def _singular(problem: Problem) -> set[str]:
+    return {block.name for block in problem.blocks if isinstance(block, Cholesky) and _rank(block) < len(block.L)}
 
 
 def _unit(problem: Problem, name: str) -> np.ndarray:

@@ -9,10 +9,11 @@ import numpy as np
 
 from kalmanq.core import ffi, lib, require
 from kalmanq.fitting import em
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.problem import Choice, Problem
+from kalmanq.fitting.problem import Problem
 from kalmanq.fitting.search import Optimum, maximise
 from kalmanq.model import Model
 

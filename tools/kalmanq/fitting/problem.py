@@ -2,116 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping, Optional, Sequence
+from typing import Any, Callable, Optional
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Smoother
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Entries, Infeasible, Multiple
-from kalmanq.fitting.expectation import FORMS, FREE, Expectation, Records
+from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
+from kalmanq.fitting.noise import Noise, is_definite
 from kalmanq.model import Model
 
 # x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
-
-
-def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarray]) -> None:
-    """H and Q free, and nothing of H held: states in other units would do as well (em.h, KQ_NOT_IDENTIFIED)."""
-    if {"H", "Q"} <= set(free) and not np.any(held.get("H", False) & (model.H != 0)):
-        raise KalmanqError("H and Q are not determined by data, but for H^2 Q: leave one of them out of --free, or hold "
-                           "an entry of H that is not 0")
-
-
-class Choice:
-    """What is free, in which form, and which entries are held.
-
-    held   of A (n x n), H (m x n), Q (n x n), R (m x m), by name: where true the entry stays as it is
-    """
-
-    def __init__(self, model: Model, free: Sequence[str], Q_form: str, R_form: str,
-                 held: Optional[Mapping[str, ArrayLike]]):
-        self.free = tuple(name for name in FREE if name in free)
-        self.forms = {"Q": Q_form, "R": R_form, "P0": "full"}
-        if not free:
-            raise KalmanqError("nothing is free")
-        for name in free:
-            if name not in FREE:
-                raise KalmanqError(f"{name} is no parameter: {', '.join(FREE)}")
-        for form in (Q_form, R_form):
-            if form not in FORMS:
-                raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
-        for name in ("x0", "P0"):
-            if name in free and np.any(model.unknown):
-                raise KalmanqError(f"{name} cannot be free where P0 is unknown")
-        self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
-        self._require_units(model)
-
-    def _require_units(self, model: Model) -> None:
-        """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""
-        held = self.held.get("H", np.zeros(model.H.shape, bool))
-        for i in np.flatnonzero(model.unknown) if "H" in self.free else ():
-            if not np.all(held[:, i]) and not np.any(held[:, i] & (model.H[:, i] != 0)):
-                raise KalmanqError(f"H cannot be free where P0 of {model.states[i].name} is unknown: hold an entry "
-                                   f"of H[*,{i}] that is not 0, or give P0")
-
-    def _mask(self, model: Model, name: str, given: ArrayLike) -> np.ndarray:
-        if name not in ("A", "H", "Q", "R") or name not in self.free:
-            raise KalmanqError(f"held: {name} is not one of the free A, H, Q, R")
-        mask = np.asarray(given, bool)
-        if mask.shape != getattr(model, name).shape:
-            raise KalmanqError(f"held: {name} has {getattr(model, name).shape} entries, not {mask.shape}")
-        if np.all(mask):
-            raise KalmanqError(f"held: all of {name} is held; leave it out of the free ones")
-        return mask | mask.T if name in ("Q", "R") else mask
-
-    def require_em(self) -> None:
-        if not self.is_for_em:
-            raise KalmanqError("EM holds no entries of Q and R: maximum likelihood (ml) does")
-
-    @property
-    def is_for_em(self) -> bool:
-        """The M-step knows no held entries of covariances."""
-        return not {"Q", "R"} & set(self.held)
-
-
-class Noise:
-    """Q = F Q' F' with Q' positive definite: F = I where Q is (None), otherwise the model's G, the states that have
-    noise, or the directions that have.  `axes`: the states of Q', where it is of states."""
-
-    def __init__(self, model: Model):
-        self.F: Optional[np.ndarray] = None
-        self.axes: Optional[np.ndarray] = np.flatnonzero(np.diag(model.Q) > 0)
-        n = model.n
-        if not len(self.axes):
-            self.inner = model.Q
-        elif _is_definite(model.Q[np.ix_(self.axes, self.axes)]):
-            self.inner = model.Q[np.ix_(self.axes, self.axes)]
-            self.F = None if len(self.axes) == n else np.eye(n)[:, self.axes]
-        elif model.G is not None:
-            self.F, self.axes = model.G[:, np.any(model.G != 0, axis=0)], None
-            self.inner = np.eye(self.F.shape[1])
-        else:
-            values, vectors = np.linalg.eigh(model.Q)
-            there = values > 1e-12 * max(values[-1], 0)
-            self.F, self.axes, self.inner = vectors[:, there], None, np.diag(values[there])
-
-    def whole(self, inner: np.ndarray) -> np.ndarray:
-        return inner if self.F is None else self.F @ inner @ self.F.T
-
-    def of_model(self, inner: np.ndarray) -> dict[str, np.ndarray]:
-        """Q, or a G that keeps its rank."""
-        if self.F is None:
-            return {"Q": inner}
-        return {"Q": self.whole(inner)} if self.axes is not None else {"G": self.F @ np.linalg.cholesky(inner)}
-
-
-def _is_definite(C: np.ndarray) -> bool:
-    deviation = np.sqrt(np.diag(C))
-    return bool(np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] > 1e-10)
 
 
 class Problem:
@@ -177,7 +83,7 @@ class Problem:
             return Entries(name, self.arrays[name], free, self._scale(name))
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
         start = self._inside(name, self.arrays[name])
-        if name != "Q" and not (start.size and _is_definite(start)):
+        if name != "Q" and not (start.size and is_definite(start)):
             raise KalmanqError(f"{name} is singular: what has no noise cannot be estimated from there")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
@@ -227,8 +133,10 @@ class Problem:
 
     def evaluate(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Log-likelihood and gradient; -inf and zeros where there is none."""
+        before = self.evaluations
         value = self.value(x)
-        self.course.append(value)
+        if self.evaluations > before:
+            self.course.append(value)
         if self.report:
             self.report(self.evaluations, value)
         if not np.isfinite(value):
@@ -268,13 +176,17 @@ class Problem:
             self.arrays[name][...] = C
 
     def value(self, x: np.ndarray) -> float:
-        if np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST):
+        if not self.is_within(x):
             return -np.inf
         try:
             self.put(x)
         except Infeasible:
             return -np.inf
         return self.value_here()
+
+    def is_within(self, x: np.ndarray) -> bool:
+        """Is no variance farther from where it began than it may be?"""
+        return not np.any(np.abs(x * self.units)[self.logarithmic] > FARTHEST)
 
     def value_here(self) -> float:
         """The log-likelihood of what is in the arrays."""

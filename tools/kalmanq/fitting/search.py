@@ -28,7 +28,7 @@ class Optimum:
     value: float
     edge: np.ndarray
     information: Information
-    is_exhausted: bool = False  # there were no evaluations left to go on
+    is_exhausted: bool = False  # there was reason to go on, and no evaluation or round left
 
     @property
     def distance(self) -> float:
@@ -70,6 +70,8 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
         if not changed:
             _polish(problem, found)
             break
+    else:
+        found.is_exhausted = True
     problem.put(found.x)
     return found
 
@@ -179,6 +181,8 @@ def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float
     """The likelihood as far above as it is another one, and how far that is; `value` where it is flat everywhere."""
     for steps in UP:
         far = steps / problem.units[k]
+        if not problem.is_within(_moved(x, k, far)):
+            break
         found = problem.value(_moved(x, k, far))
         if abs(found - value) > SAME:
             return found, far

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from kalmanq.fitting.expectation import Records
 
 FAR = 1e12  # times the variance of the first state given all rows
+EXACT = 1e6  # times the variance of the measurements, of a state that is measured without noise or not at all
 
 
 def known_start(model: Model, records: Records) -> tuple[np.ndarray, np.ndarray]:
@@ -29,8 +30,9 @@ def known_start(model: Model, records: Records) -> tuple[np.ndarray, np.ndarray]
     x0, P0 = model.x0.copy(), np.array(model.P0)
     unknown = model.unknown
     mean, variance = np.nanmean(means, axis=0), np.nanmax(variances, axis=0)
-    spread = max(max(np.nanmax(np.abs(z), initial=0.0) for z in records.z), 1e-150) ** 2
+    spread = max(float(np.max(np.nanvar(z, axis=0), initial=0.0)) for z in records.z)
     P0[unknown], P0[:, unknown] = 0, 0
-    P0[unknown, unknown] = FAR * np.where(variance > 0, variance, spread)[unknown]
+    P0[unknown, unknown] = np.fmax(FAR * variance, EXACT * spread)[unknown]
+    P0[unknown, unknown] = np.where(P0[unknown, unknown] > 0, P0[unknown, unknown], 1.0)
     x0[unknown] = np.where(np.isfinite(mean), mean, 0.0)[unknown]
     return x0, P0
