@@ -34,8 +34,8 @@ groups_of() { # [NAME]
     flags*) echo clang ;;
     readme*) echo python ;;
     desk.shared) echo python ;;
-    desk.designs*) echo desk clang cores cost ;;
-    desk.speed) echo desk peers ;;
+    desk | desk.design*) echo desk clang cores cost ;;
+    desk.fit* | desk.gallery* | desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;

@@ -8,6 +8,5 @@ here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 rm -rf "$work"
 mkdir -p "$work"
-"$desk" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --target "$work/package" "$root/tools"
-PYTHONPATH="$work/package:$root/tools/cost" PYTHONDONTWRITEBYTECODE=1 "$desk" "$here/designed.py" "$work/designs" "$@"
+PYTHONPATH="$root/tools/cost" PYTHONDONTWRITEBYTECODE=1 "$desk" "$here/designed.py" "$work/designs" "$@"
 "$python" -B "$root/tools/cost/designs.py" "$work/designs"

@@ -93,6 +93,12 @@ def test_fit_simulate_compare_steady_check(tmp_path):
     hidden.write_text("[model]\nA=[[1.0,0.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[1.0,1.0]\n")
     checked = kalmanq("check", hidden)
     assert checked.returncode == 1 and "never measured" in checked.stdout
+    assert "prior" not in kalmanq("check", MODEL).stdout  # nothing is known of it
+    for sigma, code, said in ((40, 0, "3 sigma are within"), (60, 0, "3 sigma reach beyond"), (130, 1, "beyond its range")):
+        hidden.write_text(f"[model]\nA=1.0\nH=1.0\nQ=1.0\nR=1.0\nP0={sigma**2}.0\n[states]\nranges=[125]\n"
+                          "[measurements]\nranges=[900]\n")
+        checked = kalmanq("check", hidden)
+        assert checked.returncode == code and said in checked.stdout
     one, two = (kalmanq("simulate", MODEL, "--seed", 5).stdout for _ in range(2))
     assert one == two and one != kalmanq("simulate", MODEL, "--seed", 6).stdout
 

@@ -62,6 +62,8 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
     ('[model]\nbuilder = "levle"\n', "line 2: builder: there is no 'levle'; level?"),
     ('[model]\nbuilder = "level"\ndrift = 1\nnoise = 1\n', "variance: is missing: a number"),
     ('[model]\nbuilder = "level"\ndrift = 1\nnoize = 1\nvariance = 1\n', "line 4: noize: level has no such parameter; noise?"),
+    ('[model]\nbuilder = "level"\ndrift = -1\nnoise = 1\nvariance = 1\n',
+     "line 2: builder: level: a covariance is not positive semi-definite"),
     ('[model]\nbuilder = "trend"\ndrift = [1]\nnoise = 1\nvariance = [1, 1]\n', "line 3: drift: has 1 numbers, not 2"),
     ('[model]\nbuilder = "ar"\nphi = [1.1]\nvariance = 1\n', "stationary"),
 ])

@@ -61,6 +61,29 @@ def test_rows_blocks_and_sequences_are_the_same_bits(arithmetic):
     assert np.array_equal(Smoother(model, arithmetic).run(z, u).mean, run.mean)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+def test_rows_of_the_mean_alone_have_the_bits_of_full_steps(arithmetic, seed):
+    """A sequence leaves a root that stands still alone; in a sequence of one row every step is a full one."""
+    turning = kalmanq.Model([[0.27, -0.63, 0], [0.72, 0.18, 0.09], [0, -0.36, 0.45]], [[1, 0, 0.5], [0, 2, 0]],
+                            [0.3, 2.0], [0.1, 0.2, 0.05], P0=np.eye(3))
+    stood = []
+    for model in (models.cart(), turning):
+        z, u = models.data(model, 900, seed)
+        z[np.isnan(z)] = 0.5
+        z[500, 0], z[600], z[700, -1] = np.nan, np.nan, 2000  # the root settles again, or never left
+        whole, rows, roots = Filter(model, arithmetic), Filter(model, arithmetic), []
+        run = whole.run(z, u)
+        for t in range(len(z)):
+            row = rows.run(z[t:t + 1], None if u is None else u[t:t + 1])
+            for name in ("mean", "sigma", "innovation", "innovation_sigma", "nis", "taken", "log_likelihood"):
+                assert np.array_equal(getattr(row, name)[0], getattr(run, name)[t], equal_nan=True), (name, t)
+            roots.append(rows.memory[-model.n * (model.n + 1) // 2:])
+        assert np.array_equal(whole.memory, rows.memory) and whole.log_likelihood == rows.log_likelihood
+        stood.append(all(np.array_equal(roots[t], roots[t - 1]) for t in (499, 850, 899)))
+    assert stood == [arithmetic == "f64", True]  # the cart's goes round in its last bits in f32
+
+
 def test_the_readme_s_program_is_this():
     """What the C program of README.md prints, to the last digit."""
     page = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 
 usage: check_readme.py PAGE... SOURCE LIBRARY WORK
 """
+import functools
 import pathlib
 import re
 import subprocess
@@ -44,12 +45,31 @@ def titles(page: pathlib.Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in found}
 
 
-def unknown_names(text: str, source: pathlib.Path) -> list[str]:
-    """Names of the library in the page that no header and no source has."""
+@functools.lru_cache(maxsize=None)
+def library_names(source: pathlib.Path) -> set[str]:
+    """With _<T> and without"""
     code = "\n".join(path.read_text(encoding="utf-8") for folder in ("include", "src")
                      for path in sorted((source / folder).rglob("*.[hc]")))
     known = set(re.findall(r"\b(?:kq|KQ)_\w+", code))
-    known |= {re.sub(r"_(f32|f64|q31|F32|F64|Q31)$", "", name) for name in known}
+    return known | {re.sub(r"_(f32|f64|q31|F32|F64|Q31)$", "", name) for name in known}
+
+
+@functools.lru_cache(maxsize=None)
+def words_of(source: pathlib.Path) -> set[str]:
+    """All that stands in the project's own code"""
+    words: set[str] = set()
+    paths = [source / "CMakeLists.txt"]
+    for folder in ("include", "src", "port", "tests", "tools"):
+        paths += (source / folder).rglob("*")
+    for path in paths:
+        if path.suffix in (".h", ".c", ".cpp", ".sh", ".py", ".cmake", ".txt"):
+            words |= set(re.findall(r"\w+", path.read_text(encoding="utf-8", errors="replace")))
+    return words
+
+
+def unknown_names(text: str, source: pathlib.Path) -> list[str]:
+    """Names of the library in the page that no header and no source has."""
+    known = library_names(source)
     used = set(re.findall(r"`[^`\n]*?\b((?:kq|KQ)_\w*\w)\b", text))
     files = {path.stem for path in (source / "src").rglob("*.[hc]")}
     files |= {re.sub(r"_(f32|f64|q31)$", "", stem) for stem in files}
@@ -62,11 +82,7 @@ def missing(page: pathlib.Path, text: str, source: pathlib.Path) -> list[str]:
     stand for others).  A file without its folder may be in any of src/."""
     folders = ("src", "src/*", "include", "include/kalmanq", "tests")
     places = [page.parent, source, *(place for folder in folders for place in source.glob(folder))]
-    words = set()
-    for path in source.rglob("*"):
-        if path.suffix in (".h", ".c", ".cpp", ".sh", ".py", ".cmake", ".txt") and "build" not in path.parts:
-            words |= set(re.findall(r"\w+", path.read_text(encoding="utf-8", errors="replace")))
-    faults = []
+    words, faults = words_of(source), []
     for name in sorted(set(re.findall(r"`([^`\n]+)`", text))):
         if re.search(r"q15|_[A-Z]+\.|^x[._]", name):
             continue

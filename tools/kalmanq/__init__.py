@@ -16,10 +16,12 @@ from kalmanq.results import Run
 from kalmanq.reweighting import ReweightedSmoother
 from kalmanq.statistics import Consistency, LeastSquares
 from kalmanq.steady import SteadyFilter, SteadyState, steady_state
+from kalmanq.varying import VaryingSmoother
 
 __all__ = [
     "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Fit", "Gaps", "KalmanqError",
     "KalmanqWarning", "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity",
-    "ReweightedSmoother", "Robust", "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState", "fit",
+    "ReweightedSmoother", "Robust", "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState",
+    "VaryingSmoother", "fit",
     "gradient", "likelihood", "run_many", "steady_state",
 ]

@@ -89,7 +89,8 @@ def _built(n: int, r: int, m: int, fill: Callable[[Any], int], names: list[str],
     status = fill(model)
     if status == lib.KQ_ERR_NO_CONVERGENCE:
         raise ModelError("builder", f"{what}: the model is not stationary")
-    require(status, what)
+    if status != lib.KQ_OK:
+        raise ModelError("builder", f"{what}: {ffi.string(lib.kq_status_text(status)).decode()}")
 
     def array(pointer: Any, *shape: int) -> np.ndarray:
         flat = np.frombuffer(ffi.buffer(pointer, 8 * int(np.prod(shape))), np.float64)

@@ -50,6 +50,38 @@ class Chip(str, Enum):
     q31 = "q31"
 
 
+class Example(str, Enum):
+    rocket = "rocket"
+    densities = "densities"
+    concentration = "concentration"
+    prediction_error = "prediction-error"
+    stationary = "stationary"
+    smoothing = "smoothing"
+
+
+class Entry(str, Enum):
+    level = "level"
+    trend = "trend"
+    season = "season"
+    trend_season = "trend-season"
+    ar = "ar"
+    ar_noise = "ar-noise"
+    ma = "ma"
+    arma = "arma"
+    regression = "regression"
+    regression_drifting = "regression-drifting"
+    factor = "factor"
+    constant_velocity = "constant-velocity"
+    constant_acceleration = "constant-acceleration"
+
+
+class AnyArithmetic(str, Enum):
+    f32 = "f32"
+    f64 = "f64"
+    q31 = "q31"
+    all = "all"
+
+
 class WayToRun(str, Enum):
     lean = "lean"
     tables = "tables"
@@ -255,6 +287,34 @@ def fit(
                               iterations, tolerance, out, plot, json_), console())
         if why:
             _stop(f"{model}: {why}", NO_MAXIMUM)
+
+
+@app.command()
+def examples(
+    name: Optional[Example] = typer.Argument(None, metavar="EXAMPLE", help="Otherwise the list of them."),
+    arith: AnyArithmetic = typer.Option(AnyArithmetic.all, "--arith", help="The numbers to compute with."),
+    seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="The example's figure."),
+    json_: bool = JSON,
+) -> None:
+    """The theory's examples: rocket, densities, concentration, prediction-error, stationary, smoothing."""
+    with told_in_one_line(None, out):
+        from kalmanq.commands.examples import Asked, show
+
+        show(Asked(name.value if name else None, arith.value, seed, out, json_), console())
+
+
+@app.command()
+def gallery(
+    name: Optional[Entry] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them."),
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there."),
+    json_: bool = JSON,
+) -> None:
+    """Textbook models with data, fitted, smoothed and drawn: level, trend, season, ARMA, regression, factor, ..."""
+    with told_in_one_line(None, out):
+        from kalmanq.commands.gallery import Asked, show
+
+        show(Asked(name.value if name else None, out, json_), console())
 
 
 @app.command()

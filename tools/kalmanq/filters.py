@@ -457,14 +457,14 @@ class Smoother:
         """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
         rows = rows_of(z, self.model.measurements, "z")
         controls = controls_of(u, self.model, len(rows))
-        recording = Recording(self.model, self.parts, rows, controls)
+        recording = _Recording(self.model, self.parts, rows, controls)
         run = recording.run(z, u, covariance=covariance)
         recording.smooth(run, covariance, means_only)
         self.last = recording
         return run
 
 
-class Recording(Filter):
+class _Recording(Filter):
     """A filter with a history of so many rows and, where the start is unknown, what keeps its first rows."""
 
     def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]):

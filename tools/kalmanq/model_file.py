@@ -247,6 +247,17 @@ def text_of(model: Model) -> str:
     return "\n".join(lines) + "\n"
 
 
+def text_of_builder(builder: str, parameters: Mapping[str, Any], model: Model) -> str:
+    """As text_of, of the builder and the parameters that `model` was made by."""
+    lines = ["[model]", f"name = {_quoted(model.name)}", f'builder = "{builder}"']
+    is_unknown = bool(np.all(model.unknown))
+    lines += [f"{name} = {value!r}" for name, value in parameters.items() if not (is_unknown and name == "variance")]
+    lines += ['P0 = "unknown"'] if is_unknown else []
+    for which in ("states", "measurements"):
+        lines += _section(which, getattr(model, which))
+    return "\n".join(lines) + "\n"
+
+
 def _prior_text(model: Model) -> str:
     if np.all(model.unknown):
         return '"unknown"'

@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 from kalmanq.files import whole
 from kalmanq.model import Model
@@ -31,6 +32,16 @@ FILTERED, SMOOTHED, DATA, AHEAD = "#1F6FB4", "#C4501B", "#8A8A8A", "#3C8D40"
 def save(figure: Figure, path: Path, inputs: Sequence[Path] = ()) -> None:
     with whole(path, inputs) as temporary:
         figure.savefig(temporary, format="png")
+    plt.close(figure)
+
+
+def save_small(figure: Figure, path: Path) -> None:
+    """As save, in 256 colours, those that are seldom, too: a third of the bytes."""
+    with whole(path) as temporary:
+        figure.savefig(temporary, format="png")
+        with Image.open(temporary) as picture:
+            small = picture.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        small.save(temporary, format="png", optimize=True)
     plt.close(figure)
 
 

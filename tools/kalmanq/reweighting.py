@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kalmanq.core import require
 from kalmanq.data import controls_of, index_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Filter, Recording, Results
+from kalmanq.filters import Filter, _Recording, Results
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 from kalmanq.results import Run
@@ -55,7 +55,7 @@ class ReweightedSmoother:
         return run
 
 
-class _Weighted(Recording):
+class _Weighted(_Recording):
     """A recorded run whose step to row t has weights[t] Q; smoothing it writes the weights of the next one."""
 
     def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray], weights: np.ndarray,

@@ -46,6 +46,7 @@ def unseen(A: np.ndarray, H: np.ndarray) -> list[complex]:
 def findings(model: Model) -> list[Finding]:
     made = [_seen(model), _driven(model), _settles(model), _conditioned(model)]
     made += [_fixed_point(model)] if any(one.range for one in model.states) else []
+    made += [_prior(model)] if any(one.range for one in np.array(model.states)[~model.unknown]) else []
     return made
 
 
@@ -94,6 +95,25 @@ def _fixed_point(model: Model) -> Finding:
     formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for one, bits in
                         zip(model.states, parts.fractions("states")))
     return Finding(True, "ranges", f"fit: {formats}")
+
+
+def _prior(model: Model) -> Finding:
+    """Does the filter begin within its ranges?  Beyond 3 sigma it hardly is."""
+    wide, reaching = [], []
+    for i, one in enumerate(model.states):
+        if one.range is None or model.unknown[i]:
+            continue
+        sigma, mean = float(np.sqrt(model.P0[i, i])), abs(float(model.x0[i]))
+        told = f"{one.name} is {model.x0[i]:g} +- {sigma:g}, its range {one.range:g}"
+        if mean > one.range or sigma > one.range:
+            wide.append(told)
+        elif mean + 3 * sigma > one.range:
+            reaching.append(told)
+    if wide:
+        return Finding(False, "prior", f"beyond its range: {'; '.join(wide)}; raise the range, or lower P0")
+    if reaching:
+        return Finding(True, "prior", f"3 sigma reach beyond the range: {'; '.join(reaching)}")
+    return Finding(True, "prior", "3 sigma are within the ranges")
 
 
 def check_file(path: Path, as_json: bool, console: Console) -> bool:

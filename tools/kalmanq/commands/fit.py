@@ -79,8 +79,9 @@ def _tell(asked: Asked, found: Fit, free: list[str], console: Console) -> None:
     if asked.json:
         print(json.dumps(_for_machines(found, free), indent=2))
         return
-    console.print(f"log-likelihood {_number(found.course[0]) if found.course else '?'} -> "
-                  f"{found.log_likelihood:.6f} in {len(found.course)} evaluations ({found.evaluations} in all)")
+    begun = f"{found.course[0]:.6g} -> " if found.course else ""
+    console.print(f"log-likelihood {begun}{found.log_likelihood:.6f} in {len(found.course)} evaluations "
+                  f"({found.evaluations} in all)")
     if found.is_settled:
         console.print(found.message)
     table = Table("parameter", "estimate", "standard error", box=None, pad_edge=False)

@@ -62,7 +62,7 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     records     each T x m; NaN: missing
     free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q: leave one out, or hold an entry
     u           for each record T x l, or None
-    method      "em" (Shumway and Stoffer 1982), "ml" (L-BFGS-B over the likelihood, with Fisher's gradient, Segal and
+    method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
     Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
     R_form      the same of R
@@ -93,7 +93,7 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
         return Fit(model, likelihood(model, made.z, made.u) if made.measurements else 0.0, message=impossible)
     random = np.random.default_rng(seed)
     ended = [one_start(task)] + [one_start(task, random) for _ in range(starts - 1)]
-    return _fit_of(task, max(ended, key=lambda one: one.value), ended)
+    return _fit_of(task, max(ended, key=lambda one: float(np.nan_to_num(one.value, nan=-np.inf))), ended)
 
 
 def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
@@ -123,7 +123,7 @@ def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: S
     if best.status < lib.KQ_OK:
         return f"EM ended: {ffi.string(lib.kq_status_text(best.status)).decode()}"
     if exhausted:
-        return f"not at the maximum after {best.evaluations} evaluations: there were no more ({_left(best)})"
+        return f"given up after {best.evaluations} evaluations: {_left(best)}"
     if best.optimum and not best.optimum.information.is_finite:
         return "no maximum: beside the best point the log-likelihood is not finite, a covariance becomes singular"
     if best.optimum and not best.optimum.information.is_maximum:

@@ -8,8 +8,8 @@ from typing import Callable, Optional
 import numpy as np
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.fitting.choice import Choice
 from kalmanq.fitting import em
+from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.likelihood import likelihood

@@ -133,8 +133,10 @@ class Problem:
 
     def evaluate(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Log-likelihood and gradient; -inf and zeros where there is none."""
+        before = self.evaluations
         value = self.value(x)
-        self.course.append(value)
+        if self.evaluations > before:
+            self.course.append(value)
         if self.report:
             self.report(self.evaluations, value)
         if not np.isfinite(value):

@@ -28,7 +28,7 @@ class Optimum:
     value: float
     edge: np.ndarray
     information: Information
-    is_exhausted: bool = False  # there were no evaluations left to go on
+    is_exhausted: bool = False  # there was reason to go on, and no evaluation or round left
 
     @property
     def distance(self) -> float:
@@ -70,6 +70,8 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
         if not changed:
             _polish(problem, found)
             break
+    else:
+        found.is_exhausted = True
     problem.put(found.x)
     return found
 

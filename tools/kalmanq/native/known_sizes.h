@@ -1,15 +1,29 @@
-/* Predict and update for sizes that the compiler knows, where there are such: the same bits in half of the time. */
-#ifndef KALMANQ_NATIVE_KNOWN_SIZES_H
-#define KALMANQ_NATIVE_KNOWN_SIZES_H
+/* What is compiled with the library's own text: predict and update for sizes that the compiler knows, where there are
+   such (the same bits in half of the time), and steps of the mean alone (calm.h). */
+#ifndef KQ_NATIVE_KNOWN_SIZES_H
+#define KQ_NATIVE_KNOWN_SIZES_H
 
 #include "kalmanq/kalmanq.h"
 
 #define KERNELS(T, num)                                                                            \
     typedef struct {                                                                               \
+        num directions[KQ_SIZE_MAX * KQ_SIZE_MAX]; /* m x n: s times the gain of each component */   \
+        num variances[KQ_SIZE_MAX];                /* m: s */                                      \
+        kq_likelihood_##T last;                    /* of a step, but for its NIS */                \
+        num log_determinant;                       /* of its S, and m log 2 pi */                  \
+    } kq_calm_##T;                                                                                 \
+    /* What a step does to the mean, if a full step leaves the root of f as it is; or 0: it does not, or \
+       something may be unusual. */                                                                \
+    int kq_calm_find_##T(kq_calm_##T *, const kq_filter_##T *, const kq_process_##T *,             \
+                         const kq_sensor_##T *);                                                   \
+    typedef struct {                                                                               \
         kq_status (*predict)(kq_filter_##T *, const kq_process_##T *, const num *);                \
         kq_status (*update)(kq_filter_##T *, const kq_sensor_##T *, const num *);                  \
+        /* predict and update; e: the innovations.  0: it is unusual, and nothing has changed */   \
+        int (*calm)(const kq_calm_##T *, kq_filter_##T *, const kq_process_##T *, const num *u,    \
+                    const kq_sensor_##T *, const num *z, num *e);                                  \
     } kq_kernels_##T;                                                                              \
-    /* is_upper: A has nothing below its diagonal.  Where no size fits: the library's functions. */ \
+    /* is_upper: A has nothing below its diagonal.  Where no size fits: the library's functions, and no calm. */ \
     kq_kernels_##T kq_kernels_for_##T(int n, int m, int is_upper);
 
 KERNELS(f32, float)

@@ -10,6 +10,10 @@ typedef struct {
     num root[root_words(KQ_SIZE_MAX)]; /* after the row before, where has_root */
     int has_root;
     int is_calm; /* the row left the root that it found: the next one's variances are this one's, too */
+    int may_rest;   /* is nothing but the filter's own asked for? */
+    int was_sought; /* has a calm step been looked for, at this root? */
+    int is_found;   /* and is there one? */
+    K(calm) calm;
 } K(row);
 
 /* What is attached may have more of a covariance than a root; a Student-t step moves one by a noise of its own, and
@@ -21,7 +25,17 @@ static void K(watch_root)(K(row) *r)
     const num *now = f->memory + mean_words(r->n);
     r->is_calm = r->has_root && !f->attached && !memcmp(r->root, now, size);
     r->has_root = !f->attached && r->q->way != SEQUENCE_STEP_STUDENT && !r->q->weights;
-    if (!r->is_calm) memcpy(r->root, now, size);
+    if (r->is_calm) return;
+    memcpy(r->root, now, size);
+    r->was_sought = r->is_found = 0;
+}
+
+/* After a whole row that was calm */
+static void K(seek_calm)(K(row) *r)
+{
+    if (!r->is_calm || !r->may_rest || r->was_sought || r->present != r->all) return;
+    r->was_sought = 1;
+    r->is_found = K(calm_find)(&r->calm, r->q->filter, r->q->process, r->q->sensor);
 }
 
 static void K(readings)(K(row) *r)
@@ -240,24 +254,54 @@ static kq_status K(follow)(K(sequence) *q, size_t t)
     return status;
 }
 
+/* A whole row of which the mean alone is new; 0: it is none. */
+static int K(go_calmly)(const K(row) *r)
+{
+    const K(sequence) *q = r->q;
+    const K(filter) *f = q->filter;
+    const size_t n = r->n, m = r->m, t = r->t, l = q->process->controls;
+    num spare[KQ_SIZE_MAX];
+    if (!r->is_found || r->present != r->all) return 0;
+    if (!r->kernels.calm(&r->calm, q->filter, q->process, q->u ? q->u + t * l : NULL, q->sensor, q->z + t * m,
+                         q->innovation ? q->innovation + t * m : spare)) return 0;
+    for (size_t i = 0; i < n; i++) {
+        if (q->mean) q->mean[t * n + i] = K(mean)(f, (int)i);
+        if (q->mean_low) q->mean_low[t * n + i] = K(mean_low)(f, (int)i);
+        if (q->sigma) q->sigma[t * n + i] = q->sigma[(t - 1) * n + i];
+    }
+    for (size_t c = 0; c < m && q->innovation_variance; c++) {
+        q->innovation_variance[t * m + c] = q->innovation_variance[(t - 1) * m + c];
+    }
+    return 1;
+}
+
+static kq_status K(go)(K(row) *r)
+{
+    K(sequence) *q = (K(sequence) *)r->q;
+    kq_status status = K(move)(r);
+    if (status < KQ_OK) return status;
+    K(readings)(r);
+    K(seek_calm)(r);
+    if (q->covariance) {
+        status = K(covariance)(q->filter, q->covariance + r->t * r->n * r->n);
+        if (status && status != KQ_ERR_NOT_READY) return status;
+    }
+    return K(follow)(q, r->t);
+}
+
 kq_status K(sequence_run)(K(sequence) *q)
 {
     const size_t n = q->filter->states, m = q->sensor->components;
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
+    r.may_rest = r.kernels.calm && q->way == SEQUENCE_PLAIN && !q->covariance && !q->watch && !q->lag &&
+                 !q->point && !q->settling && !q->adaptation && !q->filter->attached;
     for (q->done = 0; q->done < q->steps; q->done++) {
         r.t = q->done;
         r.present = K(present_in)(q->z + r.t * m, m);
-        kq_status status = K(move)(&r);
-        if (status < KQ_OK) return status;
-        K(judge)(&r);
-        K(readings)(&r);
-        if (q->covariance) {
-            status = K(covariance)(q->filter, q->covariance + r.t * n * n);
-            if (status && status != KQ_ERR_NOT_READY) return status;
-        }
-        status = K(follow)(q, r.t);
+        const kq_status status = K(go_calmly)(&r) ? KQ_OK : K(go)(&r);
         if (status) return status;
+        K(judge)(&r);
     }
     return KQ_OK;
 }
