@@ -1,0 +1,233 @@
+"""NAME.c and NAME.h of a filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.exact import Settled
+from kalmanq.compiler.forms import Entries, Key, Mean, Subject, update_by_gain
+from kalmanq.compiler.lines import Line, Lines, indented
+from kalmanq.compiler.structure import Structure
+from kalmanq.compiler.sums import Sum
+
+WIDTH = 110
+MISSED = "EVENT_MISSED"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be written.
+
+    name      of files and functions
+    rows      measured in a row, after which the covariance is what it settles to
+    doors     the largest word of each measurement, or nothing
+    """
+
+    name: str
+    subject: Subject
+    form: Any
+    structure: Structure
+    settled: Settled
+    rows: int
+    max_gap: int
+    min_run: int
+    doors: Sequence[Optional[str]]
+    remarks: Sequence[str] = ()
+    swings: Sequence[float] = ()  # of a record that is tried: how far measurements go, their noise, the controls
+    noises: Sequence[float] = ()
+    pushes: Sequence[float] = ()
+    probes: bool = False  # for the search: each line's value is told
+    partial: bool = False
+
+    @property
+    def type(self) -> str:
+        return f"{self.name}_filter"
+
+    @property
+    def upper(self) -> str:
+        return self.name.upper()
+
+    def field(self, key: Key) -> str:
+        return self.form.field(self.subject, key)
+
+    @property
+    def has_doors(self) -> bool:
+        return any(self.doors)
+
+    @property
+    def needs_math(self) -> bool:
+        return not self.subject.words.is_fixed and (self.has_doors or self.subject.words.fused or self.form.has_roots)
+
+    @property
+    def sample(self) -> str:
+        return f"const {self.subject.words.type} z[{self.subject.of.m}]"
+
+    @property
+    def controls(self) -> str:
+        count = self.subject.of.l
+        return f", const {self.subject.words.type} u[{count}]" if count else ""
+
+
+@dataclass
+class Body:
+    """A function that takes the filter from its fields and puts back what has changed."""
+
+    plan: Plan
+    carries: bool = True  # the covariance
+    lines: Lines = field(default_factory=Lines)
+    x: Mean = field(default_factory=list)
+    P: Entries = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        plan, s = self.plan, self.plan.subject
+        self.lines.taken |= {"f", "z", "u", "present"}
+        for i in range(s.of.n):
+            self.x.append([self.lines.load(name, type_, f"f->{name}") for name, type_ in s.mean.fields(i)])
+        names = {key: plan.field(key) for key in plan.structure.carried} if self.carries else {}
+        for name in names.values():
+            self.lines.load(name, s.words.type, f"f->{name}")
+        self.P = plan.structure.entries(names) if self.carries else {}
+        self.before = [list(words) for words in self.x], dict(self.P)
+
+    def predict(self) -> None:
+        self._predict_covariance()
+        self.predict_mean()
+
+    def _predict_covariance(self) -> None:
+        self.P = self.plan.form.predict(self.plan.subject, self.lines, self.P)
+
+    def predict_mean(self) -> None:
+        s = self.plan.subject
+        self.x = s.mean.predict(self.lines, self.x, [Sum.named(f"u[{k}]") for k in range(s.of.l)])
+
+    def update(self, j: int, z: Sum) -> None:
+        self.x, self.P = self.plan.form.update(self.plan.subject, self.lines, self.x, self.P, j, z, lambda *_: None)
+
+    def update_by_gain(self) -> None:
+        s = self.plan.subject
+        z = [Sum.named(f"z[{j}]") for j in range(s.of.m)]
+        self.x, _ = update_by_gain(s, self.lines, self.x, z, self.plan.settled.gain)
+
+    def text(self) -> list[str]:
+        """Of its lines and of what is stored."""
+        plan, s = self.plan, self.plan.subject
+        x, P = self.before
+        for i in range(s.of.n):
+            for (name, _), new, old in zip(s.mean.fields(i), self.x[i], x[i]):
+                if new.key() != old.key():
+                    self.lines.do(f"f->{name} = {s.words.store(new)};")
+        for key in plan.structure.carried if self.carries else ():
+            if self.P[key].key() != P[key].key():
+                self.lines.do(f"f->{plan.field(key)} = {s.words.store(self.P[key], plan.form.word(s, key))};")
+        return [one for line in self.lines.living() for one in written(line, plan.probes)]
+
+
+def written(line: Line, probes: bool) -> list[str]:
+    code = line.code()
+    if not line.note:
+        return [code]
+    remark = f"/* {line.note} */"
+    return [f"{code} {remark}"] if len(code) + len(remark) < WIDTH else [remark, code]
+
+
+# ------------------------------------------------------------------------------ functions
+
+
+def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
+    return [*([f"/* {remark} */"] if remark else []), head, "{", *indented(body), "}", ""]
+
+
+def start(plan: Plan) -> list[str]:
+    s = plan.subject
+    lines = [f"f->{name} = {value};" for i in range(s.of.n)
+             for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
+    lines += covariance_of(plan, s.of.P0) + [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
+    return function(f"void {plan.name}_start({plan.type} *f)", lines)
+
+
+def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
+    """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
+    of the last gap; events: what was refused"""
+    return [("uint32_t", "rows"), ("uint8_t", "missed"), ("uint8_t", "gap_refused")] + \
+        ([("uint8_t", "sample_refused")] if plan.has_doors else [])
+
+
+def predict(plan: Plan) -> list[str]:
+    body = Body(plan)
+    body.predict()
+    head = ["const uint32_t rows = f->rows << 16;", "if (rows == 0) { /* no sample since the last predict */",
+            *indented(gap(plan)), "}", "f->rows = rows;"]
+    return function(f"void {plan.name}_predict({plan.type} *f{plan.controls})", [*head, *body.text()])
+
+
+def gap(plan: Plan) -> list[str]:
+    refuse = ["{", "    f->gap_refused = 1;", "    return;", "}"]
+    if not plan.max_gap:
+        return refuse[1:3]
+    return ["const uint32_t run = f->rows >> 16; /* samples before a gap that begins here */",
+            f"if (run ? f->missed && run < {plan.min_run} : f->missed == {plan.max_gap}) {refuse[0]}", *refuse[1:],
+            "f->missed = (uint8_t)(run ? 1 : f->missed + 1);"]
+
+
+def update(plan: Plan) -> list[str]:
+    body = Body(plan)
+    for j in range(plan.subject.of.m):
+        body.lines.title(plan.subject.measurements[j])
+        body.update(j, Sum.named(f"z[{j}]"))
+    fast = Body(plan, carries=False)
+    fast.update_by_gain()
+    N = plan.rows
+    lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;", f"if (rows >= {N - 1}) {{ /* settled */",
+             *indented([*fast.text(), f"f->rows = {N};", *covariance_of(plan, plan.settled.filtered), "return;"]), "}",
+             "f->rows = rows + 1;", *body.text()]
+    return function(f"void {plan.name}_update({plan.type} *f, {plan.sample})", lines)
+
+
+def step(plan: Plan) -> list[str]:
+    name = plan.name
+    given = ", u" if plan.subject.of.l else ""
+    fast = Body(plan, carries=False)
+    fast.predict_mean()
+    fast.update_by_gain()
+    lines = door(plan, [f"{name}_predict(f{given});", "return;"])
+    lines += [f"if (f->rows != {plan.rows}) {{", f"    {name}_predict(f{given});", f"    {name}_update(f, z);",
+              "    return;", "}", *fast.text()]
+    return function(f"void {plan.name}_step({plan.type} *f{plan.controls}, {plan.sample})", lines)
+
+
+def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
+    s = plan.subject
+    values = plan.form.values(P)
+    return [f"f->{plan.field(key)} = {s.words.constant(values[key], plan.form.word(s, key))};"
+            for key in plan.structure.carried]
+
+
+def door(plan: Plan, refused: Sequence[str]) -> list[str]:
+    """What is outside the declared range, or no number, is refused."""
+    outside = [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
+    if not outside:
+        return []
+    return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
+
+
+def code(plan: Plan) -> str:
+    lines = [f'#include "{plan.name}.h"', "", *(["#include <math.h>", ""] if plan.needs_math else [])]
+    for part in (start, predict, update, step):
+        lines += part(plan)
+    return "\n".join(lines)
+
+
+def header(plan: Plan) -> str:
+    s = plan.subject
+    fields = [f"{type_} {name};" for type_, name in bookkeeping(plan)]
+    fields += [f"{type_} {name};" for i in range(s.of.n) for name, type_ in s.mean.fields(i)]
+    fields += [f"{s.words.type} {plan.field(key)};" for key in plan.structure.carried]
+    lines = [f"#ifndef KALMANQ_COMPILED_{plan.upper}_H", f"#define KALMANQ_COMPILED_{plan.upper}_H", "",
+             "#include <stdint.h>", "", "typedef struct {", *indented(fields), f"}} {plan.type};", "",
+             f"void {plan.name}_start({plan.type} *f);", f"void {plan.name}_predict({plan.type} *f{plan.controls});",
+             f"void {plan.name}_update({plan.type} *f, {plan.sample});",
+             f"void {plan.name}_step({plan.type} *f{plan.controls}, {plan.sample});", "", "#endif", ""]
+    return "\n".join(lines)
