@@ -49,22 +49,20 @@ class Floats:
             return value
         return lines.add(base, "float", self.text(value), note)
 
-    def scaled(self, lines: Lines, base: str, a: Sum, b: Sum, word: object = None) -> Sum:
-        """a * b; a sum of several parts gets a name first"""
-        if a.parts > 1 and not (b.is_constant and abs(b.constant) in (0, 1)):
-            a = self.name(lines, base, a)
-        if b.parts > 1 and not (a.is_constant and abs(a.constant) in (0, 1)):
-            b = self.name(lines, base, b)
-        return a * b
+    def gained(self, lines: Lines, base: str, row: Sum, w: Sum, j: int, i: int) -> Sum:
+        return self.name(lines, base, row * w, None, "gain")
 
-    def reciprocal(self, lines: Lines, base: str, variance: Sum, j: int, note: str = "") -> Sum:
+    def named_row(self, lines: Lines, base: str, row: Sum, j: int, i: int) -> Sum:
+        """P h of a state; an entry of P, or a multiple of one, needs no name"""
+        return row if row.parts <= 1 else self.name(lines, base, row, None, "P h")
+
+    def begin(self, lines: Lines) -> None:
+        pass
+
+    def reciprocal(self, lines: Lines, base: str, variance: Sum, j: int) -> Sum:
         if variance.is_constant:
             return Sum(1 / variance.constant)
-        return lines.add(base, "float", f"1.0f / {variance.name}", note)
-
-    def weighted(self, coefficient: Decimal, value: Sum, i: int, j: int) -> Sum:
-        """A constant gain times an innovation"""
-        return value * coefficient
+        return lines.add(base, "float", f"1.0f / {variance.name}")
 
     def constant(self, value: Decimal, word: object = None) -> str:
         return literal(value)

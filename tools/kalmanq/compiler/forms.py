@@ -92,8 +92,7 @@ class Covariance:
         variance = words.name(lines, f"s_{measured}", variance, words.variance(j), "variance of the innovation")
         w = words.reciprocal(lines, f"w_{measured}", variance, j)
         y = s.mean.innovation(lines, x, j, z, f"y_{measured}", "innovation")
-        gain = [words.name(lines, f"k_{s.states[i]}", words.scaled(lines, "h", row[i], w, words.row(j, i)),
-                           words.gain(j, i), "gain") for i in range(n)]
+        gain = [words.gained(lines, f"k_{s.states[i]}", row[i], w, j, i) for i in range(n)]
         x = [s.mean.correct(lines, i, x[i], gain[i] * y) for i in range(n)]
         keep(j, y, w, variance)
         made = {}
@@ -101,7 +100,7 @@ class Covariance:
             if self.is_product and len(seen) == 1 and seen[0] in (a, b):
                 value = gain[a + b - seen[0]] * (R / h[seen[0]])
             else:
-                value = entry(P, a, b) - words.scaled(lines, "h", gain[a], row[b])
+                value = entry(P, a, b) - gain[a] * row[b]
             made[a, b] = words.name(lines, s.pair("p", a, b), value, self.word(s, (a, b)))
         return x, made
 
@@ -110,8 +109,7 @@ class Covariance:
         value = Sum()
         for l in seen:
             value = value + entry(P, i, l) * s.of.H[j][l]
-        return value if value.parts <= 1 else \
-            s.words.name(lines, f"h_{s.states[i]}", value, s.words.row(j, i), "P h")
+        return s.words.named_row(lines, f"h_{s.states[i]}", value, j, i)
 
     def covariance(self, n: int, value: Callable[[Key], str]) -> dict[Key, str]:
         """C texts of the entries of P, of the texts of what is carried; an empty text is 0"""
@@ -132,6 +130,6 @@ def update_by_gain(s: Subject, lines: Lines, x: Mean, z: Sequence[Sum], gain: np
     for i in range(s.of.n):
         change = Sum()
         for j in range(s.of.m):
-            change = change + s.words.weighted(gain[i][j], y[j], i, j)
+            change = change + y[j] * gain[i][j]
         made.append(s.mean.correct(lines, i, x[i], change))
     return made, y

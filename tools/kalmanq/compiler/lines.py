@@ -33,6 +33,7 @@ class Lines:
     seen: dict[str, Sum] = field(default_factory=dict)
     used: dict[str, int] = field(default_factory=dict)
     taken: set[str] = field(default_factory=set)  # words that no line may be called
+    formats: dict[str, int] = field(default_factory=dict)  # in fixed point: the fraction of each name
 
     def fresh(self, base: str) -> str:
         while True:
@@ -52,8 +53,11 @@ class Lines:
             self.rows.append(Line(name, type_, text, note, wide))
         return self.seen[key]
 
-    def load(self, name: str, type_: str, text: str) -> Sum:
-        return self.add(name, type_, text)
+    def load(self, name: str, type_: str, text: str, word: Optional[int]) -> Sum:
+        made = self.add(name, type_, text)
+        if word is not None:
+            self.formats[name] = word
+        return made
 
     def do(self, statement: str) -> None:
         self.rows.append(Line("", "", statement))
@@ -83,7 +87,3 @@ def is_title(row: Line) -> bool:
 
 def indented(lines: Iterable[str], by: str = "    ") -> list[str]:
     return [f"{by}{line}" if line else line for line in lines]
-
-
-def first(values: Iterable[Sum]) -> Optional[Sum]:
-    return next(iter(values), None)

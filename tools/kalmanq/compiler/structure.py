@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any, Sequence, Union
+from typing import Any, Union
 
 from kalmanq.compiler.forms import Entries, Key, Subject
 from kalmanq.compiler.lines import Lines
@@ -45,7 +45,7 @@ def structure(s: Subject, form: Any) -> Structure:
 
 def _parted(s: Subject, form: Any, start: dict[Key, Decimal], made: Structure) -> Structure:
     names = {key: form.field(s, key) for key in start}
-    results = _transfers(s, form, made.entries(names), names.values())
+    results = _transfers(s, form, made.entries(names), names)
     first: dict[tuple, Key] = {}
     facts: dict[Key, Fact] = {}
     for key, fact in made.facts.items():
@@ -58,9 +58,11 @@ def _parted(s: Subject, form: Any, start: dict[Key, Decimal], made: Structure) -
     return Structure(facts)
 
 
-def _transfers(s: Subject, form: Any, P: Entries, names: Sequence[str]) -> list[Entries]:
+def _transfers(s: Subject, form: Any, P: Entries, names: dict[Key, str]) -> list[Entries]:
     """Of a predict and of each component's update, all of the same entries."""
-    lines = Lines(taken=set(names))
+    lines = Lines(taken=set(names.values()))
+    s.words.begin(lines)
+    lines.formats.update({name: form.word(s, key) for key, name in names.items()})
     x = [[Sum.named(name) for name, _ in s.mean.fields(i)] for i in range(s.of.n)]
     made = [form.predict(s, lines, dict(P))]
     for j in range(s.of.m):

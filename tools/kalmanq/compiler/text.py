@@ -10,6 +10,7 @@ import numpy as np
 from kalmanq.compiler.exact import Settled
 from kalmanq.compiler.forms import Entries, Key, Mean, Subject, update_by_gain
 from kalmanq.compiler.lines import Line, Lines, indented
+from kalmanq.compiler.routines import routines
 from kalmanq.compiler.structure import Structure
 from kalmanq.compiler.sums import Sum
 
@@ -84,11 +85,12 @@ class Body:
     def __post_init__(self) -> None:
         plan, s = self.plan, self.plan.subject
         self.lines.taken |= {"f", "z", "u", "present"}
+        s.words.begin(self.lines)
         for i in range(s.of.n):
-            self.x.append([self.lines.load(name, type_, f"f->{name}") for name, type_ in s.mean.fields(i)])
+            self.x.append([self.lines.load(name, type_, f"f->{name}", None) for name, type_ in s.mean.fields(i)])
         names = {key: plan.field(key) for key in plan.structure.carried} if self.carries else {}
-        for name in names.values():
-            self.lines.load(name, s.words.type, f"f->{name}")
+        for key, name in names.items():
+            self.lines.load(name, s.words.type, f"f->{name}", plan.form.word(s, key))
         self.P = plan.structure.entries(names) if self.carries else {}
         self.before = [list(words) for words in self.x], dict(self.P)
 
@@ -214,10 +216,11 @@ def door(plan: Plan, refused: Sequence[str]) -> list[str]:
 
 
 def code(plan: Plan) -> str:
-    lines = [f'#include "{plan.name}.h"', "", *(["#include <math.h>", ""] if plan.needs_math else [])]
-    for part in (start, predict, update, step):
-        lines += part(plan)
-    return "\n".join(lines)
+    body = "\n".join(line for part in (start, predict, update, step) for line in part(plan))
+    called = routines(body)
+    includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
+        (["#include <math.h>"] if plan.needs_math else [])
+    return "\n".join([f'#include "{plan.name}.h"', "", *includes, *([""] if includes else []), called + body])
 
 
 def header(plan: Plan) -> str:

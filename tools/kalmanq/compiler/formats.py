@@ -1,0 +1,89 @@
+"""Where the binary points of a model are: from what it can reach, or why it does not fit words of 32 bits."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Sequence
+
+import numpy as np
+
+from kalmanq.compiler.classes import ROOM, Means, Reach
+from kalmanq.compiler.exact import Numbers
+from kalmanq.compiler.fixed import TWO, Formats, ceil_log2, floor_log2
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model, Quantity
+
+LEAST_R = 8  # bits of a measurement's variance in the word of its innovation's
+NO_SIGMA = -40  # of what is known for ever
+
+
+def up(value: float) -> int:
+    """The least k with value <= 2^k"""
+    return ceil_log2(Decimal(float(value))) if value > 0 else NO_SIGMA
+
+
+def ranges_of(which: str, quantities: Sequence[Quantity]) -> list[float]:
+    for one in quantities:
+        if not one.range:
+            raise KalmanqError(f"{which}: {one.name} has no range; q31 needs one, f32 does not")
+    return [float(one.range or 0) for one in quantities]
+
+
+def formats_of(model: Model, of: Numbers, reach: Reach, means: Means) -> Formats:
+    sigma = [up(value * ROOM) for value in reach.sigma]
+    row_sigma = [_row_sigma(of, sigma, reach, j) for j in range(of.m)]
+    z = [_measured(one, reach_y) for one, reach_y in zip(model.measurements, means.y)]
+    u = [_fraction(one, ranges_of("controls", [one])[0]) for one in model.controls]
+    variance, zeros = [], []
+    for j in range(of.m):
+        variance.append(min(31 - up(reach.variance[j] * ROOM), 30 - 2 * row_sigma[j]))
+        least = Decimal(float(reach.least_variance[j] / ROOM)) * TWO ** variance[j]
+        zeros.append(31 - floor_log2(least))
+        if of.R[j] * TWO ** variance[j] < 1 << LEAST_R:
+            raise KalmanqError(f"R of {model.measurements[j].name} has {of.R[j] * TWO ** variance[j]:.1g} bits' worth in "
+                               f"the word of its innovation's variance, {reach.variance[j]:.3g} at most: a start that "
+                               "is better known, a smaller max_gap, or f32")
+    return Formats(sigma, row_sigma, variance, zeros, _means(model, of, reach, means, z, u), z, u)
+
+
+def _row_sigma(of: Numbers, sigma: Sequence[int], reach: Reach, j: int) -> int:
+    """Of one state that is measured as it is: that state's, so that a row of P is taken as it stands."""
+    seen = [i for i in range(of.n) if of.H[j][i]]
+    if len(seen) == 1 and abs(of.H[j][seen[0]]) == 1:
+        return sigma[seen[0]]
+    return up(reach.row_sigma[j] * ROOM)
+
+
+def _fraction(one: Quantity, span: float) -> int:
+    if one.fraction is not None:
+        if span * 2.0 ** one.fraction >= 2.0 ** 31:
+            raise KalmanqError(f"{one.name}: {span:.4g} does not fit Q{31 - one.fraction}.{one.fraction}")
+        return one.fraction
+    return 31 - up(span * ROOM)
+
+
+def _measured(one: Quantity, innovation: float) -> int:
+    if not np.isfinite(innovation):
+        raise KalmanqError(f"{one.name}: its innovation has no bound")
+    return _fraction(one, innovation)
+
+
+def _means(model: Model, of: Numbers, reach: Reach, means: Means, z: Sequence[int], u: Sequence[int]) -> list[int]:
+    """Points of the means: the mean fits, gains fit, and so do the coefficients between states."""
+    x = []
+    for i in range(of.n):
+        most = [62 - up(max(means.x[i], float(abs(of.x0[i])), 1e-30))]
+        most += [30 - up(reach.gain[i][j] * ROOM) + z[j] for j in range(of.m) if reach.gain[i][j] > 0]
+        most += [30 - ceil_log2(of.B[i][k]) + u[k] for k in range(of.l) if of.B[i][k]]
+        x.append(min(most))
+    for _ in range(of.n):
+        for i in range(of.n):
+            for l in range(of.n):
+                if of.A[i][l] and i != l:
+                    x[i] = min(x[i], x[l] + 2 - ceil_log2(of.A[i][l]))
+    for j in range(of.m):
+        for i in range(of.n):
+            if of.H[j][i] and x[i] - max(0, ceil_log2(of.H[j][i])) <= z[j]:
+                raise KalmanqError(f"{model.states[i].name}: its mean reaches {means.x[i]:.3g}, too wide for 64 bits beside "
+                                   f"{model.measurements[j].name} to 2^-{z[j]}: smaller ranges, or f32")
+    return x
