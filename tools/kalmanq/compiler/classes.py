@@ -7,7 +7,7 @@ begins at any sample after the start, or once the covariance has settled again.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Iterator, Sequence
+from typing import Iterator, Optional, Sequence
 
 import numpy as np
 
@@ -34,6 +34,10 @@ class Doubles:
         return Doubles(*(getattr(numbers, name).astype(float) for name in names))
 
 
+Taken = tuple[np.ndarray, list[int]]  # a gain n x r, and the components that it is of
+Row = list[Taken]
+
+
 @dataclass
 class Reach:
     """Largest of each sigma (states, rows of H x), gain n x m, variance of an innovation; the least variance, too"""
@@ -43,15 +47,15 @@ class Reach:
     gain: np.ndarray
     variance: np.ndarray
     least_variance: np.ndarray
-    patterns: list[list[list[np.ndarray]]] = field(default_factory=list)
+    patterns: list[tuple[Optional[list[Row]], list[Row]]] = field(default_factory=list)
 
 
-def rows(d: Doubles, P: np.ndarray, missing: int, measured: int, reach: Reach) -> Iterator[tuple[np.ndarray, list]]:
+def rows(d: Doubles, P: np.ndarray, missing: int, measured: int, reach: Reach) -> Iterator[tuple[np.ndarray, Row]]:
     """Of each row: the covariance after it, and the gains of its components; none where it is missing"""
     for row in range(missing + measured):
         P = d.A @ P @ d.A.T + d.Q
         _wider(d, P, reach)
-        gains = []
+        gains: Row = []
         if row >= missing:
             P, gains = update(d, P, reach)
         yield P, gains
@@ -62,8 +66,8 @@ def _wider(d: Doubles, P: np.ndarray, reach: Reach) -> None:
     reach.row_sigma = np.maximum(reach.row_sigma, np.sqrt(np.maximum(np.einsum("ji,ik,jk->j", d.H, P, d.H), 0)))
 
 
-def update(d: Doubles, P: np.ndarray, reach: Reach) -> tuple[np.ndarray, list[np.ndarray]]:
-    gains = []
+def update(d: Doubles, P: np.ndarray, reach: Reach) -> tuple[np.ndarray, Row]:
+    gains: Row = []
     for j in range(len(d.H)):
         row = P @ d.H[j]
         s = d.H[j] @ row + d.R[j]
@@ -72,12 +76,12 @@ def update(d: Doubles, P: np.ndarray, reach: Reach) -> tuple[np.ndarray, list[np
         reach.variance[j], reach.least_variance[j] = max(reach.variance[j], s), min(reach.least_variance[j], s)
         P = P - np.outer(k, row)
         P = (P + P.T) / 2
-        gains.append(k)
+        gains.append((k[:, None], [j]))
     return P, gains
 
 
 def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
-    """patterns: of each way (begin at the start or settled; gap) the gains of its rows, for means_of"""
+    """patterns: of each way the rows before a gap (None: settled for long), and those after, for means_of"""
     d, n, m = Doubles.of(of), of.n, of.m
     reach = Reach(np.zeros(n), np.zeros(m), np.abs(state.gain.astype(float)), np.zeros(m), np.full(m, np.inf))
     _wider(d, d.P0, reach)
@@ -85,12 +89,12 @@ def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
     begun, covariances = [gains], [P]
     for P, gains in rows(d, P, 0, settling, reach):
         begun.append(gains), covariances.append(P)
-    before = [([begun[:k + 1], P]) for k, P in enumerate(covariances)]
-    before = [([[]], d.P0), *before, (None, state.filtered.astype(float))]
-    for history, P in before:
+    before: list[tuple[Optional[list[Row]], np.ndarray]] = [([[]], d.P0)]
+    before += [(begun[:k + 1], P) for k, P in enumerate(covariances)]
+    for history, P in [*before, (None, state.filtered.astype(float))]:
         for gap in range(0 if history is None else 1, max_gap + 1):
             after = [gains for _, gains in rows(d, P, gap, settling, reach)]
-            reach.patterns.append([history, after])
+            reach.patterns.append((history, after))
     return reach
 
 
@@ -126,7 +130,7 @@ def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: S
     d, n, m = Doubles.of(of), of.n, of.m
     z, u = np.array(z, float), np.array(u, float)
     means = Means(np.abs(d.x0), np.zeros(m))
-    settled = _settled_rows(d, state, 2 * settling)
+    settled = _settled_rows(state, 2 * settling)
     box = _steady_box(d, state, z, u)
     for history, after in reach.patterns:
         if history is not None:
@@ -141,11 +145,9 @@ def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: S
     return Means(np.full(n, np.inf), np.full(m, np.inf))
 
 
-def _settled_rows(d: Doubles, state: Settled, count: int) -> list[list[np.ndarray]]:
-    P = state.filtered.astype(float)
-    nobody = Reach(np.zeros(len(P)), np.zeros(len(d.H)), np.zeros((len(P), len(d.H))), np.zeros(len(d.H)),
-                   np.full(len(d.H), np.inf))
-    return [gains for _, gains in rows(d, P, 0, count, nobody)]
+def _settled_rows(state: Settled, count: int) -> list[Row]:
+    gain = state.gain.astype(float)
+    return [[(gain, list(range(gain.shape[1])))]] * count
 
 
 def _steady_box(d: Doubles, state: Settled, z: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -162,7 +164,14 @@ def _steady_box(d: Doubles, state: Settled, z: np.ndarray, u: np.ndarray) -> np.
     return np.full(len(d.A), np.inf)
 
 
-def _follow(d: Doubles, gains: Sequence[list[np.ndarray]], turned: np.ndarray, box: np.ndarray, is_point: bool,
+def _see(d: Doubles, span: Span, box: np.ndarray, is_point: bool, z: np.ndarray, means: Means,
+         taken: Sequence[int]) -> None:
+    seen = Span(d.H @ span.turned, d.H @ span.columns).bound(box, is_point)
+    for j in taken:
+        means.y[j] = max(means.y[j], z[j] + seen[j])
+
+
+def _follow(d: Doubles, gains: Sequence[Row], turned: np.ndarray, box: np.ndarray, is_point: bool,
             z: np.ndarray, u: np.ndarray, means: Means, first: bool = False) -> np.ndarray:
     """Widens means by all that is met on a way; answers the bound at its end.  first: its first row is no step"""
     span = Span(turned, np.zeros((len(turned), 0)))
@@ -170,10 +179,8 @@ def _follow(d: Doubles, gains: Sequence[list[np.ndarray]], turned: np.ndarray, b
         if not (first and t == 0):
             span = span.moved(d.A, d.B * u)
             means.x = np.maximum(means.x, span.bound(box, is_point))
-        for j in range(len(d.H)):
-            seen = Span(d.H[j:j + 1] @ span.turned, d.H[j:j + 1] @ span.columns)
-            means.y[j] = max(means.y[j], z[j] + seen.bound(box, is_point)[0])
-        for j, k in enumerate(row):
-            span = span.moved(np.eye(len(k)) - np.outer(k, d.H[j]), (k * z[j])[:, None])
+        for k, taken in row:
+            _see(d, span, box, is_point, z, means, taken)
+            span = span.moved(np.eye(len(k)) - k @ d.H[taken], k * z[taken])
             means.x = np.maximum(means.x, span.bound(box, is_point))
     return span.bound(box, is_point)

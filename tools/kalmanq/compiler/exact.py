@@ -129,6 +129,17 @@ def settled(of: Numbers) -> Settled:
     return Settled(X, filtered, gain, variance)
 
 
+def root(P: np.ndarray) -> np.ndarray:
+    """Upper triangular S with S S' = P; a pivot that is 0 leaves its column 0."""
+    n, rest, S = len(P), P.copy(), decimals(np.zeros(P.shape))
+    for j in reversed(range(n)):
+        S[j, j] = rest[j, j].sqrt() if rest[j, j] > 0 else Decimal(0)
+        for i in range(j):
+            S[i, j] = rest[i, j] / S[j, j] if S[j, j] else Decimal(0)
+        rest = rest - np.outer(S[:, j], S[:, j])
+    return S
+
+
 def distance(P: np.ndarray, reference: np.ndarray) -> Decimal:
     """The largest |difference| over sigma_i sigma_j of the reference; 0 where a sigma is 0."""
     sigma = [value.sqrt() if value > 0 else Decimal(0) for value in np.diag(reference)]

@@ -7,6 +7,7 @@
  * subject.h has the filter, its model and the type exact (search.py writes it).  The exact filter has numbers of two doubles, 106
  * bits; compiled without contraction it is the same on every host.
  */
+#include <limits.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -205,6 +206,21 @@ static void judge(verdict *v, const subject *f, const reference *exactly)
     v->bad += !(pivot > 0);
 }
 
+/* ------------------------------------------------------------------ the lines' values */
+
+static long long least[PROBES + 1], greatest[PROBES + 1];
+
+void probe(int line, long long value)
+{
+    if (value < least[line]) least[line] = value;
+    if (value > greatest[line]) greatest[line] = value;
+}
+
+static void forget_values(void)
+{
+    for (int line = 0; line < PROBES; line++) least[line] = LLONG_MAX, greatest[line] = LLONG_MIN;
+}
+
 /* ------------------------------------------------------------------ the search */
 
 typedef struct {
@@ -280,6 +296,7 @@ static int search(long most)
     table = malloc(sizeof *table * (size_t)slots);
     if (!nodes || !table) return 1;
     for (long i = 0; i < slots; i++) table[i] = -1;
+    forget_values();
     subject_start(&first.f);
     reference_start(&first.exactly);
     meet(&v, &first.f, &first.exactly);
@@ -295,8 +312,12 @@ static int search(long most)
         for (unsigned present = 0; present < FULL; present += HAS_SUBSETS ? 1 : FULL) follow(&v, &from, present);
         follow(&v, &from, FULL);
     }
-    printf("{\"closed\": %s, \"count\": %ld, \"error\": %.3e, \"merged\": %.3e, \"pivot\": %.3e, \"bad\": %ld}\n",
+    printf("{\"closed\": %s, \"count\": %ld, \"error\": %.3e, \"merged\": %.3e, \"pivot\": %.3e, \"bad\": %ld, \"ranges\": [",
            next == count ? "true" : "false", count, v.error, v.merged, v.pivot, v.bad);
+    for (int line = 0; line < PROBES; line++) {
+        printf("%s[%lld, %lld]", line ? ", " : "", (long long)least[line], (long long)greatest[line]);
+    }
+    printf("]}\n");
     return 0;
 }
 
@@ -338,37 +359,100 @@ static void compare(track *t, const subject *f, const reference *exactly, bool i
     if (!(error <= t->covariance)) t->covariance = error;
 }
 
-static void print_words(const subject *f)
+static double within(double value, double most)
 {
-    printf("words");
+    return value > most ? most : value < -most ? -most : value;
+}
+
+/* What is measured moves as the model does, but damped, so that it stays in reach. */
+static void move(double *truth, const exact *u)
+{
+    double x[N], w[N];
+    for (int i = 0; i < N; i++) w[i] = normal();
+    for (int i = 0; i < N; i++) {
+        x[i] = 0;
+        for (int k = 0; k < N; k++) x[i] += damped * model_A[i * N + k].high * truth[k] + root_of_Q[i * N + k] * w[k];
+        for (int k = 0; k < L; k++) x[i] += model_B[i * L + k].high * u[k].high;
+    }
+    memcpy(truth, x, sizeof x);
+}
+
+static void begin(double *truth)
+{
+    for (int i = 0; i < N; i++) truth[i] = model_x0[i].high + sqrt(model_P0[i * N + i].high) * normal();
+}
+
+static double seen(const double *truth, int j)
+{
+    double value = 0;
+    for (int i = 0; i < N; i++) value += model_H[j * N + i].high * truth[i];
+    return value;
+}
+
+/* By what a record is made smaller to be within the ranges */
+static double shrinking(long rows)
+{
+    static const exact nothing[L + 1];
+    double truth[N], share = 1;
+    begin(truth);
+    for (long row = 0; row < rows; row++) {
+        move(truth, nothing);
+        for (int j = 0; j < M; j++) {
+            const double value = fabs(seen(truth, j));
+            if (value * share > 0.8 * most_of[j]) share = 0.8 * most_of[j] / value;
+        }
+    }
+    return share;
+}
+
+static void measure(reference *f, const double *truth, double share, subject_word *z)
+{
+    for (int j = 0; j < M; j++) {
+        const double value = share * seen(truth, j) + sqrt(model_R[j].high) * normal();
+        z[j] = subject_measured(j, within(value, most_of[j]));
+        take(f, j, (exact){subject_value(j, z[j]), 0});
+    }
+}
+
+/* Gaps are of 1 to LONGEST rows; none in the last 200. */
+static bool begins_gap(long row, long rows, int longest, int measured)
+{
+    return longest && measured >= LEAST_RUN && row + longest + 200 < rows && uniform() > 0.6;
+}
+
+static void print_row(bool is_missing, const subject_word *u, const subject_word *z, const subject *f)
+{
+    printf("%d |", is_missing);
+    for (int k = 0; k < L; k++) subject_print_word(u[k]);
+    printf(" |");
+    for (int j = 0; j < M; j++) subject_print_word(z[j]);
+    printf(" |");
     subject_print(f);
     printf("\n");
 }
 
-/* Measurements swing over a third of their ranges, or 40 sigma; gaps are of 1 to LONGEST rows. */
 static int run(long rows, int longest, bool prints)
 {
     subject f;
     reference exactly;
     track t = {0, 0, 0};
     int missing = 0, measured = 0;
+    double truth[N];
+    const double share = shrinking(rows);
+    state = 1; /* the same numbers once more */
+    begin(truth);
     memset(&f, 0, sizeof f);
     subject_begin(&f);
     reference_start(&exactly);
     for (long row = 0; row < rows; row++) {
-        subject_word z[M], u[L + 1];
-        exact z_of[M], u_of[L + 1];
-        const double phase = 0.02 * (double)row, part = 2 * (phase - floor(phase)) - 1;
-        const double swing = 4 * part * (1 - fabs(part)); /* near a sine, and the same on every host */
-        for (int j = 0; j < M; j++) {
-            z[j] = subject_measured(j, swing * swing_of[j] + noise_of[j] * normal());
-            z_of[j] = (exact){subject_value(j, z[j]), 0};
-        }
+        subject_word z[M + 1] = {0}, u[L + 1] = {0};
+        exact u_of[L + 1];
         for (int k = 0; k < L; k++) {
-            u[k] = subject_control(k, control_of[k] * uniform() * 0.5);
+            u[k] = subject_control(k, control_of[k] * uniform());
             u_of[k] = (exact){subject_control_value(k, u[k]), 0};
         }
-        if (!missing && measured >= LEAST_RUN && longest && row + longest + 100 < rows && uniform() > 0.6) {
+        if (row > 0) move(truth, u_of);
+        if (!missing && row > 0 && begins_gap(row, rows, longest, row > 30 ? measured : LEAST_RUN - 1)) {
             missing = 1 + (int)((uniform() + 1) / 2 * longest) % longest;
         }
         const bool is_missing = missing > 0;
@@ -378,18 +462,12 @@ static int run(long rows, int longest, bool prints)
             predict_mean(&exactly, u_of);
             predict_covariance(&exactly);
         }
-        if (!is_missing) take_all(&exactly, z_of);
+        if (!is_missing) measure(&exactly, truth, share, z);
         if (row == 0) subject_update_by(&f, z);
         else if (is_missing) subject_predict_by(&f, u);
         else subject_step_by(&f, u, z);
         compare(&t, &f, &exactly, row >= rows - 100);
-        if (prints) {
-            printf("row %d", is_missing);
-            for (int k = 0; k < L; k++) subject_print_word(u[k]);
-            for (int j = 0; j < M; j++) subject_print_word(z[j]);
-            printf("\n");
-            print_words(&f);
-        }
+        if (prints) print_row(is_missing, u, z, &f);
     }
     printf("{\"worst\": %.3e, \"last\": %.3e, \"covariance\": %.3e, \"refused\": %d}\n", t.worst, t.last, t.covariance,
            subject_refused(&f));

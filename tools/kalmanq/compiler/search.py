@@ -14,8 +14,8 @@ from typing import Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Numbers
-from kalmanq.compiler.text import Plan, code, header
+from kalmanq.compiler.exact import Numbers, root
+from kalmanq.compiler.text import Plan, code, header, probes_of
 from kalmanq.errors import KalmanqError
 
 SEARCH = Path(__file__).with_name("search.c")
@@ -36,6 +36,7 @@ class Found:
     merged: float
     pivot: float
     bad: int
+    ranges: Sequence[Sequence[int]] = ()
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ def subject(plan: Plan) -> str:
     u = "none, " if of.l else ""
     after = ", none" if of.l else ""
     lines = ["#include <stdio.h>", f'#include "{name}.h"', f"enum {{ N = {of.n}, M = {of.m}, L = {of.l}, FULL = (1 << M) - 1, "
-             f"HAS_SUBSETS = {int(plan.partial)}, LEAST_RUN = {max(plan.min_run, 1)} }};", "typedef struct { double high, low; } exact;",
+             f"HAS_SUBSETS = {int(plan.partial)}, LEAST_RUN = {max(plan.min_run, 1)}, PROBES = {len(probes_of(plan))} }};", "typedef struct { double high, low; } exact;",
              f"typedef {plan.type} subject;",
              f"typedef {type_} subject_word;", zeros, *numbers_of(of),
              function("void subject_begin(subject *f)", [f"{name}_start(f);"]),
@@ -190,14 +191,24 @@ def mean(plan: Plan) -> list[str]:
 
 
 def outside(plan: Plan) -> list[str]:
-    """What measurements and controls are in the record, and their words."""
+    """What measurements and controls of the record can be, and their words."""
     s = plan.subject
-    return [f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
-            for name, values in (("swing_of", plan.swings), ("noise_of", plan.noises), ("control_of", plan.pushes))] + [
+    return [f"static const double damped = {damping(s.of)!r};"] + [f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
+            for name, values in (("root_of_Q", floats(root(s.of.Q))), ("most_of", plan.most), ("control_of", plan.pushes))] + [
         function("subject_word subject_measured(int j, double value)", s.words.taken("z", "j")),
         function("double subject_value(int j, subject_word word)", s.words.given("z", "j")),
         function("subject_word subject_control(int k, double value)", s.words.taken("u", "k")),
         function("double subject_control_value(int k, subject_word word)", s.words.given("u", "k"))]
+
+
+def floats(values: np.ndarray) -> list[float]:
+    return [float(value) for value in values.ravel()]
+
+
+def damping(of: Numbers) -> float:
+    """With what A fades by a thirtieth a row at least"""
+    largest = float(np.abs(np.linalg.eigvals(of.A.astype(float))).max())
+    return round(min(1.0, 0.97 / max(largest, 1e-9)), 3)
 
 
 def running(plan: Plan) -> list[str]:

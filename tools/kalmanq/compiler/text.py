@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from typing import Any, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -37,10 +38,10 @@ class Plan:
     min_run: int
     doors: Sequence[Optional[str]]
     remarks: Sequence[str] = ()
-    swings: Sequence[float] = ()  # of a record that is tried: how far measurements go, their noise, the controls
-    noises: Sequence[float] = ()
+    most: Sequence[float] = ()  # of a record that is tried: how far measurements can go, and controls
     pushes: Sequence[float] = ()
     probes: bool = False  # for the search: each line's value is told
+    ranges: Mapping[str, str] = field(default_factory=dict)  # of lines, by function and name
     partial: bool = False
 
     @property
@@ -77,6 +78,7 @@ class Body:
     """A function that takes the filter from its fields and puts back what has changed."""
 
     plan: Plan
+    function: str
     carries: bool = True  # the covariance
     lines: Lines = field(default_factory=Lines)
     x: Mean = field(default_factory=list)
@@ -124,15 +126,30 @@ class Body:
         for key in plan.structure.carried if self.carries else ():
             if self.P[key].key() != P[key].key():
                 self.lines.do(f"f->{plan.field(key)} = {s.words.store(self.P[key], plan.form.word(s, key))};")
-        return [one for line in self.lines.living() for one in written(line, plan.probes)]
+        return [one for line in self.lines.living() for one in self._written(line)]
+
+    def _written(self, line: Line) -> list[str]:
+        place = f"{self.function} {line.name}"
+        if self.plan.probes and line.type == "int32_t" and line.note:
+            return [line.code(), f"probe(@{place}@, {line.text.replace('(int32_t)', '')});"]
+        notes = [note for note in (line.note, self.plan.ranges.get(place, "")) if note]
+        if not notes:
+            return [line.code()]
+        remark = f"/* {', '.join(notes)} */"
+        return [f"{line.code()} {remark}"] if len(line.code()) + len(remark) < WIDTH else [remark, line.code()]
 
 
-def written(line: Line, probes: bool) -> list[str]:
-    code = line.code()
-    if not line.note:
-        return [code]
-    remark = f"/* {line.note} */"
-    return [f"{code} {remark}"] if len(code) + len(remark) < WIDTH else [remark, code]
+PROBE = re.compile("@([^@]*)@")
+
+
+def probes_of(plan: Plan) -> list[str]:
+    """Function and name of each line whose value is told, in order"""
+    return list(dict.fromkeys(PROBE.findall(_functions(plan)))) if plan.probes else []
+
+
+def _numbered(text: str) -> str:
+    places = {place: k for k, place in enumerate(dict.fromkeys(PROBE.findall(text)))}
+    return PROBE.sub(lambda found: str(places[found.group(1)]), text)
 
 
 # ------------------------------------------------------------------------------ functions
@@ -147,22 +164,21 @@ def start(plan: Plan) -> list[str]:
     lines = [f"f->{name} = {value};" for i in range(s.of.n)
              for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
     lines += covariance_of(plan, s.of.P0) + [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
-    return function(f"void {plan.name}_start({plan.type} *f)", lines)
+    return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
 
 
 def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
     """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
     of the last gap; events: what was refused"""
-    return [("uint32_t", "rows"), ("uint8_t", "missed"), ("uint8_t", "gap_refused")] + \
-        ([("uint8_t", "sample_refused")] if plan.has_doors else [])
+    return [("uint32_t", "rows"), ("uint8_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]
 
 
 def predict(plan: Plan) -> list[str]:
-    body = Body(plan)
+    body = Body(plan, "predict")
     body.predict()
     head = ["const uint32_t rows = f->rows << 16;", "if (rows == 0) { /* no sample since the last predict */",
             *indented(gap(plan)), "}", "f->rows = rows;"]
-    return function(f"void {plan.name}_predict({plan.type} *f{plan.controls})", [*head, *body.text()])
+    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*head, *body.text()])
 
 
 def gap(plan: Plan) -> list[str]:
@@ -175,29 +191,29 @@ def gap(plan: Plan) -> list[str]:
 
 
 def update(plan: Plan) -> list[str]:
-    body = Body(plan)
+    body = Body(plan, "update")
     for j in range(plan.subject.of.m):
         body.lines.title(plan.subject.measurements[j])
         body.update(j, Sum.named(f"z[{j}]"))
-    fast = Body(plan, carries=False)
+    fast = Body(plan, "settled", carries=False)
     fast.update_by_gain()
     N = plan.rows
     lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;", f"if (rows >= {N - 1}) {{ /* settled */",
              *indented([*fast.text(), f"f->rows = {N};", *covariance_of(plan, plan.settled.filtered), "return;"]), "}",
              "f->rows = rows + 1;", *body.text()]
-    return function(f"void {plan.name}_update({plan.type} *f, {plan.sample})", lines)
+    return function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
 
 
 def step(plan: Plan) -> list[str]:
     name = plan.name
     given = ", u" if plan.subject.of.l else ""
-    fast = Body(plan, carries=False)
+    fast = Body(plan, "step", carries=False)
     fast.predict_mean()
     fast.update_by_gain()
     lines = door(plan, [f"{name}_predict(f{given});", "return;"])
     lines += [f"if (f->rows != {plan.rows}) {{", f"    {name}_predict(f{given});", f"    {name}_update(f, z);",
               "    return;", "}", *fast.text()]
-    return function(f"void {plan.name}_step({plan.type} *f{plan.controls}, {plan.sample})", lines)
+    return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
 
 
 def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
@@ -215,8 +231,12 @@ def door(plan: Plan, refused: Sequence[str]) -> list[str]:
     return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
 
 
+def _functions(plan: Plan) -> str:
+    return "\n".join(line for part in (start, predict, update, step) for line in part(plan))
+
+
 def code(plan: Plan) -> str:
-    body = "\n".join(line for part in (start, predict, update, step) for line in part(plan))
+    body = _numbered(_functions(plan))
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])
@@ -229,8 +249,8 @@ def header(plan: Plan) -> str:
     fields += [f"{type_} {name};" for i in range(s.of.n) for name, type_ in s.mean.fields(i)]
     fields += [f"{s.words.type} {plan.field(key)};" for key in plan.structure.carried]
     lines = [f"#ifndef KALMANQ_COMPILED_{plan.upper}_H", f"#define KALMANQ_COMPILED_{plan.upper}_H", "",
-             "#include <stdint.h>", "", "typedef struct {", *indented(fields), f"}} {plan.type};", "",
-             f"void {plan.name}_start({plan.type} *f);", f"void {plan.name}_predict({plan.type} *f{plan.controls});",
-             f"void {plan.name}_update({plan.type} *f, {plan.sample});",
-             f"void {plan.name}_step({plan.type} *f{plan.controls}, {plan.sample});", "", "#endif", ""]
+             "#include <stdint.h>", "", *(["void probe(int line, long long value);", ""] if plan.probes else []), "typedef struct {", *indented(fields), f"}} {plan.type};", "",
+             f"void {plan.name}_start({plan.type} *restrict f);", f"void {plan.name}_predict({plan.type} *restrict f{plan.controls});",
+             f"void {plan.name}_update({plan.type} *restrict f, {plan.sample});",
+             f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample});", "", "#endif", ""]
     return "\n".join(lines)
