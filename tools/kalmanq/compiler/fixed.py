@@ -172,6 +172,10 @@ class Fixed:
     def printed(self, text: str) -> list[str]:
         return [f'printf(" %lld", (long long){text});']
 
+    def door(self, j: int, span: float) -> str:
+        """The largest word of a measurement"""
+        return str(rounded(Decimal(span) * TWO ** self.formats.z[j]))
+
     def is_outside(self, value: str, limit: str) -> str:
         return f"{value} < -{limit} || {value} > {limit}"
 

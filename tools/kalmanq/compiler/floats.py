@@ -80,6 +80,10 @@ class Floats:
     def printed(self, text: str) -> list[str]:
         return [f'printf(" %a", (double){text});']
 
+    def door(self, j: int, span: float) -> str:
+        """The largest word of a measurement"""
+        return literal(Decimal(span))
+
     def is_outside(self, value: str, limit: str) -> str:
         return f"!(fabsf({value}) <= {limit})"
 

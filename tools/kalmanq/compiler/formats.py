@@ -72,7 +72,7 @@ def _means(model: Model, of: Numbers, reach: Reach, means: Means, z: Sequence[in
     """Points of the means: the mean fits, gains fit, and so do the coefficients between states."""
     x = []
     for i in range(of.n):
-        most = [62 - up(max(means.x[i], float(abs(of.x0[i])), 1e-30))]
+        most = [60 - up(max(means.x[i], float(abs(of.x0[i])), 1e-30))]
         most += [30 - up(reach.gain[i][j] * ROOM) + z[j] for j in range(of.m) if reach.gain[i][j] > 0]
         most += [30 - ceil_log2(of.B[i][k]) + u[k] for k in range(of.l) if of.B[i][k]]
         x.append(min(most))
@@ -87,3 +87,10 @@ def _means(model: Model, of: Numbers, reach: Reach, means: Means, z: Sequence[in
                 raise KalmanqError(f"{model.states[i].name}: its mean reaches {means.x[i]:.3g}, too wide for 64 bits beside "
                                    f"{model.measurements[j].name} to 2^-{z[j]}: smaller ranges, or f32")
     return x
+
+
+def readings_of(model: Model, means: Means, made: Formats) -> list[int]:
+    """Fractions of the words in which means are read"""
+    return [_fraction(one, max(float(span), 1e-30)) if one.fraction is not None else
+            min(31 - up(max(float(span), 1e-30)), point - 1)
+            for one, span, point in zip(model.states, means.x, made.x)]

@@ -414,10 +414,10 @@ static void measure(reference *f, const double *truth, double share, subject_wor
     }
 }
 
-/* Gaps are of 1 to LONGEST rows; none in the last 200. */
+/* Gaps are of 1 to LONGEST rows; none at the end. */
 static bool begins_gap(long row, long rows, int longest, int measured)
 {
-    return longest && measured >= LEAST_RUN && row + longest + 200 < rows && uniform() > 0.6;
+    return longest && measured >= LEAST_RUN && row + longest + (rows < 800 ? rows / 4 : 200) < rows && uniform() > 0.6;
 }
 
 static void print_row(bool is_missing, const subject_word *u, const subject_word *z, const subject *f)

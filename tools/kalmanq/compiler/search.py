@@ -15,7 +15,9 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, root
-from kalmanq.compiler.text import Plan, code, header, probes_of
+from kalmanq.compiler.header import header
+from kalmanq.compiler.plan import Plan
+from kalmanq.compiler.text import code, probes_of
 from kalmanq.errors import KalmanqError
 
 SEARCH = Path(__file__).with_name("search.c")

@@ -1,76 +1,21 @@
-"""NAME.c and NAME.h of a filter."""
+"""NAME.c of a filter: start, predict, update, step."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, Mapping, Optional, Sequence
+from typing import Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Settled
-from kalmanq.compiler.forms import Entries, Key, Mean, Subject, update_by_gain
+from kalmanq.compiler.forms import Entries, Mean, update_by_gain
 from kalmanq.compiler.lines import Line, Lines, indented
+from kalmanq.compiler.header import comment
+from kalmanq.compiler.plan import Plan, bookkeeping
 from kalmanq.compiler.routines import routines
-from kalmanq.compiler.structure import Structure
 from kalmanq.compiler.sums import Sum
 
 WIDTH = 110
-MISSED = "EVENT_MISSED"
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is to be written.
-
-    name      of files and functions
-    rows      measured in a row, after which the covariance is what it settles to
-    doors     the largest word of each measurement, or nothing
-    """
-
-    name: str
-    subject: Subject
-    form: Any
-    structure: Structure
-    settled: Settled
-    rows: int
-    max_gap: int
-    min_run: int
-    doors: Sequence[Optional[str]]
-    remarks: Sequence[str] = ()
-    most: Sequence[float] = ()  # of a record that is tried: how far measurements can go, and controls
-    pushes: Sequence[float] = ()
-    probes: bool = False  # for the search: each line's value is told
-    ranges: Mapping[str, str] = field(default_factory=dict)  # of lines, by function and name
-    partial: bool = False
-
-    @property
-    def type(self) -> str:
-        return f"{self.name}_filter"
-
-    @property
-    def upper(self) -> str:
-        return self.name.upper()
-
-    def field(self, key: Key) -> str:
-        return self.form.field(self.subject, key)
-
-    @property
-    def has_doors(self) -> bool:
-        return any(self.doors)
-
-    @property
-    def needs_math(self) -> bool:
-        return not self.subject.words.is_fixed and (self.has_doors or self.subject.words.fused or self.form.has_roots)
-
-    @property
-    def sample(self) -> str:
-        return f"const {self.subject.words.type} z[{self.subject.of.m}]"
-
-    @property
-    def controls(self) -> str:
-        count = self.subject.of.l
-        return f", const {self.subject.words.type} u[{count}]" if count else ""
 
 
 @dataclass
@@ -167,12 +112,6 @@ def start(plan: Plan) -> list[str]:
     return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
 
 
-def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
-    """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
-    of the last gap; events: what was refused"""
-    return [("uint32_t", "rows"), ("uint8_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]
-
-
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict")
     body.predict()
@@ -240,17 +179,4 @@ def code(plan: Plan) -> str:
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])
-    return "\n".join([f'#include "{plan.name}.h"', "", *includes, *([""] if includes else []), called + body])
-
-
-def header(plan: Plan) -> str:
-    s = plan.subject
-    fields = [f"{type_} {name};" for type_, name in bookkeeping(plan)]
-    fields += [f"{type_} {name};" for i in range(s.of.n) for name, type_ in s.mean.fields(i)]
-    fields += [f"{s.words.type} {plan.field(key)};" for key in plan.structure.carried]
-    lines = [f"#ifndef KALMANQ_COMPILED_{plan.upper}_H", f"#define KALMANQ_COMPILED_{plan.upper}_H", "",
-             "#include <stdint.h>", "", *(["void probe(int line, long long value);", ""] if plan.probes else []), "typedef struct {", *indented(fields), f"}} {plan.type};", "",
-             f"void {plan.name}_start({plan.type} *restrict f);", f"void {plan.name}_predict({plan.type} *restrict f{plan.controls});",
-             f"void {plan.name}_update({plan.type} *restrict f, {plan.sample});",
-             f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample});", "", "#endif", ""]
-    return "\n".join(lines)
+    return "\n".join([*comment(plan, plan.remarks), f'#include "{plan.name}.h"', "", *includes, *([""] if includes else []), called + body])

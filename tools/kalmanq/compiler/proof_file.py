@@ -1,0 +1,65 @@
+"""NAME_proof.txt: what was proven of a filter, of which class, by how many covariances."""
+
+from __future__ import annotations
+
+from kalmanq.compiler.product import MARGIN, RECORD, Product, ram_of
+
+
+def lines_of_class(product: Product) -> list[str]:
+    plan = product.plan
+    if not plan.max_gap:
+        return ["samples that may be missing: none"]
+    return [f"samples that may be missing: 1 to {plan.max_gap} in a row, {plan.min_run} measured ones at least between two "
+            "gaps; the first", "    gap at any time.  What goes beyond is refused at run time (gap_refused): these are "
+            "all covariances for ever",
+            *(["    of a sample any components"] if plan.partial else [])]
+
+
+def remarks(product: Product) -> list[str]:
+    """For the head of the C file"""
+    plan, proof = product.plan, product.proof
+    lines = ["", f"Form: {plan.form.name}; settled after {plan.rows} samples in a row, then of constant gain.",
+             *lines_of_class(product)]
+    for how, found in proof.found.items():
+        lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the least "
+                     f"scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
+    lines += [f"Means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps."]
+    lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
+    return [*lines, "", *flags(product)]
+
+
+def flags(product: Product) -> list[str]:
+    name = product.plan.name
+    lines = ["Compile with -O2, and on a core that has fused multiply-add with -ffp-contract=fast:",
+             f"    CMake     set_source_files_properties({name}.c PROPERTIES COMPILE_OPTIONS \"-O2;-ffp-contract=fast\")",
+             f"    make      {name}.o: CFLAGS += -O2 -ffp-contract=fast"]
+    if product.wanted.arithmetic == "q31":
+        lines = ["Compile with -O2:", f"    CMake     set_source_files_properties({name}.c PROPERTIES COMPILE_OPTIONS -O2)",
+                 f"    make      {name}.o: CFLAGS += -O2"]
+    return lines
+
+
+def proof_text(product: Product) -> str:
+    plan, proof, margin = product.plan, product.proof, MARGIN[product.wanted.arithmetic]
+    lines = [f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}", "", *lines_of_class(product),
+             f"settled after {plan.rows} samples in a row, to 1e-6 sigma_i sigma_j", ""]
+    for how, found in proof.found.items():
+        lines += [*([f"{how}:"] if how else []), f"covariances                  {found.count}, and no more",
+                  f"not positive definite        {found.bad}", f"least scaled pivot           {found.pivot:.3e}",
+                  f"worst error                  {found.error:.3e} sigma_i sigma_j",
+                  f"exact ones of one word       {found.merged:.3e} apart at most", ""]
+    lines += [f"promise                      {margin * proof.worst.error:.1e} sigma_i sigma_j"
+              + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else " (on every core)"),
+              f"means                        {proof.track.worst:.1e} sigma at most over {RECORD} rows with gaps, "
+              f"{proof.track.last:.1e} settled", "RAM                          " + f"{ram_of(plan)} bytes", ""]
+    lines += means(product)
+    lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]
+    return "\n".join([*lines, *flags(product), ""])
+
+
+def means(product: Product) -> list[str]:
+    if not product.plan.bounds:
+        return []
+    rows = [f"    {one.name:<24} {bound:.6g}" for one, bound in zip(product.model.states, product.plan.bounds)]
+    return ["largest means, of the worst measurements and controls within their ranges (L1 norm of the closed loop's "
+            "impulse", "response over all declared gaps):", *rows, ""]
