@@ -6,8 +6,8 @@ begins at any sample after the start, or once the covariance has settled again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Iterator, Optional, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Optional, Sequence
 
 import numpy as np
 
@@ -34,68 +34,96 @@ class Doubles:
         return Doubles(*(getattr(numbers, name).astype(float) for name in names))
 
 
-Taken = tuple[np.ndarray, list[int]]  # a gain n x r, and the components that it is of
-Row = list[Taken]
+@dataclass(frozen=True)
+class Ways:
+    """Several ways to go on from one place, a gap of another length each.
+
+    gains     ways x rows x m x n, of one component after the other; 0 where a row is missing
+    measured  ways x rows
+    """
+
+    gains: np.ndarray
+    measured: np.ndarray
 
 
 @dataclass
 class Reach:
-    """Largest of each sigma (states, rows of H x), gain n x m, variance of an innovation; the least variance, too"""
+    """Largest of each sigma (states, rows of H x), gain n x m, variance of an innovation; the least variance, too.
+
+    begun    the rows after the start, without a gap
+    started  ways to go on after so many of them, for each
+    settled  ways to go on once settled
+    """
 
     sigma: np.ndarray
     row_sigma: np.ndarray
     gain: np.ndarray
     variance: np.ndarray
     least_variance: np.ndarray
-    patterns: list[tuple[Optional[list[Row]], list[Row]]] = field(default_factory=list)
-
-
-def rows(d: Doubles, P: np.ndarray, missing: int, measured: int, reach: Reach) -> Iterator[tuple[np.ndarray, Row]]:
-    """Of each row: the covariance after it, and the gains of its components; none where it is missing"""
-    for row in range(missing + measured):
-        P = d.A @ P @ d.A.T + d.Q
-        _wider(d, P, reach)
-        gains: Row = []
-        if row >= missing:
-            P, gains = update(d, P, reach)
-        yield P, gains
-
-
-def _wider(d: Doubles, P: np.ndarray, reach: Reach) -> None:
-    reach.sigma = np.maximum(reach.sigma, np.sqrt(np.maximum(np.diag(P), 0)))
-    reach.row_sigma = np.maximum(reach.row_sigma, np.sqrt(np.maximum(np.einsum("ji,ik,jk->j", d.H, P, d.H), 0)))
-
-
-def update(d: Doubles, P: np.ndarray, reach: Reach) -> tuple[np.ndarray, Row]:
-    gains: Row = []
-    for j in range(len(d.H)):
-        row = P @ d.H[j]
-        s = d.H[j] @ row + d.R[j]
-        k = row / s
-        reach.gain[:, j] = np.maximum(reach.gain[:, j], np.abs(k))
-        reach.variance[j], reach.least_variance[j] = max(reach.variance[j], s), min(reach.least_variance[j], s)
-        P = P - np.outer(k, row)
-        P = (P + P.T) / 2
-        gains.append((k[:, None], [j]))
-    return P, gains
+    begun: Ways
+    started: list[Ways] = field(default_factory=list)
+    settled: Optional[Ways] = None
 
 
 def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
-    """patterns: of each way the rows before a gap (None: settled for long), and those after, for means_of"""
     d, n, m = Doubles.of(of), of.n, of.m
-    reach = Reach(np.zeros(n), np.zeros(m), np.abs(state.gain.astype(float)), np.zeros(m), np.full(m, np.inf))
-    _wider(d, d.P0, reach)
-    P, gains = update(d, d.P0, reach)
-    begun, covariances = [gains], [P]
-    for P, gains in rows(d, P, 0, settling, reach):
-        begun.append(gains), covariances.append(P)
-    before: list[tuple[Optional[list[Row]], np.ndarray]] = [([[]], d.P0)]
-    before += [(begun[:k + 1], P) for k, P in enumerate(covariances)]
-    for history, P in [*before, (None, state.filtered.astype(float))]:
-        for gap in range(0 if history is None else 1, max_gap + 1):
-            after = [gains for _, gains in rows(d, P, gap, settling, reach)]
-            reach.patterns.append((history, after))
+    nothing = Ways(np.zeros((1, 0, m, n)), np.zeros((1, 0), bool))
+    reach = Reach(np.zeros(n), np.zeros(m), np.abs(state.gain.astype(float)), np.zeros(m), np.full(m, np.inf), nothing)
+    lengths = np.arange(max_gap + 1)
+    P = d.P0[None]
+    _widen(d, P, reach)
+    reach.started.append(walk(d, P[0], lengths, settling, reach))
+    gains = np.zeros((1, settling + 1, m, n))
+    for row in range(settling + 1):
+        if row:
+            P = predicted(d, P, reach)
+        P, gains[:, row] = updated(d, P, np.ones(1, bool), reach)
+        reach.started.append(walk(d, P[0], lengths, settling, reach))
+    reach.begun = Ways(gains, np.ones((1, settling + 1), bool))
+    reach.settled = walk(d, state.filtered.astype(float), lengths, settling, reach)
     return reach
+
+
+def walk(d: Doubles, P: np.ndarray, lengths: np.ndarray, settling: int, reach: Reach) -> Ways:
+    """Gaps of these lengths, and rows until all have settled"""
+    ways, rows, (m, n) = len(lengths), int(lengths.max()) + settling, d.H.shape
+    made = Ways(np.zeros((ways, rows, m, n)), np.arange(rows)[None, :] >= lengths[:, None])
+    at = np.repeat(P[None], ways, axis=0)
+    for row in range(rows):
+        at = predicted(d, at, reach)
+        at, made.gains[:, row] = updated(d, at, made.measured[:, row], reach)
+    return made
+
+
+def predicted(d: Doubles, P: np.ndarray, reach: Reach) -> np.ndarray:
+    P = d.A @ P @ d.A.T + d.Q
+    _widen(d, P, reach)
+    return P
+
+
+def _widen(d: Doubles, P: np.ndarray, reach: Reach) -> None:
+    variances = np.diagonal(P, axis1=1, axis2=2).max(axis=0)
+    of_rows = np.einsum("ji,wik,jk->wj", d.H, P, d.H).max(axis=0)
+    reach.sigma = np.maximum(reach.sigma, np.sqrt(np.maximum(variances, 0)))
+    reach.row_sigma = np.maximum(reach.row_sigma, np.sqrt(np.maximum(of_rows, 0)))
+
+
+def updated(d: Doubles, P: np.ndarray, measured: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
+    """ways x n x n; the gains ways x m x n.  What is not measured is left as it is."""
+    gains = np.zeros((len(P), *d.H.shape))
+    if not np.any(measured):
+        return P, gains
+    for j, h in enumerate(d.H):
+        row = P @ h
+        s = row @ h + d.R[j]
+        k = np.where(measured[:, None], row / s[:, None], 0)
+        gains[:, j] = k
+        reach.gain[:, j] = np.maximum(reach.gain[:, j], np.abs(k).max(axis=0))
+        reach.variance[j] = max(reach.variance[j], s[measured].max())
+        reach.least_variance[j] = min(reach.least_variance[j], s[measured].min())
+        P = P - k[:, :, None] * row[:, None, :]
+        P = (P + P.transpose(0, 2, 1)) / 2
+    return P, gains
 
 
 # ------------------------------------------------------------------------------ means
@@ -103,17 +131,29 @@ def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
 
 @dataclass
 class Span:
-    """A set of means: x = turned start + sum of columns times numbers of -1 to 1.  start: a box, or one point"""
+    """Sets of means, one a way: x = turned start + sum of columns times numbers of -1 to 1.
+
+    turned ways x n x n, columns ways x n x c; the start is a box, or one point
+    """
 
     turned: np.ndarray
     columns: np.ndarray
+    box: np.ndarray
+    is_point: bool
 
-    def bound(self, box: np.ndarray, is_point: bool) -> np.ndarray:
-        own = np.abs(self.turned @ box) if is_point else np.abs(self.turned) @ box
-        return own + np.abs(self.columns).sum(axis=1)
+    def bound(self, rows: Optional[np.ndarray] = None) -> np.ndarray:
+        """Of each state, or of rows of H x: ways x n"""
+        turned, columns = (self.turned, self.columns) if rows is None else (rows @ self.turned, rows @ self.columns)
+        own = np.abs(turned @ self.box) if self.is_point else np.abs(turned) @ self.box
+        return own + np.abs(columns).sum(axis=2)
 
     def moved(self, A: np.ndarray, new: np.ndarray) -> Span:
-        return Span(A @ self.turned, np.concatenate([A @ self.columns, new], axis=1))
+        columns = A @ self.columns
+        new = np.broadcast_to(new, (*columns.shape[:2], new.shape[-1]))
+        return replace(self, turned=A @ self.turned, columns=np.concatenate([columns, new], axis=2))
+
+    def repeated(self, ways: int) -> Span:
+        return replace(self, turned=np.repeat(self.turned, ways, axis=0), columns=np.repeat(self.columns, ways, axis=0))
 
 
 @dataclass
@@ -124,38 +164,49 @@ class Means:
     y: np.ndarray
 
 
-def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: Sequence[float], settling: int) -> Means:
-    """By the L1 norm of the closed loop's impulse response, over the patterns of missing samples: for the worst
+@dataclass
+class Inputs:
+    """What a filter is given at most: measurements, controls"""
+
+    z: np.ndarray
+    u: np.ndarray
+
+
+def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: Sequence[float]) -> Means:
+    """By the L1 norm of the closed loop's impulse response, over the ways of missing samples: for the worst
     measurements and controls within their ranges."""
-    d, n, m = Doubles.of(of), of.n, of.m
-    z, u = np.array(z, float), np.array(u, float)
-    means = Means(np.abs(d.x0), np.zeros(m))
-    settled = _settled_rows(state, 2 * settling)
-    box = _steady_box(d, state, z, u)
-    for history, after in reach.patterns:
-        if history is not None:
-            _follow(d, [*history, *after, *settled], np.eye(n), d.x0, True, z, u, means, first=True)
+    d, given = Doubles.of(of), Inputs(np.array(z, float), np.array(u, float))
+    means = Means(np.abs(d.x0), np.zeros(of.m))
+    box = np.maximum(_steady_box(d, state, given), _started(d, reach, given, means))
+    assert reach.settled is not None
     for _ in range(100):  # what settled filters come to, one gap after the other
-        ends = [_follow(d, [*after, *settled], np.eye(n), box, False, z, u, means)
-                for history, after in reach.patterns if history is None]
-        wider = np.maximum.reduce([box, *ends])
-        if np.all(wider <= box * 1.0001):
-            return Means(np.maximum(means.x, wider) * ROOM, means.y * ROOM)
-        box = wider * 1.0001
-    return Means(np.full(n, np.inf), np.full(m, np.inf))
+        span = Span(np.eye(of.n)[None], np.zeros((1, of.n, 0)), box, False)
+        ends = _follow(d, span, reach.settled, given, means).bound().max(axis=0)
+        if np.all(ends <= box):
+            return Means(np.maximum(means.x, box) * ROOM, means.y * ROOM)
+        box = np.maximum(box, ends) * 1.001
+    return Means(np.full(of.n, np.inf), np.full(of.m, np.inf))
 
 
-def _settled_rows(state: Settled, count: int) -> list[Row]:
-    gain = state.gain.astype(float)
-    return [[(gain, list(range(gain.shape[1])))]] * count
+def _started(d: Doubles, reach: Reach, given: Inputs, means: Means) -> np.ndarray:
+    """The bound where filters have settled for the first time, after a gap at any row or none."""
+    n, ends = len(d.A), np.zeros(len(d.A))
+    span = Span(np.eye(n)[None], np.zeros((1, n, 0)), d.x0, True)
+    for row, ways in enumerate(reach.started):
+        ends = np.maximum(ends, _follow(d, span, ways, given, means).bound().max(axis=0))
+        if row < reach.begun.gains.shape[1]:
+            if row:
+                span = _advanced(d, span, given, means)
+            span = _taken(d, span, reach.begun.gains[:, row], np.ones(1, bool), given, means)
+    return ends
 
 
-def _steady_box(d: Doubles, state: Settled, z: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _steady_box(d: Doubles, state: Settled, given: Inputs) -> np.ndarray:
     """Of a filter that has been settled for ever"""
     K = state.gain.astype(float)
     closed = (np.eye(len(d.A)) - K @ d.H) @ d.A
-    inputs = np.concatenate([K * z, (np.eye(len(d.A)) - K @ d.H) @ d.B * u], axis=1)
-    total, term = np.zeros(len(d.A)), inputs
+    term = np.concatenate([K * given.z, (np.eye(len(d.A)) - K @ d.H) @ d.B * given.u], axis=1)
+    total = np.zeros(len(d.A))
     for _ in range(100_000):
         total += np.abs(term).sum(axis=1)
         term = closed @ term
@@ -164,23 +215,28 @@ def _steady_box(d: Doubles, state: Settled, z: np.ndarray, u: np.ndarray) -> np.
     return np.full(len(d.A), np.inf)
 
 
-def _see(d: Doubles, span: Span, box: np.ndarray, is_point: bool, z: np.ndarray, means: Means,
-         taken: Sequence[int]) -> None:
-    seen = Span(d.H @ span.turned, d.H @ span.columns).bound(box, is_point)
-    for j in taken:
-        means.y[j] = max(means.y[j], z[j] + seen[j])
+def _follow(d: Doubles, span: Span, ways: Ways, given: Inputs, means: Means) -> Span:
+    """Where the ways end; widens means by all that is met on them."""
+    span = span.repeated(len(ways.gains))
+    for row in range(ways.gains.shape[1]):
+        span = _taken(d, _advanced(d, span, given, means), ways.gains[:, row], ways.measured[:, row], given, means)
+    return span
 
 
-def _follow(d: Doubles, gains: Sequence[Row], turned: np.ndarray, box: np.ndarray, is_point: bool,
-            z: np.ndarray, u: np.ndarray, means: Means, first: bool = False) -> np.ndarray:
-    """Widens means by all that is met on a way; answers the bound at its end.  first: its first row is no step"""
-    span = Span(turned, np.zeros((len(turned), 0)))
-    for t, row in enumerate(gains):
-        if not (first and t == 0):
-            span = span.moved(d.A, d.B * u)
-            means.x = np.maximum(means.x, span.bound(box, is_point))
-        for k, taken in row:
-            _see(d, span, box, is_point, z, means, taken)
-            span = span.moved(np.eye(len(k)) - k @ d.H[taken], k * z[taken])
-            means.x = np.maximum(means.x, span.bound(box, is_point))
-    return span.bound(box, is_point)
+def _advanced(d: Doubles, span: Span, given: Inputs, means: Means) -> Span:
+    span = span.moved(d.A, d.B * given.u)
+    means.x = np.maximum(means.x, span.bound().max(axis=0))
+    return span
+
+
+def _taken(d: Doubles, span: Span, gains: np.ndarray, measured: np.ndarray, given: Inputs, means: Means) -> Span:
+    """One component after the other; innovations of all of them at once, as settled filters take them, are met, too."""
+    if not np.any(measured):
+        return span
+    means.y = np.maximum(means.y, given.z + span.bound(d.H)[measured].max(axis=0))
+    for j, h in enumerate(d.H):
+        means.y[j] = max(means.y[j], given.z[j] + span.bound(h[None])[measured].max())
+        k = gains[:, j]
+        span = span.moved(np.eye(len(h)) - k[:, :, None] * h, (k * given.z[j])[:, :, None])
+        means.x = np.maximum(means.x, span.bound().max(axis=0))
+    return span

@@ -85,7 +85,7 @@ class Floats:
         return literal(Decimal(span))
 
     def is_outside(self, value: str, limit: str) -> str:
-        return f"!(fabsf({value}) <= {limit})"
+        return f"!({value} >= -{limit} && {value} <= {limit})"
 
     def store(self, value: Sum, word: object = None) -> str:
         return self.text(value)

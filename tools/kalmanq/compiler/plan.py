@@ -71,7 +71,7 @@ class Plan:
 
     @property
     def needs_math(self) -> bool:
-        return not self.subject.words.is_fixed and (self.has_doors or self.subject.words.fused or self.form.has_roots)
+        return not self.subject.words.is_fixed and (self.subject.words.fused or self.form.has_roots)
 
     @property
     def sample(self) -> str:

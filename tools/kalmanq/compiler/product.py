@@ -116,7 +116,7 @@ class Maker:
                                f"settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z, u = formats.ranges_of("measurements", self.model.measurements), formats.ranges_of("controls", self.model.controls)
         reach = classes.reach_of(self.of, self.settled, self.rows, self.gaps.max_gap)
-        self.means = classes.means_of(self.of, self.settled, reach, z, u, self.rows)
+        self.means = classes.means_of(self.of, self.settled, reach, z, u)
         made = formats.formats_of(self.model, self.of, reach, self.means)
         states, measurements, controls = self._names()
         words = fixed.Fixed(self.of, made)
