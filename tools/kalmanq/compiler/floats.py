@@ -56,13 +56,24 @@ class Floats:
         """P h of a state; an entry of P, or a multiple of one, needs no name"""
         return row if row.parts <= 1 else self.name(lines, base, row, None, "P h")
 
+    def times(self, lines: Lines, a: Sum, b: Sum) -> Sum:
+        """A product; factors of several parts get names first"""
+        a, b = (one if one.parts <= 1 else self.name(lines, "t", one) for one in (a, b))
+        return a * b
+
+    def inverse(self, lines: Lines, base: str, value: Sum) -> Sum:
+        value = value if value.is_constant else self.name(lines, "t", value)
+        return Sum(1 / value.constant) if value.is_constant else lines.add(base, "float", f"1.0f / {value.name}")
+
+    def root(self, lines: Lines, base: str, value: Sum) -> Sum:
+        return Sum(value.constant.sqrt()) if value.is_constant else \
+            lines.add(base, "float", f"sqrtf({self.text(value)})")
+
     def begin(self, lines: Lines) -> None:
         pass
 
     def reciprocal(self, lines: Lines, base: str, variance: Sum, j: int) -> Sum:
-        if variance.is_constant:
-            return Sum(1 / variance.constant)
-        return lines.add(base, "float", f"1.0f / {variance.name}")
+        return self.inverse(lines, base, variance)
 
     def constant(self, value: Decimal, word: object = None) -> str:
         return literal(value)

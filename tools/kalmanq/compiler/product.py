@@ -13,6 +13,7 @@ from kalmanq.compiler import classes, exact, fixed, floats, formats, forms
 from kalmanq.compiler.names import identifiers
 from kalmanq.compiler.plan import Plan
 from kalmanq.compiler.refusals import refuse
+from kalmanq.compiler.roots import Root
 from kalmanq.compiler.search import Found, Overflow, Runner, Track
 from kalmanq.compiler.structure import structure
 from kalmanq.compiler.text import probes_of
@@ -22,10 +23,10 @@ from kalmanq.model import Model
 SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled
 MOST_ROWS = 2000
 MOST_GAP = 250
-MOST_MEMORY = 400_000_000  # bytes of the search
+MOST_MEMORY = 200_000_000  # bytes of the search
 MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
 RECORD = 2000  # rows that are tried
-FORMS = {"f32": (forms.Covariance, forms.PlainCovariance), "q31": (forms.Covariance,)}
+FORMS = {"f32": (forms.Covariance, forms.PlainCovariance, Root), "q31": (forms.Covariance,)}
 
 
 @dataclass(frozen=True)
@@ -79,11 +80,17 @@ def compiled(model: Model, wanted: Wanted) -> Product:
                 return Product(model, wanted, plan, proof, refused)
             except NotProven as problem:
                 refused.append(Refused(form.name, str(problem)))
+                if isinstance(problem, NotClosed):
+                    break
     raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused))
 
 
 class NotProven(KalmanqError):
     """A form whose search has not closed, or found something wrong."""
+
+
+class NotClosed(NotProven):
+    """There are too many covariances: in any form."""
 
 
 class Maker:
@@ -154,7 +161,7 @@ class Maker:
     def _judge(self, found: Found, how: str) -> None:
         how = f", {how}" if how else ""
         if not found.closed:
-            raise NotProven(f"there are more than {found.count} covariances{how}: min_run = {self.rows}, or a smaller "
+            raise NotClosed(f"there are more than {found.count} covariances{how}: min_run = {self.rows}, or a smaller "
                             "max_gap, leaves fewer")
         if found.bad:
             raise NotProven(f"{found.bad} of {found.count} covariances are not positive definite{how}")

@@ -172,7 +172,7 @@ def taking(plan: Plan, u: str) -> list[str]:
 def covariance(plan: Plan) -> list[str]:
     """The upper triangle by rows, from the fields."""
     s, form, n = plan.subject, plan.form, plan.subject.of.n
-    texts = form.covariance(n, lambda key: entry(plan, key))
+    texts = form.covariance(n, lambda key: entry(plan, key) if key in plan.structure.facts else "0")
     return [f"P[{k}] = {texts[key] or '0'};" for k, key in enumerate(sorted(texts))]
 
 
