@@ -158,6 +158,7 @@ def compile_(
     arith: Chip = typer.Option(Chip.f32, "--arith", help="The numbers that the chip will have."),
     form: Form = typer.Option(Form.covariance, "--form", help="gain: constant, where no sample is ever missing."),
     partial: bool = typer.Option(False, "--partial", help="Samples of which some components are missing, too."),
+    nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; f32: the likelihood."),
     bound: float = typer.Option(1e-4, "--bound", min=0, help="Of a covariance's error, in sigma_i sigma_j."),
     json_: bool = JSON,
 ) -> None:
@@ -165,7 +166,7 @@ def compile_(
     from kalmanq.commands.compile import Asked, compile_file
 
     with told_in_one_line(model, out):
-        compile_file(Asked(model, out, arith.value, form.value, partial, bound, json_), console())
+        compile_file(Asked(model, out, arith.value, form.value, partial, nis, bound, json_), console())
 
 
 @app.command()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
@@ -17,7 +17,6 @@ from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ra
 from kalmanq.compiler.proof_file import lines_of_class
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
-from kalmanq.model import Model
 
 
 @dataclass(frozen=True)
@@ -27,6 +26,7 @@ class Asked:
     arithmetic: str
     form: str
     partial: bool
+    nis: bool
     bound: float
     json: bool
 
@@ -35,7 +35,7 @@ def compile_file(asked: Asked, console: Console) -> None:
     name = _name(asked.out)
     model = model_file.read(asked.model)
     with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.bound))
+        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.bound))
         texts = texts_of(product, hashlib.sha256(asked.model.read_bytes()).hexdigest())
     written = _write(asked, texts)
     if asked.json:
@@ -64,6 +64,7 @@ def _told(product: Product, written: list[Path]) -> dict:
         "name": plan.name, "arithmetic": product.wanted.arithmetic, "form": plan.form.name, "n": plan.model.n,
         "m": plan.model.m, "l": plan.model.l, "rows": plan.rows, "max_gap": plan.max_gap, "min_run": plan.min_run,
         "ram": ram_of(plan), "fractions": fractions_of(plan), "bounds": list(plan.bounds),
+        "losses": proof.losses,
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
@@ -74,6 +75,9 @@ def _told(product: Product, written: list[Path]) -> dict:
 def _tell(product: Product, written: list[Path], console: Console) -> None:
     plan, proof = product.plan, product.proof
     console.print(f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}, {ram_of(plan)} bytes of RAM")
+    if proof.losses:
+        console.print(f"  sigma is at most {proof.losses[0]:.3g} times the optimal filter's after the start, "
+                      f"{proof.losses[1]:.3g} times after a gap, the same once settled")
     for line in lines_of_class(product):
         console.print(f"  {line}")
     for how, one in proof.found.items():

@@ -11,7 +11,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Numbers, Settled
+from kalmanq.compiler.exact import Numbers, Settled, taken
 
 ROOM = 1.01
 
@@ -82,6 +82,32 @@ def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
     reach.begun = Ways(gains, np.ones((1, settling + 1), bool))
     reach.settled = walk(d, state.filtered.astype(float), lengths, settling, reach)
     return reach
+
+
+def reach_by_gain(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
+    """Of the constant gain: the same rows as a filter that has settled before it began"""
+    d, gain = Doubles.of(of), np.abs(state.gain.astype(float))
+    nothing = Ways(np.zeros((1, 0, of.m, of.n)), np.zeros((1, 0), bool))
+    variances = np.array([float(value) for value in np.diag(state.variance)])
+    sequential = _sequential(of, state)
+    made = Reach(np.zeros(of.n), np.zeros(of.m), np.maximum(gain, np.abs(sequential.T)), variances, variances, nothing)
+    _widen(d, state.predicted.astype(float)[None], made)
+    lengths = np.arange(max_gap + 1)
+    measured = np.arange(max_gap + settling)[None, :] >= lengths[:, None]
+    ways = Ways(np.where(measured[:, :, None, None], sequential, 0), measured)
+    made.begun = Ways(np.broadcast_to(sequential, (1, settling + 1, *sequential.shape)), np.ones((1, settling + 1), bool))
+    made.started, made.settled = [ways] * (settling + 2), ways
+    return made
+
+
+def _sequential(of: Numbers, state: Settled) -> np.ndarray:
+    """m x n: the settled gains of one component after the other, which come to the same mean"""
+    P, gains = state.predicted, []
+    for j in range(of.m):
+        row = P @ of.H[j]
+        gains.append(row / (of.H[j] @ row + of.R[j]))
+        P = taken(of, P, j)
+    return np.array(gains).astype(float)
 
 
 def walk(d: Doubles, P: np.ndarray, lengths: np.ndarray, settling: int, reach: Reach) -> Ways:
@@ -240,3 +266,31 @@ def _taken(d: Doubles, span: Span, gains: np.ndarray, measured: np.ndarray, give
         span = span.moved(np.eye(len(h)) - k[:, :, None] * h, (k * given.z[j])[:, :, None])
         means.x = np.maximum(means.x, span.bound().max(axis=0))
     return span
+
+
+# ------------------------------------------------------------------------------ what a constant gain loses
+
+
+def losses(of: Numbers, state: Settled, settling: int, max_gap: int) -> tuple[float, float]:
+    """The largest sigma of a filter of constant gain over that of the optimal one, after a measured row: of the rows
+    after the start, and of those after a gap."""
+    d, K = Doubles.of(of), state.gain.astype(float)
+    begun = _loss(d, K, d.P0, 0, settling, measured_first=True)
+    gaps = [_loss(d, K, state.filtered.astype(float), gap, settling) for gap in range(1, max_gap + 1)]
+    return begun, max(gaps, default=1.0)
+
+
+def _loss(d: Doubles, K: np.ndarray, P: np.ndarray, gap: int, rows: int, measured_first: bool = False) -> float:
+    kept, best, worst = P, P, 1.0
+    change = np.eye(len(P)) - K @ d.H
+    nobody = Reach(np.zeros(len(P)), np.zeros(len(d.H)), np.zeros(K.shape), np.zeros(len(d.H)), np.full(len(d.H), np.inf),
+                   Ways(np.zeros((1, 0, *d.H.shape)), np.zeros((1, 0), bool)))
+    for row in range(gap + rows):
+        if row or not measured_first:
+            kept, best = (d.A @ one @ d.A.T + d.Q for one in (kept, best))
+        if row >= gap:
+            kept = change @ kept @ change.T + K * d.R @ K.T
+            best = updated(d, best[None], np.ones(1, bool), nobody)[0][0]
+            known = np.diag(best) > 0
+            worst = max(worst, np.sqrt(np.max(np.diag(kept)[known] / np.diag(best)[known], initial=1.0)))
+    return float(worst)

@@ -25,7 +25,7 @@ class Formats:
 
     sigma, row_sigma    the least a with sigma <= 2^a, of states and of rows of H x
     variance            fractions of the innovations' variances; zeros: the most leading zeros that they have
-    x, z, u             fractions of means, measurements, controls
+    x, z, u, weighed    fractions of means, measurements, controls, innovations over their variances; nis: of 64 bits
     """
 
     sigma: Sequence[int]
@@ -35,6 +35,8 @@ class Formats:
     x: Sequence[int]
     z: Sequence[int]
     u: Sequence[int]
+    weighed: Sequence[int]
+    nis: int
 
 
 def rounded(value: Decimal) -> int:
@@ -146,6 +148,15 @@ class Fixed:
         plain += _scaled(scaled)
         plain.sort(key=lambda term: term[0])
         return joined(plain)
+
+    def weighed(self, lines: Lines, base: str, value: Sum, j: int) -> Sum:
+        """What an innovation is multiplied by for NIS"""
+        return self.name(lines, base, value, self.formats.weighed[j])
+
+    def nis(self, lines: Lines, parts: Sequence[tuple[int, Sum, Sum]]) -> str:
+        f = self.formats
+        return joined([(False, f"({product(weighed.name, y.name)} >> {f.weighed[j] + f.z[j] - f.nis})")
+                       for j, weighed, y in parts])
 
     def constant(self, value: Decimal, word: int) -> str:
         return str(rounded(value * TWO ** word))

@@ -98,6 +98,16 @@ class Floats:
     def is_outside(self, value: str, limit: str) -> str:
         return f"!({value} >= -{limit} && {value} <= {limit})"
 
+    def weighed(self, lines: Lines, base: str, value: Sum, j: int) -> Sum:
+        """What an innovation is multiplied by for NIS"""
+        return self.name(lines, base, value)
+
+    def nis(self, lines: Lines, parts: Sequence[tuple[int, Sum, Sum]]) -> str:
+        total = Sum()
+        for _, weighed, y in parts:
+            total = total + weighed * y
+        return self.text(total)
+
     def store(self, value: Sum, word: object = None) -> str:
         return self.text(value)
 

@@ -8,7 +8,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.classes import ROOM, Means, Reach
-from kalmanq.compiler.exact import Numbers
+from kalmanq.compiler.exact import Numbers, Settled, inverse
 from kalmanq.compiler.fixed import TWO, Formats, ceil_log2, floor_log2
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
@@ -29,7 +29,8 @@ def ranges_of(which: str, quantities: Sequence[Quantity]) -> list[float]:
     return [float(one.range or 0) for one in quantities]
 
 
-def formats_of(model: Model, of: Numbers, reach: Reach, means: Means) -> Formats:
+def formats_of(model: Model, of: Numbers, settled: Settled, reach: Reach, means: Means) -> Formats:
+    """KalmanqError where something does not fit, by its name"""
     sigma = [up(value * ROOM) for value in reach.sigma]
     row_sigma = [_row_sigma(of, sigma, reach, j) for j in range(of.m)]
     z = [_measured(one, reach_y) for one, reach_y in zip(model.measurements, means.y)]
@@ -43,7 +44,15 @@ def formats_of(model: Model, of: Numbers, reach: Reach, means: Means) -> Formats
             raise KalmanqError(f"R of {model.measurements[j].name} has {of.R[j] * TWO ** variance[j]:.1g} bits' worth in "
                                f"the word of its innovation's variance, {reach.variance[j]:.3g} at most: a start that "
                                "is better known, a smaller max_gap, or f32")
-    return Formats(sigma, row_sigma, variance, zeros, _means(model, of, reach, means, z, u), z, u)
+    weighed = [30 - up(most * ROOM) for most in _weighed(settled, reach, means)]
+    nis = min(a + b for a, b in zip(weighed, z)) - 2 - of.m.bit_length()
+    return Formats(sigma, row_sigma, variance, zeros, _means(model, of, reach, means, z, u), z, u, weighed, nis)
+
+
+def _weighed(settled: Settled, reach: Reach, means: Means) -> np.ndarray:
+    """The largest innovations over their variances: of one component after the other, and of all at once"""
+    at_once = np.abs(inverse(settled.variance).astype(float)) @ means.y
+    return np.maximum(means.y / reach.least_variance, at_once)
 
 
 def _row_sigma(of: Numbers, sigma: Sequence[int], reach: Reach, j: int) -> int:

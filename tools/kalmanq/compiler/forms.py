@@ -12,7 +12,7 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Numbers, upper
+from kalmanq.compiler.exact import Numbers, inverse, upper
 from kalmanq.compiler.lines import Lines
 from kalmanq.compiler.sums import Sum
 
@@ -39,6 +39,19 @@ class Subject:
 
 def entry(P: Entries, i: int, j: int) -> Sum:
     return P[min(i, j), max(i, j)]
+
+
+class ConstantGain:
+    """Nothing is carried beside the mean."""
+
+    name = "constant gain"
+    has_roots = False
+
+    def values(self, P: np.ndarray) -> dict[Key, Decimal]:
+        return {}
+
+    def covariance(self, n: int, value: Callable[[Key], str]) -> dict[Key, str]:
+        return {}
 
 
 class Covariance:
@@ -133,3 +146,34 @@ def update_by_gain(s: Subject, lines: Lines, x: Mean, z: Sequence[Sum], gain: np
             change = change + y[j] * gain[i][j]
         made.append(s.mean.correct(lines, i, x[i], change))
     return made, y
+
+
+# ------------------------------------------------------------------------------ NIS
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A component that was taken: its innovation, 1 / variance and variance"""
+
+    component: int
+    innovation: Sum
+    inverse: Sum
+    variance: Sum
+
+
+def judged_unsettled(s: Subject, lines: Lines, kept: Sequence[Judged]) -> str:
+    """The C text of y y / s, summed over components that were taken one after the other"""
+    parts = [(one.component, s.words.weighed(lines, f"n_{s.measurements[one.component]}", one.innovation * one.inverse,
+                                             one.component), one.innovation) for one in kept]
+    return s.words.nis(lines, parts)
+
+
+def judged_settled(s: Subject, lines: Lines, y: Sequence[Sum], variance: np.ndarray) -> str:
+    """The C text of y' S^-1 y"""
+    weights, parts = inverse(variance), []
+    for i in range(s.of.m):
+        weighed = Sum()
+        for j in range(s.of.m):
+            weighed = weighed + y[j] * weights[i, j]
+        parts.append((i, s.words.weighed(lines, f"n_{s.measurements[i]}", weighed, i), y[i]))
+    return s.words.nis(lines, parts)

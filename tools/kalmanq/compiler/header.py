@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Sequence
 
+import numpy as np
+
 from kalmanq.c_source import plain
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
@@ -18,7 +20,7 @@ def comment(plan: Plan, remarks: Sequence[str]) -> list[str]:
 
 def header(plan: Plan) -> str:
     lines = [*comment(plan, ["", *usage(plan), "", *quantities(plan)]), f"#ifndef KALMANQ_COMPILED_{plan.upper}_H",
-             f"#define KALMANQ_COMPILED_{plan.upper}_H", "", "#include <stdint.h>", "",
+             f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *(["#include <math.h>"] if plan.nis and not plan.subject.words.is_fixed else []), "#include <stdint.h>", "",
              *(["void probe(int line, long long value);", ""] if plan.probes else []), *points(plan), *fields(plan),
              *calls(plan), *readings(plan), "#endif", ""]
     return "\n".join(lines)
@@ -61,6 +63,9 @@ def points(plan: Plan) -> list[str]:
                  for k, name in enumerate(names)]
     rows += [f"    {plan.upper}_VARIANCE_{s.states[i].upper()}_FRACTION = {s.words.covariance(i, i)}"
              for i in range(s.of.n) if plan.carries_covariance]
+    if plan.nis:
+        rows += [f"    {plan.upper}_NIS_FRACTION = {s.words.formats.nis}"]
+        rows += [f"    {plan.upper}_S_{one.upper()}_FRACTION = {s.words.variance(j)}" for j, one in enumerate(s.measurements)]
     return ["/* value = word 2^-FRACTION */", "enum {", *(f"{row}," for row in rows[:-1]), rows[-1], "};", ""]
 
 
@@ -69,20 +74,31 @@ def fields(plan: Plan) -> list[str]:
     lines = [f"{type_} {name};" for type_, name in bookkeeping(plan)]
     lines += [f"{type_} {name};" for i in range(s.of.n) for name, type_ in s.mean.fields(i)]
     lines += [f"{s.words.type} {plan.field(key)};" for key in plan.structure.carried]
+    if plan.nis:
+        lines += [f"{'int64_t' if s.words.is_fixed else 'float'} nis;", *(f"{s.words.type} s_{one};" for one in s.measurements)]
     return ["typedef struct {", *indented(lines), f"}} {plan.type};", ""]
 
 
 def calls(plan: Plan) -> list[str]:
     name, type_ = plan.name, f"{plan.type} *restrict f"
     missed = f"At most {plan.max_gap} in a row may be missing" if plan.max_gap else "None may be missing"
-    between = f", {plan.min_run} between two gaps" if plan.max_gap else ""
+    between = f", {plan.min_run} between two gaps" if plan.max_gap and plan.carries_covariance else ""
     return [
         "/** Before the first sample. */", f"void {name}_start({type_});", "",
         f"/** To the next sample: one that is missing, or that update is to take.  {missed}{between}:",
         " *  a predict beyond that does nothing but set f->gap_refused. */", f"void {name}_predict({type_}{plan.controls});", "",
         *taking(plan), f"void {name}_update({type_}, {plan.sample});", "",
         "/** Predict and update, the same words in fewer instructions. */",
-        f"void {name}_step({type_}{plan.controls}, {plan.sample});", ""]
+        f"void {name}_step({type_}{plan.controls}, {plan.sample});", "", *in_part(plan)]
+
+
+def in_part(plan: Plan) -> list[str]:
+    if not plan.partial:
+        return []
+    name, type_ = plan.name, f"{plan.type} *restrict f"
+    return ["/** Takes what is present of a sample, a bit for each component.  A sample in part counts as one of a gap. */",
+            f"void {name}_update_some({type_}, {plan.sample}, unsigned present);",
+            f"void {name}_step_some({type_}{plan.controls}, {plan.sample}, unsigned present);", ""]
 
 
 def taking(plan: Plan) -> list[str]:
@@ -100,6 +116,12 @@ def readings(plan: Plan) -> list[str]:
     for (i, j), text in plan.form.covariance(s.of.n, plan.entry).items():
         if i == j and plan.carries_covariance:
             lines += reading(plan, f"variance_{s.states[i]}", s.words.type, text)
+    if plan.nis:
+        lines += reading(plan, "nis", "int64_t" if s.words.is_fixed else "float", "f->nis")
+    if plan.nis and not s.words.is_fixed:
+        logarithms = " + ".join(f"logf(f->s_{one})" for one in s.measurements)
+        constant = np.float32(s.of.m * np.log(2 * np.pi))
+        lines += reading(plan, "log_likelihood", "float", f"-0.5f * (f->nis + {constant}f + {logarithms})")
     return lines
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import Any, Mapping, Optional, Sequence
 
-from kalmanq.compiler.exact import Settled
+from kalmanq.compiler.exact import Settled, taken
 from kalmanq.compiler.forms import Key, Subject
 from kalmanq.compiler.structure import Structure
 from kalmanq.model import Model
@@ -36,7 +37,8 @@ class Plan:
     pushes: Sequence[float] = ()
     probes: bool = False  # for the search: each line's value is told
     ranges: Mapping[str, str] = field(default_factory=dict)  # of lines, by function and name
-    partial: bool = False
+    partial: bool = False  # samples of some components
+    nis: bool = False
 
     @property
     def type(self) -> str:
@@ -60,6 +62,15 @@ class Plan:
         """In fixed point, of the word in which a state is read, a measurement or a control given"""
         formats = self.subject.words.formats
         return {"states": self.subject.mean.readings, "measurements": formats.z, "controls": formats.u}[which][k]
+
+    @property
+    def pivots(self) -> list[Decimal]:
+        """Variances of settled innovations, taken one after the other"""
+        P, made = self.settled.predicted, []
+        for j in range(self.subject.of.m):
+            made.append(self.subject.of.H[j] @ P @ self.subject.of.H[j] + self.subject.of.R[j])
+            P = taken(self.subject.of, P, j)
+        return made
 
     @property
     def carries_covariance(self) -> bool:
@@ -86,4 +97,5 @@ class Plan:
 def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
     """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
     of the last gap; events: what was refused"""
-    return [("uint32_t", "rows"), ("uint8_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]
+    counted = [("uint32_t", "rows")] if plan.carries_covariance else []
+    return [*counted, ("uint8_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]

@@ -15,8 +15,9 @@ from kalmanq.compiler.plan import Plan
 from kalmanq.compiler.refusals import refuse
 from kalmanq.compiler.roots import Root
 from kalmanq.compiler.search import Found, Overflow, Runner, Track
-from kalmanq.compiler.structure import structure
+from kalmanq.compiler.structure import Structure, structure
 from kalmanq.compiler.text import probes_of
+from kalmanq.designs import TOLERABLE
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -26,6 +27,7 @@ MOST_GAP = 250
 MOST_MEMORY = 200_000_000  # bytes of the search
 MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
 RECORD = 2000  # rows that are tried
+CURES = "what is better known at first (P0), other units, a larger --bound or kalmanq design may do"
 FORMS = {"f32": (forms.Covariance, forms.PlainCovariance, Root), "q31": (forms.Covariance,)}
 
 
@@ -35,8 +37,9 @@ class Wanted:
 
     arithmetic: str
     name: str
-    form: str = "covariance"
+    form: str = "covariance"  # or gain
     partial: bool = False
+    nis: bool = False
     bound: float = 1e-4
 
 
@@ -53,6 +56,7 @@ class Proof:
     found: dict[str, Found]
     track: Track
     means: Optional[classes.Means]
+    losses: Optional[tuple[float, float]] = None  # of a constant gain: of sigma, at the start and after gaps
 
     @property
     def worst(self) -> Found:
@@ -74,6 +78,8 @@ def compiled(model: Model, wanted: Wanted) -> Product:
         refuse(model, wanted.arithmetic)
         maker = Maker(model, wanted)
         refused: list[Refused] = []
+        if wanted.form == "gain":
+            return Product(model, wanted, *maker.of_constant_gain())
         for form in FORMS[wanted.arithmetic]:
             try:
                 plan, proof = maker.proven(form())
@@ -81,8 +87,8 @@ def compiled(model: Model, wanted: Wanted) -> Product:
             except NotProven as problem:
                 refused.append(Refused(form.name, str(problem)))
                 if isinstance(problem, NotClosed):
-                    break
-    raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused))
+                    raise
+    raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused) + f"; {CURES}")
 
 
 class NotProven(KalmanqError):
@@ -118,25 +124,42 @@ class Maker:
         return forms.Subject(self.of, words, floats.PairMean(words, states, controls), states, measurements, controls)
 
     def _fixed(self) -> forms.Subject:
+        if self.wanted.partial:
+            raise KalmanqError("--partial: ranges of q31 are proven for samples that are there or missing as a whole; "
+                               "take f32, or count a sample in part as missing")
         if self.gaps.max_gap and self.gaps.min_run < self.rows:
             raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} to "
                                f"settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z, u = formats.ranges_of("measurements", self.model.measurements), formats.ranges_of("controls", self.model.controls)
-        reach = classes.reach_of(self.of, self.settled, self.rows, self.gaps.max_gap)
+        find = classes.reach_by_gain if self.wanted.form == "gain" else classes.reach_of
+        reach = find(self.of, self.settled, self.rows, self.gaps.max_gap)
         self.means = classes.means_of(self.of, self.settled, reach, z, u)
-        made = formats.formats_of(self.model, self.of, reach, self.means)
+        made = formats.formats_of(self.model, self.of, self.settled, reach, self.means)
         states, measurements, controls = self._names()
         words = fixed.Fixed(self.of, made)
         readings = formats.readings_of(self.model, self.means, made)
         return forms.Subject(self.of, words, fixed.WideMean(words, states, readings), states, measurements, controls)
 
+    @staticmethod
+    def _structure(subject: forms.Subject, form: Any) -> Structure:
+        return Structure({}) if isinstance(form, forms.ConstantGain) else structure(subject, form)
+
     def plan(self, form: Any, subject: forms.Subject) -> Plan:
         ranges = [one.range for one in self.model.measurements]
         doors = [subject.words.door(j, one) if one else None for j, one in enumerate(ranges)]
         return Plan(
-            self.wanted.name, self.model, subject, form, structure(subject, form), self.settled, self.rows, self.gaps.max_gap,
+            self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows, self.gaps.max_gap,
             self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(), most=[one or 1e30 for one in ranges],
-            pushes=[one.range or 1.0 for one in self.model.controls], partial=self.wanted.partial)
+            pushes=[one.range or 1.0 for one in self.model.controls], partial=self.wanted.partial,
+            nis=self.wanted.nis)
+
+    def of_constant_gain(self) -> tuple[Plan, Proof]:
+        plan = self.plan(forms.ConstantGain(), self.subject)
+        with Runner(plan) as runner:
+            track = runner.record(RECORD, self.gaps.max_gap)
+        self._judge_means(track)
+        loss = classes.losses(self.of, self.settled, self.rows, self.gaps.max_gap)
+        return plan, Proof({}, track, self.means, loss)
 
     def proven(self, form: Any) -> tuple[Plan, Proof]:
         plan = self.plan(form, self.subject)
@@ -147,6 +170,7 @@ class Maker:
             all_found = {"products rounded": found, "fused multiply-add": fused}
         for how, one in all_found.items():
             self._judge(one, how)
+        self._judge_means(track)
         return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, self.means)
 
     def _run(self, plan: Plan) -> tuple[Found, Track]:
@@ -161,14 +185,23 @@ class Maker:
     def _judge(self, found: Found, how: str) -> None:
         how = f", {how}" if how else ""
         if not found.closed:
-            raise NotClosed(f"there are more than {found.count} covariances{how}: min_run = {self.rows}, or a smaller "
-                            "max_gap, leaves fewer")
+            raise NotClosed(f"there are more than {found.count} covariances{how}; {self._fewer()} leaves fewer")
         if found.bad:
             raise NotProven(f"{found.bad} of {found.count} covariances are not positive definite{how}")
         error = found.error * MARGIN[self.wanted.arithmetic]
         if not error <= self.wanted.bound:
             raise NotProven(f"a covariance is {error:.1e} sigma_i sigma_j from the exact one{how}, the bound is "
                             f"{self.wanted.bound:.0e}")
+
+    def _fewer(self) -> str:
+        """What would leave fewer covariances to be proven"""
+        ways = [f"min_run = {self.rows}"] if self.min_run < self.rows else []
+        return " or ".join([*ways, "a smaller max_gap", *(["no --partial"] if self.wanted.partial else [])])
+
+    def _judge_means(self, track: Track) -> None:
+        if not track.worst <= TOLERABLE:
+            raise NotProven(f"a mean is {track.worst:.1e} sigma from the exact one within {RECORD} rows, the bound is "
+                            f"{TOLERABLE:.0e}")
 
     def _ranges(self, plan: Plan, found: Found) -> dict[str, str]:
         """Of each line that was told: least and largest value; of means and innovations by their bounds."""
@@ -193,7 +226,8 @@ def ram_of(plan: Plan) -> int:
     """Bytes of the filter where words are aligned"""
     words = 8 if plan.subject.words.is_fixed else 4
     mean = sum(words for i in range(plan.subject.of.n) for _ in plan.subject.mean.fields(i))
-    size = 8 + mean + 4 * len(plan.structure.carried)
+    size = (8 if plan.carries_covariance else words) + mean + 4 * len(plan.structure.carried)
+    size += 4 * plan.subject.of.m + words if plan.nis else 0
     return size + size % words
 
 

@@ -9,6 +9,8 @@ def lines_of_class(product: Product) -> list[str]:
     plan = product.plan
     if not plan.max_gap:
         return ["samples that may be missing: none"]
+    if not plan.carries_covariance:
+        return [f"samples that may be missing: 1 to {plan.max_gap} in a row; more are refused at run time (gap_refused)"]
     return [f"samples that may be missing: 1 to {plan.max_gap} in a row, {plan.min_run} measured ones at least between two "
             "gaps; the first", "    gap at any time.  What goes beyond is refused at run time (gap_refused): these are "
             "all covariances for ever",
@@ -18,14 +20,22 @@ def lines_of_class(product: Product) -> list[str]:
 def remarks(product: Product) -> list[str]:
     """For the head of the C file"""
     plan, proof = product.plan, product.proof
-    lines = ["", f"Form: {plan.form.name}; settled after {plan.rows} samples in a row, then of constant gain.",
-             *lines_of_class(product)]
+    settles = f"; settled after {plan.rows} samples in a row, then of constant gain" if plan.carries_covariance else ""
+    lines = ["", f"Form: {plan.form.name}{settles}.", *lines_of_class(product), *losses(product)]
     for how, found in proof.found.items():
         lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the least "
                      f"scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
     lines += [f"Means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps."]
     lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
     return [*lines, "", *flags(product)]
+
+
+def losses(product: Product) -> list[str]:
+    loss = product.proof.losses
+    if not loss:
+        return []
+    return [f"Sigma is at most {loss[0]:.3g} times the optimal filter's after the start, {loss[1]:.3g} times after a gap, "
+            "the same once settled."]
 
 
 def flags(product: Product) -> list[str]:
@@ -42,16 +52,18 @@ def flags(product: Product) -> list[str]:
 def proof_text(product: Product) -> str:
     plan, proof, margin = product.plan, product.proof, MARGIN[product.wanted.arithmetic]
     lines = [f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}", "", *lines_of_class(product),
-             f"settled after {plan.rows} samples in a row, to 1e-6 sigma_i sigma_j", ""]
+             *losses(product), f"settles in {plan.rows} samples in a row, to 1e-6 sigma_i sigma_j", ""]
     for how, found in proof.found.items():
         lines += [*([f"{how}:"] if how else []), f"covariances                  {found.count}, and no more",
                   f"not positive definite        {found.bad}", f"least scaled pivot           {found.pivot:.3e}",
                   f"worst error                  {found.error:.3e} sigma_i sigma_j",
                   f"exact ones of one word       {found.merged:.3e} apart at most", ""]
-    lines += [f"promise                      {margin * proof.worst.error:.1e} sigma_i sigma_j"
-              + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else " (on every core)"),
-              f"means                        {proof.track.worst:.1e} sigma at most over {RECORD} rows with gaps, "
-              f"{proof.track.last:.1e} settled", "RAM                          " + f"{ram_of(plan)} bytes", ""]
+    if proof.found:
+        lines.append(f"promise                      {margin * proof.worst.error:.1e} sigma_i sigma_j"
+                     + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else
+                        " (on every core)"))
+    lines += [f"means                        {proof.track.worst:.1e} sigma at most over {RECORD} rows with gaps, "
+              f"{proof.track.last:.1e} settled", f"RAM                          {ram_of(plan)} bytes", ""]
     lines += means(product)
     lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]
     return "\n".join([*lines, *flags(product), ""])

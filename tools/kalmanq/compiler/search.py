@@ -137,9 +137,10 @@ def subject(plan: Plan) -> str:
     u = "none, " if of.l else ""
     after = ", none" if of.l else ""
     lines = ["#include <stdio.h>", f'#include "{name}.h"', f"enum {{ N = {of.n}, M = {of.m}, L = {of.l}, FULL = (1 << M) - 1, "
-             f"HAS_SUBSETS = {int(plan.partial)}, LEAST_RUN = {max(plan.min_run, 1)}, PROBES = {len(probes_of(plan))} }};", "typedef struct { double high, low; } exact;",
+             f"HAS_SUBSETS = {int(plan.partial)}, IS_GAIN = {int(not plan.carries_covariance)}, LEAST_RUN = {max(plan.min_run, 1)}, PROBES = {len(probes_of(plan))} }};", "typedef struct { double high, low; } exact;",
              f"typedef {plan.type} subject;",
              f"typedef {type_} subject_word;", zeros, *numbers_of(of),
+             table("model_gain", plan.settled.gain), table("model_settled", plan.settled.filtered),
              function("void subject_begin(subject *f)", [f"{name}_start(f);"]),
              function("void subject_start(subject *f)", [f"{name}_start(f);", *[
                  f"f->{field} = 0;" for i in range(of.n) for field, _ in s.mean.fields(i)]]),
@@ -173,7 +174,7 @@ def covariance(plan: Plan) -> list[str]:
     """The upper triangle by rows, from the fields."""
     s, form, n = plan.subject, plan.form, plan.subject.of.n
     texts = form.covariance(n, lambda key: entry(plan, key) if key in plan.structure.facts else "0")
-    return [f"P[{k}] = {texts[key] or '0'};" for k, key in enumerate(sorted(texts))]
+    return ["(void)f;", "(void)P;", *(f"P[{k}] = {texts[key]};" for k, key in enumerate(sorted(texts)))]
 
 
 def entry(plan: Plan, key: tuple[int, int]) -> str:

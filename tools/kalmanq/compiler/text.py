@@ -2,106 +2,24 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field
-from typing import Sequence
-
 import numpy as np
 
-from kalmanq.compiler.forms import Entries, Mean, update_by_gain
-from kalmanq.compiler.lines import Line, Lines, indented
+from kalmanq.compiler import gain_text
+from kalmanq.compiler.body import PROBE, Body, door, function, numbered
 from kalmanq.compiler.header import comment
+from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
 from kalmanq.compiler.routines import routines
 from kalmanq.compiler.sums import Sum
 
-WIDTH = 110
-
-
-@dataclass
-class Body:
-    """A function that takes the filter from its fields and puts back what has changed."""
-
-    plan: Plan
-    function: str
-    carries: bool = True  # the covariance
-    lines: Lines = field(default_factory=Lines)
-    x: Mean = field(default_factory=list)
-    P: Entries = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        plan, s = self.plan, self.plan.subject
-        self.lines.taken |= {"f", "z", "u", "present"}
-        s.words.begin(self.lines)
-        for i in range(s.of.n):
-            self.x.append([self.lines.load(name, type_, f"f->{name}", None) for name, type_ in s.mean.fields(i)])
-        names = {key: plan.field(key) for key in plan.structure.carried} if self.carries else {}
-        for key, name in names.items():
-            self.lines.load(name, s.words.type, f"f->{name}", plan.form.word(s, key))
-        self.P = plan.structure.entries(names) if self.carries else {}
-        self.before = [list(words) for words in self.x], dict(self.P)
-
-    def predict(self) -> None:
-        self._predict_covariance()
-        self.predict_mean()
-
-    def _predict_covariance(self) -> None:
-        self.P = self.plan.form.predict(self.plan.subject, self.lines, self.P)
-
-    def predict_mean(self) -> None:
-        s = self.plan.subject
-        self.x = s.mean.predict(self.lines, self.x, [Sum.named(f"u[{k}]") for k in range(s.of.l)])
-
-    def update(self, j: int, z: Sum) -> None:
-        self.x, self.P = self.plan.form.update(self.plan.subject, self.lines, self.x, self.P, j, z, lambda *_: None)
-
-    def update_by_gain(self) -> None:
-        s = self.plan.subject
-        z = [Sum.named(f"z[{j}]") for j in range(s.of.m)]
-        self.x, _ = update_by_gain(s, self.lines, self.x, z, self.plan.settled.gain)
-
-    def text(self) -> list[str]:
-        """Of its lines and of what is stored."""
-        plan, s = self.plan, self.plan.subject
-        x, P = self.before
-        for i in range(s.of.n):
-            for (name, _), new, old in zip(s.mean.fields(i), self.x[i], x[i]):
-                if new.key() != old.key():
-                    self.lines.do(f"f->{name} = {s.words.store(new)};")
-        for key in plan.structure.carried if self.carries else ():
-            if self.P[key].key() != P[key].key():
-                self.lines.do(f"f->{plan.field(key)} = {s.words.store(self.P[key], plan.form.word(s, key))};")
-        return [one for line in self.lines.living() for one in self._written(line)]
-
-    def _written(self, line: Line) -> list[str]:
-        place = f"{self.function} {line.name}"
-        if self.plan.probes and line.type == "int32_t" and line.note:
-            return [line.code(), f"probe(@{place}@, {line.text.replace('(int32_t)', '')});"]
-        notes = [note for note in (line.note, self.plan.ranges.get(place, "")) if note]
-        if not notes:
-            return [line.code()]
-        remark = f"/* {', '.join(notes)} */"
-        return [f"{line.code()} {remark}"] if len(line.code()) + len(remark) < WIDTH else [remark, line.code()]
-
-
-PROBE = re.compile("@([^@]*)@")
-
-
-def probes_of(plan: Plan) -> list[str]:
-    """Function and name of each line whose value is told, in order"""
-    return list(dict.fromkeys(PROBE.findall(_functions(plan)))) if plan.probes else []
-
-
-def _numbered(text: str) -> str:
-    places = {place: k for k, place in enumerate(dict.fromkeys(PROBE.findall(text)))}
-    return PROBE.sub(lambda found: str(places[found.group(1)]), text)
-
-
-# ------------------------------------------------------------------------------ functions
-
-
-def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
-    return [*([f"/* {remark} */"] if remark else []), head, "{", *indented(body), "}", ""]
+REGISTERS = 28  # words of a covariance beside which a settled row is a function apart: its registers are not theirs
+NEVER_INLINE = """\
+#if defined __GNUC__
+#define NEVER_INLINE __attribute__((noinline))
+#else
+#define NEVER_INLINE
+#endif
+"""
 
 
 def start(plan: Plan) -> list[str]:
@@ -109,6 +27,7 @@ def start(plan: Plan) -> list[str]:
     lines = [f"f->{name} = {value};" for i in range(s.of.n)
              for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
     lines += covariance_of(plan, s.of.P0) + [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
+    lines += [*gain_text.variances(plan), "f->nis = 0;"] if plan.nis else []
     return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
 
 
@@ -134,13 +53,22 @@ def update(plan: Plan) -> list[str]:
     for j in range(plan.subject.of.m):
         body.lines.title(plan.subject.measurements[j])
         body.update(j, Sum.named(f"z[{j}]"))
+    body.judge()
+    settled, apart = settled_row(plan), []
+    if len(plan.structure.carried) > REGISTERS:
+        apart = [NEVER_INLINE, *function(f"NEVER_INLINE static void settled_row({plan.type} *restrict f, {plan.sample})", settled)]
+        settled = ["settled_row(f, z);"]
+    lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;",
+             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}",
+             "f->rows = rows + 1;", *body.text()]
+    return apart + function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
+
+
+def settled_row(plan: Plan) -> list[str]:
+    """By the constant gain; the covariance is what it settles to."""
     fast = Body(plan, "settled", carries=False)
     fast.update_by_gain()
-    N = plan.rows
-    lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;", f"if (rows >= {N - 1}) {{ /* settled */",
-             *indented([*fast.text(), f"f->rows = {N};", *covariance_of(plan, plan.settled.filtered), "return;"]), "}",
-             "f->rows = rows + 1;", *body.text()]
-    return function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
+    return [*fast.text(), f"f->rows = {plan.rows};", *settled_fields(plan)]
 
 
 def step(plan: Plan) -> list[str]:
@@ -155,6 +83,38 @@ def step(plan: Plan) -> list[str]:
     return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
 
 
+def update_some(plan: Plan) -> list[str]:
+    """Each component has a function; a sample in part is one of a gap."""
+    s, name = plan.subject, plan.name
+    lines: list[str] = []
+    for j, measured in enumerate(s.measurements):
+        body = Body(plan, f"take_{measured}")
+        body.update(j, Sum.named("z"))
+        lines += function(f"static void take_{measured}({plan.type} *restrict f, {s.words.type} z)", body.text())
+    taken = [f"if (present >> {j} & 1u) take_{measured}(f, z[{j}]);" for j, measured in enumerate(s.measurements)]
+    shut = [line for j, limit in enumerate(plan.doors) if limit for line in (
+        f"if ((present >> {j} & 1u) && ({s.words.is_outside(f'z[{j}]', limit)})) {{", "    f->sample_refused = 1;",
+        f"    present &= ~{1 << j}u;", "}")]
+    whole = (1 << s.of.m) - 1
+    return lines + function(f"void {name}_update_some({plan.type} *restrict f, {plan.sample}, unsigned present)", [
+        *shut, f"if (present == {whole}u) {{", f"    {name}_update(f, z);", "    return;", "}",
+        "if (present == 0) return;", "const uint32_t run = f->rows >> 16;",
+        f"if (run ? f->missed && run < {plan.min_run} : f->missed >= {plan.max_gap}) {{", "    f->gap_refused = 1;",
+        "    return;", "}", "if (run) f->missed = 0; /* a gap begins with this sample */", "f->rows = 0;", *taken])
+
+
+def step_some(plan: Plan) -> list[str]:
+    name, u = plan.name, ", u" if plan.subject.of.l else ""
+    whole = (1 << plan.subject.of.m) - 1
+    return function(f"void {name}_step_some({plan.type} *restrict f{plan.controls}, {plan.sample}, unsigned present)", [
+        f"if (present == {whole}u) {{", f"    {name}_step(f{u}, z);", "    return;", "}",
+        f"{name}_predict(f{u});", f"{name}_update_some(f, z, present);"])
+
+
+def settled_fields(plan: Plan) -> list[str]:
+    return covariance_of(plan, plan.settled.filtered) + gain_text.variances(plan)
+
+
 def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
     s = plan.subject
     values = plan.form.values(P)
@@ -162,20 +122,19 @@ def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
             for key in plan.structure.carried]
 
 
-def door(plan: Plan, refused: Sequence[str]) -> list[str]:
-    """What is outside the declared range, or no number, is refused."""
-    outside = [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
-    if not outside:
-        return []
-    return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
-
-
 def _functions(plan: Plan) -> str:
-    return "\n".join(line for part in (start, predict, update, step) for line in part(plan))
+    parts = (start, predict, update, step, *((update_some, step_some) if plan.partial else ())) \
+        if plan.carries_covariance else gain_text.PARTS
+    return "\n".join(line for part in parts for line in part(plan))
+
+
+def probes_of(plan: Plan) -> list[str]:
+    """Function and name of each line whose value is told, in order"""
+    return list(dict.fromkeys(PROBE.findall(_functions(plan)))) if plan.probes else []
 
 
 def code(plan: Plan) -> str:
-    body = _numbered(_functions(plan))
+    body = numbered(_functions(plan))
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])

@@ -25,10 +25,10 @@ def trial(plan: Plan, track: Track, error: float, worst: Optional[Worst]) -> str
                              "covariance settles", "to its constants" + ("; then the worst input keeps within its words."
                                                                          if worst else ".")]),
              "#include <stdio.h>", "", f'#include "{plan.name}.h"', "", *rows_of(plan, track), *near(plan, error)]
-    lines += [*compares(plan, track), *settles(plan)]
+    lines += compares(plan, track) + (settles(plan) if plan.carries_covariance else [])
     if worst:
         lines += worst.lines(plan)
-    tests = ["as_at_the_desk", "settles", *(["keeps_within"] if worst else [])]
+    tests = ["as_at_the_desk", *(["settles"] if plan.carries_covariance else []), *(["keeps_within"] if worst else [])]
     lines += ["int main(void)", "{", *indented([
         f"const int wrong = {' + '.join(f'{test}()' for test in tests)};",
         f'printf("{plan.name}: %d wrong\\n", wrong);', 'if (wrong == 0) puts("OK");', "return wrong != 0;"]), "}", ""]
