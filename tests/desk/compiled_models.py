@@ -54,7 +54,7 @@ def random_model(seed: int, ranged: bool) -> Model:
     return Model(A, H, R, G=G, B=B, P0=(scale * 10 ** random.uniform(-1, 1)) ** 2, name=f"random{seed}",
                  measurements=[Quantity(f"z{j}", "", float(span[j]) if ranged else None) for j in range(m)],
                  controls=None if B is None else [Quantity("u", "", 1.0)],
-                 gaps=(Gaps(), Gaps(2, 400), Gaps(5, 400), Gaps(8, 10))[int(random.integers(4))])
+                 gaps=(Gaps(), Gaps(2, 400), Gaps(5, 400), Gaps(8, 60))[int(random.integers(4))])
 
 
 def drifting(random: np.random.Generator, n: int) -> np.ndarray:

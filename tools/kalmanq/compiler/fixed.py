@@ -25,7 +25,8 @@ class Formats:
 
     sigma, row_sigma    the least a with sigma <= 2^a, of states and of rows of H x
     variance            fractions of the innovations' variances; zeros: the most leading zeros that they have
-    x, z, u, weighed    fractions of means, measurements, controls, innovations over their variances; nis: of 64 bits
+    x, rows             fractions of means, of rows of H x
+    z, u, weighed       of measurements, controls, innovations over their variances; nis: of 64 bits
     """
 
     sigma: Sequence[int]
@@ -33,6 +34,7 @@ class Formats:
     variance: Sequence[int]
     zeros: Sequence[int]
     x: Sequence[int]
+    rows: Sequence[int]
     z: Sequence[int]
     u: Sequence[int]
     weighed: Sequence[int]
@@ -260,7 +262,7 @@ class WideMean:
     def innovation(self, lines: Lines, x: Mean, j: int, z: Sum, base: str, note: str) -> Sum:
         h, f = self.words.of.H[j], self.words.formats
         seen = [i for i in range(self.words.of.n) if h[i]]
-        point = min(self.x[i] - max(0, ceil_log2(h[i])) for i in seen)
+        point = f.rows[j]
         terms = [part for i in seen for part in times(h[i] * TWO ** (point - self.x[i]), x[i][0].name)]
         shift = point - f.z[j]
         made = lines.add(base, "int32_t", f"{z.name} - {_narrowed(joined(terms), shift)}", f"Q{f.z[j]}, {note}")

@@ -46,7 +46,9 @@ def formats_of(model: Model, of: Numbers, settled: Settled, reach: Reach, means:
                                "is better known, a smaller max_gap, or f32")
     weighed = [30 - up(most * ROOM) for most in _weighed(settled, reach, means)]
     nis = min(a + b for a, b in zip(weighed, z)) - 2 - of.m.bit_length()
-    return Formats(sigma, row_sigma, variance, zeros, _means(model, of, reach, means, z, u), z, u, weighed, nis)
+    x = _means(model, of, reach, means, z, u)
+    rows = [points_of_row(of, x, float(np.abs(of.H[j].astype(float)) @ means.x), j) for j in range(of.m)]
+    return Formats(sigma, row_sigma, variance, zeros, x, rows, z, u, weighed, nis)
 
 
 def _weighed(settled: Settled, reach: Reach, means: Means) -> np.ndarray:
@@ -78,24 +80,28 @@ def _measured(one: Quantity, innovation: float) -> int:
 
 
 def _means(model: Model, of: Numbers, reach: Reach, means: Means, z: Sequence[int], u: Sequence[int]) -> list[int]:
-    """Points of the means: the mean fits, gains fit, and so do the coefficients between states."""
+    """Points of the means: no sum on the way overflows, gains fit, and so do the coefficients of controls."""
+    A, B, H = (np.abs(matrix.astype(float)) for matrix in (of.A, of.B, of.H))
+    pushes = np.array([one.range or 0 for one in model.controls])
+    moved, corrected = A @ means.x + B @ pushes, means.x + reach.gain @ means.y
     x = []
     for i in range(of.n):
-        most = [60 - up(max(means.x[i], float(abs(of.x0[i])), 1e-30))]
+        # a whole number of times another state is at most twice its coefficient
+        most = [61 - up(max(moved[i], corrected[i], float(abs(of.x0[i])), 1e-30) * ROOM)]
         most += [30 - up(reach.gain[i][j] * ROOM) + z[j] for j in range(of.m) if reach.gain[i][j] > 0]
         most += [30 - ceil_log2(of.B[i][k]) + u[k] for k in range(of.l) if of.B[i][k]]
         x.append(min(most))
-    for _ in range(of.n):
-        for i in range(of.n):
-            for l in range(of.n):
-                if of.A[i][l] and i != l:
-                    x[i] = min(x[i], x[l] + 2 - ceil_log2(of.A[i][l]))
     for j in range(of.m):
-        for i in range(of.n):
-            if of.H[j][i] and x[i] - max(0, ceil_log2(of.H[j][i])) <= z[j]:
-                raise KalmanqError(f"{model.states[i].name}: its mean reaches {means.x[i]:.3g}, too wide for 64 bits beside "
-                                   f"{model.measurements[j].name} to 2^-{z[j]}: smaller ranges, or f32")
+        if points_of_row(of, x, H[j] @ means.x, j) <= z[j]:
+            raise KalmanqError(f"{model.measurements[j].name}: what it measures reaches {H[j] @ means.x:.3g}, too far for "
+                               f"64 bits beside its own 2^-{z[j]}: smaller ranges, or f32")
     return x
+
+
+def points_of_row(of: Numbers, x: Sequence[int], span: float, j: int) -> int:
+    """Where the point of a row of H x is: as fine as its states are, and no sum on the way overflows"""
+    finest = min(x[i] - max(0, ceil_log2(of.H[j][i])) for i in range(of.n) if of.H[j][i])
+    return min(finest, 61 - up(max(span, 1e-30) * ROOM))
 
 
 def readings_of(model: Model, means: Means, made: Formats) -> list[int]:

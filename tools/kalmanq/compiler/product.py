@@ -140,9 +140,10 @@ class Maker:
         readings = formats.readings_of(self.model, self.means, made)
         return forms.Subject(self.of, words, fixed.WideMean(words, states, readings), states, measurements, controls)
 
-    @staticmethod
-    def _structure(subject: forms.Subject, form: Any) -> Structure:
-        return Structure({}) if isinstance(form, forms.ConstantGain) else structure(subject, form)
+    def _structure(self, subject: forms.Subject, form: Any) -> Structure:
+        if isinstance(form, forms.ConstantGain):
+            return Structure({})
+        return structure(subject, form, self.wanted.partial)
 
     def plan(self, form: Any, subject: forms.Subject) -> Plan:
         ranges = [one.range for one in self.model.measurements]
@@ -180,7 +181,8 @@ class Maker:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
                 return runner.search(limit), runner.record(RECORD, self.gaps.max_gap)
         except Overflow:
-            raise NotProven("a word overflows") from None
+            raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the covariance "
+                            "settles to") from None
 
     def _judge(self, found: Found, how: str) -> None:
         how = f", {how}" if how else ""
