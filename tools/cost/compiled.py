@@ -38,7 +38,7 @@ def flags_of(core: Core, level: str) -> tuple[str, ...]:
 
 
 def measured(place: Place, core: Core, folder: Path, level: str) -> dict[str, Any]:
-    what = json.loads(next(folder.glob("*.json")).read_text(encoding="utf-8"))
+    what = told(folder)
     name, work = what["name"], place.work / f"{core.name}-{folder.name}-{level}"
     work.mkdir()
     (work / "compiled.h").write_text(naming(what), encoding="utf-8")
@@ -55,6 +55,13 @@ def measured(place: Place, core: Core, folder: Path, level: str) -> dict[str, An
             "m": what["m"], "two_calls": count[0] + count[1], "two_calls_settled": count[2] + count[3],
             "step": count[5], "step_settled": count[4], "flash": flash(written), "ram": what["ram"],
             "stack": max(counted[region].stack for region in functions)}
+
+
+def told(folder: Path) -> dict[str, Any]:
+    found = sorted(folder.glob("*.json"))
+    if len(found) != 1:
+        raise UserError(f"{folder}: no filter with what kalmanq compile --json has told of it")
+    return json.loads(found[0].read_text(encoding="utf-8"))
 
 
 def flash(written: Path) -> int:
@@ -74,7 +81,7 @@ def naming(what: dict[str, Any]) -> str:
 
 
 def broken_promises(made: dict[str, Any], folder: Path) -> list[str]:
-    what = json.loads(next(folder.glob("*.json")).read_text(encoding="utf-8"))
+    what = told(folder)
     promised = what.get("must", {}).get(f"{made['core']} {made['level']}", {})
     return [f"{made['name']} on {made['core']} -{made['level']}: {measure} {made[measure]}, at most {most}"
             for measure, most in promised.items() if made[measure] > most]

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from kalmanq import model_file
 from kalmanq.c_source import identifier
+from kalmanq.compiler.costs import operations
 from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
 from kalmanq.compiler.proof_file import lines_of_class
@@ -68,7 +69,7 @@ def _told(product: Product, written: list[Path]) -> dict:
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
-        "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
+        "operations": operations(plan), "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
         "files": [str(path) for path in written]}
 
 

@@ -22,9 +22,9 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled
-MOST_ROWS = 2000
+MOST_ROWS = {"f32": 2000, "q31": 200}  # to settle; q31's ranges are sums over all ways there
 MOST_GAP = 250
-MOST_MEMORY = 200_000_000  # bytes of the search
+MOST_MEMORY = 500_000_000  # bytes of the search
 MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
 RECORD = 2000  # rows that are tried
 CURES = "what is better known at first (P0), other units, a larger --bound or kalmanq design may do"
@@ -109,7 +109,8 @@ class Maker:
         self.settled = exact.settled(self.of)
         if self.gaps.max_gap > MOST_GAP:
             raise KalmanqError(f"max_gap: {self.gaps.max_gap} rows; a proof is for at most {MOST_GAP}")
-        self.rows = exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP, MOST_ROWS)
+        self.rows = exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP,
+                                         MOST_ROWS[wanted.arithmetic])
         self.min_run = min(max(self.gaps.min_run, 1), self.rows)
         self.means: Optional[classes.Means] = None
         self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
