@@ -43,7 +43,7 @@ class Compiled:
         if u is not None and m.l:
             moved[1:] = np.asarray(u, float).reshape(len(z), -1)[:-1]
         out = {"mean": np.zeros((len(z), m.n)), "variance": np.zeros((len(z), m.n)), "nis": np.zeros(len(z)),
-               "likelihood": np.zeros(len(z)), "refused": np.zeros((len(z), 2))}
+               "likelihood": np.zeros(len(z)), "refused": np.zeros((len(z), 2)), "lagged": np.full((len(z), m.n), np.nan)}
         given = np.ascontiguousarray(np.nan_to_num(z, nan=0.0 if missed_by_predict else np.nan))
         present = np.ascontiguousarray(~np.isnan(z) if missed_by_predict else np.ones_like(z), np.uint8)
         arrays = [given, present, moved, *out.values()]
@@ -67,10 +67,11 @@ def driver(product: Product) -> str:
     u = ", w" if m.l else ""
     lines = ["#include <math.h>", f'#include "{name}.h"',
              "void run(int rows, const double *z, const unsigned char *present, const double *u, double *mean,",
-             "         double *variance, double *nis, double *likelihood, double *refused);",
+             "         double *variance, double *nis, double *likelihood, double *refused, double *lagged);",
              "void run(int rows, const double *z, const unsigned char *present, const double *u, double *mean,",
-             "         double *variance, double *nis, double *likelihood, double *refused)", "{",
-             f"    {name}_filter f;", f"    {name}_start(&f);", "    (void)u, (void)variance, (void)nis, (void)likelihood;",
+             "         double *variance, double *nis, double *likelihood, double *refused, double *lagged)", "{",
+             f"    {name}_filter f;", f"    {name}_start(&f);", "    (void)u, (void)variance, (void)nis, (void)likelihood, (void)lagged;",
+             *([f"    {name}_lag l;", f"    {name}_lag_start(&l);"] if plan.lag else []),
              "    for (int t = 0; t < rows; t++) {", f"        {word} v[{m.m}], w[{max(m.l, 1)}];", "        unsigned bits = 0;"]
     convert = "({})lrint({} * {})" if fixed else "({})({} * {})"
     lines += [f"        v[{j}] = {convert.format(word, f'z[t * {m.m} + {j}]', repr(scale['measurements'][j]))};"
@@ -90,4 +91,8 @@ def driver(product: Product) -> str:
     if plan.nis:
         lines.append(f"        nis[t] = (double)f.nis / {2.0 ** plan.subject.words.formats.nis if fixed else 1.0!r};")
         lines += [] if fixed else [f"        likelihood[t] = (double){name}_log_likelihood(&f);"]
+    if plan.lag:
+        lines += [f"        if ({name}_lag_step(&l, &f)) {{"]
+        lines += [f"            lagged[t * {m.n} + {i}] = (double){name}_lagged_{state}(&l) / {scale['states'][i]!r};"
+                  for i, state in enumerate(plan.subject.states)] + ["        }"]
     return "\n".join([*lines, "        refused[2 * t] = f.gap_refused, refused[2 * t + 1] = f.sample_refused;", "    }", "}", ""])

@@ -103,6 +103,21 @@ def test_nis_and_likelihood(arithmetic: str, tmp_path: Path) -> None:
         assert np.allclose(ours["likelihood"][there], double.log_likelihood[there], rtol=1e-4, atol=1e-4)
 
 
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_the_mean_some_samples_ago(arithmetic: str, tmp_path: Path) -> None:
+    model, lag = steered(), 4
+    made = Compiled(model, tmp_path, arithmetic, lag=lag)
+    z, u = record(model, 1, gap=3)
+    ours = made.run(z, u)["lagged"]
+    double = kalmanq.LagSmoother(single(model) if arithmetic == "f32" else model, lag, "f64").run(z, u)
+    known = np.isfinite(ours[:, 0])
+    gaps = np.flatnonzero(np.isnan(z[:, 0]))
+    assert 150 < known.sum() and not known[:made.product.plan.rows].any()
+    assert not any(known[gap:gap + made.product.plan.rows + lag - 1].any() for gap in gaps)
+    assert np.abs(ours[known] - double.lagged[known]).max() < 3e-6
+    assert np.abs(ours[known] - double.mean[known]).max() > 0.01
+
+
 def test_samples_in_part(tmp_path: Path) -> None:
     model = kinematic(2, 2, gaps=Gaps(2, 40))
     made = Compiled(model, tmp_path, "f32", partial=True)

@@ -159,6 +159,7 @@ def compile_(
     form: Form = typer.Option(Form.covariance, "--form", help="gain: constant, where no sample is ever missing."),
     partial: bool = typer.Option(False, "--partial", help="Samples of which some components are missing, too."),
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; f32: the likelihood."),
+    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once settled."),
     bound: float = typer.Option(1e-4, "--bound", min=0, help="Of a covariance's error, in sigma_i sigma_j."),
     json_: bool = JSON,
 ) -> None:
@@ -166,7 +167,7 @@ def compile_(
     from kalmanq.commands.compile import Asked, compile_file
 
     with told_in_one_line(model, out):
-        compile_file(Asked(model, out, arith.value, form.value, partial, nis, bound, json_), console())
+        compile_file(Asked(model, out, arith.value, form.value, partial, nis, lag, bound, json_), console())
 
 
 @app.command()

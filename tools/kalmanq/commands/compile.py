@@ -28,6 +28,7 @@ class Asked:
     form: str
     partial: bool
     nis: bool
+    lag: int
     bound: float
     json: bool
 
@@ -36,7 +37,7 @@ def compile_file(asked: Asked, console: Console) -> None:
     name = _name(asked.out)
     model = model_file.read(asked.model)
     with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.bound))
+        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.lag, asked.bound))
         texts = texts_of(product, hashlib.sha256(asked.model.read_bytes()).hexdigest())
     written = _write(asked, texts)
     if asked.json:

@@ -70,6 +70,8 @@ class Body:
         s = self.plan.subject
         z = [Sum.named(f"z[{j}]") for j in range(s.of.m)]
         self.x, y = update_by_gain(s, self.lines, self.x, z, self.plan.settled.gain)
+        for j, one in enumerate(y if self.plan.lag else ()):
+            self.lines.do(f"f->y_{s.measurements[j]} = {one.name};")
         if self.plan.nis:
             self.lines.do(f"f->nis = {judged_settled(s, self.lines, y, self.plan.settled.variance)};")
 

@@ -14,6 +14,7 @@ from typing import Optional, Sequence
 from kalmanq.compiler.exact import Numbers
 from kalmanq.compiler.lines import Lines
 from kalmanq.compiler.sums import Sum
+from kalmanq.errors import KalmanqError
 
 Mean = list[list[Sum]]
 TWO = Decimal(2)
@@ -235,8 +236,11 @@ def joined(terms: Sequence[tuple[bool, str]]) -> str:
 class WideMean:
     """mean = x, 64 bits.  names: of the states"""
 
-    def __init__(self, words: Fixed, names: Sequence[str], readings: Sequence[int]):
+    single = "int64_t"
+
+    def __init__(self, words: Fixed, names: Sequence[str], measurements: Sequence[str], readings: Sequence[int]):
         self.words, self.names, self.readings = words, names, readings
+        self.measured = [f"f->y_{name}" for name in measurements]
         self.x = words.formats.x
 
     def fields(self, i: int) -> list[tuple[str, str]]:
@@ -281,9 +285,23 @@ class WideMean:
         return f"(double)({field} >> 32) * {float(TWO ** (32 - self.x[i]))!r}", \
             f"(double)({field} & 0xffffffff) * {float(TWO ** -self.x[i])!r}"
 
+    def whole(self, i: int) -> str:
+        return f"f->x_{self.names[i]}"
+
+    def corrected(self, i: int, mean: str, change: Sum) -> str:
+        for (name,), c in change.terms.items():
+            j = self.measured.index(name)
+            word = rounded(c * TWO ** (self.x[i] - self.words.formats.z[j]))
+            if abs(word) >= 1 << 31:
+                raise KalmanqError(f"--lag: a gain of {self.names[i]} is {c:.3g}, too large for its word: a smaller lag, or f32")
+            mean += f" + {product(word, name)}"
+        return mean
+
     def reading(self, i: int) -> tuple[str, str]:
-        shift = self.x[i] - self.readings[i]
-        return "int32_t", _narrowed(f"f->x_{self.names[i]}", shift)
+        return self.lagged(i, self.whole(i))
+
+    def lagged(self, i: int, mean: str) -> tuple[str, str]:
+        return "int32_t", _narrowed(mean, self.x[i] - self.readings[i])
 
 
 def times(c: Decimal, x: str) -> list[tuple[bool, str]]:

@@ -7,7 +7,7 @@ corrections of a large state are not lost.
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import Optional, Sequence
+from typing import Sequence
 
 import numpy as np
 
@@ -148,6 +148,7 @@ class PairMean:
     """mean = x + low.  names: of the states"""
 
     parts = ("", "_low")
+    single = "float"  # a mean in one word
 
     def __init__(self, words: Floats, names: Sequence[str], controls: Sequence[str]):
         self.words, self.names, self.controls = words, names, controls
@@ -192,9 +193,15 @@ class PairMean:
         """Two doubles whose sum is the mean"""
         return f"(double)f->x_{self.names[i]}", f"(double)f->x_{self.names[i]}_low"
 
+    def whole(self, i: int) -> str:
+        return f"f->x_{self.names[i]} + f->x_{self.names[i]}_low"
+
+    def corrected(self, i: int, mean: str, change: Sum) -> str:
+        return self.words.text(Sum.named(mean) + change)
+
     def reading(self, i: int) -> tuple[str, str]:
         """Type and text of the mean"""
-        return "float", f"f->x_{self.names[i]} + f->x_{self.names[i]}_low"
+        return "float", self.whole(i)
 
-    def control(self, k: int) -> Optional[Sum]:
-        return Sum.named(f"u[{k}]")
+    def lagged(self, i: int, mean: str) -> tuple[str, str]:
+        return "float", mean

@@ -12,6 +12,7 @@ def start(plan: Plan) -> list[str]:
              for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
     lines += [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
     lines += [*variances(plan), "f->nis = 0;"] if plan.nis else []
+    lines += [f"f->y_{measured} = 0;" for measured in s.measurements if plan.lag]
     return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
 
 

@@ -7,6 +7,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.c_source import plain
+from kalmanq.compiler import lag_text
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
 
@@ -22,7 +23,7 @@ def header(plan: Plan) -> str:
     lines = [*comment(plan, ["", *usage(plan), "", *quantities(plan)]), f"#ifndef KALMANQ_COMPILED_{plan.upper}_H",
              f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *(["#include <math.h>"] if plan.nis and not plan.subject.words.is_fixed else []), "#include <stdint.h>", "",
              *(["void probe(int line, long long value);", ""] if plan.probes else []), *points(plan), *fields(plan),
-             *calls(plan), *readings(plan), "#endif", ""]
+             *calls(plan), *readings(plan), *lag_text.calls(plan), "#endif", ""]
     return "\n".join(lines)
 
 
@@ -76,7 +77,8 @@ def fields(plan: Plan) -> list[str]:
     lines += [f"{s.words.type} {plan.field(key)};" for key in plan.structure.carried]
     if plan.nis:
         lines += [f"{'int64_t' if s.words.is_fixed else 'float'} nis;", *(f"{s.words.type} s_{one};" for one in s.measurements)]
-    return ["typedef struct {", *indented(lines), f"}} {plan.type};", ""]
+    lines += [f"{s.words.type} {name};" for name in lag_text.innovations(plan)]
+    return ["typedef struct {", *indented(lines), f"}} {plan.type};", "", *lag_text.struct(plan)]
 
 
 def calls(plan: Plan) -> list[str]:

@@ -39,6 +39,7 @@ class Plan:
     ranges: Mapping[str, str] = field(default_factory=dict)  # of lines, by function and name
     partial: bool = False  # samples of some components
     nis: bool = False
+    lag: int = 0  # samples
 
     @property
     def type(self) -> str:

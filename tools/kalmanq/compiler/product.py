@@ -40,6 +40,7 @@ class Wanted:
     form: str = "covariance"  # or gain
     partial: bool = False
     nis: bool = False
+    lag: int = 0
     bound: float = 1e-4
 
 
@@ -139,7 +140,7 @@ class Maker:
         states, measurements, controls = self._names()
         words = fixed.Fixed(self.of, made)
         readings = formats.readings_of(self.model, self.means, made)
-        return forms.Subject(self.of, words, fixed.WideMean(words, states, readings), states, measurements, controls)
+        return forms.Subject(self.of, words, fixed.WideMean(words, states, measurements, readings), states, measurements, controls)
 
     def _structure(self, subject: forms.Subject, form: Any) -> Structure:
         if isinstance(form, forms.ConstantGain):
@@ -153,7 +154,7 @@ class Maker:
             self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows, self.gaps.max_gap,
             self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(), most=[one or 1e30 for one in ranges],
             pushes=[one.range or 1.0 for one in self.model.controls], partial=self.wanted.partial,
-            nis=self.wanted.nis)
+            nis=self.wanted.nis, lag=self.wanted.lag)
 
     def of_constant_gain(self) -> tuple[Plan, Proof]:
         plan = self.plan(forms.ConstantGain(), self.subject)
@@ -231,6 +232,7 @@ def ram_of(plan: Plan) -> int:
     mean = sum(words for i in range(plan.subject.of.n) for _ in plan.subject.mean.fields(i))
     size = (8 if plan.carries_covariance else words) + mean + 4 * len(plan.structure.carried)
     size += 4 * plan.subject.of.m + words if plan.nis else 0
+    size += 4 * plan.subject.of.m if plan.lag else 0
     return size + size % words
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kalmanq.compiler import gain_text
+from kalmanq.compiler import gain_text, lag_text
 from kalmanq.compiler.body import PROBE, Body, door, function, numbered
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
@@ -28,6 +28,7 @@ def start(plan: Plan) -> list[str]:
              for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
     lines += covariance_of(plan, s.of.P0) + [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
     lines += [*gain_text.variances(plan), "f->nis = 0;"] if plan.nis else []
+    lines += [f"f->{name} = 0;" for name in lag_text.innovations(plan)]
     return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
 
 
@@ -125,6 +126,7 @@ def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
 def _functions(plan: Plan) -> str:
     parts = (start, predict, update, step, *((update_some, step_some) if plan.partial else ())) \
         if plan.carries_covariance else gain_text.PARTS
+    parts += (lag_text.start, lag_text.step) if plan.lag else ()
     return "\n".join(line for part in parts for line in part(plan))
 
 
