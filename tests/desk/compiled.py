@@ -14,7 +14,8 @@ from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled
 from kalmanq.compiler.search import compiler
 
-STRICT = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
+STRICT = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow",
+          "-Werror")
 
 
 class Compiled:
@@ -33,7 +34,8 @@ class Compiled:
         make(self.folder, ["filter_x.c", "filter_x_test.c"], "trial", "-lm")
         return subprocess.run([str(self.folder / "trial")], capture_output=True, text=True)
 
-    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, missed_by_predict: bool = True) -> dict[str, np.ndarray]:
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None,
+            missed_by_predict: bool = True) -> dict[str, np.ndarray]:
         if self._library is None:
             make(self.folder, ["filter_x.c", "driver.c"], "driver.so", "-shared", "-fPIC", "-lm")
             self._library = ctypes.CDLL(str(self.folder / "driver.so"))
@@ -43,7 +45,8 @@ class Compiled:
         if u is not None and m.l:
             moved[1:] = np.asarray(u, float).reshape(len(z), -1)[:-1]
         out = {"mean": np.zeros((len(z), m.n)), "variance": np.zeros((len(z), m.n)), "nis": np.zeros(len(z)),
-               "likelihood": np.zeros(len(z)), "refused": np.zeros((len(z), 2)), "lagged": np.full((len(z), m.n), np.nan)}
+               "likelihood": np.zeros(len(z)), "refused": np.zeros((len(z), 2)),
+               "lagged": np.full((len(z), m.n), np.nan)}
         given = np.ascontiguousarray(np.nan_to_num(z, nan=0.0 if missed_by_predict else np.nan))
         present = np.ascontiguousarray(~np.isnan(z) if missed_by_predict else np.ones_like(z), np.uint8)
         arrays = [given, present, moved, *out.values()]
@@ -52,7 +55,8 @@ class Compiled:
 
 
 def make(folder: Path, sources: list[str], target: str, *flags: str) -> None:
-    done = subprocess.run([compiler(), *STRICT, "-ffp-contract=off", *(str(folder / one) for one in sources), *flags, "-o",
+    done = subprocess.run([compiler(), *STRICT, "-ffp-contract=off", *(str(folder / one) for one in sources), *flags,
+                           "-o",
                            str(folder / target)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
@@ -70,9 +74,11 @@ def driver(product: Product) -> str:
              "         double *variance, double *nis, double *likelihood, double *refused, double *lagged);",
              "void run(int rows, const double *z, const unsigned char *present, const double *u, double *mean,",
              "         double *variance, double *nis, double *likelihood, double *refused, double *lagged)", "{",
-             f"    {name}_filter f;", f"    {name}_start(&f);", "    (void)u, (void)variance, (void)nis, (void)likelihood, (void)lagged;",
+             f"    {name}_filter f;", f"    {name}_start(&f);",
+             "    (void)u, (void)variance, (void)nis, (void)likelihood, (void)lagged;",
              *([f"    {name}_lag l;", f"    {name}_lag_start(&l);"] if plan.lag else []),
-             "    for (int t = 0; t < rows; t++) {", f"        {word} v[{m.m}], w[{max(m.l, 1)}];", "        unsigned bits = 0;"]
+             "    for (int t = 0; t < rows; t++) {", f"        {word} v[{m.m}], w[{max(m.l, 1)}];",
+             "        unsigned bits = 0;"]
     convert = "({})lrint({} * {})" if fixed else "({})({} * {})"
     lines += [f"        v[{j}] = {convert.format(word, f'z[t * {m.m} + {j}]', repr(scale['measurements'][j]))};"
               f" bits |= (unsigned)present[t * {m.m} + {j}] << {j};" for j in range(m.m)]
@@ -95,4 +101,5 @@ def driver(product: Product) -> str:
         lines += [f"        if ({name}_lag_step(&l, &f)) {{"]
         lines += [f"            lagged[t * {m.n} + {i}] = (double){name}_lagged_{state}(&l) / {scale['states'][i]!r};"
                   for i, state in enumerate(plan.subject.states)] + ["        }"]
-    return "\n".join([*lines, "        refused[2 * t] = f.gap_refused, refused[2 * t + 1] = f.sample_refused;", "    }", "}", ""])
+    return "\n".join([*lines, "        refused[2 * t] = f.gap_refused, refused[2 * t + 1] = f.sample_refused;",
+                      "    }", "}", ""])

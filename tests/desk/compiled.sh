@@ -7,7 +7,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 rm -rf "$work"
 mkdir -p "$work"
-"$desk" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --target "$work/package" "$root/tools"
+"$desk" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation \
+    --target "$work/package" "$root/tools"
 PYTHONPATH="$work/package" PYTHONDONTWRITEBYTECODE=1 "$desk" "$here/compiled_table.py" "$work/filters" others
 cc -O2 "$root/port/boards/avr_emulator.c" -lsimavr -o "$work/avr_emulator"
 export KQ_AVR_EMULATOR="$work/avr_emulator" KQ_TIME_LIMIT=60

@@ -17,7 +17,8 @@ def kinematic(axes: int, order: int, dt: float = 0.5, mixing: np.ndarray = CORRE
               ranged: bool = False, gaps: Gaps = GAPS) -> Model:
     """Axes of position and velocity (order 2), and acceleration (3), each position measured; noise between axes"""
     powers = np.arange(order)[::-1]
-    noise = np.array([[dt ** (a + b + 1) / ((a + b + 1) * factorial(a) * factorial(b)) for b in powers] for a in powers])
+    noise = np.array([[dt ** (a + b + 1) / ((a + b + 1) * factorial(a) * factorial(b)) for b in powers]
+                      for a in powers])
     A = sum(np.eye(order, k=k) * dt**k / factorial(k) for k in range(order))
     letters = "xyz" if axes > 1 else [""]
     states = [Quantity(f"{kind} {axis}".strip(), "") for axis in letters[:axes] for kind in KINDS[:order]]

@@ -6,5 +6,6 @@ here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 rm -rf "$work"
 mkdir -p "$work"
-"$desk" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --target "$work/package" "$root/tools"
+"$desk" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation \
+    --target "$work/package" "$root/tools"
 PYTHONPATH="$work/package" PYTHONDONTWRITEBYTECODE=1 "$desk" "$here/compiled_random.py" 100

@@ -49,8 +49,10 @@ def main() -> None:
             write(folder, model, arithmetic, model.name, promises(model.n, arithmetic))
         for model in five(ranged, 0.1)[:4] if others else ():
             write(folder, model, arithmetic, f"tenth_{model.name}", {})
-        for name, axes, order, variances in (("apart", 2, 2, (1.0, 1.5)), ("alike", 3, 3, (1.0, 1.0, 1.0))) if others else ():
-            write(folder, kinematic(axes, order, mixing=np.eye(3), variances=variances, ranged=ranged), arithmetic, name, {})
+        for name, axes, order, variances in (("apart", 2, 2, (1.0, 1.5)),
+                                             ("alike", 3, 3, (1.0, 1.0, 1.0))) if others else ():
+            write(folder, kinematic(axes, order, mixing=np.eye(3), variances=variances, ranged=ranged), arithmetic,
+                  name, {})
 
 
 if __name__ == "__main__":

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compiled import Compiled
+from compiled import Compiled, make
 from compiled_models import factorial, five, kinematic, random_model
 
 import kalmanq
 from kalmanq import Model, Quantity, model_file
 from kalmanq.compiler import exact, forms
 from kalmanq.compiler.product import Maker, NotProven, Wanted, compiled, ram_of
+from kalmanq.compiler.routines import QUOTIENT
 from kalmanq.compiler.search import Runner
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Gaps
@@ -204,6 +205,21 @@ def test_the_search_counts_on() -> None:
     assert not few.closed and few.count == 100 and all_.closed and all_.count < 10_000
 
 
+def test_the_quotient_without_a_division_is_the_quotient(tmp_path: Path) -> None:
+    """For each number that it can be asked for; both round down, so that all cores have the same words."""
+    (tmp_path / "q.c").write_text("#include <stdint.h>\n" + QUOTIENT + """
+int main(void)
+{
+    for (uint32_t d = UINT32_C(1) << 15; d < UINT32_C(1) << 16; d++) {
+        if (quotient(d) != UINT32_C(0xffffffff) / d) return 1;
+    }
+    return 0;
+}
+""")
+    make(tmp_path, ["q.c"], "q", "-D__AVR__", "-fsanitize=undefined", "-fno-sanitize-recover")
+    assert subprocess.run([str(tmp_path / "q")]).returncode == 0
+
+
 # ------------------------------------------------------------------------------ at run time
 
 
@@ -301,7 +317,8 @@ def test_the_same_input_gives_the_same_bytes(arithmetic: str, tmp_path: Path) ->
 def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
     path.write_text(model_file.text_of(changed(H=[0, 1])))
-    for words, said in (((path, "-o", tmp_path / "cart.c"), "not observable"), ((path, "-o", tmp_path / "Cart.c"), "-o"),
+    for words, said in (((path, "-o", tmp_path / "cart.c"), "not observable"),
+                        ((path, "-o", tmp_path / "Cart.c"), "-o"),
                         ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
         done = command(*words)
         assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout

@@ -14,7 +14,7 @@ from kalmanq import model_file
 from kalmanq.c_source import identifier
 from kalmanq.compiler.costs import operations
 from kalmanq.compiler.files import texts_of
-from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
+from kalmanq.compiler.product import RECORD, Product, Wanted, compiled, fractions_of, ram_of
 from kalmanq.compiler.proof_file import lines_of_class
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
@@ -37,7 +37,8 @@ def compile_file(asked: Asked, console: Console) -> None:
     name = _name(asked.out)
     model = model_file.read(asked.model)
     with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.lag, asked.bound))
+        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.lag,
+                                         asked.bound))
         texts = texts_of(product, hashlib.sha256(asked.model.read_bytes()).hexdigest())
     written = _write(asked, texts)
     if asked.json:
@@ -70,7 +71,8 @@ def _told(product: Product, written: list[Path]) -> dict:
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
-        "operations": operations(plan), "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
+        "operations": operations(plan),
+        "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
         "files": [str(path) for path in written]}
 
 
@@ -83,9 +85,10 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
     for line in lines_of_class(product):
         console.print(f"  {line}")
     for how, one in proof.found.items():
-        console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, least "
-                      f"pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
-    console.print(f"  means within {proof.track.worst:.1e} sigma over 2000 rows with gaps, {proof.track.last:.1e} settled")
+        console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, "
+                      f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
+    console.print(f"  means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps, {proof.track.last:.1e} "
+                  "settled")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")
     for path in written:

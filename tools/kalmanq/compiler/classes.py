@@ -95,7 +95,8 @@ def reach_by_gain(of: Numbers, state: Settled, settling: int, max_gap: int) -> R
     lengths = np.arange(max_gap + 1)
     measured = np.arange(max_gap + settling)[None, :] >= lengths[:, None]
     ways = Ways(np.where(measured[:, :, None, None], sequential, 0), measured)
-    made.begun = Ways(np.broadcast_to(sequential, (1, settling + 1, *sequential.shape)), np.ones((1, settling + 1), bool))
+    made.begun = Ways(np.broadcast_to(sequential, (1, settling + 1, *sequential.shape)),
+                      np.ones((1, settling + 1), bool))
     made.started, made.settled = [ways] * (settling + 2), ways
     return made
 
@@ -283,7 +284,8 @@ def losses(of: Numbers, state: Settled, settling: int, max_gap: int) -> tuple[fl
 def _loss(d: Doubles, K: np.ndarray, P: np.ndarray, gap: int, rows: int, measured_first: bool = False) -> float:
     kept, best, worst = P, P, 1.0
     change = np.eye(len(P)) - K @ d.H
-    nobody = Reach(np.zeros(len(P)), np.zeros(len(d.H)), np.zeros(K.shape), np.zeros(len(d.H)), np.full(len(d.H), np.inf),
+    nobody = Reach(np.zeros(len(P)), np.zeros(len(d.H)), np.zeros(K.shape), np.zeros(len(d.H)),
+                   np.full(len(d.H), np.inf),
                    Ways(np.zeros((1, 0, *d.H.shape)), np.zeros((1, 0), bool)))
     for row in range(gap + rows):
         if row or not measured_first:

@@ -19,7 +19,8 @@ from kalmanq.compiler.text import code
 LEVELS = ("O2", "Os")
 MEASURES = ("two_calls", "step_settled", "flash")
 OPERATIONS = {
-    "calls": r"(?!)", "loads": r"= f->", "stores": r"^ *f->\w+ = ", "products": r"(?<!u) \* |\bproduct\(", "wide": r"\bwide\(",
+    "calls": r"(?!)", "loads": r"= f->", "stores": r"^ *f->\w+ = ", "products": r"(?<!u) \* |\bproduct\(",
+    "wide": r"\bwide\(",
     "sums": r" [+-] ", "shifts": r">>", "divisions": r"1\.0f / |\binverse\(", "roots": r"sqrtf\(",
     "constants": r"\b\d+\.\d+(?:e-?\d+)?f|\b\d{4,}\b",
 }
@@ -55,7 +56,8 @@ def factors() -> Mapping[tuple[str, str, str, str], dict[str, float]]:
     """By core, arithmetic, level and measure"""
     text = resources.files("kalmanq.compiler").joinpath("costs.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-    return {(row["core"], row["arithmetic"], row["level"], row["measure"]): {name: float(row[name]) for name in OPERATIONS}
+    keys = ("core", "arithmetic", "level", "measure")
+    return {tuple(row[key] for key in keys): {name: float(row[name]) for name in OPERATIONS}  # type: ignore[misc]
             for row in rows}
 
 

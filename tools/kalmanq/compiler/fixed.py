@@ -177,7 +177,8 @@ class Fixed:
                 f"const double word = value * scale[{index}];", "return (int32_t)(word < 0 ? word - 0.5 : word + 0.5);"]
 
     def given(self, which: str, index: str) -> list[str]:
-        return [f"static const double scale[] = {{{self._scales(which, -1)}}};", f"return (double)word * scale[{index}];"]
+        return [f"static const double scale[] = {{{self._scales(which, -1)}}};",
+                f"return (double)word * scale[{index}];"]
 
     def _scales(self, which: str, sign: int) -> str:
         fractions = self.formats.z if which == "z" else self.formats.u
@@ -293,7 +294,8 @@ class WideMean:
             j = self.measured.index(name)
             word = rounded(c * TWO ** (self.x[i] - self.words.formats.z[j]))
             if abs(word) >= 1 << 31:
-                raise KalmanqError(f"--lag: a gain of {self.names[i]} is {c:.3g}, too large for its word: a smaller lag, or f32")
+                raise KalmanqError(f"--lag: a gain of {self.names[i]} is {c:.3g}, too large for its word: a "
+                                   "smaller lag, or f32")
             mean += f" + {product(word, name)}"
         return mean
 
@@ -305,11 +307,12 @@ class WideMean:
 
 
 def times(c: Decimal, x: str) -> list[tuple[bool, str]]:
-    """c x of a 64-bit x: whole times of it, and a part by its high and its low word"""
+    """c x of a 64-bit x: whole times of it, and a part by a shift, or by its high and its low word"""
     whole = rounded(c)
     part = c - whole
-    if abs(part) == Decimal("0.5"):
-        terms = [(part < 0, f"({x} >> 1)")]
+    shift = -need(exponent(part)) if part and exponent(part) is not None else 0
+    if 0 < shift < 32:
+        terms = [(part < 0, f"({x} >> {shift})")]
     else:
         word = rounded(abs(part) * TWO ** 32)
         terms = [(part < 0, f"wide({word}, {x})")] if word else []

@@ -41,9 +41,9 @@ def formats_of(model: Model, of: Numbers, settled: Settled, reach: Reach, means:
         least = Decimal(float(reach.least_variance[j] / ROOM)) * TWO ** variance[j]
         zeros.append(31 - floor_log2(least))
         if of.R[j] * TWO ** variance[j] < 1 << LEAST_R:
-            raise KalmanqError(f"R of {model.measurements[j].name} has {of.R[j] * TWO ** variance[j]:.1g} bits' worth in "
-                               f"the word of its innovation's variance, {reach.variance[j]:.3g} at most: a start that "
-                               "is better known, a smaller max_gap, or f32")
+            raise KalmanqError(f"R of {model.measurements[j].name} has {of.R[j] * TWO ** variance[j]:.1g} steps' worth "
+                               f"in the word of its innovation's variance, {reach.variance[j]:.3g} at most: a start "
+                               "that is better known, a smaller max_gap, or f32")
     weighed = [30 - up(most * ROOM) for most in _weighed(settled, reach, means)]
     nis = min(a + b for a, b in zip(weighed, z)) - 2 - of.m.bit_length()
     x = _means(model, of, reach, means, z, u)
@@ -93,8 +93,8 @@ def _means(model: Model, of: Numbers, reach: Reach, means: Means, z: Sequence[in
         x.append(min(most))
     for j in range(of.m):
         if points_of_row(of, x, H[j] @ means.x, j) <= z[j]:
-            raise KalmanqError(f"{model.measurements[j].name}: what it measures reaches {H[j] @ means.x:.3g}, too far for "
-                               f"64 bits beside its own 2^-{z[j]}: smaller ranges, or f32")
+            raise KalmanqError(f"{model.measurements[j].name}: what it measures reaches {H[j] @ means.x:.3g}, too "
+                               f"far for 64 bits beside its own 2^-{z[j]}: smaller ranges, or f32")
     return x
 
 

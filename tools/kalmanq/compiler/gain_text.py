@@ -45,7 +45,8 @@ def step(plan: Plan) -> list[str]:
     body = Body(plan, "step", carries=False)
     body.predict_mean()
     body.update_by_gain()
-    late = [f"if (f->missed > {plan.max_gap}) {{", "    f->gap_refused = 1;", f"    {plan.name}_update(f, z);", "    return;",
+    late = [f"if (f->missed > {plan.max_gap}) {{", "    f->gap_refused = 1;", f"    {plan.name}_update(f, z);",
+            "    return;",
             "}"]
     return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})",
                     [*door(plan, [f"{plan.name}_predict(f{u});", "return;"]), *late, "f->missed = 0;", *body.text()])

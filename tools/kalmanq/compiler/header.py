@@ -21,10 +21,15 @@ def comment(plan: Plan, remarks: Sequence[str]) -> list[str]:
 
 def header(plan: Plan) -> str:
     lines = [*comment(plan, ["", *usage(plan), "", *quantities(plan)]), f"#ifndef KALMANQ_COMPILED_{plan.upper}_H",
-             f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *(["#include <math.h>"] if plan.nis and not plan.subject.words.is_fixed else []), "#include <stdint.h>", "",
+             f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *includes(plan), "",
              *(["void probe(int line, long long value);", ""] if plan.probes else []), *points(plan), *fields(plan),
              *calls(plan), *readings(plan), *lag_text.calls(plan), "#endif", ""]
     return "\n".join(lines)
+
+
+def includes(plan: Plan) -> list[str]:
+    has_logarithms = plan.nis and not plan.subject.words.is_fixed
+    return [*(["#include <math.h>"] if has_logarithms else []), "#include <stdint.h>"]
 
 
 def usage(plan: Plan) -> list[str]:
@@ -66,7 +71,8 @@ def points(plan: Plan) -> list[str]:
              for i in range(s.of.n) if plan.carries_covariance]
     if plan.nis:
         rows += [f"    {plan.upper}_NIS_FRACTION = {s.words.formats.nis}"]
-        rows += [f"    {plan.upper}_S_{one.upper()}_FRACTION = {s.words.variance(j)}" for j, one in enumerate(s.measurements)]
+        rows += [f"    {plan.upper}_S_{one.upper()}_FRACTION = {s.words.variance(j)}"
+                 for j, one in enumerate(s.measurements)]
     return ["/* value = word 2^-FRACTION */", "enum {", *(f"{row}," for row in rows[:-1]), rows[-1], "};", ""]
 
 
@@ -76,7 +82,8 @@ def fields(plan: Plan) -> list[str]:
     lines += [f"{type_} {name};" for i in range(s.of.n) for name, type_ in s.mean.fields(i)]
     lines += [f"{s.words.type} {plan.field(key)};" for key in plan.structure.carried]
     if plan.nis:
-        lines += [f"{'int64_t' if s.words.is_fixed else 'float'} nis;", *(f"{s.words.type} s_{one};" for one in s.measurements)]
+        lines += [f"{'int64_t' if s.words.is_fixed else 'float'} nis;",
+                  *(f"{s.words.type} s_{one};" for one in s.measurements)]
     lines += [f"{s.words.type} {name};" for name in lag_text.innovations(plan)]
     return ["typedef struct {", *indented(lines), f"}} {plan.type};", "", *lag_text.struct(plan)]
 
@@ -88,7 +95,8 @@ def calls(plan: Plan) -> list[str]:
     return [
         "/** Before the first sample. */", f"void {name}_start({type_});", "",
         f"/** To the next sample: one that is missing, or that update is to take.  {missed}{between}:",
-        " *  a predict beyond that does nothing but set f->gap_refused. */", f"void {name}_predict({type_}{plan.controls});", "",
+        " *  a predict beyond that does nothing but set f->gap_refused. */",
+        f"void {name}_predict({type_}{plan.controls});", "",
         *taking(plan), f"void {name}_update({type_}, {plan.sample});", "",
         "/** Predict and update, the same words in fewer instructions. */",
         f"void {name}_step({type_}{plan.controls}, {plan.sample});", "", *in_part(plan)]
@@ -98,7 +106,8 @@ def in_part(plan: Plan) -> list[str]:
     if not plan.partial:
         return []
     name, type_ = plan.name, f"{plan.type} *restrict f"
-    return ["/** Takes what is present of a sample, a bit for each component.  A sample in part counts as one of a gap. */",
+    return ["/** Takes what is present of a sample, a bit for each component.  A sample in part",
+            " *  counts as one of a gap. */",
             f"void {name}_update_some({type_}, {plan.sample}, unsigned present);",
             f"void {name}_step_some({type_}{plan.controls}, {plan.sample}, unsigned present);", ""]
 
@@ -107,7 +116,8 @@ def taking(plan: Plan) -> list[str]:
     said = "/** Takes a sample; once after start and after each predict."
     if not plan.has_doors:
         return [f"{said} */"]
-    return [f"{said}  One outside its range, or no number, is as good as", " *  missing, and sets f->sample_refused. */"]
+    return [f"{said}  One outside its range, or no number, is as good as",
+            " *  missing, and sets f->sample_refused. */"]
 
 
 def readings(plan: Plan) -> list[str]:
@@ -129,4 +139,5 @@ def readings(plan: Plan) -> list[str]:
 
 def reading(plan: Plan, name: str, type_: str, text: str) -> list[str]:
     unused = [] if "f->" in text else ["    (void)f;"]
-    return [f"static inline {type_} {plan.name}_{name}(const {plan.type} *f)", "{", *unused, f"    return {text};", "}", ""]
+    return [f"static inline {type_} {plan.name}_{name}(const {plan.type} *f)", "{", *unused, f"    return {text};",
+            "}", ""]

@@ -43,13 +43,15 @@ def struct(plan: Plan) -> list[str]:
 def calls(plan: Plan) -> list[str]:
     if not plan.lag:
         return []
-    lines = [f"/** Before the first sample. */", f"void {plan.name}_lag_start({plan.name}_lag *l);", "",
-             f"/** After each step, update and predict of a missing sample: 1 where the filter has been settled for {plan.lag}",
-             f" *  samples, so that the mean {plan.lag} samples ago is given all up to now; 0 where it is not known. */",
+    lines = ["/** Before the first sample. */", f"void {plan.name}_lag_start({plan.name}_lag *l);", "",
+             "/** After each step, update and predict of a missing sample: 1 where the filter has been",
+             f" *  settled for {plan.lag} samples, so that the mean {plan.lag} samples ago is given all up to now; "
+             "else 0. */",
              f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f);", ""]
     for i, state in enumerate(plan.subject.states):
         type_, text = plan.subject.mean.lagged(i, f"l->x_{state}_{plan.lag}")
-        lines += [f"static inline {type_} {plan.name}_lagged_{state}(const {plan.name}_lag *l)", "{", f"    return {text};",
+        lines += [f"static inline {type_} {plan.name}_lagged_{state}(const {plan.name}_lag *l)", "{",
+                  f"    return {text};",
                   "}", ""]
     return lines
 
@@ -71,5 +73,6 @@ def step(plan: Plan) -> list[str]:
     lines += [f"l->x_{state}_0 = {s.mean.whole(i)};" for i, state in enumerate(s.states)]
     unsettled = f"f->rows != {plan.rows}" if plan.carries_covariance else "f->missed != 0"
     return function(f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f)", [
-        *lines, f"if ({unsettled}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {plan.lag}) {{", "    l->rows++;", "}",
+        *lines, f"if ({unsettled}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {plan.lag}) {{", "    l->rows++;",
+        "}",
         f"return l->rows > {plan.lag};"])

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any, Optional, Sequence
 
-import numpy as np
-
 from kalmanq.compiler import classes, exact, fixed, floats, formats, forms
 from kalmanq.compiler.names import identifiers
 from kalmanq.compiler.plan import Plan
@@ -92,6 +90,14 @@ def compiled(model: Model, wanted: Wanted) -> Product:
     raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused) + f"; {CURES}")
 
 
+def planned(model: Model, arithmetic: str) -> Plan:
+    """What would be compiled, without a proof."""
+    with decimal.localcontext(exact.DIGITS):
+        refuse(model, arithmetic)
+        maker = Maker(model, Wanted(arithmetic, "filter"))
+        return maker.plan(forms.Covariance(), maker.subject)
+
+
 class NotProven(KalmanqError):
     """A form whose search has not closed, or found something wrong."""
 
@@ -130,9 +136,10 @@ class Maker:
             raise KalmanqError("--partial: ranges of q31 are proven for samples that are there or missing as a whole; "
                                "take f32, or count a sample in part as missing")
         if self.gaps.max_gap and self.gaps.min_run < self.rows:
-            raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} to "
-                               f"settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
-        z, u = formats.ranges_of("measurements", self.model.measurements), formats.ranges_of("controls", self.model.controls)
+            raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
+                               f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
+        z = formats.ranges_of("measurements", self.model.measurements)
+        u = formats.ranges_of("controls", self.model.controls)
         find = classes.reach_by_gain if self.wanted.form == "gain" else classes.reach_of
         reach = find(self.of, self.settled, self.rows, self.gaps.max_gap)
         self.means = classes.means_of(self.of, self.settled, reach, z, u)
@@ -140,7 +147,8 @@ class Maker:
         states, measurements, controls = self._names()
         words = fixed.Fixed(self.of, made)
         readings = formats.readings_of(self.model, self.means, made)
-        return forms.Subject(self.of, words, fixed.WideMean(words, states, measurements, readings), states, measurements, controls)
+        mean = fixed.WideMean(words, states, measurements, readings)
+        return forms.Subject(self.of, words, mean, states, measurements, controls)
 
     def _structure(self, subject: forms.Subject, form: Any) -> Structure:
         if isinstance(form, forms.ConstantGain):
@@ -151,8 +159,9 @@ class Maker:
         ranges = [one.range for one in self.model.measurements]
         doors = [subject.words.door(j, one) if one else None for j, one in enumerate(ranges)]
         return Plan(
-            self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows, self.gaps.max_gap,
-            self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(), most=[one or 1e30 for one in ranges],
+            self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
+            self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
+            most=[one or 1e30 for one in ranges],
             pushes=[one.range or 1.0 for one in self.model.controls], partial=self.wanted.partial,
             nis=self.wanted.nis, lag=self.wanted.lag)
 
@@ -183,8 +192,8 @@ class Maker:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
                 return runner.search(limit), runner.record(RECORD, self.gaps.max_gap)
         except Overflow:
-            raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the covariance "
-                            "settles to") from None
+            raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
+                            "covariance settles to") from None
 
     def _judge(self, found: Found, how: str) -> None:
         how = f", {how}" if how else ""

@@ -29,6 +29,26 @@ static inline int64_t wide(int32_t c, int64_t x)
 }
 """
 
+QUOTIENT = """\
+/* 0xffffffff / d, rounded down, for 2^15 <= d < 2^16 */
+#if defined __ARM_ARCH_6M__ || defined __AVR__
+/* This core divides in a hundred instructions: a line near 1 / d, two steps of Newton's, and what they leave. */
+static uint32_t quotient(uint32_t d)
+{
+    const uint32_t near = UINT32_C(46261) - (UINT32_C(30840) * d >> 16);
+    const int32_t first = (int32_t)((UINT32_C(1) << 30) - d * near);
+    const uint32_t nearer = (near << 2) + (uint32_t)((int32_t)near * (first >> 12) >> 16);
+    const int32_t second = (int32_t)(UINT32_C(0) - d * nearer);
+    uint32_t r = nearer + (uint32_t)((int32_t)nearer * (second >> 10) >> 22); /* at most 2 below */
+    int32_t rest = (int32_t)(UINT32_C(0xffffffff) - d * r);
+    if (rest >= (int32_t)d) r++, rest -= (int32_t)d;
+    return rest >= (int32_t)d ? r + 1 : r;
+}
+#else
+static inline uint32_t quotient(uint32_t d) { return UINT32_C(0xffffffff) / d; }
+#endif
+"""
+
 INVERSE = """\
 #if defined __GNUC__ && UINT_MAX == 0xffffffffu
 static inline int zeros_before(uint32_t s) { return __builtin_clz(s); }
@@ -49,14 +69,14 @@ static int zeros_before(uint32_t s)
 static int32_t inverse(uint32_t s, int most)
 {
     const int zeros = zeros_before(s);
-    const uint32_t v = s << zeros, r = UINT32_C(0xffffffff) / (v >> 16);
+    const uint32_t v = s << zeros, r = quotient(v >> 16);
     const int64_t rest = (INT64_C(1) << 48) - (int64_t)((uint64_t)v * r);
     const int64_t more = product((int32_t)r, (int32_t)(rest >> 2)) >> 32;
     return (int32_t)(((int64_t)r << 14) + more) >> (most - zeros);
 }
 """
 
-ROUTINES = (("inverse", INVERSE), ("wide", WIDE), ("product", PRODUCT))
+ROUTINES = (("inverse", INVERSE), ("quotient", QUOTIENT), ("wide", WIDE), ("product", PRODUCT))
 
 
 def routines(text: str) -> str:

@@ -4,8 +4,8 @@
  *     search LIMIT               every covariance that the filter can come to, whatever samples are missing
  *     run ROWS LONGEST PRINTS    one record with gaps: errors of means; the words that come of it
  *
- * subject.h has the filter, its model and the type exact (search.py writes it).  The exact filter has numbers of two doubles, 106
- * bits; compiled without contraction it is the same on every host.
+ * subject.h has the filter, its model and the type exact (search.py writes it).  The exact filter has numbers of two
+ * doubles, 106 bits; compiled without contraction it is the same on every host.
  */
 #include <limits.h>
 #include <math.h>
@@ -330,8 +330,9 @@ static int search(long most)
         for (unsigned present = 0; present < FULL; present += HAS_SUBSETS ? 1 : FULL) follow(&v, &from, present);
         follow(&v, &from, FULL);
     }
-    printf("{\"closed\": %s, \"count\": %ld, \"error\": %.3e, \"merged\": %.3e, \"pivot\": %.3e, \"bad\": %ld, \"ranges\": [",
-           next == count ? "true" : "false", count, v.error, v.merged, v.pivot, v.bad);
+    printf("{\"closed\": %s, \"count\": %ld, ", next == count ? "true" : "false", count);
+    printf("\"error\": %.3e, \"merged\": %.3e, ", v.error, v.merged);
+    printf("\"pivot\": %.3e, \"bad\": %ld, \"ranges\": [", v.pivot, v.bad);
     for (int line = 0; line < PROBES; line++) {
         printf("%s[%lld, %lld]", line ? ", " : "", (long long)least[line], (long long)greatest[line]);
     }
@@ -367,7 +368,8 @@ static void compare(track *t, const subject *f, const reference *exactly, bool i
     for (int i = 0; i < N; i++) {
         exact x;
         subject_mean(f, i, &x.high, &x.low);
-        const double e = fabs(subtract(x, exactly->x[i]).high), error = sigma(exactly, i) > 0 ? e / sigma(exactly, i) : 0;
+        const double e = fabs(subtract(x, exactly->x[i]).high);
+        const double error = sigma(exactly, i) > 0 ? e / sigma(exactly, i) : 0;
         if (!(error <= t->worst)) t->worst = error;
         if (is_late && !(error <= t->last)) t->last = error;
     }
@@ -389,7 +391,9 @@ static void move(double *truth, const exact *u)
     for (int i = 0; i < N; i++) w[i] = normal();
     for (int i = 0; i < N; i++) {
         x[i] = 0;
-        for (int k = 0; k < N; k++) x[i] += damped * model_A[i * N + k].high * truth[k] + root_of_Q[i * N + k] * w[k];
+        for (int k = 0; k < N; k++) {
+            x[i] += damped[0] * model_A[i * N + k].high * truth[k] + root_of_Q[i * N + k] * w[k];
+        }
         for (int k = 0; k < L; k++) x[i] += model_B[i * L + k].high * u[k].high;
     }
     memcpy(truth, x, sizeof x);

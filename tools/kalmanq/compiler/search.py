@@ -136,8 +136,8 @@ def subject(plan: Plan) -> str:
     zeros = f"static const {type_} none[{of.m} + {of.l} + 1];"
     u = "none, " if of.l else ""
     after = ", none" if of.l else ""
-    lines = ["#include <stdio.h>", f'#include "{name}.h"', f"enum {{ N = {of.n}, M = {of.m}, L = {of.l}, FULL = (1 << M) - 1, "
-             f"HAS_SUBSETS = {int(plan.partial)}, IS_GAIN = {int(not plan.carries_covariance)}, LEAST_RUN = {max(plan.min_run, 1)}, PROBES = {len(probes_of(plan))} }};", "typedef struct { double high, low; } exact;",
+    lines = ["#include <stdio.h>", f'#include "{name}.h"', *sizes(plan),
+             "typedef struct { double high, low; } exact;",
              f"typedef {plan.type} subject;",
              f"typedef {type_} subject_word;", zeros, *numbers_of(of),
              table("model_gain", plan.settled.gain), table("model_settled", plan.settled.filtered),
@@ -159,6 +159,13 @@ def function(head: str, body: Sequence[str]) -> str:
     return "\n".join([f"static {head}", "{", *(f"    {line}" for line in body), "}"])
 
 
+def sizes(plan: Plan) -> list[str]:
+    of, given = plan.subject.of, {"HAS_SUBSETS": plan.partial, "IS_GAIN": not plan.carries_covariance,
+                                  "LEAST_RUN": max(plan.min_run, 1), "PROBES": len(probes_of(plan))}
+    return [f"enum {{ N = {of.n}, M = {of.m}, L = {of.l}, FULL = (1 << M) - 1 }};",
+            f"enum {{ {', '.join(f'{name} = {int(value)}' for name, value in given.items())} }};"]
+
+
 def numbers_of(of: Numbers) -> list[str]:
     names = ("A", "B", "H", "Q", "R", "x0", "P0")
     return [table(f"model_{name}", getattr(of, name)) for name in names]
@@ -172,7 +179,7 @@ def taking(plan: Plan, u: str) -> list[str]:
 
 def covariance(plan: Plan) -> list[str]:
     """The upper triangle by rows, from the fields."""
-    s, form, n = plan.subject, plan.form, plan.subject.of.n
+    form, n = plan.form, plan.subject.of.n
     texts = form.covariance(n, lambda key: entry(plan, key) if key in plan.structure.facts else "0")
     return ["(void)f;", "(void)P;", *(f"P[{k}] = {texts[key]};" for k, key in enumerate(sorted(texts)))]
 
@@ -196,8 +203,12 @@ def mean(plan: Plan) -> list[str]:
 def outside(plan: Plan) -> list[str]:
     """What measurements and controls of the record can be, and their words."""
     s = plan.subject
-    return [f"static const double damped = {damping(s.of)!r};"] + [f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
-            for name, values in (("root_of_Q", floats(root(s.of.Q))), ("most_of", plan.most), ("control_of", plan.pushes))] + [
+    given = {"damped": [damping(s.of)], "root_of_Q": floats(root(s.of.Q)), "most_of": plan.most,
+             "control_of": plan.pushes}
+    tables = [f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
+              for name, values in given.items()]
+    return [
+        *tables,
         function("subject_word subject_measured(int j, double value)", s.words.taken("z", "j")),
         function("double subject_value(int j, subject_word word)", s.words.given("z", "j")),
         function("subject_word subject_control(int k, double value)", s.words.taken("u", "k")),
@@ -219,7 +230,8 @@ def running(plan: Plan) -> list[str]:
     u, after = ("u, ", ", u") if plan.subject.of.l else ("", "")
     fields = [field for i in range(plan.subject.of.n) for field, _ in plan.subject.mean.fields(i)]
     fields += [plan.field(key) for key in plan.structure.carried]
-    return [function("void subject_predict_by(subject *f, const subject_word *u)", ["(void)u;", f"{name}_predict(f{after});"]),
+    return [function("void subject_predict_by(subject *f, const subject_word *u)",
+                     ["(void)u;", f"{name}_predict(f{after});"]),
             function("void subject_update_by(subject *f, const subject_word *z)", [f"{name}_update(f, z);"]),
             function("void subject_step_by(subject *f, const subject_word *u, const subject_word *z)",
                      ["(void)u;", f"{name}_step(f, {u}z);"]),

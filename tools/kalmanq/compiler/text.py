@@ -57,7 +57,8 @@ def update(plan: Plan) -> list[str]:
     body.judge()
     settled, apart = settled_row(plan), []
     if len(plan.structure.carried) > REGISTERS:
-        apart = [NEVER_INLINE, *function(f"NEVER_INLINE static void settled_row({plan.type} *restrict f, {plan.sample})", settled)]
+        head = f"NEVER_INLINE static void settled_row({plan.type} *restrict f, {plan.sample})"
+        apart = [NEVER_INLINE, *function(head, settled)]
         settled = ["settled_row(f, z);"]
     lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;",
              f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}",
@@ -140,4 +141,5 @@ def code(plan: Plan) -> str:
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])
-    return "\n".join([*comment(plan, plan.remarks), f'#include "{plan.name}.h"', "", *includes, *([""] if includes else []), called + body])
+    return "\n".join([*comment(plan, plan.remarks), f'#include "{plan.name}.h"', "", *includes,
+                      *([""] if includes else []), called + body])

@@ -21,9 +21,9 @@ FLOAT_ROOM = 8  # times the error of a record, that two contractions may differ
 
 def trial(plan: Plan, track: Track, error: float, worst: Optional[Worst]) -> str:
     """track: of ROWS rows, printed; error: of a mean, in sigma"""
+    ends = "; then the worst input keeps within its words." if worst else "."
     lines = [*comment(plan, [f"{plan.name}_test: {ROWS} rows come to the words that they came to at the desk; then the "
-                             "covariance settles", "to its constants" + ("; then the worst input keeps within its words."
-                                                                         if worst else ".")]),
+                             "covariance settles", f"to its constants{ends}"]),
              "#include <stdio.h>", "", f'#include "{plan.name}.h"', "", *rows_of(plan, track), *near(plan, error)]
     lines += compares(plan, track) + (settles(plan) if plan.carries_covariance else [])
     if worst:
@@ -81,8 +81,8 @@ def compares(plan: Plan, track: Track) -> list[str]:
             high, low = fields[2 * i:2 * i + 2]
             variance = f"{name}_variance_{s.states[i]}(&f)" if plan.carries_covariance else \
                 f"{float(plan.settled.filtered[i, i]):.9g}f"
-            differences.append(f"wrong += !is_near((f.{high} - rows[t].mean[{2 * i}]) + (f.{low} - rows[t].mean[{2 * i + 1}]), "
-                               f"{variance});")
+            apart = f"(f.{high} - rows[t].mean[{2 * i}]) + (f.{low} - rows[t].mean[{2 * i + 1}])"
+            differences.append(f"wrong += !is_near({apart}, {variance});")
     return ["static int as_at_the_desk(void)", "{", *indented([
         f"{plan.type} f;", "int wrong = 0;", f"{name}_start(&f);",
         f"for (unsigned t = 0; t < {len(track.lines)}; t++) {{", *indented([
