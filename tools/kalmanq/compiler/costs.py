@@ -70,6 +70,10 @@ def estimate(plan: Plan, core: str, level: str) -> Cost:
     return Cost(**made)
 
 
+def is_measured(core: str, arithmetic: str) -> bool:
+    return (core, arithmetic, "O2", "flash") in factors()
+
+
 def cores(plan: Plan) -> list[str]:
     """Those that were measured in this arithmetic"""
     arithmetic = "q31" if plan.subject.words.is_fixed else "f32"

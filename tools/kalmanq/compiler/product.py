@@ -21,6 +21,7 @@ from kalmanq.model import Model
 
 SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled
 MOST_ROWS = {"f32": 2000, "q31": 200}  # to settle; q31's ranges are sums over all ways there
+QUICK_ROWS = 60  # to settle, where a plan in q31 takes a second or two
 MOST_GAP = 250
 MOST_MEMORY = 500_000_000  # bytes of the search
 MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
@@ -94,7 +95,7 @@ def planned(model: Model, arithmetic: str) -> Plan:
     """What would be compiled, without a proof."""
     with decimal.localcontext(exact.DIGITS):
         refuse(model, arithmetic)
-        maker = Maker(model, Wanted(arithmetic, "filter"))
+        maker = Maker(model, Wanted(arithmetic, "filter"), quick=True)
         return maker.plan(forms.Covariance(), maker.subject)
 
 
@@ -109,7 +110,7 @@ class NotClosed(NotProven):
 class Maker:
     """A model in an arithmetic, from which plans of several forms are made."""
 
-    def __init__(self, model: Model, wanted: Wanted):
+    def __init__(self, model: Model, wanted: Wanted, quick: bool = False):
         self.model, self.wanted = model, wanted
         self.gaps = model.gaps
         self.of = exact.numbers(model, wanted.arithmetic == "f32")
@@ -118,6 +119,8 @@ class Maker:
             raise KalmanqError(f"max_gap: {self.gaps.max_gap} rows; a proof is for at most {MOST_GAP}")
         self.rows = exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP,
                                          MOST_ROWS[wanted.arithmetic])
+        if quick and wanted.arithmetic == "q31" and self.rows > QUICK_ROWS:
+            raise KalmanqError(f"the covariance takes {self.rows} rows to settle; what it costs is known once compiled")
         self.min_run = min(max(self.gaps.min_run, 1), self.rows)
         self.means: Optional[classes.Means] = None
         self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
