@@ -17,7 +17,7 @@ from compiled_models import five, kinematic
 from kalmanq import Model, model_file
 
 MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two calls, a settled step; M0 the same
-    2: (64, 33, 450, 110, 38, 600, 155), 3: (112, 46, 800, 210, 60, 1150, 290), 4: (180, 66, 1200, 420, 80, 2050, 435),
+    2: (64, 33, 480, 110, 38, 600, 155), 3: (112, 46, 800, 210, 60, 1150, 290), 4: (180, 66, 1200, 420, 80, 2050, 435),
     6: (340, 112, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
 
 

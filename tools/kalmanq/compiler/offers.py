@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from kalmanq.compiler import costs, exact
-from kalmanq.compiler.product import ram_of, planned
+from kalmanq.compiler.product import planned, ram_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -26,8 +26,8 @@ class Offer:
         if self.cost is None:
             return f"compiled in {self.arithmetic} (kalmanq compile): {self.refused}"
         return f"compiled in {self.arithmetic} (kalmanq compile): about {self.cost.two_calls} instructions a row, " \
-               f"{self.cost.step_settled} once settled, {self.cost.flash} bytes of flash, {self.ram} of RAM; its error is " \
-               "proven when it is compiled"
+               f"{self.cost.step_settled} once settled, {self.cost.flash} bytes of flash, {self.ram} of RAM; its error " \
+               "is proven when it is compiled"
 
 
 def offers(model: Model, core: str) -> list[Offer]:
