@@ -67,7 +67,7 @@ class Floats:
 
     def root(self, lines: Lines, base: str, value: Sum) -> Sum:
         return Sum(value.constant.sqrt()) if value.is_constant else \
-            lines.add(base, "float", f"sqrtf({self.text(value)})")
+            lines.add(base, "float", f"(float)sqrtf({self.text(value)})")
 
     def begin(self, lines: Lines) -> None:
         pass

@@ -131,7 +131,7 @@ def readings(plan: Plan) -> list[str]:
     if plan.nis:
         lines += reading(plan, "nis", "int64_t" if s.words.is_fixed else "float", "f->nis")
     if plan.nis and not s.words.is_fixed:
-        logarithms = " + ".join(f"logf(f->s_{one})" for one in s.measurements)
+        logarithms = " + ".join(f"(float)logf(f->s_{one})" for one in s.measurements)
         constant = np.float32(s.of.m * np.log(2 * np.pi))
         lines += reading(plan, "log_likelihood", "float", f"-0.5f * (f->nis + {constant}f + {logarithms})")
     return lines
