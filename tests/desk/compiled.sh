@@ -18,7 +18,10 @@ strict="-std=c11 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshad
 for folder in "$work"/filters/*; do
     name=$(basename "$folder") && name=${name%_*}
     for core in m0 m3 m4f m33 rv32 avr; do
-        case $core:$name in avr:m21 | avr:m42 | avr:apart | avr:gain | avr:options | avr:root) ;; avr:*) continue ;; esac # what fits its memory
+        case $core:$name in # what fits its memory
+            avr:m21 | avr:m42 | avr:apart | avr:gain | avr:options | avr:root) ;;
+            avr:*) continue ;;
+        esac
         core_select "$core"
         case $core in m4f | m33) contract=fast ;; *) contract=off ;; esac
         for level in Os O2; do

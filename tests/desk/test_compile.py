@@ -272,6 +272,7 @@ REFUSED = [
     ("f32", lambda: changed(gaps=Gaps(8, 3)), "more than .* covariances.*min_run = 19"),
     ("f32", lambda: changed(gaps=Gaps(251, 300)), "max_gap"),
     ("q31", lambda: changed(gaps=Gaps(8, 5)), "min_run = 19"),
+    ("q31", lambda: changed(Q=[1e-9, 1e-9]), "more than 200 rows to settle: f32 takes 2000"),
     ("q31", lambda: changed(measurements=["range"]), "range has no range"),
     ("q31", lambda: changed(A=[[1.5, 0.5], [0, 1.5]], gaps=Gaps(60, 400)), "max_gap|bound|range"),
     ("q31", lambda: changed(R=1e-9, P0=[1e6, 1e6]), "R of range.*better known"),

@@ -26,8 +26,8 @@ class Offer:
         if self.cost is None:
             return f"compiled in {self.arithmetic} (kalmanq compile): {self.refused}"
         return f"compiled in {self.arithmetic} (kalmanq compile): about {self.cost.two_calls} instructions a row, " \
-               f"{self.cost.step_settled} once settled, {self.cost.flash} bytes of flash, {self.ram} of RAM; its error " \
-               "is proven when it is compiled"
+               f"{self.cost.step_settled} once settled, {self.cost.flash} bytes of flash, {self.ram} of RAM; its " \
+               "error is proven when it is compiled"
 
 
 def offers(model: Model, core: str) -> list[Offer]:

@@ -117,13 +117,20 @@ class Maker:
         self.settled = exact.settled(self.of)
         if self.gaps.max_gap > MOST_GAP:
             raise KalmanqError(f"max_gap: {self.gaps.max_gap} rows; a proof is for at most {MOST_GAP}")
-        self.rows = exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP,
-                                         MOST_ROWS[wanted.arithmetic])
+        self.rows = self._rows_to_settle(MOST_ROWS[wanted.arithmetic])
         if quick and wanted.arithmetic == "q31" and self.rows > QUICK_ROWS:
             raise KalmanqError(f"the covariance takes {self.rows} rows to settle; what it costs is known once compiled")
         self.min_run = min(max(self.gaps.min_run, 1), self.rows)
         self.means: Optional[classes.Means] = None
         self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
+
+    def _rows_to_settle(self, most: int) -> int:
+        try:
+            return exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP, most)
+        except KalmanqError as problem:
+            cure = f"f32 takes {MOST_ROWS['f32']}" if self.wanted.arithmetic == "q31" else \
+                "a larger Q settles sooner, or kalmanq design"
+            raise KalmanqError(f"{problem}: {cure}") from None
 
     def _names(self) -> tuple[list[str], list[str], list[str]]:
         return tuple(identifiers(which) for which in (self.model.states, self.model.measurements,  # type: ignore
