@@ -105,6 +105,11 @@ class Form(str, Enum):
     multiple = "multiple"
 
 
+class CompiledForm(str, Enum):
+    covariance = "covariance"
+    gain = "gain"
+
+
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
@@ -192,6 +197,25 @@ def design(
     with told_in_one_line(model, data, out):
         design_file(Asked(model, core.value, data, arith.value if arith else None, way.value if way else None, flash,
                           ram, name, out, json_), console())
+
+
+@app.command("compile")
+def compile_(
+    model: Path = MODEL,
+    out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_proof.txt go beside it."),
+    arith: Chip = typer.Option(Chip.f32, "--arith", help="The numbers that the chip will have."),
+    form: CompiledForm = typer.Option(CompiledForm.covariance, "--form", help="gain: constant, where no sample is ever missing."),
+    partial: bool = typer.Option(False, "--partial", help="Samples of which some components are missing, too."),
+    nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; f32: the likelihood."),
+    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once settled."),
+    bound: float = typer.Option(1e-4, "--bound", min=0, help="Of a covariance's error, in sigma_i sigma_j."),
+    json_: bool = JSON,
+) -> None:
+    """C for exactly this filter, without a library, proven over every covariance that it can have."""
+    from kalmanq.commands.compile import Asked, compile_file
+
+    with told_in_one_line(model, out):
+        compile_file(Asked(model, out, arith.value, form.value, partial, nis, lag, bound, json_), console())
 
 
 @app.command()

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from kalmanq import model_file, tables
 from kalmanq.c_source import WAYS, Source, identifier, source
+from kalmanq.compiler.offers import offers
 from kalmanq.costs import CORES
 from kalmanq.designs import PARTS, Designs, Part, Way, design
 from kalmanq.errors import KalmanqError
@@ -111,6 +112,8 @@ def _told(made: Designs, chosen: Optional[Way], written: list[Path]) -> dict:
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost)} for one in made.ways],
+        "compiled": {one.arithmetic: asdict(one.cost) if one.cost else one.refused
+                     for one in offers(made.model, made.part.core)},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": [str(path) for path in written]}
 
@@ -134,6 +137,8 @@ def _tell(made: Designs, chosen: Optional[Way], written: list[Path], console: Co
         console.print(f"  {note}", markup=False)
     _tell_formats(made, console)
     _tell_ways(made, chosen, console)
+    for offer in offers(made.model, made.part.core):
+        console.print(f"  {offer.said}", markup=False)
     for trial in made.trials.values():
         for warning in trial.warnings:
             console.print(f"  warning: {warning}", markup=False)

@@ -273,7 +273,8 @@ def _costs(model: Model) -> str:
     rows = cost_rows(model)
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
-                                        "`kalmanq design` says which way to run it is best on one of them."),
+                                        "`kalmanq design` says which way to run it is best on one of them, and "
+                                        "`kalmanq compile` writes C for this model alone, which takes a tenth of it."),
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],

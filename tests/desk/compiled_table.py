@@ -1,0 +1,71 @@
+"""compiled_table.py FOLDER: the five models compiled in both arithmetics, with what each may cost at most.
+
+f32 without ranges, that is without doors; q31 with a range of 64.  Where `others` is given, too, the same with a
+step of 0.1, axes that have nothing to do with each other, a constant gain, the options, and a square root.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+from compiled_models import five, kinematic
+
+from kalmanq import Model, model_file
+from kalmanq.model import Gaps
+
+MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two calls, a settled step; M0 the same
+    2: (64, 33, 480, 110, 38, 600, 155), 3: (112, 46, 800, 210, 60, 1150, 290), 4: (180, 66, 1200, 420, 80, 2050, 435),
+    6: (340, 112, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
+
+
+def promises(n: int, arithmetic: str) -> dict[str, dict[str, int]]:
+    f32, f32_settled, flash, m3, m3_settled, m0, m0_settled = MUST[n]
+    if arithmetic == "f32":
+        return {"m4f O2": {"two_calls": f32, "two_calls_settled": f32, "step_settled": f32_settled},
+                "m4f Os": {"flash": flash}}
+    return {"m3 O2": {"two_calls": m3, "two_calls_settled": m3, "step_settled": m3_settled},
+            "m0 O2": {"two_calls": m0, "two_calls_settled": m0, "step_settled": m0_settled}}
+
+
+def write(folder: Path, model: Model, arithmetic: str, name: str, must: dict, options: Sequence[str] = ()) -> None:
+    here = folder / f"{name}_{arithmetic}"
+    here.mkdir(parents=True)
+    (here / "model.toml").write_text(model_file.text_of(model), encoding="utf-8")
+    done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(here / "model.toml"), "-o",
+                           str(here / f"{name}.c"), "--arith", arithmetic, "--json", *options],
+                          capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(done.stderr)
+    (here / "compiled.json").write_text(json.dumps({**json.loads(done.stdout), "must": must}), encoding="utf-8")
+
+
+def write_others(folder: Path, arithmetic: str) -> None:
+    ranged = arithmetic == "q31"
+    for model in five(ranged, 0.1)[:4]:
+        write(folder, model, arithmetic, f"tenth_{model.name}", {})
+    for name, axes, order, variances in (("apart", 2, 2, (1.0, 1.5)), ("alike", 3, 3, (1.0, 1.0, 1.0))):
+        one = kinematic(axes, order, mixing=np.eye(3), variances=variances, ranged=ranged)
+        write(folder, one, arithmetic, name, {})
+    few = kinematic(2, 2, ranged=True, gaps=Gaps(2, 40))
+    write(folder, few, arithmetic, "gain", {}, ("--form", "gain", "--nis", "--lag", "2"))
+    write(folder, few, arithmetic, "options", {}, ("--nis", "--lag", "3", *([] if ranged else ["--partial"])))
+    if not ranged:
+        write(folder, kinematic(1, 2).changed(R=0.01, P0=[100, 100]), arithmetic, "root", {})
+
+
+def main() -> None:
+    folder = Path(sys.argv[1])
+    for arithmetic in ("f32", "q31"):
+        for model in five(arithmetic == "q31"):
+            write(folder, model, arithmetic, model.name, promises(model.n, arithmetic))
+        if "others" in sys.argv[2:]:
+            write_others(folder, arithmetic)
+
+
+if __name__ == "__main__":
+    main()

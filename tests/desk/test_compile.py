@@ -1,0 +1,333 @@
+"""kalmanq compile: what is proven is what runs; what is wrong is found; what cannot be done is refused by name."""
+
+from __future__ import annotations
+
+import decimal
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compiled import Compiled, make
+from compiled_models import factorial, five, kinematic, random_model
+
+import kalmanq
+from kalmanq import Model, Quantity, model_file
+from kalmanq.compiler import exact, forms
+from kalmanq.compiler.product import Maker, NotProven, Wanted, compiled, ram_of
+from kalmanq.compiler.routines import QUOTIENT
+from kalmanq.compiler.search import Runner
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Gaps
+
+ARITHMETICS = ("f32", "q31")
+SEEDS = (1, 2, 3)
+
+
+def steered() -> Model:
+    """Velocity fades, is pushed, and is measured with a part of the position"""
+    return Model([[1, 0.1], [0, 0.9]], [[1, 0], [0.5, 2]], [0.04, 0.3], G=[0.01, 0.1], B=[0.005, 0.1], P0=[4, 1],
+                 states=[Quantity("position", "m"), Quantity("velocity", "m/s")], gaps=Gaps(3, 60), x0=[1, -0.5],
+                 measurements=[Quantity("range", "m", 60), Quantity("mixed", "", 60)],
+                 controls=[Quantity("push", "", 5)], name="steered")
+
+
+def record(model: Model, seed: int, rows: int = 400, gap: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """z and u with gaps of one length, far enough apart"""
+    random = np.random.default_rng(seed)
+    z = 5 * np.sin(0.05 * np.arange(rows)[:, None] + np.arange(model.m)) + random.standard_normal((rows, model.m)) * \
+        np.sqrt(np.diag(model.R))
+    for begin in range(7, rows - 80, 90) if gap else ():
+        z[begin:begin + int(random.integers(1, gap + 1))] = np.nan
+    u = np.sin(0.1 * np.arange(rows))[:, None] * random.uniform(0, 2, model.l)
+    # on a grid that a float and a word of fixed point both have
+    return np.round(z * 2**10) / 2**10, np.round(u * 2**10) / 2**10
+
+
+def single(model: Model) -> Model:
+    """With each number rounded to a float, as the C of f32 has them; a singular Q stays what it is"""
+    def f(a: np.ndarray) -> np.ndarray:
+        return a.astype(np.float32).astype(float)
+
+    noise = {} if model.G is not None else {"Q": f(model.Q)}
+    return model.changed(**noise, A=f(model.A), H=f(model.H), R=f(model.R), P0=f(model.P0), x0=f(model.x0),
+                         B=None if model.B is None else f(model.B))
+
+
+# ------------------------------------------------------------------------------ what is proven
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+@pytest.mark.parametrize("which", range(3))
+def test_ordinary_models_are_proven(which: int, arithmetic: str) -> None:
+    product = compiled(five(ranged=True)[which], Wanted(arithmetic, "x"))
+    assert product.plan.form.name == "covariance" and not product.refused
+    for found in product.proof.found.values():
+        assert found.closed and found.bad == 0 and found.error < 1e-5 and found.pivot > 0.03
+    assert product.proof.track.worst < 5e-6 and product.proof.track.covariance < 1e-5
+    assert ram_of(product.plan) <= {2: 28, 3: 48, 4: 72}[product.model.n] + 12
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+@pytest.mark.parametrize("model", [steered, lambda: kinematic(2, 2, ranged=True), lambda: random_model(0, True)])
+def test_it_is_the_filter(model, arithmetic: str, tmp_path: Path) -> None:
+    """Beside the package's own filter in double, which is another program"""
+    model = model()
+    made = Compiled(model, tmp_path, arithmetic)
+    known = single(model) if arithmetic == "f32" else model
+    for seed in SEEDS:
+        z, u = record(model, seed, gap=model.gaps.max_gap)
+        ours = made.run(z, u)
+        double = kalmanq.Filter(known, "f64").run(z, u if model.l else None)
+        assert not ours["refused"].any()
+        # a reading is a word: rounded where the mean is not
+        rounding = np.abs(double.mean).max(axis=0) * 2.0**-24 if arithmetic == "f32" else \
+            2.0 ** -np.array(made.product.plan.subject.mean.readings, float)
+        assert np.all(np.abs(ours["mean"] - double.mean) <= 2e-5 * double.sigma + rounding)
+        assert np.allclose(ours["variance"], double.sigma**2, rtol=3e-5)
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_nis_and_likelihood(arithmetic: str, tmp_path: Path) -> None:
+    model = steered()
+    made = Compiled(model, tmp_path, arithmetic, nis=True)
+    z, u = record(model, 1, gap=3)
+    ours = made.run(z, u)
+    double = kalmanq.Filter(single(model) if arithmetic == "f32" else model, "f64").run(z, u)
+    there = ~np.isnan(z[:, 0])
+    assert np.allclose(ours["nis"][there], double.nis[there], rtol=1e-4, atol=1e-4)
+    if arithmetic == "f32":
+        assert np.allclose(ours["likelihood"][there], double.log_likelihood[there], rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_the_mean_some_samples_ago(arithmetic: str, tmp_path: Path) -> None:
+    model, lag = steered(), 4
+    made = Compiled(model, tmp_path, arithmetic, lag=lag)
+    z, u = record(model, 1, gap=3)
+    ours = made.run(z, u)["lagged"]
+    double = kalmanq.LagSmoother(single(model) if arithmetic == "f32" else model, lag, "f64").run(z, u)
+    known = np.isfinite(ours[:, 0])
+    gaps = np.flatnonzero(np.isnan(z[:, 0]))
+    assert 150 < known.sum() and not known[:made.product.plan.rows].any()
+    assert not any(known[gap:gap + made.product.plan.rows + lag - 1].any() for gap in gaps)
+    assert np.abs(ours[known] - double.lagged[known]).max() < 3e-6
+    assert np.abs(ours[known] - double.mean[known]).max() > 0.01
+
+
+def test_samples_in_part(tmp_path: Path) -> None:
+    model = kinematic(2, 2, gaps=Gaps(2, 40))
+    made = Compiled(model, tmp_path, "f32", partial=True)
+    whole = compiled(model, Wanted("f32", "x"))
+    assert made.product.proof.worst.count > whole.proof.worst.count
+    z, _ = record(model, 2)
+    z[5, 0] = z[60, 1] = z[61, 0] = z[120, 0] = np.nan
+    z[121] = np.nan
+    ours, double = made.run(z), kalmanq.Filter(single(model), "f64").run(z)
+    assert not ours["refused"].any()
+    assert np.abs((ours["mean"] - double.mean) / double.sigma).max() < 1e-4
+    assert np.allclose(ours["variance"], double.sigma**2, rtol=3e-5)
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_constant_gain(arithmetic: str, tmp_path: Path) -> None:
+    model = steered().changed(gaps=Gaps())
+    made = Compiled(model, tmp_path, arithmetic, form="gain")
+    z, u = record(model, 1)
+    ours = made.run(z, u)
+    steady = kalmanq.SteadyFilter(model, "f64").run(z, u)
+    assert np.abs(ours["mean"] - steady.mean).max() < 1e-4
+    begun, gaps = made.product.proof.losses
+    assert begun > 1.001 and gaps == 1.0
+    assert made.program().stdout.endswith("OK\n")
+
+
+def test_dense_models_of_three_axes_are_one() -> None:
+    """Three axes alike share one covariance, whatever their noises have to do with each other's."""
+    alike = kinematic(3, 3, mixing=np.eye(3), variances=(1.0, 1.0, 1.0))
+    plan = compiled(alike, Wanted("f32", "x")).plan
+    assert len(plan.structure.carried) == 6 and plan.subject.of.n == 9
+    apart = compiled(kinematic(2, 2, mixing=np.eye(2)), Wanted("f32", "x")).plan
+    assert len(apart.structure.carried) == 6
+
+
+# ------------------------------------------------------------------------------ what is wrong is found
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_a_program_that_goes_wrong_says_so(arithmetic: str, tmp_path: Path) -> None:
+    made = Compiled(kinematic(1, 2, ranged=True), tmp_path, arithmetic)
+    done = made.program()
+    assert done.returncode == 0 and done.stdout.endswith("OK\n")
+    text = (tmp_path / "filter_x.c").read_text()
+    gain = {"f32": "0.56865925f * y_range", "q31": "product(305296622, y_range)"}[arithmetic]
+    assert gain in text
+    worse = {"f32": "0.56875925f * y_range", "q31": "product(305296632, y_range)"}[arithmetic]
+    (tmp_path / "filter_x.c").write_text(text.replace(gain, worse))
+    done = made.program()
+    assert done.returncode == 1 and "OK" not in done.stdout
+
+
+def maker(model: Model, arithmetic: str = "f32") -> Maker:
+    return Maker(model, Wanted(arithmetic, "x"))
+
+
+def test_the_search_finds_wrong_constants() -> None:
+    with decimal.localcontext(exact.DIGITS):
+        one = maker(kinematic(1, 2))
+        plan = one.plan(forms.Covariance(), one.subject)
+        one._judge(one._run(plan)[0], "")
+        settled = replace(plan.settled, filtered=plan.settled.filtered * decimal.Decimal("1.0001"))
+        with pytest.raises(NotProven, match="sigma_i sigma_j from the exact one"):
+            one._judge(one._run(replace(plan, settled=settled))[0], "")
+
+
+def test_the_search_finds_what_is_indefinite_and_takes_the_next_form() -> None:
+    sharp = kinematic(1, 2).changed(R=0.01, P0=[100, 100])
+    product = compiled(sharp, Wanted("f32", "x"))
+    assert product.plan.form.name == "square root"
+    assert [one.form for one in product.refused] == ["covariance", "plain covariance"]
+    sharper = sharp.changed(R=1e-9, P0=[1e6, 1e6])
+    with pytest.raises(KalmanqError, match="plain covariance: .* not positive definite.*square root: a covariance is"):
+        compiled(sharper, Wanted("f32", "x"))
+
+
+def test_the_search_counts_on() -> None:
+    """It does not say that it has closed where it was stopped."""
+    with decimal.localcontext(exact.DIGITS):
+        one = maker(kinematic(1, 2))
+        with Runner(one.plan(forms.Covariance(), one.subject)) as runner:
+            few, all_ = runner.search(100), runner.search(10_000)
+    assert not few.closed and few.count == 100 and all_.closed and all_.count < 10_000
+
+
+def test_the_quotient_without_a_division_is_the_quotient(tmp_path: Path) -> None:
+    """For each number that it can be asked for; both round down, so that all cores have the same words."""
+    (tmp_path / "q.c").write_text("#include <stdint.h>\n" + QUOTIENT + """
+int main(void)
+{
+    for (uint32_t d = UINT32_C(1) << 15; d < UINT32_C(1) << 16; d++) {
+        if (quotient(d) != UINT32_C(0xffffffff) / d) return 1;
+    }
+    return 0;
+}
+""")
+    make(tmp_path, ["q.c"], "q", "-D__AVR__", "-fsanitize=undefined", "-fno-sanitize-recover")
+    assert subprocess.run([str(tmp_path / "q")]).returncode == 0
+
+
+# ------------------------------------------------------------------------------ at run time
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_what_is_beyond_the_declared_is_told_and_does_nothing(arithmetic: str, tmp_path: Path) -> None:
+    made = Compiled(kinematic(1, 2, ranged=True), tmp_path, arithmetic)
+    z, _ = record(made.model, 1, 120)
+    for begin, count, refused in ((60, 8, 0), (60, 10, 1), (3, 8, 0), (3, 10, 1)):
+        holed = z.copy()
+        holed[begin:begin + count] = np.nan
+        ours = made.run(holed)
+        assert ours["refused"][-1, 0] == refused and np.all(ours["variance"] > 0)
+        if refused:
+            assert np.all(ours["mean"][begin + 9] == ours["mean"][begin + 8])
+            assert list(ours["refused"][begin:begin + 10, 0]) == [0] * 9 + [1]
+    early = z.copy()
+    early[60:62] = early[70:72] = np.nan  # before the covariance has settled again
+    assert made.run(early)["refused"][-1, 0] == 1
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_the_door(arithmetic: str, tmp_path: Path) -> None:
+    """What is outside its range is as good as missing."""
+    made = Compiled(kinematic(1, 2, ranged=True), tmp_path, arithmetic)
+    z, _ = record(made.model, 1, 120)
+    missing, outside = z.copy(), z.copy()
+    missing[70], outside[70] = np.nan, 65.0
+    told, ours = made.run(missing), made.run(outside)
+    assert np.array_equal(ours["mean"], told["mean"]) and np.array_equal(ours["variance"], told["variance"])
+    assert ours["refused"][69, 1] == 0 and ours["refused"][70, 1] == 1 and told["refused"][-1, 1] == 0
+    if arithmetic == "f32":
+        assert np.array_equal(made.run(missing, missed_by_predict=False)["mean"], told["mean"])  # NaN
+
+
+# ------------------------------------------------------------------------------ what is refused
+
+
+def changed(**what: object) -> Model:
+    return kinematic(1, 2, ranged=True).changed(**what)
+
+
+REFUSED = [
+    ("f32", lambda: changed(P0=None, unknown="all"), "nothing is known of position"),
+    ("f32", lambda: changed(R=0.0), "range has no noise"),
+    ("f32", lambda: kinematic(2, 2).changed(R=[[1, 0.5], [0.5, 1]]), "correlated"),
+    ("f32", lambda: changed(H=[0, 1]), "not observable.*measure it or leave it out"),
+    ("f32", lambda: changed(Q=[0.0, 0.0]), "not stabilisable.*give it noise"),
+    ("f32", lambda: changed(Q=[[1, 2], [2, 1]]), "Q: is no covariance"),
+    ("f32", lambda: changed(R=1e-42), "beyond a float"),
+    ("f32", lambda: changed(gaps=Gaps(8, 3)), "more than .* covariances.*min_run = 19"),
+    ("f32", lambda: changed(gaps=Gaps(251, 300)), "max_gap"),
+    ("q31", lambda: changed(gaps=Gaps(8, 5)), "min_run = 19"),
+    ("q31", lambda: changed(Q=[1e-9, 1e-9]), "more than 200 rows to settle: f32 takes 2000"),
+    ("q31", lambda: changed(measurements=["range"]), "range has no range"),
+    ("q31", lambda: changed(A=[[1.5, 0.5], [0, 1.5]], gaps=Gaps(60, 400)), "max_gap|bound|range"),
+    ("q31", lambda: changed(R=1e-9, P0=[1e6, 1e6]), "R of range.*better known"),
+    ("q31", lambda: changed(measurements=[Quantity("range", "m", 64, fraction=29)]), "does not fit Q2.29"),
+]
+
+
+@pytest.mark.parametrize("arithmetic, model, said", REFUSED)
+def test_refused_by_name(arithmetic: str, model, said: str) -> None:
+    with pytest.raises(KalmanqError, match=said):
+        compiled(model(), Wanted(arithmetic, "x"))
+
+
+def test_partial_samples_are_not_for_fixed_point() -> None:
+    with pytest.raises(KalmanqError, match="--partial"):
+        compiled(kinematic(2, 2, ranged=True), Wanted("q31", "x", partial=True))
+
+
+# ------------------------------------------------------------------------------ the command
+
+
+def command(*words: object, seed: str = "0") -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", *map(str, words)], text=True,
+                          capture_output=True, env={**os.environ, "PYTHONHASHSEED": seed})
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_the_same_input_gives_the_same_bytes(arithmetic: str, tmp_path: Path) -> None:
+    path = tmp_path / "steered.toml"
+    path.write_text(model_file.text_of(steered()))
+    texts = []
+    for seed in ("0", "1"):
+        folder = tmp_path / seed
+        folder.mkdir()
+        done = command(path, "-o", folder / "cart.c", "--arith", arithmetic, "--json", seed=seed)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["form"] == "covariance"
+        texts.append({one.name: one.read_bytes() for one in folder.iterdir()})
+    assert texts[0] == texts[1] and set(texts[0]) == {"cart.c", "cart.h", "cart_test.c", "cart_proof.txt"}
+    assert str(tmp_path).encode() not in b"".join(texts[0].values())
+
+
+def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(model_file.text_of(changed(H=[0, 1])))
+    for words, said in (((path, "-o", tmp_path / "cart.c"), "not observable"),
+                        ((path, "-o", tmp_path / "Cart.c"), "-o"),
+                        ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
+        done = command(*words)
+        assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout
+    assert [one.name for one in tmp_path.iterdir()] == ["m.toml"]
+
+
+def test_the_models_of_the_table_are_what_they_say() -> None:
+    assert [factorial(k) for k in range(4)] == [1, 1, 2, 6]
+    acceleration = kinematic(1, 3, dt=0.5)
+    assert np.allclose(acceleration.A, [[1, 0.5, 0.125], [0, 1, 0.5], [0, 0, 1]])
+    assert np.allclose(acceleration.Q[0], [0.5**5 / 20, 0.5**4 / 8, 0.5**3 / 6])

@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Measures filters that kalmanq compile has written on the emulated cores.
+
+    compiled.py FOLDER... --core CORE [--level O2] [--csv OUT.csv]
+
+FOLDER has NAME.c, NAME.h and NAME.json (`kalmanq compile --json`).  Printed, or written to OUT.csv: instructions of a
+row in two calls before and after the covariance has settled, of one step before and after, bytes of the whole file,
+of the filter, and of stack.  Where NAME.json has promises (`must`), what is measured has to be within them.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import typer
+
+import build
+from build import TARGET, Place, compiled, linked
+from cores import BY_NAME, ROOT, Core, run, toolchain
+from elf import flash_and_ram
+from emulators import Emulator, count_avr
+from errors import UserError
+from outputs import csv_text, write
+
+STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
+REGIONS = ("predict", "update", "predict", "update", "step", "step")
+WITH_FMA = ("m4f", "m7", "m33")
+COLUMNS = ("core", "name", "arithmetic", "level", "n", "m", "two_calls", "two_calls_settled", "step", "step_settled",
+           "flash", "ram", "stack")
+
+
+def flags_of(core: Core, level: str) -> tuple[str, ...]:
+    return (*STRICT, f"-{level}", "-ffunction-sections", f"-ffp-contract={'fast' if core.name in WITH_FMA else 'off'}")
+
+
+def measured(place: Place, core: Core, folder: Path, level: str) -> dict[str, Any]:
+    what = told(folder)
+    name, work = what["name"], place.work / f"{core.name}-{folder.name}-{level}"
+    work.mkdir()
+    (work / "compiled.h").write_text(naming(what), encoding="utf-8")
+    written, main, marks = work / "written.o", work / "main.o", work / "marks.o"
+    run([*toolchain(core, "gcc").compiler, *flags_of(core, level), "-c", str(folder / f"{name}.c"), "-o", str(written)])
+    compiled(place, core, build.GCC, TARGET / "compiled.c", main, (f"-I{folder}", f"-I{work}"))
+    compiled(place, core, build.GCC, TARGET / "marks.c", marks)
+    program = linked(core, [main, written, marks], work / "program.elf")
+    functions = {region: f"{name}_{call}" for region, call in enumerate(REGIONS)}
+    counted = (count_avr(place.avr_counter, program, functions) if core.family == "avr" else
+               Emulator(core, program).count_regions(functions))
+    count = {region: counted[region].instructions for region in functions}
+    return {"core": core.name, "name": name, "arithmetic": what["arithmetic"], "level": level, "n": what["n"],
+            "m": what["m"], "two_calls": count[0] + count[1], "two_calls_settled": count[2] + count[3],
+            "step": count[5], "step_settled": count[4], "flash": flash(written), "ram": what["ram"],
+            "stack": max(counted[region].stack for region in functions)}
+
+
+def told(folder: Path) -> dict[str, Any]:
+    found = sorted(folder.glob("*.json"))
+    if len(found) != 1:
+        raise UserError(f"{folder}: no filter with what kalmanq compile --json has told of it")
+    return json.loads(found[0].read_text(encoding="utf-8"))
+
+
+def flash(written: Path) -> int:
+    """Code and constants of the file, without what it takes from the compiler's library."""
+    return flash_and_ram(written)[0]
+
+
+def naming(what: dict[str, Any]) -> str:
+    name, word = what["name"], "float" if what["arithmetic"] == "f32" else "int32_t"
+    one = "1" if word == "float" else "1024"  # within any range
+    u = f"static const {word} pushes[{what['l']}];" if what["l"] else ""
+    predict, step = ("f, pushes", "f, pushes, z") if what["l"] else ("f", "f, z")
+    return "\n".join([f'#include "{name}.h"', f"typedef {word} word;", f"#define FILTER {name}_filter",
+                      f"#define DO(call) {name}_##call", f"#define PREDICT_OF(f) {name}_predict({predict})",
+                      f"#define STEP_OF(f, z) {name}_step({step})", f"#define ONE {one}", u,
+                      f"enum {{ M = {what['m']}, ROWS = {what['rows'] + 8} }};", ""])
+
+
+def broken_promises(made: dict[str, Any], folder: Path) -> list[str]:
+    what = told(folder)
+    promised = what.get("must", {}).get(f"{made['core']} {made['level']}", {})
+    return [f"{made['name']} on {made['core']} -{made['level']}: {measure} {made[measure]}, at most {most}"
+            for measure, most in promised.items() if made[measure] > most]
+
+
+def main(folders: list[Path] = typer.Argument(...), core: list[str] = typer.Option(["m4f"], "--core"),
+         level: list[str] = typer.Option(["O2"], "--level"), out: Path = typer.Option(None, "--csv")) -> None:
+    made, broken = [], []
+    with tempfile.TemporaryDirectory(prefix="kalmanq-compiled-") as work:
+        place = Place(ROOT, Path(work))
+        if "avr" in core:
+            build.avr_counter(place)
+        for folder in folders:
+            for name in core:
+                for optimised in level:
+                    row = measured(place, BY_NAME[name], folder, optimised)
+                    made.append(row)
+                    broken += broken_promises(row, folder)
+                    if not out:
+                        print("  ".join(f"{column} {row[column]}" for column in COLUMNS), flush=True)
+    if out:
+        write(out, "# compiled filters on emulated cores (tools/cost/compiled.py)\n" +
+              csv_text([COLUMNS, *([one[column] for column in COLUMNS] for one in made)]))
+    for line in broken:
+        print(line, file=sys.stderr)
+    print(f"{len(made)} compiled filters measured, {len(broken)} promises broken")
+    if broken:
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    try:
+        typer.run(main)
+    except UserError as problem:
+        print(f"compiled: {problem}", file=sys.stderr)
+        raise SystemExit(1)

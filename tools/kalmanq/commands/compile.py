@@ -1,0 +1,95 @@
+"""kalmanq compile: C for exactly this filter, proven over every covariance that it can have."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from kalmanq import model_file
+from kalmanq.c_source import identifier
+from kalmanq.compiler.costs import operations
+from kalmanq.compiler.files import texts_of
+from kalmanq.compiler.product import RECORD, Product, Wanted, compiled, fractions_of, ram_of
+from kalmanq.compiler.proof_file import lines_of_class
+from kalmanq.errors import KalmanqError
+from kalmanq.files import whole
+
+
+@dataclass(frozen=True)
+class Asked:
+    model: Path
+    out: Path  # NAME.c
+    arithmetic: str
+    form: str
+    partial: bool
+    nis: bool
+    lag: int
+    bound: float
+    json: bool
+
+
+def compile_file(asked: Asked, console: Console) -> None:
+    name = _name(asked.out)
+    model = model_file.read(asked.model)
+    with console.status("proving", spinner="line"):
+        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.lag,
+                                         asked.bound))
+        texts = texts_of(product, hashlib.sha256(asked.model.read_bytes()).hexdigest())
+    written = _write(asked, texts)
+    if asked.json:
+        print(json.dumps(_told(product, written), indent=2))
+    else:
+        _tell(product, written, console)
+
+
+def _name(out: Path) -> str:
+    if out.suffix != ".c" or identifier(out.stem) != out.stem:
+        raise KalmanqError(f"-o {out}: is called as its functions are: a name in small letters, digits and _, and .c")
+    return out.stem
+
+
+def _write(asked: Asked, texts: dict[str, str]) -> list[Path]:
+    paths = [asked.out.with_name(name) for name in texts]
+    with ExitStack() as stack:
+        for path, text in zip(paths, texts.values()):
+            stack.enter_context(whole(path, [asked.model])).write_text(text, encoding="utf-8")
+    return paths
+
+
+def _told(product: Product, written: list[Path]) -> dict:
+    plan, proof = product.plan, product.proof
+    return {
+        "name": plan.name, "arithmetic": product.wanted.arithmetic, "form": plan.form.name, "n": plan.model.n,
+        "m": plan.model.m, "l": plan.model.l, "rows": plan.rows, "max_gap": plan.max_gap, "min_run": plan.min_run,
+        "ram": ram_of(plan), "fractions": fractions_of(plan), "bounds": list(plan.bounds),
+        "losses": proof.losses,
+        "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
+                  for how, one in proof.found.items()},
+        "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
+        "operations": operations(plan),
+        "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
+        "files": [str(path) for path in written]}
+
+
+def _tell(product: Product, written: list[Path], console: Console) -> None:
+    plan, proof = product.plan, product.proof
+    console.print(f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}, {ram_of(plan)} bytes of RAM")
+    if proof.losses:
+        console.print(f"  sigma is at most {proof.losses[0]:.3g} times the optimal filter's after the start, "
+                      f"{proof.losses[1]:.3g} times after a gap, the same once settled")
+    for line in lines_of_class(product):
+        console.print(f"  {line}")
+    for how, one in proof.found.items():
+        console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, "
+                      f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
+    console.print(f"  means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps, {proof.track.last:.1e} "
+                  "settled")
+    for one in product.refused:
+        console.print(f"  not {one.form}: {one.reason}")
+    for path in written:
+        console.print(f"wrote {path}")

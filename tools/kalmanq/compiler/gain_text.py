@@ -1,0 +1,55 @@
+"""NAME.c of a filter of constant gain: it carries no covariance."""
+
+from __future__ import annotations
+
+from kalmanq.compiler.body import Body, door, function
+from kalmanq.compiler.plan import Plan, bookkeeping
+
+
+def start(plan: Plan) -> list[str]:
+    s = plan.subject
+    lines = [f"f->{name} = {value};" for i in range(s.of.n)
+             for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
+    lines += [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
+    lines += [*variances(plan), "f->nis = 0;"] if plan.nis else []
+    lines += [f"f->y_{measured} = 0;" for measured in s.measurements if plan.lag]
+    return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
+
+
+def variances(plan: Plan) -> list[str]:
+    """Those that settled components have, one after the other"""
+    s = plan.subject
+    if not plan.nis:
+        return []
+    return [f"f->s_{measured} = {s.words.constant(value, s.words.variance(j))};"
+            for j, (measured, value) in enumerate(zip(s.measurements, plan.pivots))]
+
+
+def predict(plan: Plan) -> list[str]:
+    body = Body(plan, "predict", carries=False)
+    body.predict_mean()
+    head = [f"if (f->missed > {plan.max_gap}) {{ /* more predicts than samples may be missing */",
+            "    f->gap_refused = 1;", "    return;", "}", "f->missed++;"]
+    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*head, *body.text()])
+
+
+def update(plan: Plan) -> list[str]:
+    body = Body(plan, "update", carries=False)
+    body.update_by_gain()
+    return function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})",
+                    [*door(plan, ["return;"]), "f->missed = 0;", *body.text()])
+
+
+def step(plan: Plan) -> list[str]:
+    u = ", u" if plan.subject.of.l else ""
+    body = Body(plan, "step", carries=False)
+    body.predict_mean()
+    body.update_by_gain()
+    late = [f"if (f->missed > {plan.max_gap}) {{", "    f->gap_refused = 1;", f"    {plan.name}_update(f, z);",
+            "    return;",
+            "}"]
+    return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})",
+                    [*door(plan, [f"{plan.name}_predict(f{u});", "return;"]), *late, "f->missed = 0;", *body.text()])
+
+
+PARTS = (start, predict, update, step)

@@ -1,0 +1,259 @@
+"""A compiled filter: the form that its proof allows, and its files."""
+
+from __future__ import annotations
+
+import decimal
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import Any, Optional, Sequence
+
+from kalmanq.compiler import classes, exact, fixed, floats, formats, forms
+from kalmanq.compiler.names import identifiers
+from kalmanq.compiler.plan import Plan
+from kalmanq.compiler.refusals import refuse
+from kalmanq.compiler.roots import Root
+from kalmanq.compiler.search import Found, Overflow, Runner, Track
+from kalmanq.compiler.structure import Structure, structure
+from kalmanq.compiler.text import probes_of
+from kalmanq.designs import TOLERABLE
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+
+SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled
+MOST_ROWS = {"f32": 2000, "q31": 200}  # to settle; q31's ranges are sums over all ways there
+QUICK_ROWS = 60  # to settle, where a plan in q31 takes a second or two
+MOST_GAP = 250
+MOST_MEMORY = 500_000_000  # bytes of the search
+MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
+RECORD = 2000  # rows that are tried
+CURES = "what is better known at first (P0), other units, a larger --bound or kalmanq design may do"
+FORMS = {"f32": (forms.Covariance, forms.PlainCovariance, Root), "q31": (forms.Covariance,)}
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """bound: of the covariance's error, in sigma_i sigma_j, that a proof has to come to"""
+
+    arithmetic: str
+    name: str
+    form: str = "covariance"  # or gain
+    partial: bool = False
+    nis: bool = False
+    lag: int = 0
+    bound: float = 1e-4
+
+
+@dataclass(frozen=True)
+class Refused:
+    form: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Proof:
+    """found: by the way products are added; track: of a record with gaps; means, for q31: their bounds"""
+
+    found: dict[str, Found]
+    track: Track
+    means: Optional[classes.Means]
+    losses: Optional[tuple[float, float]] = None  # of a constant gain: of sigma, at the start and after gaps
+
+    @property
+    def worst(self) -> Found:
+        return max(self.found.values(), key=lambda one: one.error)
+
+
+@dataclass(frozen=True)
+class Product:
+    model: Model
+    wanted: Wanted
+    plan: Plan
+    proof: Proof
+    refused: list[Refused] = field(default_factory=list)
+
+
+def compiled(model: Model, wanted: Wanted) -> Product:
+    """The first form whose proof holds; KalmanqError with the figures of all that do not."""
+    with decimal.localcontext(exact.DIGITS):
+        refuse(model, wanted.arithmetic)
+        maker = Maker(model, wanted)
+        refused: list[Refused] = []
+        if wanted.form == "gain":
+            return Product(model, wanted, *maker.of_constant_gain())
+        for form in FORMS[wanted.arithmetic]:
+            try:
+                plan, proof = maker.proven(form())
+                return Product(model, wanted, plan, proof, refused)
+            except NotProven as problem:
+                refused.append(Refused(form.name, str(problem)))
+                if isinstance(problem, NotClosed):
+                    raise
+    raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused) + f"; {CURES}")
+
+
+def planned(model: Model, arithmetic: str) -> Plan:
+    """What would be compiled, without a proof."""
+    with decimal.localcontext(exact.DIGITS):
+        refuse(model, arithmetic)
+        maker = Maker(model, Wanted(arithmetic, "filter"), quick=True)
+        return maker.plan(forms.Covariance(), maker.subject)
+
+
+class NotProven(KalmanqError):
+    """A form whose search has not closed, or found something wrong."""
+
+
+class NotClosed(NotProven):
+    """There are too many covariances: in any form."""
+
+
+class Maker:
+    """A model in an arithmetic, from which plans of several forms are made."""
+
+    def __init__(self, model: Model, wanted: Wanted, quick: bool = False):
+        self.model, self.wanted = model, wanted
+        self.gaps = model.gaps
+        self.of = exact.numbers(model, wanted.arithmetic == "f32")
+        self.settled = exact.settled(self.of)
+        if self.gaps.max_gap > MOST_GAP:
+            raise KalmanqError(f"max_gap: {self.gaps.max_gap} rows; a proof is for at most {MOST_GAP}")
+        self.rows = self._rows_to_settle(MOST_ROWS[wanted.arithmetic])
+        if quick and wanted.arithmetic == "q31" and self.rows > QUICK_ROWS:
+            raise KalmanqError(f"the covariance takes {self.rows} rows to settle; what it costs is known once compiled")
+        self.min_run = min(max(self.gaps.min_run, 1), self.rows)
+        self.means: Optional[classes.Means] = None
+        self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
+
+    def _rows_to_settle(self, most: int) -> int:
+        try:
+            return exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP, most)
+        except KalmanqError as problem:
+            cure = f"f32 takes {MOST_ROWS['f32']}" if self.wanted.arithmetic == "q31" else \
+                "a larger Q settles sooner, or kalmanq design"
+            raise KalmanqError(f"{problem}: {cure}") from None
+
+    def _names(self) -> tuple[list[str], list[str], list[str]]:
+        return tuple(identifiers(which) for which in (self.model.states, self.model.measurements,  # type: ignore
+                                                      self.model.controls))
+
+    def _floats(self, fused: bool) -> forms.Subject:
+        states, measurements, controls = self._names()
+        words = floats.Floats(self.of, fused)
+        return forms.Subject(self.of, words, floats.PairMean(words, states, controls), states, measurements, controls)
+
+    def _fixed(self) -> forms.Subject:
+        if self.wanted.partial:
+            raise KalmanqError("--partial: ranges of q31 are proven for samples that are there or missing as a whole; "
+                               "take f32, or count a sample in part as missing")
+        if self.gaps.max_gap and self.gaps.min_run < self.rows:
+            raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
+                               f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
+        z = formats.ranges_of("measurements", self.model.measurements)
+        u = formats.ranges_of("controls", self.model.controls)
+        find = classes.reach_by_gain if self.wanted.form == "gain" else classes.reach_of
+        reach = find(self.of, self.settled, self.rows, self.gaps.max_gap)
+        self.means = classes.means_of(self.of, self.settled, reach, z, u)
+        made = formats.formats_of(self.model, self.of, self.settled, reach, self.means)
+        states, measurements, controls = self._names()
+        words = fixed.Fixed(self.of, made)
+        readings = formats.readings_of(self.model, self.means, made)
+        mean = fixed.WideMean(words, states, measurements, readings)
+        return forms.Subject(self.of, words, mean, states, measurements, controls)
+
+    def _structure(self, subject: forms.Subject, form: Any) -> Structure:
+        if isinstance(form, forms.ConstantGain):
+            return Structure({})
+        return structure(subject, form, self.wanted.partial)
+
+    def plan(self, form: Any, subject: forms.Subject) -> Plan:
+        ranges = [one.range for one in self.model.measurements]
+        doors = [subject.words.door(j, one) if one else None for j, one in enumerate(ranges)]
+        return Plan(
+            self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
+            self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
+            most=[one or 1e30 for one in ranges],
+            pushes=[one.range or 1.0 for one in self.model.controls], partial=self.wanted.partial,
+            nis=self.wanted.nis, lag=self.wanted.lag)
+
+    def of_constant_gain(self) -> tuple[Plan, Proof]:
+        plan = self.plan(forms.ConstantGain(), self.subject)
+        with Runner(plan) as runner:
+            track = runner.record(RECORD, self.gaps.max_gap)
+        self._judge_means(track)
+        loss = classes.losses(self.of, self.settled, self.rows, self.gaps.max_gap)
+        return plan, Proof({}, track, self.means, loss)
+
+    def proven(self, form: Any) -> tuple[Plan, Proof]:
+        plan = self.plan(form, self.subject)
+        found, track = self._run(plan)
+        all_found = {"": found}
+        if self.wanted.arithmetic == "f32":
+            fused, _ = self._run(self.plan(form, self._floats(True)))
+            all_found = {"products rounded": found, "fused multiply-add": fused}
+        for how, one in all_found.items():
+            self._judge(one, how)
+        self._judge_means(track)
+        return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, self.means)
+
+    def _run(self, plan: Plan) -> tuple[Found, Track]:
+        entries = self.of.n * (self.of.n + 1) // 2
+        limit = MOST_MEMORY // (16 * entries + 8 * entries + 48 * self.of.n + 64)
+        try:
+            with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
+                return runner.search(limit), runner.record(RECORD, self.gaps.max_gap)
+        except Overflow:
+            raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
+                            "covariance settles to") from None
+
+    def _judge(self, found: Found, how: str) -> None:
+        how = f", {how}" if how else ""
+        if not found.closed:
+            raise NotClosed(f"there are more than {found.count} covariances{how}; {self._fewer()} leaves fewer")
+        if found.bad:
+            raise NotProven(f"{found.bad} of {found.count} covariances are not positive definite{how}")
+        error = found.error * MARGIN[self.wanted.arithmetic]
+        if not error <= self.wanted.bound:
+            raise NotProven(f"a covariance is {error:.1e} sigma_i sigma_j from the exact one{how}, the bound is "
+                            f"{self.wanted.bound:.0e}")
+
+    def _fewer(self) -> str:
+        """What would leave fewer covariances to be proven"""
+        ways = [f"min_run = {self.rows}"] if self.min_run < self.rows else []
+        return " or ".join([*ways, "a smaller max_gap", *(["no --partial"] if self.wanted.partial else [])])
+
+    def _judge_means(self, track: Track) -> None:
+        if not track.worst <= TOLERABLE:
+            raise NotProven(f"a mean is {track.worst:.1e} sigma from the exact one within {RECORD} rows, the bound is "
+                            f"{TOLERABLE:.0e}")
+
+    def _ranges(self, plan: Plan, found: Found) -> dict[str, str]:
+        """Of each line that was told: least and largest value; of means and innovations by their bounds."""
+        if not plan.subject.words.is_fixed:
+            return {}
+        made = {}
+        for place, (least, greatest) in zip(probes_of(replace(plan, probes=True)), found.ranges):
+            if max(-least, greatest) > 2**31 - 1:
+                raise NotProven(f"a word overflows: {place.split()[-1]}")
+            made[place] = self._range(plan, place, least, greatest)
+        return made
+
+    def _range(self, plan: Plan, place: str, least: int, greatest: int) -> str:
+        name = place.split()[-1]
+        for j, measured in enumerate(plan.subject.measurements):
+            if name.startswith(f"y_{measured}") and self.means is not None:
+                return f"at most {self.means.y[j] * 2.0**plan.subject.words.formats.z[j]:.2g}"
+        return f"{least} to {greatest}"
+
+
+def ram_of(plan: Plan) -> int:
+    """Bytes of the filter where words are aligned"""
+    words = 8 if plan.subject.words.is_fixed else 4
+    mean = sum(words for i in range(plan.subject.of.n) for _ in plan.subject.mean.fields(i))
+    size = (8 if plan.carries_covariance else words) + mean + 4 * len(plan.structure.carried)
+    size += 4 * plan.subject.of.m + words if plan.nis else 0
+    size += 4 * plan.subject.of.m if plan.lag else 0
+    return size + size % words
+
+
+def fractions_of(plan: Plan) -> Optional[Sequence[int]]:
+    return list(plan.subject.words.formats.z) if plan.subject.words.is_fixed else None

@@ -1,0 +1,91 @@
+"""NAME_proof.txt: what was proven of a filter, of which class, by how many covariances."""
+
+from __future__ import annotations
+
+from kalmanq.compiler import costs
+from kalmanq.compiler.product import MARGIN, RECORD, Product, ram_of
+from kalmanq.costs import CORES
+
+
+def lines_of_class(product: Product) -> list[str]:
+    plan = product.plan
+    if not plan.max_gap:
+        return ["samples that may be missing: none"]
+    if not plan.carries_covariance:
+        return [f"samples that may be missing: 1 to {plan.max_gap} in a row; more are refused at run time "
+                "(gap_refused)"]
+    return [f"samples that may be missing: 1 to {plan.max_gap} in a row, {plan.min_run} measured ones at least between "
+            "two gaps;", "    the first gap at any time.  What goes beyond is refused at run time (gap_refused): these "
+            "are all", "    covariances for ever",
+            *(["    of a sample any components"] if plan.partial else [])]
+
+
+def remarks(product: Product) -> list[str]:
+    """For the head of the C file"""
+    plan, proof = product.plan, product.proof
+    settles = f"; settled after {plan.rows} samples in a row, then of constant gain" if plan.carries_covariance else ""
+    lines = ["", f"Form: {plan.form.name}{settles}.", *lines_of_class(product), *losses(product)]
+    for how, found in proof.found.items():
+        lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the "
+                     f"least scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
+    lines += [f"Means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps."]
+    lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
+    return [*lines, "", *flags(product)]
+
+
+def losses(product: Product) -> list[str]:
+    loss = product.proof.losses
+    if not loss:
+        return []
+    return [f"Sigma is at most {loss[0]:.3g} times the optimal filter's after the start, {loss[1]:.3g} times after a "
+            "gap, the same once settled."]
+
+
+def flags(product: Product) -> list[str]:
+    name = product.plan.name
+    cmake = f"    CMake     set_source_files_properties({name}.c PROPERTIES COMPILE_OPTIONS"
+    lines = ["Compile with -O2, and on a core that has fused multiply-add with -ffp-contract=fast:",
+             f'{cmake} "-O2;-ffp-contract=fast")',
+             f"    make      {name}.o: CFLAGS += -O2 -ffp-contract=fast"]
+    if product.wanted.arithmetic == "q31":
+        lines = ["Compile with -O2:", f"{cmake} -O2)",
+                 f"    make      {name}.o: CFLAGS += -O2"]
+    return lines
+
+
+def proof_text(product: Product) -> str:
+    plan, proof, margin = product.plan, product.proof, MARGIN[product.wanted.arithmetic]
+    lines = [f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}", "", *lines_of_class(product),
+             *losses(product), f"settles in {plan.rows} samples in a row, to 1e-6 sigma_i sigma_j", ""]
+    for how, found in proof.found.items():
+        lines += [*([f"{how}:"] if how else []), f"covariances                  {found.count}, and no more",
+                  f"not positive definite        {found.bad}", f"least scaled pivot           {found.pivot:.3e}",
+                  f"worst error                  {found.error:.3e} sigma_i sigma_j",
+                  f"exact ones of one word       {found.merged:.3e} apart at most", ""]
+    if proof.found:
+        lines.append(f"promise                      {margin * proof.worst.error:.1e} sigma_i sigma_j"
+                     + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else
+                        " (on every core)"))
+    lines += [f"means                        {proof.track.worst:.1e} sigma at most over {RECORD} rows with gaps, "
+              f"{proof.track.last:.1e} settled", f"RAM                          {ram_of(plan)} bytes", ""]
+    lines += [*means(product), *costs_of(product)]
+    lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]
+    return "\n".join([*lines, *flags(product), ""])
+
+
+def costs_of(product: Product) -> list[str]:
+    """On the cores that were measured, by the operations of the C"""
+    lines = ["about what it costs (instructions of a row in two calls, of a settled step; bytes of the file):"]
+    for core in costs.cores(product.plan):
+        for level in costs.LEVELS:
+            made = costs.estimate(product.plan, core, level)
+            lines.append(f"    {CORES[core]:<18} -{level}  {made.two_calls:6} {made.step_settled:6} {made.flash:6}")
+    return [*lines, ""]
+
+
+def means(product: Product) -> list[str]:
+    if not product.plan.bounds:
+        return []
+    rows = [f"    {one.name:<24} {bound:.6g}" for one, bound in zip(product.model.states, product.plan.bounds)]
+    return ["largest means, of the worst measurements and controls within their ranges (L1 norm of the closed loop's "
+            "impulse", "response over all declared gaps):", *rows, ""]

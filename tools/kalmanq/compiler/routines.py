@@ -1,0 +1,88 @@
+"""The few functions that the C of q31 calls, each in the file that needs it."""
+
+from __future__ import annotations
+
+import re
+
+PRODUCT = """\
+#if defined __ARM_ARCH_6M__ && defined __GNUC__
+/* a b, of halves: this core multiplies to 32 bits. */
+__attribute__((noinline)) static int64_t product(int32_t a, int32_t b)
+{
+    const uint32_t a_low = (uint16_t)a, b_low = (uint16_t)b, low = a_low * b_low;
+    const int32_t a_high = a >> 16, b_high = b >> 16;
+    const int32_t first = a_high * (int32_t)b_low + (int32_t)(low >> 16);
+    const int32_t second = (int32_t)a_low * b_high + (int32_t)(uint16_t)first;
+    const int32_t high = a_high * b_high + (first >> 16) + (second >> 16);
+    return (int64_t)((uint64_t)(uint32_t)high << 32 | (uint32_t)second << 16 | (uint16_t)low);
+}
+#else
+static inline int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
+#endif
+"""
+
+WIDE = """\
+/* c x 2^-32, c >= 0 */
+static inline int64_t wide(int32_t c, int64_t x)
+{
+    return product(c, (int32_t)(x >> 32)) + (int64_t)(((uint64_t)(uint32_t)c * (uint32_t)x) >> 32);
+}
+"""
+
+QUOTIENT = """\
+/* 0xffffffff / d, rounded down, for 2^15 <= d < 2^16 */
+#if defined __ARM_ARCH_6M__ || defined __AVR__
+/* This core divides in a hundred instructions: a line near 1 / d, two steps of Newton's, and what they leave. */
+static uint32_t quotient(uint32_t d)
+{
+    const uint32_t near = UINT32_C(46261) - (UINT32_C(30840) * d >> 16);
+    const int32_t first = (int32_t)((UINT32_C(1) << 30) - d * near);
+    const uint32_t nearer = (near << 2) + (uint32_t)((int32_t)near * (first >> 12) >> 16);
+    const int32_t second = (int32_t)(UINT32_C(0) - d * nearer);
+    uint32_t r = nearer + (uint32_t)((int32_t)nearer * (second >> 10) >> 22); /* at most 2 below */
+    int32_t rest = (int32_t)(UINT32_C(0xffffffff) - d * r);
+    if (rest >= (int32_t)d) r++, rest -= (int32_t)d;
+    return rest >= (int32_t)d ? r + 1 : r;
+}
+#else
+static inline uint32_t quotient(uint32_t d) { return UINT32_C(0xffffffff) / d; }
+#endif
+"""
+
+INVERSE = """\
+#if defined __GNUC__ && UINT_MAX == 0xffffffffu
+static inline int zeros_before(uint32_t s) { return __builtin_clz(s); }
+#else
+static int zeros_before(uint32_t s)
+{
+    int zeros = 0;
+    if (s < UINT32_C(1) << 16) zeros += 16, s <<= 16;
+    if (s < UINT32_C(1) << 24) zeros += 8, s <<= 8;
+    if (s < UINT32_C(1) << 28) zeros += 4, s <<= 4;
+    if (s < UINT32_C(1) << 30) zeros += 2, s <<= 2;
+    return zeros + (s < UINT32_C(1) << 31);
+}
+#endif
+
+/* 2^(62 - most) / s, to 2^-29 of it; s > 0 has at most so many leading zeros.  A quotient of 16 bits and one step of
+   Newton's. */
+static int32_t inverse(uint32_t s, int most)
+{
+    const int zeros = zeros_before(s);
+    const uint32_t v = s << zeros, r = quotient(v >> 16);
+    const int64_t rest = (INT64_C(1) << 48) - (int64_t)((uint64_t)v * r);
+    const int64_t more = product((int32_t)r, (int32_t)(rest >> 2)) >> 32;
+    return (int32_t)(((int64_t)r << 14) + more) >> (most - zeros);
+}
+"""
+
+ROUTINES = (("inverse", INVERSE), ("quotient", QUOTIENT), ("wide", WIDE), ("product", PRODUCT))
+
+
+def routines(text: str) -> str:
+    """Those that a text calls, and those that they call"""
+    made = ""
+    for name, routine in ROUTINES:
+        if re.search(rf"\b{name}\(", text + made):
+            made = routine + "\n" + made
+    return made
