@@ -34,7 +34,8 @@ groups_of() { # [NAME]
     flags*) echo clang ;;
     readme*) echo python ;;
     desk.shared) echo python ;;
-    desk | desk.design*) echo desk clang cores cost ;;
+    desk) echo desk clang cores cost peers ;;
+    desk.design* | desk.compile*) echo desk clang cores cost ;;
     desk.fit* | desk.gallery* | desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
