@@ -218,6 +218,37 @@ def test_units_do_not_matter(unit):
     assert abs(found.standard_errors["Q"][0, 0] / unit**2 / 1280.38 - 1) < 1e-3
 
 
+def two_sensors(seed: int, unit: float) -> np.ndarray:
+    """Of one state, with noises that belong together; the second one in another unit."""
+    random = np.random.default_rng(seed)
+    level, noise = np.cumsum(random.normal(size=80)), random.normal(size=(80, 2))
+    noise[:, 1] = 0.5 * noise[:, 0] + 0.8 * noise[:, 1]
+    return (level[:, None] + noise) * [1, unit]
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e3, 1e5, 1e6, 1e7])
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_the_unit_of_a_start_does_not_matter(unit, seed):
+    """The maximum and the standard errors are those from a start in the right unit."""
+    z = two_sensors(seed, unit)
+    wrong, right = (kalmanq.fit(Model([[1]], [[1], [unit]], R, 1), [z]) for R in ([1, 1], [1, unit**2]))
+    assert wrong.is_settled and right.is_settled and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
+    for name in ("Q", "R"):
+        assert np.max(np.abs(wrong.standard_errors[name] / right.standard_errors[name] - 1)) < 1e-4
+
+
+@pytest.mark.parametrize("unit", [1e3, 1e7])
+def test_the_unit_of_a_start_of_two_noises_does_not_matter(unit):
+    random = np.random.default_rng(1)
+    steps = random.normal(size=(100, 2)) @ [[1, 0.7], [0, 0.7]]
+    z = np.cumsum(steps, 0) + 0.5 * random.normal(size=(100, 2))
+    for units in ([1, unit], [unit, 1]):
+        wrong, right = (kalmanq.fit(Model(np.eye(2), np.eye(2), np.square(units), Q), [z * units])
+                        for Q in ([1, 1], np.square(units)))
+        assert wrong.is_settled and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
+        assert np.max(np.abs(wrong.standard_errors["Q"] / right.standard_errors["Q"] - 1)) < 1e-4
+
+
 def test_standard_errors_are_those_of_a_quadratic_profile():
     """Independent measurements of R alone: R^ = mean square, standard error R^ sqrt(2 / T)."""
     z = np.random.default_rng(1).normal(size=400) * 3

@@ -175,6 +175,23 @@ class Problem:
         else:
             self.arrays[name][...] = C
 
+    def grown(self, x: np.ndarray) -> np.ndarray:
+        """The units that linear coordinates would have if they were made at x, in those that they have."""
+        self.put(x)
+        made = np.ones(self.size)
+        for block, part in zip(self.blocks, self.slices):
+            if isinstance(block, Entries):
+                made[part] = block.grown(self._scale(block.name))
+            elif isinstance(block, Cholesky):
+                made[part] = block.grown()
+        return made
+
+    def rescale(self, ratio: np.ndarray) -> None:
+        """Other units: what was x is x / ratio, of a logarithm x; a slope is ratio times what it was."""
+        for block, part in zip(self.blocks, self.slices):
+            if not isinstance(block, Multiple):
+                block.rescale(ratio[part])
+
     def value(self, x: np.ndarray) -> float:
         if not self.is_within(x):
             return -np.inf

@@ -10,6 +10,7 @@ from kalmanq.fitting.information import Information
 from kalmanq.fitting.problem import Problem
 
 ROUNDS = 8
+RESCALED, RATIO, SHARP = 6, 2.0, 100.0  # climbs in other units; a ratio and a curvature that ask for them
 SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
@@ -60,9 +61,7 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
     edge = np.zeros(problem.size, bool)
     x = np.zeros(problem.size)
     for _ in range(ROUNDS):
-        x, slopes = climb(problem, x, edge)
-        found = Optimum(x, problem.best, edge, Information(problem, x, slopes, edge))
-        found.is_exhausted = problem.evaluations >= problem.allowed
+        found = _top(problem, x, edge)
         if found.is_exhausted:
             break
         x, changed = _next(problem, found, tolerance)
@@ -74,6 +73,43 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
         found.is_exhausted = True
     problem.put(found.x)
     return found
+
+
+def _top(problem: Problem, x: np.ndarray, edge: np.ndarray) -> Optimum:
+    """Climb, and again wherever the units that were right where it began are wrong at the top."""
+    for last in (False,) * RESCALED + (True,):
+        x, slopes = climb(problem, x, edge)
+        ratio = _too_small(problem, x)
+        if np.all(ratio == 1):
+            information = Information(problem, x, slopes, edge)
+            ratio = _too_large(problem, information)
+        is_exhausted = problem.evaluations >= problem.allowed
+        if last or is_exhausted or np.all(ratio == 1):
+            break
+        problem.rescale(ratio)
+        x = x / ratio
+    if not np.all(ratio == 1):  # nothing more is climbed, but the information is in the units of this place
+        problem.rescale(ratio)
+        x, slopes = x / ratio, slopes * ratio
+        information = Information(problem, x, slopes, edge)
+        is_exhausted = True
+    return Optimum(x, problem.best, edge, information, is_exhausted)
+
+
+def _too_small(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """How much larger the units of linear coordinates are at x than they were; 1 for what hardly grew."""
+    grown = problem.grown(x)
+    return np.where(grown > RATIO, grown, 1.0)
+
+
+def _too_large(problem: Problem, information: Information) -> np.ndarray:
+    """How much smaller units are to be where the likelihood is curved far more than by 1 a unit.
+
+    Not what their size at x says: it goes to 0 with a variance, and what is known of its covariances does not."""
+    curvature = np.ones(problem.size)
+    curvature[information.inside] = np.diag(information.J)
+    sharp = np.isfinite(curvature) & (curvature > SHARP) & ~problem.logarithmic
+    return np.where(sharp, 1 / np.sqrt(np.where(sharp, curvature, 1.0)), 1.0)
 
 
 def _polish(problem: Problem, found: Optimum) -> None:
