@@ -190,6 +190,14 @@ def test_a_maximum_at_a_variance_of_0_is_found_in_500_evaluations(name, method):
         assert soon(found, best_of(model, z, Q_form=form), 500), (seed, len(found.course), found.message)
 
 
+def level_and_slope(seed: int) -> np.ndarray:
+    """A level with noise, and no slope in every second seed"""
+    random = np.random.default_rng(seed)
+    random.normal(size=(240, 1))
+    slope = np.cumsum(0.05 * (seed % 2) * random.normal(size=60))
+    return np.cumsum(slope + random.normal(size=60)) + random.normal(size=60)
+
+
 def test_a_variance_of_0_is_said_and_has_no_standard_error():
     model = model_file.read(EXAMPLES / "trend_season.toml")
     found = kalmanq.fit(model, [fit_cases.quarters(1)], Q_form="diagonal")
@@ -201,6 +209,19 @@ def test_a_variance_of_0_is_said_and_has_no_standard_error():
     singular = kalmanq.fit(SINGULAR["track"][1], [fit_cases.track(0)])
     assert singular.boundary == ("Q (singular: rank 2 of 4)",)
     assert np.all(np.isnan(singular.standard_errors["Q"])) and np.all(singular.standard_errors["R"] > 0)
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7, 10, 11])
+def test_the_covariances_of_a_variance_of_0_are_0_and_have_no_standard_errors(seed):
+    """The errors of the others are those of a model that has no such noise."""
+    z = level_and_slope(seed)
+    full = kalmanq.fit(Model([[1, 1], [0, 1]], [1, 0], 1, [1, 0.1]), [z])
+    none = kalmanq.fit(Model([[1, 1], [0, 1]], [1, 0], 1, [1, 0]), [z])
+    assert full.boundary == ("Q[1,1]",) and abs(full.log_likelihood - none.log_likelihood) < 1e-6
+    errors = full.standard_errors["Q"]
+    assert np.all(np.isnan([errors[1, 0], errors[0, 1], errors[1, 1]]))
+    assert abs(errors[0, 0] / none.standard_errors["Q"][0, 0] - 1) < 1e-3
+    assert abs(full.standard_errors["R"][0, 0] / none.standard_errors["R"][0, 0] - 1) < 1e-3
 
 
 def test_a_start_at_a_variance_of_next_to_nothing_is_left():

@@ -37,10 +37,12 @@ def findings(problem: Problem, optimum: Optimum) -> Findings:
     problem.put(optimum.x)
     optimum = replace(optimum, edge=_all_edges(problem, optimum))
     tangents = problem.tangents()
-    flat = _flat_ones(problem, optimum, tangents)
-    errors = {name: _errors(tangent, optimum, flat) for name, tangent in tangents.items()}
+    none = _without_covariances(problem, optimum.edge)
+    held = replace(optimum, edge=none, information=optimum.information.holding(none | optimum.information.edge))
+    flat = _flat_ones(problem, held, tangents)
+    errors = {name: _errors(tangent, held, flat) for name, tangent in tangents.items()}
     for block, part in zip(problem.blocks, problem.slices):
-        _mark(problem, block, optimum.edge[part], errors[block.name])
+        _mark(problem, block, none[part], errors[block.name])
     undetermined = [_said(problem, tangents, way) for way in flat] + _ridges(problem, optimum)
     return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(undetermined),
                     tuple(_runaway(problem, optimum)))
@@ -85,6 +87,16 @@ def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
     curvature, slopes = known.whole(np.diag(known.J)), known.whole(known.slopes)
     hardly = (np.abs(curvature) < NONE * problem.units**2) & (np.abs(slopes) < STILL)
     return optimum.edge | (problem.logarithmic & hardly)
+
+
+def _without_covariances(problem: Problem, edge: np.ndarray) -> np.ndarray:
+    """With the covariances of variances that are 0: they are 0, too."""
+    made = edge.copy()
+    for block, part in zip(problem.blocks, problem.slices):
+        if isinstance(block, Cholesky):
+            none = {block.cells[k][0] for k in np.flatnonzero(edge[part]) if block.is_alone(int(k))}
+            made[part] |= [i != j and bool({i, j} & none) for i, j in block.cells]
+    return made
 
 
 def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np.ndarray:
@@ -134,15 +146,19 @@ def _unit(problem: Problem, name: str) -> np.ndarray:
 
 
 def _mark(problem: Problem, block: object, edge: np.ndarray, errors: np.ndarray) -> None:
-    """No standard errors at an edge: of the variance, or of a whole matrix that is singular there."""
+    """No standard errors at an edge: of the variance and its covariances, or of a whole matrix that is singular
+    there."""
     if not isinstance(block, Cholesky):
         errors[...] = np.nan if np.any(edge) else errors
         return
     if _rank(block) < len(block.L):
         errors[...] = np.nan
     for k in np.flatnonzero(edge):
-        i = problem.place(block.name, block.cells[k][0])
-        errors[(...,) if i is None else (i, i)] = np.nan
+        i, j = (problem.place(block.name, row) for row in block.cells[k])
+        if i is None:
+            errors[...] = np.nan
+        else:
+            errors[i, j] = errors[j, i] = np.nan
 
 
 def _rank(block: Cholesky) -> int:
