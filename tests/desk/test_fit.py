@@ -384,10 +384,11 @@ def test_what_is_not_determined_is_named():
     assert not found.is_settled and "not determined" in found.message
     assert found.undetermined == ("H[0,0] +1 %, Q[0,0] -2 %, x0[0] -1 %",)
     assert np.isnan(found.standard_errors["H"][0, 0]) and found.standard_errors["A"][0, 0] > 0
-    prior = kalmanq.fit(model, [fit_cases.ar1(1)], ("H", "Q", "R"))
-    assert not prior.is_settled and prior.undetermined == ("H +1 %, Q -2 %, x0 -1 %, P0 -2 %",)
     with pytest.raises(KalmanqError, match="H cannot be free where P0 of x1 is unknown"):
         kalmanq.fit(nile_model(), [nile()], ("H", "R"))
+    with pytest.raises(KalmanqError, match="A cannot be free where P0 of x2 is unknown"):
+        kalmanq.fit(Model([[1, 0.5], [0, 0.9]], [1, 0], 1, [1, 1]), [nile()], ("A", "Q", "R"),
+                    held={"A": [[1, 0], [1, 1]]})
     once = Model([[1]], [[1], [1]], [1.0, 1.0], [[0.0]], P0=[[1.0]])
     assert kalmanq.fit(once, [np.random.default_rng(1).normal(size=(50, 2))], ("R",)).is_settled
     level, slope = Model([[1, 1], [0, 1]], [1, 0], 3, [[1, 0.1], [0.1, 0.5]]), "Q[0,0] +1 %, Q[1,0] +"
@@ -400,6 +401,31 @@ def test_what_is_not_determined_is_named():
     assert not found.is_settled and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])
     found = kalmanq.fit(twice.changed(Q=[0.3, 1e-12]), [fit_cases.ar1(2)], ("Q",), Q_form="diagonal", method="ml")
     assert not found.is_settled and "Q[0,0]" in found.undetermined[0] and "Q[1,1]" in found.undetermined[0]
+
+
+def test_a_known_start_determines_H_beside_Q():
+    """Many short records: the variances of the first rows are H^2 P0 + R."""
+    random = np.random.default_rng(1)
+    states = [random.normal(size=300)]
+    for _ in range(3):
+        states.append(0.8 * states[-1] + 0.5 * random.normal(size=300))
+    records = list((2 * np.array(states) + 0.3 * random.normal(size=(4, 300))).T)
+    found = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"))
+    assert found.is_settled and found.undetermined == ()
+    assert abs(found.model.H[0, 0] - 2) < 3 * found.standard_errors["H"][0, 0] < 0.5
+    em = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"), method="em", arithmetic="f32")
+    assert em.undetermined == ("H +1 %, Q -2 %",)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_variance_that_begins_next_to_0_is_found(seed):
+    """It is flat in its logarithm there, and determined; where 0 is as good it is at the boundary."""
+    z = fit_cases.drawn(1, 1, 0.3 if seed % 2 else 30.0, 1, 60, seed)[0]
+    best = best_of(Model([[1]], [1], 1, 1), z)
+    for tiny in ({"R": 1e-4}, {"Q": 1e-6}):
+        begun = Model([[1]], [1], 1, 1).changed(**{name: [[value]] for name, value in tiny.items()})
+        found = kalmanq.fit(begun, [z], method="ml")
+        assert found.is_settled and abs(found.log_likelihood - best) < 1e-6, found.message
 
 
 @pytest.mark.parametrize("z, said", [

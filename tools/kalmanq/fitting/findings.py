@@ -15,6 +15,7 @@ MOVES = 1e-2  # share of a direction, from where it moves a coordinate or a para
 UNKNOWN = 1e-4  # information on a relative change, below which nothing is known of it: its standard error is 100
 NONE = 1e-5  # information on the log of a standard deviation: there is none
 FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
+ALONE, DOWN = 0.99, 8.0  # share of a flat direction that is one variance; of its log deviation, from where it is 0
 RIDGE = 0.02  # share of a fall that others leave, below which they make up for it
 NAMED = 0.05  # share of the largest change, from where a parameter is named
 
@@ -22,7 +23,7 @@ NAMED = 0.05  # share of the largest change, from where a parameter is named
 @dataclass
 class Findings:
     """errors        standard errors of the entries of each free parameter, NaN where there is none
-    boundary      variances whose best value is 0
+    boundary      variances whose best value is 0, or so small that 0 is as good
     undetermined  for each flat direction, how much of each parameter makes no difference
     runaway       variances that the likelihood drives to 0 or infinity without an end
     """
@@ -44,7 +45,7 @@ def findings(problem: Problem, optimum: Optimum) -> Findings:
     for block, part in zip(problem.blocks, problem.slices):
         _mark(problem, block, none[part], errors[block.name])
     undetermined = [_said(problem, tangents, way) for way in flat] + _ridges(problem, optimum)
-    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(undetermined),
+    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(dict.fromkeys(undetermined)),
                     tuple(_runaway(problem, optimum)))
 
 
@@ -86,7 +87,20 @@ def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
         return optimum.edge
     curvature, slopes = known.whole(np.diag(known.J)), known.whole(known.slopes)
     hardly = (np.abs(curvature) < NONE * problem.units**2) & (np.abs(slopes) < STILL)
-    return optimum.edge | (problem.logarithmic & hardly)
+    edge = optimum.edge | (problem.logarithmic & hardly)
+    for _, way in known.flat():
+        k = int(np.argmax(np.abs(way)))
+        if abs(way[k]) > ALONE and problem.logarithmic[k] and _is_as_good_as_0(problem, optimum, k):
+            edge[k] = True
+    problem.put(optimum.x)
+    return edge
+
+
+def _is_as_good_as_0(problem: Problem, optimum: Optimum, k: int) -> bool:
+    """Is the likelihood next to 0 what it is here, and lower above?  What is flat in its logarithm may be that alone."""
+    x = optimum.x.copy()
+    x[k] -= DOWN / problem.units[k]
+    return problem.value(x) > optimum.value - UNKNOWN and _fallen(problem, optimum, k)[1] > FALL
 
 
 def _without_covariances(problem: Problem, edge: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -13,6 +14,7 @@ ROUNDS = 8
 RESCALED, RATIO, SHARP = 6, 2.0, 100.0  # climbs in other units; a ratio and a curvature that ask for them
 SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
+DEEP = 1.0  # of log-likelihood: a variance that costs so much is no longer tiny
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
 BESIDE = 1e-2  # share of a variance by which a singular covariance is left
 STILL = 1e-2  # of a slope: what is steeper is under way
@@ -51,8 +53,44 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
         if again.value > found.value + SAME:
             return again
         problem.blocks = found_blocks
+    else:
+        found = _from_above(problem, found, tolerance)
     problem.put(found.x)
     return found
+
+
+def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
+    """Once more with each variance that hardly matters so large that it does: beside the others a tiny one has no
+    slope, though there may be a higher place above."""
+    for k in np.flatnonzero(_is_tiny(problem, found)) if found.distance < STILL else ():
+        x = _raised(problem, found, int(k))
+        if x is None or found.is_exhausted:
+            continue
+        blocks = problem.blocks
+        problem.put(x)
+        again = _rounds(problem, tolerance)
+        if again.value > found.value + SAME:
+            return again
+        problem.blocks = blocks
+    return found
+
+
+def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
+    """Variances at the edge, or of which hardly anything is known."""
+    curvature, slopes = (found.information.whole(part)
+                         for part in (np.diag(found.information.J), found.information.slopes))
+    hardly = (np.abs(curvature) < HARDLY * problem.units**2) & (np.abs(slopes) < STILL)
+    return problem.logarithmic & (found.edge | hardly)
+
+
+def _raised(problem: Problem, found: Optimum, k: int) -> Optional[np.ndarray]:
+    """Where variance k is so large that the likelihood has fallen by DEEP; None where it does not."""
+    x = _moved(found.x, k, 1 / problem.units[k])
+    while problem.is_within(x) and problem.evaluations < problem.allowed:
+        if problem.value(x) < found.value - DEEP:
+            return x
+        x = _moved(x, k, 1 / problem.units[k])
+    return None
 
 
 def _rounds(problem: Problem, tolerance: float) -> Optimum:
