@@ -83,8 +83,9 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
         raise KalmanqError(f"{method!r} is no method: {', '.join(METHODS)}")
     if arithmetic != "f64" and method != "em":
         raise KalmanqError("maximum likelihood is in f64")
-    if starts < 1:
-        raise KalmanqError("starts: below 1")
+    _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
+    if not tolerance >= 0:
+        raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
     made = Records(model, records, u)
     task = Task(model, made, Choice(model, free, Q_form, R_form, held), method, iterations, tolerance, arithmetic,
                 report)
@@ -96,6 +97,12 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     random = np.random.default_rng(seed)
     ended = [one_start(task)] + [one_start(task, random) for _ in range(starts - 1)]
     return _fit_of(task, max(ended, key=lambda one: float(np.nan_to_num(one.value, nan=-np.inf))), ended)
+
+
+def _require_counts(**given: tuple[int, int]) -> None:
+    for name, (value, least) in given.items():
+        if not isinstance(value, (int, np.integer)) or value < least:
+            raise KalmanqError(f"{name}: {value!r} is no whole number from {least}")
 
 
 def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:

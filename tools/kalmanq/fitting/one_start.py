@@ -47,7 +47,9 @@ class Task:
         status = self.problem().expectation.status
         self.has_no_unit = status == lib.KQ_NOT_IDENTIFIED
         if status in NOTHING_TO_FIT:
-            return f"{ffi.string(lib.kq_status_text(status)).decode()}: {self.records.measurements} measurements"
+            there = self.records.measurements
+            said = ffi.string(lib.kq_status_text(status)).decode()
+            return f"{said}: {there} measurement{'s' * (there != 1)}"
         require(status, "fit")
         return ""
 
