@@ -396,6 +396,10 @@ def test_what_is_not_determined_is_named():
         for method in ("ml", "both"):
             found = kalmanq.fit(level, [fit_cases.trend(seed)], method=method)
             assert not found.is_settled and found.undetermined[0].startswith(slope), found.message
+    z = np.column_stack([fit_cases.drawn(1, 1, 0.3, 1, 80, 1)[0], np.full(80, np.nan)])
+    for form in ("full", "diagonal"):  # a component that is never there
+        found = kalmanq.fit(Model([[1]], [[1], [1]], [1, 1], 1), [z], R_form=form)
+        assert not found.is_settled and "R[1,1] +1 %" in found.undetermined and found.boundary == ()
     twice = Model(np.eye(2) * 0.5, [1, 1], 1.0, [0.3, 0.5], P0=[1, 1])
     found = kalmanq.fit(twice, [fit_cases.ar1(2)], ("Q",), Q_form="diagonal")
     assert not found.is_settled and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])

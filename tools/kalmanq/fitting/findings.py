@@ -87,11 +87,11 @@ def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
         return optimum.edge
     curvature, slopes = known.whole(np.diag(known.J)), known.whole(known.slopes)
     hardly = (np.abs(curvature) < NONE * problem.units**2) & (np.abs(slopes) < STILL)
-    edge = optimum.edge | (problem.logarithmic & hardly)
     for _, way in known.flat():
-        k = int(np.argmax(np.abs(way)))
-        if abs(way[k]) > ALONE and problem.logarithmic[k] and _is_as_good_as_0(problem, optimum, k):
-            edge[k] = True
+        hardly[np.abs(way) > ALONE] = True
+    edge = optimum.edge.copy()
+    for k in np.flatnonzero(problem.logarithmic & hardly & ~edge):
+        edge[k] = _is_as_good_as_0(problem, optimum, int(k))
     problem.put(optimum.x)
     return edge
 
