@@ -20,6 +20,10 @@ from kalmanq.model import Model
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
+class Singular(KalmanqError):
+    """A covariance from which there is no beginning."""
+
+
 class Problem:
     """The likelihood of the records in coordinates around the present estimate: `evaluate(x)`, 0 is here.
 
@@ -84,7 +88,7 @@ class Problem:
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
         start = self._inside(name, self.arrays[name])
         if name != "Q" and not (start.size and is_definite(start)):
-            raise KalmanqError(f"{name} is singular: what has no noise cannot be estimated from there")
+            raise Singular(f"{name} is singular: what has no noise cannot be estimated from there")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
         held = self._inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else

@@ -8,7 +8,7 @@ from typing import Optional
 import numpy as np
 
 from kalmanq.fitting.information import Information
-from kalmanq.fitting.problem import Problem
+from kalmanq.fitting.problem import Problem, Singular
 
 ROUNDS = 8
 RESCALED, RATIO, SHARP = 6, 2.0, 100.0  # climbs in other units; a ratio and a curvature that ask for them
@@ -68,7 +68,10 @@ def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
             continue
         blocks = problem.blocks
         problem.put(x)
-        again = _rounds(problem, tolerance)
+        try:
+            again = _rounds(problem, tolerance)
+        except Singular:  # another covariance, at the best point
+            return found
         if again.value > found.value + SAME:
             return again
         problem.blocks = blocks
