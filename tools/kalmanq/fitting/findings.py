@@ -97,7 +97,7 @@ def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
 
 
 def _is_as_good_as_0(problem: Problem, optimum: Optimum, k: int) -> bool:
-    """Is the likelihood next to 0 what it is here, and lower above?  What is flat in its logarithm may be that alone."""
+    """Is the likelihood next to 0 what it is here, and lower above?  A logarithm may be flat by that alone."""
     x = optimum.x.copy()
     x[k] -= DOWN / problem.units[k]
     return problem.value(x) > optimum.value - UNKNOWN and _fallen(problem, optimum, k)[1] > FALL

@@ -61,8 +61,8 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
 
     model       where the search begins; a start that is unknown in it stays so, and is exact
     records     each T x m; NaN: missing
-    free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells: leave one
-                out, or hold an entry
+    free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells:
+                leave one out, or hold an entry
     u           for each record T x l, or None
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
