@@ -23,6 +23,9 @@
  *     adaptation.h      noises whose shape is known and not their size
  *     steady.h          a constant model: gains made beforehand; a filter that settles
  *
+ * Nonlinear models
+ *     extended.h        linearised by Jacobians of yours
+ *
  * Updates and steps of another kind
  *     robust.h          outliers and jumps
  *     least_squares.h   no process at all; old data that fade
@@ -58,6 +61,7 @@
 
 #include "robust.h"
 #include "least_squares.h"
+#include "extended.h"
 
 #include "consistency.h"
 #include "em.h"

@@ -1,0 +1,3 @@
+/* Nonlinear models in float. */
+#include "arithmetic/f32.h"
+#include "nonlinear/api.h"

@@ -1,0 +1,6 @@
+/* Nonlinear models in double. */
+#include "arithmetic/has_double.h"
+#if KQ_HAS_DOUBLE
+#include "arithmetic/f64.h"
+#include "nonlinear/api.h"
+#endif
