@@ -27,7 +27,7 @@ static inline int state_is_finite(const int32_t *x, const int32_t *S, int n)
     return 1;
 }
 
-KQ_KERNEL int root_is_within(const int32_t *S, int n)
+KQ_INLINE int root_is_within(const int32_t *S, int n)
 {
     int32_t top = lowest_exponent;
     KQ_UNROLL
