@@ -324,7 +324,7 @@ static void every_update_takes_an_innovation(void)
         ASSERT_OK(K(update_subset_extended)(&track, &radar, now, 1));
         assert_shifted();
         begin_at_zero();
-        K(gate) gate = {12, 0, 0}, gate_twin = {12, 0, 0};
+        K(gate) gate = {36, 0, 0}, gate_twin = {36, 0, 0};
         ASSERT_OK(K(update_gated)(&twin, &gate_twin, &radar, now, UINT32_MAX));
         ASSERT_OK(K(update_gated_extended)(&track, &gate, &radar, now, UINT32_MAX));
         TEST_ASSERT_EQUAL_INT(k, gate.rejected);
