@@ -3,4 +3,5 @@
 #if KQ_HAS_DOUBLE
 #include "arithmetic/f64.h"
 #include "nonlinear/api.h"
+#include "nonlinear/points_float.h"
 #endif

@@ -229,7 +229,7 @@ static void linearise_motion(const K(filter) * f, num *d)
 static void take_polar(K(filter) * f, double range, double bearing)
 {
     const double x = (double)K(mean)(f, 0), y = (double)K(mean)(f, 1), r = sqrt(x * x + y * y);
-    const num e[] = {N(range - r), N(remainder(bearing - atan2(y, x), 6.283185307179586))};
+    const num e[] = {N(range - r), N(bearing - atan2(y, x))};
     memset(slope, 0, sizeof slope);
     slope[0] = N(x / r), slope[1] = N(y / r), slope[N4] = N(-y / r / r), slope[N4 + 1] = N(x / r / r);
     ASSERT_OK(K(sensor_change_measurement)(&polar, slope));
