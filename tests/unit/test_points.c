@@ -69,7 +69,7 @@ static void linear_innovation(void *context, const num *x, num *e)
 }
 
 /* x_0^2 and x_0 x_1 */
-static void square(void *context, const num *x, num *g)
+static void squares(void *context, const num *x, num *g)
 {
     log_of_calls *log = context;
     count(context, x);
@@ -107,7 +107,7 @@ static void the_mean_of_a_square_has_the_variance_in_it(void)
     const double expected[] = {2 * 1.0, 0, -2, 1};
     for (int r = 0; r < COUNT(rules); r++) {
         log_of_calls log = {0};
-        ASSERT_OK(K(linearise)(&track, square, &log, 2, rules[r], y, J, E));
+        ASSERT_OK(K(linearise)(&track, squares, &log, 2, rules[r], y, J, E));
         ASSERT_CLOSE(1 + 2, y[0], 16);
         ASSERT_CLOSE(-2 + 0.5, y[1], 16);
         for (int k = 0; k < 4; k++) ASSERT_CLOSE(expected[k], J[k], 32);
@@ -147,7 +147,7 @@ static void the_covariance_is_that_of_the_points(void)
     for (int k = 0; k < 4; k++) {
         for (int c = 0; c < 4; c++) cov[c] += (g[k][c / 2] - mean[c / 2]) * (g[k][c % 2] - mean[c % 2]) / 4;
     }
-    ASSERT_OK(K(linearise)(&track, square, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
     for (int c = 0; c < 2; c++) {
         ASSERT_CLOSE(mean[c], y[c], 32);
         for (int d = 0; d < 2; d++) {
@@ -226,14 +226,14 @@ static void the_steps_in_one_call_are_their_parts(void)
     for (int recorded = 0; recorded < 2; recorded++) {
         begin_drive();
         if (recorded) ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
-        ASSERT_OK(K(predict_points)(&track, &motion, square, &log, KQ_POINTS_CENTRAL, work));
-        ASSERT_OK(K(linearise)(&twin, square, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        ASSERT_OK(K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
         J[0] += 1, J[3] += 1;
         ASSERT_OK(K(process_linearise)(&found, &motion, J, E));
         ASSERT_OK(K(predict_extended)(&twin, &found, y));
         assert_like(&twin, &track);
-        ASSERT_OK(K(update_points)(&track, &radar, square, &log, KQ_POINTS_CENTRAL, work));
-        ASSERT_OK(K(linearise)(&twin, square, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        ASSERT_OK(K(update_points)(&track, &radar, squares, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
         for (int k = 0; k < 4; k++) H_found[k] = -J[k];
         ASSERT_OK(K(sensor_linearise)(&at, &radar, H_found, E, noise_of));
         ASSERT_OK(K(update_extended)(&twin, &at, y));
@@ -264,7 +264,7 @@ static void a_state_that_is_known_exactly_stays_so(void)
     log_of_calls log = {.z = x0};
     ASSERT_OK(K(filter_init)(&track, x0, singular));
     ASSERT_OK(K(process_init)(&motion, A, B, none));
-    ASSERT_OK(K(linearise)(&track, square, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
     for (int k = 0; k < 4; k++) TEST_ASSERT_TRUE(J[k] - J[k] == 0);
     ASSERT_OK(K(predict_points)(&track, &motion, linear_increment, &log, KQ_POINTS_CUBATURE, work));
     ASSERT_OK(K(update_points)(&track, &radar, linear_innovation, &log, KQ_POINTS_CUBATURE, work));
@@ -321,43 +321,43 @@ static void what_is_missing_or_not_ready_is_refused(void)
 {
     log_of_calls log = {.z = x0};
     const kq_points rule = KQ_POINTS_CUBATURE;
-    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(NULL, square, &log, 2, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(NULL, squares, &log, 2, rule, y, J, E));
     ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, NULL, &log, 2, rule, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, square, &log, 2, rule, NULL, J, E));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, square, &log, 2, rule, y, NULL, E));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, square, &log, 2, rule, y, J, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&blank, square, &log, 2, rule, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, square, &log, 0, rule, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, square, &log, 17, rule, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(linearise)(&track, square, &log, 2, (kq_points)2, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(NULL, &motion, square, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, NULL, square, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, NULL, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, y, NULL, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, y, J, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&blank, squares, &log, 2, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, squares, &log, 0, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, squares, &log, 17, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(linearise)(&track, squares, &log, 2, (kq_points)2, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(NULL, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, NULL, squares, &log, rule, work));
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, NULL, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, square, &log, rule, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(predict_points)(&track, &motion, square, &log, (kq_points)-1, work));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&blank, &motion, square, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&track, &blank_process, square, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_points)(&track, &motion3, square, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(NULL, &radar, square, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, NULL, square, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, squares, &log, rule, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(predict_points)(&track, &motion, squares, &log, (kq_points)-1, work));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&blank, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&track, &blank_process, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_points)(&track, &motion3, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(NULL, &radar, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, NULL, squares, &log, rule, work));
     ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, NULL, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, square, &log, rule, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_points)(&track, &blank_sensor, square, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_points)(&track3, &radar, square, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, squares, &log, rule, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_points)(&track, &blank_sensor, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_points)(&track3, &radar, squares, &log, rule, work));
     TEST_ASSERT_EQUAL_INT(0, log.calls);
     ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_points)(&track, &motion, square, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_points)(&track, &motion, squares, &log, rule, work));
 }
 
 static void values_that_are_not_finite_change_nothing(void)
 {
     for (int bad = 1; bad <= 5; bad++) {
         log_of_calls log = {.bad = bad};
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, square, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_points)(&track, &motion, square, &log, KQ_POINTS_CUBATURE, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CUBATURE, work));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_points)(&track, &radar, square, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_points)(&track, &radar, squares, &log, KQ_POINTS_CENTRAL, work));
     }
 }
 
