@@ -2,7 +2,7 @@
 
     test_nonlinear.py LIBRARY [RUNS]
 
-LIBRARY: kalmanq as a shared library.  RUNS: Monte-Carlo runs of each model (20).  Answers 0 where all is within its
+LIBRARY: kalmanq as a shared library.  RUNS: Monte-Carlo runs of each model (5).  Answers 0 where all is within its
 limits; prints what it has measured.
 """
 from __future__ import annotations
@@ -23,7 +23,8 @@ class Library:
         self.all, self.suffix = ctypes.CDLL(path), "_" + arithmetic
         self.type = np.float32 if arithmetic == "f32" else np.float64
         self.number = ctypes.c_float if arithmetic == "f32" else ctypes.c_double
-        self.function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.POINTER(self.number), ctypes.POINTER(self.number))
+        numbers = ctypes.POINTER(self.number)
+        self.function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, numbers, numbers)
         self.kept = []
 
     def call(self, name, *arguments):
@@ -66,7 +67,8 @@ class Run:
         self.k, self.model, self.n, self.m = library, model, len(model.x0), len(model.R)
         k, n = library, self.n
         k.kept = []
-        self.process, self.sensor, self.filter = k.made("process", n, 0), k.made("sensor", n, self.m), k.made("filter", n)
+        self.process, self.sensor = k.made("process", n, 0), k.made("sensor", n, self.m)
+        self.filter = k.made("filter", n)
         k.call("process_init", self.process, k.numbers(np.eye(n)), None, k.numbers(model.Q))
         k.call("sensor_init", self.sensor, k.numbers(np.zeros((self.m, n))), k.numbers(model.R))
         k.call("filter_init", self.filter, k.numbers(model.x0), k.numbers(model.P0))
@@ -218,8 +220,8 @@ def compare_sharp(path, runs):
         library = Library(path, "f64")
         scores[step[5:]] = np.mean([nees(Iterated(library, model).run(z, step)[1], states) for states, z in given])
     good = scores["extended"] > 100 and 0.8 < scores["iterated"] < 1.2
-    print("sharp RangeBearing f64  smoothed NEES/n: " + ", ".join(f"{name} {value:.3g}" for name, value in scores.items())
-          + ("" if good else "  BEYOND ITS LIMIT"))
+    told = ", ".join(f"{name} {value:.3g}" for name, value in scores.items())
+    print("sharp RangeBearing f64  smoothed NEES/n: " + told + ("" if good else "  BEYOND ITS LIMIT"))
     return not good
 
 
@@ -230,7 +232,8 @@ def compare_passes(path, runs):
     library, told = Library(path, "f64"), {}
     for count in (1, 6):
         results = [Iterated(library, model).passes(z, count) for _, z in given]
-        told[count] = (rms(zip(results, [s for s, _ in given]), 0), np.mean([nees(r, s) for r, (s, _) in zip(results, given)]))
+        truth = [states for states, _ in given]
+        told[count] = (rms(zip(results, truth), 0), np.mean([nees(r, s) for r, s in zip(results, truth)]))
     good = told[6][0] < 0.95 * told[1][0] and 0.7 < told[6][1] < 1.3
     print("passes FallingBody f64  smoothed RMS and NEES/n: " + ", ".join(
         f"{count}: {a:.4g}, {b:.3g}" for count, (a, b) in told.items()) + ("" if good else "  BEYOND ITS LIMIT"))
@@ -258,7 +261,7 @@ def cross_matrix(v):
 
 
 class Attitude:
-    """Gyro with a bias at 100 Hz, gravity and the Earth's field in the body at 10 Hz; error state (rotation, bias), rad"""
+    """Gyro with a bias at 100 Hz, gravity and the Earth's field at 10 Hz; error state: rotation, bias; rad"""
     steps, dt = 400, 0.01
     Q = np.diag([1e-6] * 3 + [1e-9] * 3)
     R = np.diag([1e-3] * 3 + [4e-3] * 3)
@@ -273,7 +276,8 @@ class Attitude:
         gyro, z = [], []
         for t in range(self.steps):
             gyro.append(self.rate(t) + bias + 0.1 * random.standard_normal(3))
-            z.append(np.concatenate([to_body(q, b) for b in self.fields]) + np.sqrt(np.diag(self.R)) * random.standard_normal(6))
+            noise = np.sqrt(np.diag(self.R)) * random.standard_normal(6)
+            z.append(np.concatenate([to_body(q, b) for b in self.fields]) + noise)
             q = turned(q, self.rate(t) * self.dt)
         return gyro, z
 
@@ -370,7 +374,7 @@ def compare_attitude(path, runs):
     return faults
 
 
-# model, steps, linearisation; limits in sigma (median of the worst step of each run): f64, f32; the state whose RMS is told
+# model, steps, linearisation; limits in sigma (median of the worst step of each run): f64, f32; state of the RMS
 CASES = [
     (RangeBearing, "step_extended", linearise_extended, 1e-10, 1e-3, 0),
     (RangeBearing, "step_points", linearise_cubature, 1e-10, 1e-3, 0),
@@ -390,7 +394,12 @@ def compare(path, case, runs):
     make, step, linearise, limit64, limit32, index = case
     model, faults = make(), 0
     given = [model.simulate(np.random.default_rng(seed)) for seed in range(runs)]
-    references = [run(model, z, linearise) for _, z in given]
+    with np.errstate(all="ignore"):
+        references = [run(model, z, linearise) for _, z in given]
+    kept = [k for k, (_, smoothed) in enumerate(references) if np.isfinite(smoothed[0][0]).all()]
+    given, references = [given[k] for k in kept], [references[k] for k in kept]
+    if len(kept) < runs:
+        print(f"{make.__name__:16}{step[5:]:9}the reference itself is lost in {runs - len(kept)} of {runs} runs")
     for arithmetic, limit in (("f64", limit64), ("f32", limit32)):
         library = Library(path, arithmetic)
         ours = [Run(library, model).run(z, step) for _, z in given]
@@ -398,7 +407,7 @@ def compare(path, case, runs):
         for which, name in ((0, "filter"), (1, "smoother")):
             worst = [off(a[which], b[which]) for a, b in zip(ours, references)]
             truth = [states for states, _ in given]
-            mine, theirs = rms(zip([a[which] for a in ours], truth), index), rms(zip([b[which] for b in references], truth), index)
+            mine, theirs = (rms(zip([r[which] for r in all_runs], truth), index) for all_runs in (ours, references))
             scores = [np.mean([nees(r[which], s) for r, s in zip(all_runs, truth)]) for all_runs in (ours, references)]
             good &= bool(np.median(worst) <= limit and abs(mine / theirs - 1) <= 0.005)
             good &= bool(abs(scores[0] / scores[1] - 1) <= 0.05)
@@ -410,10 +419,10 @@ def compare(path, case, runs):
 
 
 def main():
-    runs = int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    runs = int(sys.argv[2]) if len(sys.argv) > 2 else 5
     faults = sum(compare(sys.argv[1], case, runs) for case in CASES)
-    faults += compare_sharp(sys.argv[1], runs) + compare_passes(sys.argv[1], runs)
-    faults += compare_attitude(sys.argv[1], max(1, runs // 10))
+    faults += compare_sharp(sys.argv[1], runs) + compare_passes(sys.argv[1], 4 * runs)
+    faults += compare_attitude(sys.argv[1], max(1, runs // 3))
     print("FAIL" if faults else "OK")
     return 1 if faults else 0
 

@@ -2,8 +2,9 @@
 
     test_nonlinear_q31.py LIBRARY [RUNS]
 
-LIBRARY: kalmanq as a shared library.  Jacobians, increments and innovations are made in double at the mean of the
-words, and rounded to words.  Answers 0 where the median of the worst step of each run is within its limit, in sigma.
+LIBRARY: kalmanq as a shared library.  RUNS: of each model (5).  Jacobians, increments and innovations are
+made in double at the mean of the words, and rounded to words.  Answers 0 where the median of the worst step of each
+run is within its limit, in sigma.
 """
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ import sys
 
 import numpy as np
 
-from nonlinear_models import Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing, jacobian, linearise_extended, run, wrapped
+from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing, jacobian,
+                              linearise_extended, run, wrapped)
 from test_nonlinear import off
 
 POINTER, INT = ctypes.c_void_p, ctypes.c_int32
@@ -141,7 +143,7 @@ CASES = [
 
 
 def main():
-    runs, faults = int(sys.argv[2]) if len(sys.argv) > 2 else 10, 0
+    runs, faults = int(sys.argv[2]) if len(sys.argv) > 2 else 5, 0
     for make, states, innovations, limit in CASES:
         model, worst = make(), []
         for seed in range(runs):
