@@ -190,6 +190,14 @@ def test_a_maximum_at_a_variance_of_0_is_found_in_500_evaluations(name, method):
         assert soon(found, best_of(model, z, Q_form=form), 500), (seed, len(found.course), found.message)
 
 
+def level_and_slope(seed: int) -> np.ndarray:
+    """A level with noise, and no slope in every second seed"""
+    random = np.random.default_rng(seed)
+    random.normal(size=(240, 1))
+    slope = np.cumsum(0.05 * (seed % 2) * random.normal(size=60))
+    return np.cumsum(slope + random.normal(size=60)) + random.normal(size=60)
+
+
 def test_a_variance_of_0_is_said_and_has_no_standard_error():
     model = model_file.read(EXAMPLES / "trend_season.toml")
     found = kalmanq.fit(model, [fit_cases.quarters(1)], Q_form="diagonal")
@@ -201,6 +209,19 @@ def test_a_variance_of_0_is_said_and_has_no_standard_error():
     singular = kalmanq.fit(SINGULAR["track"][1], [fit_cases.track(0)])
     assert singular.boundary == ("Q (singular: rank 2 of 4)",)
     assert np.all(np.isnan(singular.standard_errors["Q"])) and np.all(singular.standard_errors["R"] > 0)
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7, 10, 11])
+def test_the_covariances_of_a_variance_of_0_are_0_and_have_no_standard_errors(seed):
+    """The errors of the others are those of a model that has no such noise."""
+    z = level_and_slope(seed)
+    full = kalmanq.fit(Model([[1, 1], [0, 1]], [1, 0], 1, [1, 0.1]), [z])
+    none = kalmanq.fit(Model([[1, 1], [0, 1]], [1, 0], 1, [1, 0]), [z])
+    assert full.boundary == ("Q[1,1]",) and abs(full.log_likelihood - none.log_likelihood) < 1e-6
+    errors = full.standard_errors["Q"]
+    assert np.all(np.isnan([errors[1, 0], errors[0, 1], errors[1, 1]]))
+    assert abs(errors[0, 0] / none.standard_errors["Q"][0, 0] - 1) < 1e-3
+    assert abs(full.standard_errors["R"][0, 0] / none.standard_errors["R"][0, 0] - 1) < 1e-3
 
 
 def test_a_start_at_a_variance_of_next_to_nothing_is_left():
@@ -216,6 +237,37 @@ def test_units_do_not_matter(unit):
     assert found.is_settled
     assert abs(found.model.R[0, 0] / unit**2 / fit_cases.NILE_EXACT[1] - 1) < 1e-5
     assert abs(found.standard_errors["Q"][0, 0] / unit**2 / 1280.38 - 1) < 1e-3
+
+
+def two_sensors(seed: int, unit: float) -> np.ndarray:
+    """Of one state, with noises that belong together; the second one in another unit."""
+    random = np.random.default_rng(seed)
+    level, noise = np.cumsum(random.normal(size=80)), random.normal(size=(80, 2))
+    noise[:, 1] = 0.5 * noise[:, 0] + 0.8 * noise[:, 1]
+    return (level[:, None] + noise) * [1, unit]
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e3, 1e5, 1e6, 1e7])
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_the_unit_of_a_start_does_not_matter(unit, seed):
+    """The maximum and the standard errors are those from a start in the right unit."""
+    z = two_sensors(seed, unit)
+    wrong, right = (kalmanq.fit(Model([[1]], [[1], [unit]], R, 1), [z]) for R in ([1, 1], [1, unit**2]))
+    assert wrong.is_settled and right.is_settled and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
+    for name in ("Q", "R"):
+        assert np.max(np.abs(wrong.standard_errors[name] / right.standard_errors[name] - 1)) < 1e-4
+
+
+@pytest.mark.parametrize("unit", [1e3, 1e7])
+def test_the_unit_of_a_start_of_two_noises_does_not_matter(unit):
+    random = np.random.default_rng(1)
+    steps = random.normal(size=(100, 2)) @ [[1, 0.7], [0, 0.7]]
+    z = np.cumsum(steps, 0) + 0.5 * random.normal(size=(100, 2))
+    for units in ([1, unit], [unit, 1]):
+        wrong, right = (kalmanq.fit(Model(np.eye(2), np.eye(2), np.square(units), Q), [z * units])
+                        for Q in ([1, 1], np.square(units)))
+        assert wrong.is_settled and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
+        assert np.max(np.abs(wrong.standard_errors["Q"] / right.standard_errors["Q"] - 1)) < 1e-4
 
 
 def test_standard_errors_are_those_of_a_quadratic_profile():
@@ -332,10 +384,11 @@ def test_what_is_not_determined_is_named():
     assert not found.is_settled and "not determined" in found.message
     assert found.undetermined == ("H[0,0] +1 %, Q[0,0] -2 %, x0[0] -1 %",)
     assert np.isnan(found.standard_errors["H"][0, 0]) and found.standard_errors["A"][0, 0] > 0
-    prior = kalmanq.fit(model, [fit_cases.ar1(1)], ("H", "Q", "R"))
-    assert not prior.is_settled and prior.undetermined == ("H +1 %, Q -2 %, x0 -1 %, P0 -2 %",)
     with pytest.raises(KalmanqError, match="H cannot be free where P0 of x1 is unknown"):
         kalmanq.fit(nile_model(), [nile()], ("H", "R"))
+    with pytest.raises(KalmanqError, match="A cannot be free where P0 of x2 is unknown"):
+        kalmanq.fit(Model([[1, 0.5], [0, 0.9]], [1, 0], 1, [1, 1]), [nile()], ("A", "Q", "R"),
+                    held={"A": [[1, 0], [1, 1]]})
     once = Model([[1]], [[1], [1]], [1.0, 1.0], [[0.0]], P0=[[1.0]])
     assert kalmanq.fit(once, [np.random.default_rng(1).normal(size=(50, 2))], ("R",)).is_settled
     level, slope = Model([[1, 1], [0, 1]], [1, 0], 3, [[1, 0.1], [0.1, 0.5]]), "Q[0,0] +1 %, Q[1,0] +"
@@ -343,11 +396,39 @@ def test_what_is_not_determined_is_named():
         for method in ("ml", "both"):
             found = kalmanq.fit(level, [fit_cases.trend(seed)], method=method)
             assert not found.is_settled and found.undetermined[0].startswith(slope), found.message
+    z = np.column_stack([fit_cases.drawn(1, 1, 0.3, 1, 80, 1)[0], np.full(80, np.nan)])
+    for form in ("full", "diagonal"):  # a component that is never there
+        found = kalmanq.fit(Model([[1]], [[1], [1]], [1, 1], 1), [z], R_form=form)
+        assert not found.is_settled and "R[1,1] +1 %" in found.undetermined and found.boundary == ()
     twice = Model(np.eye(2) * 0.5, [1, 1], 1.0, [0.3, 0.5], P0=[1, 1])
     found = kalmanq.fit(twice, [fit_cases.ar1(2)], ("Q",), Q_form="diagonal")
     assert not found.is_settled and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])
     found = kalmanq.fit(twice.changed(Q=[0.3, 1e-12]), [fit_cases.ar1(2)], ("Q",), Q_form="diagonal", method="ml")
     assert not found.is_settled and "Q[0,0]" in found.undetermined[0] and "Q[1,1]" in found.undetermined[0]
+
+
+def test_a_known_start_determines_H_beside_Q():
+    """Many short records: the variances of the first rows are H^2 P0 + R."""
+    random = np.random.default_rng(1)
+    states = [random.normal(size=300)]
+    for _ in range(3):
+        states.append(0.8 * states[-1] + 0.5 * random.normal(size=300))
+    records = list((2 * np.array(states) + 0.3 * random.normal(size=(4, 300))).T)
+    found = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"))
+    assert found.is_settled and found.undetermined == ()
+    assert abs(found.model.H[0, 0] - 2) < 3 * found.standard_errors["H"][0, 0] < 0.5
+    em = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"), method="em", arithmetic="f32")
+    assert em.undetermined == ("H +1 %, Q -2 %",)
+
+
+@pytest.mark.parametrize("seed", [14, 30, 117])
+def test_a_variance_that_begins_next_to_0_is_found(seed):
+    """R is flat in its logarithm where it is tiny beside Q, and determined."""
+    z = fit_cases.drawn(1, 1, 76, 1, 60, seed)[0]
+    best = kalmanq.fit(Model([[1]], [1], 1, 1), [z], starts=3, seed=7)
+    found = kalmanq.fit(Model([[1]], [1], 1e-3, 200), [z])
+    assert found.is_settled and found.boundary == best.boundary == (), found.message
+    assert abs(found.log_likelihood - best.log_likelihood) < 1e-6
 
 
 @pytest.mark.parametrize("z, said", [
@@ -381,7 +462,8 @@ def test_starts_are_counted_and_seeded():
     ({"free": ("Q", "S")}, "S is no parameter"), ({"free": ()}, "nothing is free"), ({"method": "newton"}, "no method"),
     ({"Q_form": "round"}, "no form"), ({"held": {"A": [[1]]}}, "not one of the free"), ({"starts": 0}, "starts"),
     ({"held": {"Q": [[1]]}}, "all of Q is held"), ({"free": ("x0",)}, "P0 is unknown"),
-    ({"u": [None, None]}, "2 records"),
+    ({"u": [None, None]}, "2 records"), ({"seed": -1}, "seed"), ({"starts": 2.5}, "starts"),
+    ({"iterations": 0}, "iterations"), ({"tolerance": -1.0}, "tolerance"), ({"tolerance": float("nan")}, "tolerance"),
     ({"arithmetic": "f32"}, "f64"), ({"arithmetic": "q31", "method": "em"}, "f32 and f64")])
 def test_what_cannot_be_is_refused(given, said):
     with pytest.raises(KalmanqError, match=said):
@@ -438,6 +520,19 @@ def test_wrong_input_is_one_line_and_no_file(options, said, tmp_path):
     done = command("fit", guess(tmp_path), NILE, *options, "--out", tmp_path / "out.toml")
     assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and done.stdout == ""
     assert not (tmp_path / "out.toml").exists()
+
+
+def test_a_gradient_to_what_is_no_parameter_is_refused():
+    with pytest.raises(KalmanqError, match="B has no derivatives"):
+        kalmanq.gradient(nile_model(P0=[1e7]), [nile()], of=("B",))
+
+
+@pytest.mark.parametrize("out, plot, said", [
+    ("a.png", "a.png", "are one file"), ("a.toml", "fit.pdf", "ends in .png"), ("a.toml", "fit", "ends in .png")])
+def test_outputs_that_cannot_be_are_refused_before_anything_is_done(out, plot, said, tmp_path):
+    done = command("fit", guess(tmp_path), NILE, "--out", tmp_path / out, "--plot", tmp_path / plot)
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and done.stdout == ""
+    assert not (tmp_path / out).exists() and not (tmp_path / plot).exists()
 
 
 @pytest.mark.parametrize("rows, options, said", [

@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
+from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.model import Model
 from kalmanq.results import Run
@@ -29,7 +30,13 @@ STYLE: dict[str, Any] = {
 FILTERED, SMOOTHED, DATA, AHEAD = "#1F6FB4", "#C4501B", "#8A8A8A", "#3C8D40"
 
 
+def require_png(path: Path) -> None:
+    if path.suffix.lower() != ".png" and (path.is_file() or not path.exists()):
+        raise KalmanqError(f"{path}: pictures are PNG: a name that ends in .png")
+
+
 def save(figure: Figure, path: Path, inputs: Sequence[Path] = ()) -> None:
+    require_png(path)
     with whole(path, inputs) as temporary:
         figure.savefig(temporary, format="png")
     plt.close(figure)
@@ -37,6 +44,7 @@ def save(figure: Figure, path: Path, inputs: Sequence[Path] = ()) -> None:
 
 def save_small(figure: Figure, path: Path) -> None:
     """As save, in 256 colours, those that are seldom, too: a third of the bytes."""
+    require_png(path)
     with whole(path) as temporary:
         figure.savefig(temporary, format="png")
         with Image.open(temporary) as picture:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Iterator, Optional
@@ -41,6 +42,7 @@ class Asked:
 
 def fit_files(asked: Asked, console: Console) -> str:
     """Why the maximum was not found, in a line; empty where it was.  The best point is written in both cases."""
+    _require_two_outputs(asked)
     model = model_file.read(asked.model)
     free, held = free_and_held(asked.free, asked.hold, model)
     if not free:
@@ -58,6 +60,15 @@ def fit_files(asked: Asked, console: Console) -> str:
         pictures.save(pictures.draw_course(found, model.name), asked.plot, inputs)
     _tell(asked, found, free, console)
     return "" if found.is_settled else found.message
+
+
+def _require_two_outputs(asked: Asked) -> None:
+    if asked.out and asked.plot and os.path.realpath(asked.out) == os.path.realpath(asked.plot):
+        raise KalmanqError(f"{asked.out}: --out and --plot are one file; give two names")
+    if asked.plot:
+        from kalmanq import pictures
+
+        pictures.require_png(asked.plot)
 
 
 def _fit(asked: Asked, console: Console, model: Model, records: list[Any], free: list[str],

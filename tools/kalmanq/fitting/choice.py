@@ -42,6 +42,7 @@ class Choice:
                 raise KalmanqError(f"{name} cannot be free where P0 is unknown")
         self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
         self._require_units(model)
+        self._require_units_of_coupled(model)
 
     def _require_units(self, model: Model) -> None:
         """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""
@@ -50,6 +51,18 @@ class Choice:
             if not np.all(held[:, i]) and not np.any(held[:, i] & (model.H[:, i] != 0)):
                 raise KalmanqError(f"H cannot be free where P0 of {model.states[i].name} is unknown: hold an entry "
                                    f"of H[*,{i}] that is not 0, or give P0")
+
+    def _require_units_of_coupled(self, model: Model) -> None:
+        """The same of a state that is seen through others alone, with all of A that couples it free."""
+        held = self.held.get("A", np.zeros(model.A.shape, bool))
+        for i in np.flatnonzero(model.unknown) if "A" in self.free else ():
+            coupling = np.zeros(model.A.shape, bool)
+            coupling[:, i] = coupling[i] = True
+            coupling[i, i] = False
+            fixed = np.any(model.A[coupling & held] != 0) or np.any(model.H[:, i] != 0)
+            if not fixed and np.any(coupling & ~held):
+                raise KalmanqError(f"A cannot be free where P0 of {model.states[i].name} is unknown and nothing else "
+                                   f"has its unit: hold an entry of A[*,{i}] that is not 0, or give P0")
 
     def _mask(self, model: Model, name: str, given: ArrayLike) -> np.ndarray:
         if name not in ("A", "H", "Q", "R") or name not in self.free:

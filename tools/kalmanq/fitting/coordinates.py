@@ -1,4 +1,5 @@
-"""Free parameters as a vector without bounds, in which the likelihood is about as curved in every direction.
+"""Free parameters as a vector without bounds, in which the likelihood is about as curved in every direction:
+about, since a unit that is right where the search begins may be wrong where it ends, and is then made anew.
 
 A covariance C is L L'.  Below the diagonal L moves linearly, the logarithm of the diagonal does (Pinheiro and Bates
 1996), so that C is positive definite wherever the vector is; an entry of C that is held is solved for.  One is the
@@ -31,6 +32,13 @@ class Entries:
         made = self.start.copy()
         made[self.at] += self.scale * x
         return made
+
+    def grown(self, scale: np.ndarray) -> np.ndarray:
+        """The units that it has in `scale`, in those that it has."""
+        return scale[self.at] / self.scale
+
+    def rescale(self, ratio: np.ndarray) -> None:
+        self.scale = self.scale * ratio
 
     def slopes(self, gradient: np.ndarray) -> np.ndarray:
         return gradient[self.at] * self.scale
@@ -76,6 +84,7 @@ class Cholesky:
         self.logarithmic = rows == columns
         deviation = np.sqrt(np.diag(start))
         self.units = np.where(self.logarithmic, 1 / np.sqrt(2 * noises), deviation[rows] / np.sqrt(noises))
+        self.rows, self.noises = rows, noises
         self.number = {cell: k for k, cell in enumerate(self.cells)}
         self.L, self.dL = self.root, np.zeros((*start.shape, self.size))
 
@@ -93,6 +102,14 @@ class Cholesky:
         made = self.L @ self.L.T
         np.fill_diagonal(made, (1 + FLOOR) * np.diag(made))
         return made
+
+    def grown(self) -> np.ndarray:
+        """The units of what is below the diagonal, with the deviations that the noises now have, in those it has."""
+        deviation = np.sqrt(np.sum(self.L**2, axis=1) / self.noises)
+        return np.where(self.logarithmic, 1.0, deviation[self.rows] / self.units)
+
+    def rescale(self, ratio: np.ndarray) -> None:
+        self.units = np.where(self.logarithmic, self.units, self.units * ratio)
 
     def _solve(self, i: int, j: int) -> None:
         L, dL = self.L, self.dL

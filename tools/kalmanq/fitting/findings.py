@@ -15,6 +15,7 @@ MOVES = 1e-2  # share of a direction, from where it moves a coordinate or a para
 UNKNOWN = 1e-4  # information on a relative change, below which nothing is known of it: its standard error is 100
 NONE = 1e-5  # information on the log of a standard deviation: there is none
 FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
+ALONE, DOWN = 0.99, 8.0  # share of a flat direction that is one variance; of its log deviation, from where it is 0
 RIDGE = 0.02  # share of a fall that others leave, below which they make up for it
 NAMED = 0.05  # share of the largest change, from where a parameter is named
 
@@ -22,7 +23,7 @@ NAMED = 0.05  # share of the largest change, from where a parameter is named
 @dataclass
 class Findings:
     """errors        standard errors of the entries of each free parameter, NaN where there is none
-    boundary      variances whose best value is 0
+    boundary      variances whose best value is 0, or so small that 0 is as good
     undetermined  for each flat direction, how much of each parameter makes no difference
     runaway       variances that the likelihood drives to 0 or infinity without an end
     """
@@ -37,12 +38,14 @@ def findings(problem: Problem, optimum: Optimum) -> Findings:
     problem.put(optimum.x)
     optimum = replace(optimum, edge=_all_edges(problem, optimum))
     tangents = problem.tangents()
-    flat = _flat_ones(problem, optimum, tangents)
-    errors = {name: _errors(tangent, optimum, flat) for name, tangent in tangents.items()}
+    none = _without_covariances(problem, optimum.edge)
+    held = replace(optimum, edge=none, information=optimum.information.holding(none | optimum.information.edge))
+    flat = _flat_ones(problem, held, tangents)
+    errors = {name: _errors(tangent, held, flat) for name, tangent in tangents.items()}
     for block, part in zip(problem.blocks, problem.slices):
-        _mark(problem, block, optimum.edge[part], errors[block.name])
+        _mark(problem, block, none[part], errors[block.name])
     undetermined = [_said(problem, tangents, way) for way in flat] + _ridges(problem, optimum)
-    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(undetermined),
+    return Findings(errors, tuple(_edges(problem, optimum, flat)), tuple(dict.fromkeys(undetermined)),
                     tuple(_runaway(problem, optimum)))
 
 
@@ -84,7 +87,30 @@ def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
         return optimum.edge
     curvature, slopes = known.whole(np.diag(known.J)), known.whole(known.slopes)
     hardly = (np.abs(curvature) < NONE * problem.units**2) & (np.abs(slopes) < STILL)
-    return optimum.edge | (problem.logarithmic & hardly)
+    for _, way in known.flat():
+        hardly[np.abs(way) > ALONE] = True
+    edge = optimum.edge.copy()
+    for k in np.flatnonzero(problem.logarithmic & hardly & ~edge):
+        edge[k] = _is_as_good_as_0(problem, optimum, int(k))
+    problem.put(optimum.x)
+    return edge
+
+
+def _is_as_good_as_0(problem: Problem, optimum: Optimum, k: int) -> bool:
+    """Is the likelihood next to 0 what it is here, and lower above?  A logarithm may be flat by that alone."""
+    x = optimum.x.copy()
+    x[k] -= DOWN / problem.units[k]
+    return problem.value(x) > optimum.value - UNKNOWN and _fallen(problem, optimum, k)[1] > FALL
+
+
+def _without_covariances(problem: Problem, edge: np.ndarray) -> np.ndarray:
+    """With the covariances of variances that are 0: they are 0, too."""
+    made = edge.copy()
+    for block, part in zip(problem.blocks, problem.slices):
+        if isinstance(block, Cholesky):
+            none = {block.cells[k][0] for k in np.flatnonzero(edge[part]) if block.is_alone(int(k))}
+            made[part] |= [i != j and bool({i, j} & none) for i, j in block.cells]
+    return made
 
 
 def _errors(tangent: np.ndarray, optimum: Optimum, flat: list[np.ndarray]) -> np.ndarray:
@@ -134,15 +160,19 @@ def _unit(problem: Problem, name: str) -> np.ndarray:
 
 
 def _mark(problem: Problem, block: object, edge: np.ndarray, errors: np.ndarray) -> None:
-    """No standard errors at an edge: of the variance, or of a whole matrix that is singular there."""
+    """No standard errors at an edge: of the variance and its covariances, or of a whole matrix that is singular
+    there."""
     if not isinstance(block, Cholesky):
         errors[...] = np.nan if np.any(edge) else errors
         return
     if _rank(block) < len(block.L):
         errors[...] = np.nan
     for k in np.flatnonzero(edge):
-        i = problem.place(block.name, block.cells[k][0])
-        errors[(...,) if i is None else (i, i)] = np.nan
+        i, j = (problem.place(block.name, row) for row in block.cells[k])
+        if i is None:
+            errors[...] = np.nan
+        else:
+            errors[i, j] = errors[j, i] = np.nan
 
 
 def _rank(block: Cholesky) -> int:

@@ -18,7 +18,7 @@ from kalmanq.fitting.one_start import Ended, Task, one_start
 from kalmanq.model import Model
 
 METHODS = ("em", "ml", "both")
-NO_UNIT = "H +1 %, Q -2 %, x0 -1 %, P0 -2 %"  # states in other units
+IN_OTHER_UNITS = {"H": "+1", "Q": "-2", "x0": "-1", "P0": "-2"}  # per cent
 SAME_TOP = 1e-3  # of log-likelihood, between starts that ended at one maximum
 
 
@@ -28,7 +28,8 @@ class Fit:
     log_likelihood   of it; the exact one where the start is unknown
     standard_errors  of the entries of each free parameter, in arrays of their shapes; NaN where there is none:
                      of what is held, at a boundary or not determined
-    boundary         variances whose best value is 0, such as "Q[1,1]": a limit, without a standard error
+    boundary         variances whose best value is 0, or so small that 0 is as good, such as "Q[1,1]": a limit, without
+                     a standard error
     undetermined     combinations that the records do not determine, such as "H[0,0] +1 %, Q[0,0] -2 %"
     evaluations      E-steps in all, those of the standard errors and of further starts too
     em_evaluations   of the course, those of EM
@@ -60,7 +61,8 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
 
     model       where the search begins; a start that is unknown in it stays so, and is exact
     records     each T x m; NaN: missing
-    free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q: leave one out, or hold an entry
+    free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells:
+                leave one out, or hold an entry
     u           for each record T x l, or None
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
@@ -81,8 +83,9 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
         raise KalmanqError(f"{method!r} is no method: {', '.join(METHODS)}")
     if arithmetic != "f64" and method != "em":
         raise KalmanqError("maximum likelihood is in f64")
-    if starts < 1:
-        raise KalmanqError("starts: below 1")
+    _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
+    if not tolerance >= 0:
+        raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
     made = Records(model, records, u)
     task = Task(model, made, Choice(model, free, Q_form, R_form, held), method, iterations, tolerance, arithmetic,
                 report)
@@ -96,12 +99,16 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     return _fit_of(task, max(ended, key=lambda one: float(np.nan_to_num(one.value, nan=-np.inf))), ended)
 
 
+def _require_counts(**given: tuple[int, int]) -> None:
+    for name, (value, least) in given.items():
+        if not isinstance(value, (int, np.integer)) or value < least:
+            raise KalmanqError(f"{name}: {value!r} is no whole number from {least}")
+
+
 def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
     found = None if best.optimum is None else findings(best.problem, best.optimum)
     distance = best.distance
-    undetermined = found.undetermined if found else ()
-    if not undetermined and task.has_no_unit:
-        undetermined = (NO_UNIT,)
+    undetermined = found.undetermined if found else _as_far_as_em_knows(task)
     why = _why_not(task, best, found, undetermined)
     said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
     if len(ended) > 1:
@@ -111,6 +118,13 @@ def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
         best.model, best.value, found.errors if found else {}, found.boundary if found else (),
         undetermined, sum(one.evaluations for one in ended), best.em_evaluations, best.course,
         not why, distance, said)
+
+
+def _as_far_as_em_knows(task: Task) -> tuple[str, ...]:
+    """Without the information nothing says how much a known P0 tells of H."""
+    if not task.has_no_unit:
+        return ()
+    return (", ".join(f"{name} {change} %" for name, change in IN_OTHER_UNITS.items() if name in task.choice.free),)
 
 
 def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Iterator
 
 import numpy as np
@@ -36,6 +37,15 @@ class Information:
     @property
     def is_flat(self) -> np.ndarray:
         return np.abs(self.values) <= self.limit
+
+    def holding(self, edge: np.ndarray) -> Information:
+        """That on the others, where what is at `edge`, too, stays."""
+        made, keep = copy.copy(self), ~edge[self.inside]
+        made.edge, made.inside, made.slopes = edge, self.inside[keep], self.slopes[keep]
+        made.J = self.J[np.ix_(keep, keep)]
+        made.values, made.vectors = np.linalg.eigh(made.J) if self.is_finite else (
+            np.full(len(made.J), np.nan), np.eye(len(made.J)))
+        return made
 
     def take_for_flat(self) -> None:
         """What is curved upwards by so little that no step along it has found a higher place."""

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
+from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter
-from kalmanq.fitting.expectation import Expectation, Records
+from kalmanq.fitting.expectation import FREE, Expectation, Records
 from kalmanq.model import Model
 from kalmanq.parts import Parts
 
@@ -31,6 +32,9 @@ def gradient(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Op
     """Derivatives of the log-likelihood to the entries of `of`, arrays of their shapes, by Fisher's identity
     (Segal and Weinstein 1989): of a covariance the entries are taken for independent, so that along a symmetric
     change E of Q the slope is sum_ij gradient["Q"]_ij E_ij.  NaN where the noise is singular."""
+    for name in of:
+        if name not in FREE:
+            raise KalmanqError(f"{name} has no derivatives: {', '.join(FREE)}")
     expectation = Expectation(model, Records(model, records, u), free=of, noise=(None, model.Q),
                               arithmetic=arithmetic)
     require(expectation.status, "gradient")

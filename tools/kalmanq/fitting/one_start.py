@@ -13,7 +13,7 @@ from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.problem import Problem
+from kalmanq.fitting.problem import Problem, Singular
 from kalmanq.fitting.search import Optimum, maximise
 from kalmanq.model import Model
 
@@ -47,7 +47,9 @@ class Task:
         status = self.problem().expectation.status
         self.has_no_unit = status == lib.KQ_NOT_IDENTIFIED
         if status in NOTHING_TO_FIT:
-            return f"{ffi.string(lib.kq_status_text(status)).decode()}: {self.records.measurements} measurements"
+            there = self.records.measurements
+            said = ffi.string(lib.kq_status_text(status)).decode()
+            return f"{said}: {there} measurement{'s' * (there != 1)}"
         require(status, "fit")
         return ""
 
@@ -84,7 +86,10 @@ def one_start(task: Task, random: Optional[np.random.Generator] = None) -> Ended
         exact = likelihood(ended.model, task.records.z, task.records.u, arithmetic=task.arithmetic)
         if abs(exact - ended.value) <= AGREES or not np.isfinite(exact):
             break
-        before, ended = ended, _search(task, task.problem(ended.model))
+        try:
+            before, ended = ended, _search(task, task.problem(ended.model))
+        except Singular:
+            break
         ended.course, ended.em_evaluations = before.course + ended.course, before.em_evaluations
         ended.evaluations += before.evaluations
     ended.value = exact

@@ -20,6 +20,10 @@ from kalmanq.model import Model
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
+class Singular(KalmanqError):
+    """A covariance from which there is no beginning."""
+
+
 class Problem:
     """The likelihood of the records in coordinates around the present estimate: `evaluate(x)`, 0 is here.
 
@@ -84,7 +88,7 @@ class Problem:
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
         start = self._inside(name, self.arrays[name])
         if name != "Q" and not (start.size and is_definite(start)):
-            raise KalmanqError(f"{name} is singular: what has no noise cannot be estimated from there")
+            raise Singular(f"{name} is singular: what has no noise cannot be estimated from there")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
         held = self._inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
@@ -174,6 +178,23 @@ class Problem:
             self.arrays["R"][np.ix_(self.measured, self.measured)] = C
         else:
             self.arrays[name][...] = C
+
+    def grown(self, x: np.ndarray) -> np.ndarray:
+        """The units that linear coordinates would have if they were made at x, in those that they have."""
+        self.put(x)
+        made = np.ones(self.size)
+        for block, part in zip(self.blocks, self.slices):
+            if isinstance(block, Entries):
+                made[part] = block.grown(self._scale(block.name))
+            elif isinstance(block, Cholesky):
+                made[part] = block.grown()
+        return made
+
+    def rescale(self, ratio: np.ndarray) -> None:
+        """Other units: what was x is x / ratio, of a logarithm x; a slope is ratio times what it was."""
+        for block, part in zip(self.blocks, self.slices):
+            if not isinstance(block, Multiple):
+                block.rescale(ratio[part])
 
     def value(self, x: np.ndarray) -> float:
         if not self.is_within(x):

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
 from kalmanq.fitting.information import Information
-from kalmanq.fitting.problem import Problem
+from kalmanq.fitting.problem import Problem, Singular
 
 ROUNDS = 8
+RESCALED, RATIO, SHARP = 6, 2.0, 100.0  # climbs in other units; a ratio and a curvature that ask for them
 SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
+DEEP = 1.0  # of log-likelihood: a variance that costs so much is no longer tiny
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
 BESIDE = 1e-2  # share of a variance by which a singular covariance is left
 STILL = 1e-2  # of a slope: what is steeper is under way
@@ -50,8 +53,47 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
         if again.value > found.value + SAME:
             return again
         problem.blocks = found_blocks
+    else:
+        found = _from_above(problem, found, tolerance)
     problem.put(found.x)
     return found
+
+
+def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
+    """Once more with each variance that hardly matters so large that it does: beside the others a tiny one has no
+    slope, though there may be a higher place above."""
+    for k in np.flatnonzero(_is_tiny(problem, found)) if found.distance < STILL else ():
+        x = _raised(problem, found, int(k))
+        if x is None or found.is_exhausted:
+            continue
+        blocks = problem.blocks
+        problem.put(x)
+        try:
+            again = _rounds(problem, tolerance)
+        except Singular:  # another covariance, at the best point
+            return found
+        if again.value > found.value + SAME:
+            return again
+        problem.blocks = blocks
+    return found
+
+
+def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
+    """Variances at the edge, or of which hardly anything is known."""
+    curvature, slopes = (found.information.whole(part)
+                         for part in (np.diag(found.information.J), found.information.slopes))
+    hardly = (np.abs(curvature) < HARDLY * problem.units**2) & (np.abs(slopes) < STILL)
+    return problem.logarithmic & (found.edge | hardly)
+
+
+def _raised(problem: Problem, found: Optimum, k: int) -> Optional[np.ndarray]:
+    """Where variance k is so large that the likelihood has fallen by DEEP; None where it does not."""
+    x = _moved(found.x, k, 1 / problem.units[k])
+    while problem.is_within(x) and problem.evaluations < problem.allowed:
+        if problem.value(x) < found.value - DEEP:
+            return x
+        x = _moved(x, k, 1 / problem.units[k])
+    return None
 
 
 def _rounds(problem: Problem, tolerance: float) -> Optimum:
@@ -60,9 +102,7 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
     edge = np.zeros(problem.size, bool)
     x = np.zeros(problem.size)
     for _ in range(ROUNDS):
-        x, slopes = climb(problem, x, edge)
-        found = Optimum(x, problem.best, edge, Information(problem, x, slopes, edge))
-        found.is_exhausted = problem.evaluations >= problem.allowed
+        found = _top(problem, x, edge)
         if found.is_exhausted:
             break
         x, changed = _next(problem, found, tolerance)
@@ -74,6 +114,43 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
         found.is_exhausted = True
     problem.put(found.x)
     return found
+
+
+def _top(problem: Problem, x: np.ndarray, edge: np.ndarray) -> Optimum:
+    """Climb, and again wherever the units that were right where it began are wrong at the top."""
+    for last in (False,) * RESCALED + (True,):
+        x, slopes = climb(problem, x, edge)
+        ratio = _too_small(problem, x)
+        if np.all(ratio == 1):
+            information = Information(problem, x, slopes, edge)
+            ratio = _too_large(problem, information)
+        is_exhausted = problem.evaluations >= problem.allowed
+        if last or is_exhausted or np.all(ratio == 1):
+            break
+        problem.rescale(ratio)
+        x = x / ratio
+    if not np.all(ratio == 1):  # nothing more is climbed, but the information is in the units of this place
+        problem.rescale(ratio)
+        x, slopes = x / ratio, slopes * ratio
+        information = Information(problem, x, slopes, edge)
+        is_exhausted = True
+    return Optimum(x, problem.best, edge, information, is_exhausted)
+
+
+def _too_small(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """How much larger the units of linear coordinates are at x than they were; 1 for what hardly grew."""
+    grown = problem.grown(x)
+    return np.where(grown > RATIO, grown, 1.0)
+
+
+def _too_large(problem: Problem, information: Information) -> np.ndarray:
+    """How much smaller units are to be where the likelihood is curved far more than by 1 a unit.
+
+    Not what their size at x says: it goes to 0 with a variance, and what is known of its covariances does not."""
+    curvature = np.ones(problem.size)
+    curvature[information.inside] = np.diag(information.J)
+    sharp = np.isfinite(curvature) & (curvature > SHARP) & ~problem.logarithmic
+    return np.where(sharp, 1 / np.sqrt(np.where(sharp, curvature, 1.0)), 1.0)
 
 
 def _polish(problem: Problem, found: Optimum) -> None:

@@ -30,7 +30,8 @@ def known_start(model: Model, records: Records) -> tuple[np.ndarray, np.ndarray]
     x0, P0 = model.x0.copy(), np.array(model.P0)
     unknown = model.unknown
     mean, variance = np.nanmean(means, axis=0), np.nanmax(variances, axis=0)
-    spread = max(float(np.max(np.nanvar(z, axis=0), initial=0.0)) for z in records.z)
+    spread = max(float(np.max(np.nanvar(z[:, ~np.all(np.isnan(z), axis=0)], axis=0), initial=0.0))
+                 for z in records.z)
     P0[unknown], P0[:, unknown] = 0, 0
     P0[unknown, unknown] = np.fmax(FAR * variance, EXACT * spread)[unknown]
     P0[unknown, unknown] = np.where(P0[unknown, unknown] > 0, P0[unknown, unknown], 1.0)
