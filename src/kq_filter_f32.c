@@ -1,7 +1,8 @@
-/* kalmanq in float: models, the filter, the smoothers, outliers, an unknown start. */
+/* kalmanq in float: models, the filter, the smoothers, outliers, an unknown start, linearised predicts. */
 #include "arithmetic/f32.h"
 #include "model/api.h"
 #include "filter/api.h"
 #include "smoother/api.h"
 #include "robust/api.h"
 #include "start/api.h"
+#include "linearised/api.h"

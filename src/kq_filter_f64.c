@@ -1,4 +1,4 @@
-/* kalmanq in double: models, the filter, the smoothers, outliers, an unknown start. */
+/* kalmanq in double: models, the filter, the smoothers, outliers, an unknown start, linearised predicts. */
 #include "arithmetic/has_double.h"
 #if KQ_HAS_DOUBLE
 #include "arithmetic/f64.h"
@@ -7,4 +7,5 @@
 #include "smoother/api.h"
 #include "robust/api.h"
 #include "start/api.h"
+#include "linearised/api.h"
 #endif

@@ -1,7 +1,8 @@
-/* kalmanq in fixed point: models, the filter, the smoothers, outliers, an unknown start. */
+/* kalmanq in fixed point: models, the filter, the smoothers, outliers, an unknown start, linearised predicts. */
 #include "arithmetic/q31.h"
 #include "model/api.h"
 #include "filter/api.h"
 #include "smoother/api.h"
 #include "robust/api.h"
 #include "start/api.h"
+#include "linearised/api.h"

@@ -23,6 +23,10 @@
  *     adaptation.h      noises whose shape is known and not their size
  *     steady.h          a constant model: gains made beforehand; a filter that settles
  *
+ * Nonlinear models
+ *     extended.h        linearised by Jacobians of yours
+ *     points.h          linearised by sigma points; iteration (f32, f64)
+ *
  * Updates and steps of another kind
  *     robust.h          outliers and jumps
  *     least_squares.h   no process at all; old data that fade
@@ -58,6 +62,8 @@
 
 #include "robust.h"
 #include "least_squares.h"
+#include "extended.h"
+#include "points.h"
 
 #include "consistency.h"
 #include "em.h"

@@ -359,7 +359,8 @@ kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const d
  * as it does in kq_smooth.  Begin by kq_start (start.h), or with a P0 that is wide enough.
  * Cost: kq_smooth and 3 n^3 multiplications a step more.
  * KQ_ERR_RANGE (nu not above 0), KQ_ERR_MISMATCH (states of source or target, or they are one),
- * the errors of kq_smooth, and of kq_process_scale_noise with each q.
+ * KQ_ERR_RECORDING (a history that each linearised predict leaves its process in: extended.h), the errors of
+ * kq_smooth, and of kq_process_scale_noise with each q.
  */
 kq_status kq_smooth_reweighted_f32(kq_history_f32 *h, kq_process_f32 *target,
                                    const kq_process_f32 *source, float nu, float *q);

@@ -22,8 +22,9 @@
  * that has changed since (kq_process_init, _change_transition, _scale_noise, or assigned), also
  * between two predicts of the recording, as the A of an extended filter does at every step, is not
  * what the tape needs: smoothing is refused with KQ_ERR_CHANGED, but for one that is again what it
- * was.  Then give each step its process by kq_smooth_step, or have a process for each step, or
- * smooth on line (lag.h, point.h), which keeps nothing of a process.  (Another model passes for the
+ * was.  Then attach the history by kq_history_attach_extended (extended.h), which keeps each step's A,
+ * or give each step its process by kq_smooth_step, or have a process for each step, or smooth on
+ * line (lag.h, point.h), which keeps nothing of a process.  (Another model passes for the
  * old one with a probability of 2^-31.  An array that was written without a call is not seen.)
  *     The tape does not refer to the sensors.  Several sensors, rates and gaps need nothing
  * special.

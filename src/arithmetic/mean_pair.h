@@ -60,6 +60,16 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return 0;
 }
 
+/* x_i += d, of any size */
+static inline unsigned mean_shift(num *x, int n, int i, num d) { return mean_correct_exactly(x, n, i, d, 1); }
+
+/* x_i += t_i, both whole words */
+static inline unsigned mean_join(num *x, const num *t, int n, int i)
+{
+    mean_shift(x, n, i, t[i]);
+    return mean_shift(x, n, i, t[n + i]);
+}
+
 static inline unsigned mean_hold(num *x, int n, int i)
 {
     (void)x, (void)n, (void)i;

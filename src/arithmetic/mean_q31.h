@@ -156,6 +156,24 @@ static inline unsigned mean_correct_exactly(int32_t *x, int n, int i, scaled b, 
     return wide_set_carried(x, n, i, sum_of(carried_get(x, n, i), d, 63));
 }
 
+static inline void mean_set(int32_t *x, int n, int i, int32_t value)
+{
+    x[i] = value;
+    x[n + i] = 0;
+}
+
+/* x_i += d words; x without carries */
+static inline unsigned mean_shift(int32_t *x, int n, int i, int32_t d)
+{
+    return wide_set_held(x, n, i, sum_of(wide_get(x, n, i), shift_up_wide(d, 24, 55), 57));
+}
+
+/* x_i += t_i, both whole words without carries */
+static inline unsigned mean_join(int32_t *x, const int32_t *t, int n, int i)
+{
+    return wide_set_held(x, n, i, sum_of(wide_get(x, n, i), wide_get(t, n, i), 57));
+}
+
 KQ_KERNEL void mean_settle(int32_t *x, int n) { (void)x, (void)n; }
 
 /* t <- x, to be read while x is overwritten */

@@ -46,6 +46,17 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return mean_correct(x, n, i, b, w);
 }
 
+/* x_i += d */
+static inline unsigned mean_shift(num *x, int n, int i, num d)
+{
+    (void)n;
+    x[i] += d;
+    return 0;
+}
+
+/* x_i += t_i */
+static inline unsigned mean_join(num *x, const num *t, int n, int i) { return mean_shift(x, n, i, t[i]); }
+
 static inline unsigned mean_hold(num *x, int n, int i)
 {
     (void)x, (void)n, (void)i;

@@ -31,7 +31,7 @@ struct T(kq_hooks) {
     void (*record_update)(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s);
     void (*record_nothing)(filter *f);
     void (*record_end)(filter *f);
-    int is_recorder;
+    int is_recorder; /* 0, or RECORDS_... */
     /* Of a filter that may not be ready: h is to record once all of the state is known; or no more.  NULL
        where the filter is ready. */
     kq_status (*give)(filter *f, history *h);
@@ -39,6 +39,10 @@ struct T(kq_hooks) {
     /* Did the last step move the mean alone, and judge no measurement?  NULL where every step judges. */
     int (*rests)(const filter *f);
 };
+
+/* What a recorder keeps of the process of a predict: where it is; the map that the predict was; or, of a
+   linearised one, all of it */
+enum { RECORDS_BY_REFERENCE = 1, RECORDS_MAPS, RECORDS_PROCESSES };
 
 KQ_INLINE int is_attached(const filter *f) { return f && f->attached; }
 

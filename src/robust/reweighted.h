@@ -15,6 +15,7 @@
 #include "../model/process.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/attached.h"
 #include "../smoother/smoother.h"
 #include "../smoother/tape.h"
 #include "../smoother/whitened.h"
@@ -81,6 +82,7 @@ static kq_status smooth_reweighted_check(const history *h, const process *target
     if (!status) status = parameter_check(nu);
     if (status) return status;
     if (!target || !q) return KQ_ERR_NULL;
+    if (h->attached.hooks->is_recorder == RECORDS_PROCESSES) return KQ_ERR_RECORDING; /* each step has its own */
     if (source->states != h->states || !processes_agree(source, h->process)) {
         return KQ_ERR_MISMATCH;
     }

@@ -11,8 +11,8 @@ import sys
 import tempfile
 
 # Left to right: a folder includes those before it.  Folders of one tuple don't include each other.
-LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("robust", "start", "steady"),
-          ("adaptation", "em", "statistics"), ("self_test", "messages", "known_sizes", "lengths")]
+LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("linearised", "robust", "start", "steady"),
+          ("adaptation", "em", "nonlinear", "statistics"), ("self_test", "messages", "known_sizes", "lengths")]
 RANK = {folder: rank for rank, folders in enumerate(LAYERS) for folder in folders}
 COMPILE = ["cc", "-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iinclude"]
 LINES, FUNCTION_LINES, PARAMETERS = 300, 40, 8

@@ -16,7 +16,7 @@ object() { # FILE: compiled once
 
 # The functions of a header in one arithmetic
 functions() { # HEADER T
-    grep -v '^ *[*/]' "$root/include/kalmanq/$1" | grep -o "\bkq_[a-z_0-9]*_$2(" | tr -d '(' | sort -u
+    grep -v '^ *[*/]\|^typedef' "$root/include/kalmanq/$1" | grep -o "\bkq_[a-z_0-9]*_$2(" | tr -d '(' | sort -u
     [ "$1" = status.h ] && echo kq_status_text
     true
 }

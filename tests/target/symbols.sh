@@ -56,6 +56,8 @@ check_object kq_steady_q31 "$integers|^kq_($settling)_q31$"
 check_object kq_misfit_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
 check_object kq_adaptation_q31 "$integers|^kq_(predict|update|update_subset|sensor_independent)_q31$"
+nonlinear="update|update_subset|update_(gated|huber|student|jump)"
+check_object kq_nonlinear_q31 "$integers|^kq_($nonlinear)_q31$"
 check_object kq_self_test_q31 "$integers|^kq_((process|sensor|filter)_init|filter_assign|step|log_likelihood)_q31$"
 case $sources in
 *kq_filter_f32*)
@@ -65,6 +67,8 @@ case $sources in
     check_object kq_filter_f32 "$floats"
     check_object kq_statistics_f32 "$floats|^kq_(update|sensor_assign|sensor_independent)_f32$"
     check_object kq_adaptation_f32 "$floats|^kq_(predict|update|update_subset|sensor_independent)_f32$"
+    points="move|predict_extended|sensor_correlated"
+    check_object kq_nonlinear_f32 "$floats|^kq_($nonlinear|$points)_f32$"
     check_object kq_models_f32 "$floats"
     em="predict|update_subset|sensor_(independent|correlated)|(filter|process|sensor|history)_assign"
     check_object kq_em_f32 "$floats|^kq_($em|history_attach)_f32$"

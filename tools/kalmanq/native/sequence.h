@@ -160,7 +160,7 @@ static kq_status K(predict_row)(const K(row) *r, const num *u)
     return status ? status : K(predict)(q->filter, q->target, u);
 }
 
-static kq_status K(move)(const K(row) *r)
+static kq_status K(take_row)(const K(row) *r)
 {
     const K(sequence) *q = r->q;
     const size_t l = q->process->controls;
@@ -278,7 +278,7 @@ static int K(go_calmly)(const K(row) *r)
 static kq_status K(go)(K(row) *r)
 {
     K(sequence) *q = (K(sequence) *)r->q;
-    kq_status status = K(move)(r);
+    kq_status status = K(take_row)(r);
     if (status < KQ_OK) return status;
     K(readings)(r);
     K(seek_calm)(r);

@@ -1,0 +1,3 @@
+/* Nonlinear models in fixed point. */
+#include "arithmetic/q31.h"
+#include "nonlinear/api.h"

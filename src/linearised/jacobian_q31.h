@@ -1,0 +1,102 @@
+/*
+ * What the process and the increment of a linearised predict are in fixed point.  The limits of A's rows are
+ * those of the mean's sum (model/tables_q31.h).  A process whose A has not been held to them has no
+ * noise_root, so that nothing else takes it: the root is where its B would be.
+ */
+#ifndef KQ_SRC_LINEARISED_JACOBIAN_Q31_H
+#define KQ_SRC_LINEARISED_JACOBIAN_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/extended.h"
+#include "kalmanq/fixed_point.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/scaled.h"
+#include "../model/definitions.h"
+#include "../model/process.h"
+#include "../model/sensor.h"
+#include "../model/types.h"
+
+static kq_status jacobian_check(const process *p)
+{
+    if (!p) return KQ_ERR_NULL;
+    return p->noise_root || (p->transition && p->control) ? KQ_OK : KQ_ERR_NOT_READY;
+}
+
+/* As the root is predicted by it: p, or `own` */
+KQ_INLINE const process *jacobian_process(const process *p, process *own)
+{
+    if (p->noise_root) return p;
+    *own = *p;
+    own->noise_root = (const num *)p->control;
+    own->control = 0;
+    return own;
+}
+
+/* Could the mean go through A, too? */
+static kq_status jacobian_check_mean(const process *p)
+{
+    return transition_check(p->transition, 0, p->states, 0, 0);
+}
+
+static kq_status increment_check(const num *d, int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (d[i] == KQ_NOT_A_WORD_Q31) return KQ_ERR_RANGE;
+    }
+    return KQ_OK;
+}
+
+/* The first row with a coefficient that is none, or -1 */
+static int wrong_row(const scaled *M, int rows, int n)
+{
+    for (int i = 0; i < rows; i++) {
+        if (coefficients_check(M + i * n, n)) return i;
+    }
+    return -1;
+}
+
+static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity, kq_misfit_q31 *misfit)
+{
+    const int row = wrong_row(M, rows, n);
+    if (row < 0) return KQ_OK;
+    if (misfit) *misfit = (kq_misfit_q31){.quantity = quantity, .component = row};
+    return KQ_ERR_COEFFICIENT;
+}
+
+KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_misfit_q31 *misfit)
+{
+    kq_status status = jacobian_check(p);
+    if (status) return status;
+    if (!A) return KQ_ERR_NULL;
+    status = rows_check(A, p->states, p->states, KQ_STATE, misfit);
+    if (status) return status;
+    process own;
+    own = *jacobian_process(p, &own);
+    process_set_transition(&own, A);
+    own.control = (const scaled *)own.noise_root;
+    own.controls = 0;
+    own.control_format = 0;
+    own.noise_root = 0;
+    *p = own;
+    say_all_fit(misfit);
+    return KQ_OK;
+}
+
+KQ_COLD kq_status T(kq_sensor_change_jacobian)(sensor *s, const scaled *H, kq_misfit_q31 *misfit)
+{
+    kq_status status = sensor_check(s);
+    if (status) return status;
+    if (!H) return KQ_ERR_NULL;
+    status = rows_check(H, s->components, s->states, KQ_MEASUREMENT, misfit);
+    if (!status) status = measurement_check(H, s->components, s->states, misfit);
+    if (status) return status;
+    sensor_set_measurement(s, H);
+    say_all_fit(misfit);
+    return KQ_OK;
+}
+
+#endif

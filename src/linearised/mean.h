@@ -1,0 +1,28 @@
+/* May the mean of a filter be moved by others than its steps? */
+#ifndef KQ_SRC_LINEARISED_MEAN_H
+#define KQ_SRC_LINEARISED_MEAN_H
+
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../model/types.h"
+#include "../filter/attached.h"
+#include "../filter/filter.h"
+
+/* Has what is attached nothing to say of how the mean moves?  What is learnt from it, or moves it, has; a
+   start of which nothing is unknown has not. */
+static int mean_is_free(const filter *f)
+{
+    if (!f->attached) return 1;
+    const hooks *with = f->attached->hooks;
+    return with->is_recorder || (with->give && f->ready);
+}
+
+static kq_status free_mean_check(const filter *f)
+{
+    const kq_status status = filter_check(f);
+    if (status) return status;
+    return mean_is_free(f) ? KQ_OK : KQ_ERR_RECORDING;
+}
+
+#endif

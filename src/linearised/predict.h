@@ -1,0 +1,142 @@
+/*
+ * The predict of a nonlinear model, linearised by the caller: the mean goes where the caller says, the root goes the
+ * linear way.  Nothing of the smoothers reads how a mean has moved, but for the filtered mean of each step:
+ * x_s = x_f + S a.
+ */
+#ifndef KQ_SRC_LINEARISED_PREDICT_H
+#define KQ_SRC_LINEARISED_PREDICT_H
+
+#include "kalmanq/extended.h"
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/hold.h"
+#include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
+#include "../model/advance.h"
+#include "../model/types.h"
+#include "../model/units.h"
+#include "../filter/attached.h"
+#include "../filter/filter.h"
+#include "jacobian.h"
+#include "mean.h"
+
+/* What is attached and keeps all of the process of a linearised predict begins its hooks with this; predict:
+   of one that has been checked. */
+typedef struct {
+    hooks steps;
+    void (*predict)(filter *f, const process *p, const num *d);
+} linearised_hooks;
+
+/* ------------------------------------------------------------------ checks */
+
+static kq_status move_check(const filter *f, const num *d)
+{
+    const kq_status status = free_mean_check(f);
+    if (status) return status;
+    return d ? increment_check(d, f->states) : KQ_ERR_NULL;
+}
+
+/* A tape that refers to processes would have nothing of an A that is gone. */
+static kq_status predict_extended_check(const filter *f, const process *p, const num *d)
+{
+    kq_status status = move_check(f, d);
+    if (!status) status = jacobian_check(p);
+    if (status) return status;
+    if (!process_fits(p, f)) return KQ_ERR_MISMATCH;
+    const int by_reference = f->attached && f->attached->hooks->is_recorder == RECORDS_BY_REFERENCE;
+    return by_reference ? KQ_ERR_RECORDING : KQ_OK;
+}
+
+/* ------------------------------------------------------------------ predict */
+
+static void move_by(filter *f, const num *d)
+{
+    unsigned events = 0;
+    for (int i = 0; i < f->states; i++) events |= mean_shift(f->memory, f->states, i, d[i]);
+    filter_note(f, events);
+}
+
+/* P <- A P A' + Q.  One text for all sizes of scratch */
+KQ_NOINLINE static unsigned advance_root(filter *f, const process *p, num *scratch)
+{
+    const int n = f->states;
+    num *S = filter_root(f);
+    predict_root(S, S, p, scratch, scratch + n * ROW_LEN(n));
+    renormalise(S, n);
+    return state_held(f->memory, S, n);
+}
+
+KQ_NOINLINE static unsigned advance_root_to_4(filter *f, const process *p)
+{
+    num scratch[PREDICT_SCRATCH(4)];
+    return advance_root(f, p, scratch);
+}
+
+KQ_NOINLINE static unsigned advance_root_to_9(filter *f, const process *p)
+{
+    num scratch[PREDICT_SCRATCH(9)];
+    return advance_root(f, p, scratch);
+}
+
+KQ_NOINLINE static unsigned advance_root_to_16(filter *f, const process *p)
+{
+    num scratch[PREDICT_SCRATCH(16)];
+    return advance_root(f, p, scratch);
+}
+
+/* A predict that has been checked, of a filter that is not recorded or has been.  Answers the events of the
+   root. */
+static unsigned predict_linearised(filter *f, const process *p, const num *d)
+{
+    move_by(f, d);
+    const int n = f->states;
+    const unsigned events = n <= 4   ? advance_root_to_4(f, p)
+                            : n <= 9 ? advance_root_to_9(f, p)
+                                     : advance_root_to_16(f, p);
+    filter_note(f, events);
+    if (f->ready != FILTER_READY) filter_set_ready(f, FILTER_READY);
+    return events;
+}
+
+/* The smoothers on line take the whole predict in the place of the filter's.  Where it leaves the mean is not
+   what is wanted, and nobody looks at it. */
+KQ_NOINLINE static kq_status predict_by_maps(filter *f, const process *p, const num *d)
+{
+    num aside[MEAN_PLANES * KQ_SIZE_MAX];
+    const int words = MEAN_PLANES * f->states;
+    kq_status status = jacobian_check_mean(p);
+    if (status) return status;
+    copy(aside, f->memory, words);
+    status = f->attached->hooks->predict(f, p, 0);
+    if (status) return status;
+    copy(f->memory, aside, words);
+    move_by(f, d);
+    return KQ_OK;
+}
+
+kq_status T(kq_predict_extended)(filter *f, const process *p, const num *d)
+{
+    process own;
+    const kq_status status = predict_extended_check(f, p, d);
+    if (status) return status;
+    const process *m = jacobian_process(p, &own);
+    const int recorder = f->attached ? f->attached->hooks->is_recorder : 0;
+    if (recorder == RECORDS_MAPS) return predict_by_maps(f, m, d);
+    if (!recorder) filter_set_attached(f, 0); /* a start that is over */
+    if (recorder) ((const linearised_hooks *)f->attached->hooks)->predict(f, m, d);
+    else predict_linearised(f, m, d);
+    return KQ_OK;
+}
+
+kq_status T(kq_move)(filter *f, const num *d)
+{
+    const kq_status status = move_check(f, d);
+    if (!status) move_by(f, d);
+    return status;
+}
+
+#endif

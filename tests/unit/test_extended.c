@@ -1,0 +1,574 @@
+/* Steps of nonlinear models: where f and h are linear they are the plain ones, in every smoother. */
+#include "drive.h"
+#include "unchanged.h"
+
+/* A range and a bearing of a target with the state position, velocity in a plane */
+#define N4 4
+PROCESS(plane, N4, 0);
+SENSOR(polar, N4, 2);
+FILTER(target, N4);
+HISTORY(course, N4, 2, STEPS, STEPS);
+JACOBIANS(kept, N4, STEPS, STEPS);
+
+/* The linear drive of drive.h by one process that changes at every step */
+PROCESS(changing, 2, 0);
+HISTORY(record, 2, MOST, STEPS, STEPS);
+JACOBIANS(jacobians, 2, STEPS, STEPS);
+LAG(past, 2, MOST, STEPS);
+LAG(past_twin, 2, MOST, STEPS);
+POINT(instant, 2, MOST);
+POINT(instant_twin, 2, MOST);
+
+PROCESS(blank_process, 2, 0);
+SENSOR(blank_sensor, 2, 1);
+FILTER(blank, 2);
+PROCESS(motion3, 3, 0);
+ADAPTATION(tuner, 2, 2);
+START(begin, 2, 0);
+PROCESS(scaled, 2, 1);
+
+static const K(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, 0.5, 0.25, 4, 0.25, 4};
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+static void set_up(void)
+{
+    begin_drive();
+    ASSERT_OK(K(process_init)(&changing, A, NULL, Q));
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(changing), WATCH(changing_memory), WATCH(record);
+    WATCH(record_memory), WATCH(jacobians), WATCH(jacobians_memory), WATCH(blank), WATCH(blank_memory);
+}
+
+/* ------------------------------------------------------------------ the linear drive, linearised */
+
+/* (A - I) x + B u of a process, x the mean of f */
+static void increment_of(num *d, const K(filter) * f, const num *a, const num *u)
+{
+    for (int i = 0; i < 2; i++) {
+        d[i] = u ? B[i] * *u : 0;
+        for (int k = 0; k < 2; k++) d[i] += (a[2 * i + k] - (i == k ? 1 : 0)) * K(mean)(f, k);
+    }
+}
+
+static void predict_linearised(K(filter) * f, int step)
+{
+    num d[2];
+    const int is_motion = step % 3 != 0;
+    increment_of(d, f, is_motion ? A : A2, control_of(step));
+    ASSERT_OK(K(process_init)(&changing, is_motion ? A : A2, NULL, is_motion ? Q : Q2));
+    ASSERT_OK(K(predict_extended)(f, &changing, d));
+    ASSERT_OK(K(process_init)(&changing, identity3, NULL, Q)); /* nobody needs it any more */
+}
+
+static void update_linearised(K(filter) * f, const K(sensor) * s, const num *z, uint32_t present)
+{
+    num e[2];
+    ASSERT_OK(K(innovation)(f, s, z, e));
+    if (present == UINT32_MAX) ASSERT_OK(K(update_extended)(f, s, e));
+    else ASSERT_OK(K(update_subset_extended)(f, s, e, present));
+}
+
+/* As `measure` */
+static void measure_linearised(K(filter) * f, int step)
+{
+    const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
+    const int kind = step % 5;
+    if (kind == 0 || kind == 3) update_linearised(f, &radar, z, UINT32_MAX);
+    if (kind == 2) update_linearised(f, &radar, z, 2);
+    for (int k = 0; k < (kind == 4 ? 2 : kind == 3); k++) update_linearised(f, &compass, z + k, UINT32_MAX);
+}
+
+static void drive_both(int step)
+{
+    if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+    if (step) predict_linearised(&track, step);
+    measure(&twin, step);
+    measure_linearised(&track, step);
+}
+
+/* The same covariance bit for bit, and the same mean but for rounding */
+static void assert_like(const reading *expected, const reading *actual)
+{
+    for (int i = 0; i < 2; i++) {
+        ASSERT_CLOSE((double)expected->mean[i] + (double)expected->low[i],
+                     (double)actual->mean[i] + (double)actual->low[i], 8);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(expected->P, actual->P, sizeof actual->P);
+}
+
+static void linear_steps_are_the_plain_ones(void)
+{
+    reading expected, actual;
+    for (int step = 0; step < STEPS; step++) {
+        drive_both(step);
+        read_filter(&expected, &twin, 2);
+        read_filter(&actual, &track, 2);
+        assert_like(&expected, &actual);
+        ASSERT_CLOSE(expected.nis, actual.nis, 8);
+        ASSERT_CLOSE(expected.run, actual.run, 100);
+        TEST_ASSERT_EQUAL_INT(expected.taken, actual.taken);
+        TEST_ASSERT_EQUAL_UINT(expected.events, actual.events);
+    }
+}
+
+static void attach_both(void)
+{
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    for (int step = 0; step < STEPS; step++) drive_both(step);
+}
+
+static void a_history_is_smoothed_though_its_process_has_changed(void)
+{
+    reading expected, actual;
+    for (int run = 0; run < 2; run++) { /* the second time all begins anew */
+        begin_drive();
+        attach_both();
+        TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
+        ASSERT_OK(K(smooth)(&tape));
+        ASSERT_OK(K(smooth)(&record));
+        for (size_t t = 0; t < STEPS; t++) {
+            read_smoothed(&expected, &tape, t, 2);
+            read_smoothed(&actual, &record, t, 2);
+            assert_like(&expected, &actual);
+        }
+    }
+}
+
+static void a_history_is_smoothed_step_by_step_and_without_covariances(void)
+{
+    num lag_one[4], w[2], cov[4], lag_twin[4], w_twin[2], cov_twin[4];
+    const K(smooth_extras) extras = {lag_one, w, cov}, twins = {lag_twin, w_twin, cov_twin};
+    attach_both();
+    for (size_t t = STEPS; t-- > 0;) {
+        ASSERT_OK(K(smooth_step)(&tape, NULL, &twins));
+        ASSERT_OK(K(smooth_step)(&record, NULL, &extras));
+        if (t + 1 == STEPS) continue;
+        TEST_ASSERT_EQUAL_MEMORY(lag_twin, lag_one, sizeof lag_one);
+        TEST_ASSERT_EQUAL_MEMORY(cov_twin, cov, sizeof cov);
+        for (int i = 0; i < 2; i++) ASSERT_CLOSE(w_twin[i], w[i], 8);
+    }
+    begin_drive();
+    attach_both();
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(smooth_states)(&record));
+    for (size_t t = 0; t < STEPS; t++) {
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(whole_smoothed_mean(&tape, t, i), whole_smoothed_mean(&record, t, i), 8);
+        }
+    }
+}
+
+static void plain_and_linearised_predicts_take_turns_on_a_tape(void)
+{
+    reading expected, actual;
+    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    for (int step = 0; step < STEPS; step++) {
+        if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+        if (step && step % 2) predict_linearised(&track, step);
+        else if (step) ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
+        measure(&twin, step);
+        measure_linearised(&track, step);
+    }
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(smooth)(&record));
+    for (size_t t = 0; t < STEPS; t++) {
+        read_smoothed(&expected, &tape, t, 2);
+        read_smoothed(&actual, &record, t, 2);
+        assert_like(&expected, &actual);
+    }
+}
+
+static void the_smoothers_on_line_take_linearised_steps(void)
+{
+    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(lag_attach)(&past_twin, &twin));
+    for (int step = 0; step < STEPS; step++) {
+        drive_both(step);
+        for (size_t k = 0; k <= (size_t)step; k++) {
+            ASSERT_OK(K(lag_smooth)(&past, k));
+            ASSERT_OK(K(lag_smooth)(&past_twin, k));
+            for (int i = 0; i < 2; i++) {
+                ASSERT_CLOSE(K(lag_mean)(&past_twin, i), K(lag_mean)(&past, i), 8);
+                TEST_ASSERT_TRUE(K(lag_sigma)(&past_twin, i) == K(lag_sigma)(&past, i));
+            }
+        }
+    }
+    begin_drive();
+    ASSERT_OK(K(point_attach)(&instant, &track));
+    ASSERT_OK(K(point_attach)(&instant_twin, &twin));
+    for (int step = 0; step < STEPS; step++) {
+        drive_both(step);
+        ASSERT_OK(K(point_smooth)(&instant));
+        ASSERT_OK(K(point_smooth)(&instant_twin));
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(K(point_mean)(&instant_twin, i), K(point_mean)(&instant, i), 8);
+            TEST_ASSERT_TRUE(K(point_sigma)(&instant_twin, i) == K(point_sigma)(&instant, i));
+        }
+    }
+}
+
+/* ------------------------------------------------------------------ a nonlinear run */
+
+static num turn[N4 * N4], slope[2 * N4];
+
+/* Drag: v' = v (1 - |v| / 64), by position and velocity in turn */
+static void linearise_motion(const K(filter) * f, num *d)
+{
+    const num vx = K(mean)(f, 2), vy = K(mean)(f, 3), speed = (num)sqrt((double)(vx * vx + vy * vy));
+    for (int k = 0; k < N4 * N4; k++) turn[k] = k % (N4 + 1) == 0;
+    d[0] = vx * N(0.1), d[1] = vy * N(0.1), d[2] = -vx * speed / 64, d[3] = -vy * speed / 64;
+    turn[2] = turn[7] = N(0.1);
+    turn[10] -= (speed + vx * vx / speed) / 64, turn[15] -= (speed + vy * vy / speed) / 64;
+    turn[11] = turn[14] = -vx * vy / speed / 64;
+    ASSERT_OK(K(process_change_transition)(&plane, turn));
+}
+
+static void take_polar(K(filter) * f, double range, double bearing)
+{
+    const double x = (double)K(mean)(f, 0), y = (double)K(mean)(f, 1), r = sqrt(x * x + y * y);
+    const num e[] = {N(range - r), N(bearing - atan2(y, x))};
+    memset(slope, 0, sizeof slope);
+    slope[0] = N(x / r), slope[1] = N(y / r), slope[N4] = N(-y / r / r), slope[N4 + 1] = N(x / r / r);
+    ASSERT_OK(K(sensor_change_measurement)(&polar, slope));
+    ASSERT_OK(K(update_extended)(f, &polar, e));
+}
+
+static void begin_plane(K(filter) * f)
+{
+    static const num start[] = {30, -8, -4, 5};
+    static num cov[N4 * N4], drift[N4 * N4], r[] = {N(0.04), N(0.0001)};
+    for (int i = 0; i < N4; i++) cov[i * (N4 + 1)] = 4, drift[i * (N4 + 1)] = N(0.01);
+    ASSERT_OK(K(process_init)(&plane, cov, NULL, drift));
+    ASSERT_OK(K(sensor_init_diagonal)(&polar, cov, r));
+    ASSERT_OK(K(filter_init)(f, start, cov));
+}
+
+static K(process) process_at[STEPS];
+static num transition_at[STEPS][N4 * N4];
+
+/* The tape's own processes are those that were kept by hand, to the bit. */
+static void a_nonlinear_run_is_smoothed_by_each_steps_own_process(void)
+{
+    static num expected[STEPS][N4], low[STEPS][N4], cov[STEPS][N4 * N4], P[N4 * N4], d[N4];
+    for (int by_hand = 1; by_hand >= 0; by_hand--) {
+        begin_plane(&target);
+        ASSERT_OK(K(history_attach_extended)(&course, &target, &kept));
+        for (int step = 0; step < STEPS; step++) {
+            if (step) {
+                linearise_motion(&target, d);
+                process_at[step] = plane;
+                memcpy(transition_at[step], turn, sizeof turn);
+                ASSERT_OK(K(process_change_transition)(&process_at[step], transition_at[step]));
+                ASSERT_OK(K(predict_extended)(&target, &plane, d));
+            }
+            take_polar(&target, 30 - 0.3 * step, -0.26 + 0.05 * step * step);
+        }
+        for (size_t t = STEPS; by_hand && t-- > 0;) {
+            ASSERT_OK(K(smooth_step)(&course, t + 1 < STEPS ? &process_at[t + 1] : NULL, NULL));
+        }
+        if (!by_hand) ASSERT_OK(K(smooth)(&course));
+        for (size_t t = 0; t < STEPS; t++) {
+            for (int i = 0; i < N4; i++) {
+                if (by_hand) expected[t][i] = K(smoothed_mean)(&course, t, i);
+                if (by_hand) low[t][i] = K(smoothed_mean_low)(&course, t, i);
+                TEST_ASSERT_TRUE(expected[t][i] == K(smoothed_mean)(&course, t, i));
+                TEST_ASSERT_TRUE(low[t][i] == K(smoothed_mean_low)(&course, t, i));
+            }
+            ASSERT_OK(K(smoothed_covariance)(&course, t, by_hand ? cov[t] : P));
+            if (!by_hand) TEST_ASSERT_EQUAL_MEMORY(cov[t], P, sizeof P);
+        }
+    }
+}
+
+/* ------------------------------------------------------------------ an innovation is a measurement of 0 */
+
+static const num at_zero[] = {0, 0}, e[] = {2, -4};
+
+static void begin_at_zero(void)
+{
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&twin, at_zero, P0));
+}
+
+/* track is where twin is, but for x0 */
+static void assert_shifted(void)
+{
+    reading expected, actual;
+    read_filter(&expected, &twin, 2);
+    read_filter(&actual, &track, 2);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_WITHIN(EPS, (double)x0[i] + (double)expected.mean[i] + (double)expected.low[i],
+                      (double)actual.mean[i] + (double)actual.low[i]);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(expected.P, actual.P, sizeof actual.P);
+    TEST_ASSERT_TRUE(expected.nis == actual.nis && expected.run == actual.run);
+    TEST_ASSERT_EQUAL_INT(expected.taken, actual.taken);
+    TEST_ASSERT_EQUAL_UINT(expected.events, actual.events);
+}
+
+static void every_update_takes_an_innovation(void)
+{
+    const num far[] = {200, -400};
+    num w[2], w_twin[2];
+    for (int k = 0; k < 2; k++) {
+        const num *now = k ? far : e;
+        begin_at_zero();
+        ASSERT_OK(K(update)(&twin, &radar, now));
+        ASSERT_OK(K(update_extended)(&track, &radar, now));
+        assert_shifted();
+        begin_at_zero();
+        ASSERT_OK(K(update_subset)(&twin, &radar, now, 1));
+        ASSERT_OK(K(update_subset_extended)(&track, &radar, now, 1));
+        assert_shifted();
+        begin_at_zero();
+        K(gate) gate = {36, 0, 0}, gate_twin = {36, 0, 0};
+        ASSERT_OK(K(update_gated)(&twin, &gate_twin, &radar, now, UINT32_MAX));
+        ASSERT_OK(K(update_gated_extended)(&track, &gate, &radar, now, UINT32_MAX));
+        TEST_ASSERT_EQUAL_INT(k, gate.rejected);
+        assert_shifted();
+        begin_at_zero();
+        ASSERT_OK(K(update_huber)(&twin, &radar, now, UINT32_MAX, 1.5, w_twin));
+        ASSERT_OK(K(update_huber_extended)(&track, &radar, now, UINT32_MAX, 1.5, w));
+        TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
+        TEST_ASSERT_TRUE(k == 0 || w[0] < 1);
+        assert_shifted();
+        begin_at_zero();
+        ASSERT_OK(K(update_student)(&twin, &radar, now, UINT32_MAX, 4, w_twin));
+        ASSERT_OK(K(update_student_extended)(&track, &radar, now, UINT32_MAX, 4, w));
+        TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
+        assert_shifted();
+        begin_at_zero();
+        ASSERT_OK(K(update_jump)(&twin, &radar, now, UINT32_MAX, 36));
+        ASSERT_OK(K(update_jump_extended)(&track, &radar, now, UINT32_MAX, 36));
+        TEST_ASSERT_EQUAL_INT(k, (K(events)(&track) & KQ_EVENT_JUMP) != 0);
+        assert_shifted();
+    }
+}
+
+static void a_lean_sensor_says_what_it_has_not_taken(void)
+{
+    SENSOR_DIAGONAL(sharp, 2, 1);
+    const num r[] = {N(1e-30)};
+    ASSERT_OK(K(sensor_init_lean)(&sharp, H, r));
+    begin_at_zero();
+    TEST_ASSERT_EQUAL_INT(KQ_SHARP, K(update_extended)(&track, &sharp, e));
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_SHARP, K(events)(&track));
+    for (int i = 0; i < 2; i++) TEST_ASSERT_TRUE(x0[i] == K(mean)(&track, i));
+}
+
+/* ------------------------------------------------------------------ increments */
+
+/* 4096 increments of which a number of 1000 would have nothing */
+static void an_increment_below_the_last_bit_counts(void)
+{
+    const num far[] = {1000, -1000}, step[] = {N(1000 * EPS / 4096), 0};
+    ASSERT_OK(K(filter_init)(&track, far, P0));
+    for (int k = 0; k < 4096; k++) ASSERT_OK(K(move)(&track, step));
+    if (sizeof(num) == 4) ASSERT_WITHIN(1000 * EPS / 64, 1000 + 1000 * EPS, whole_mean(&track, 0));
+    TEST_ASSERT_TRUE(K(mean)(&track, 1) == -1000);
+    ASSERT_OK(K(filter_init)(&track, far, P0));
+    ASSERT_OK(K(process_change_transition)(&changing, A));
+    for (int k = 0; k < 16; k++) ASSERT_OK(K(predict_extended)(&track, &changing, step));
+    if (sizeof(num) == 4) ASSERT_WITHIN(1000 * EPS / 4096, 1000 + 1000 * EPS / 256, whole_mean(&track, 0));
+}
+
+static void a_move_leaves_all_but_the_mean(void)
+{
+    const num there[] = {-1, 2};
+    reading before, after;
+    measure(&track, 0);
+    read_filter(&before, &track, 2);
+    ASSERT_OK(K(move)(&track, there));
+    read_filter(&after, &track, 2);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_CLOSE((double)before.mean[i] + (double)there[i], (double)after.mean[i] + (double)after.low[i], 4);
+        before.mean[i] = after.mean[i], before.low[i] = after.low[i];
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &after, sizeof after);
+}
+
+/* ------------------------------------------------------------------ refusals */
+
+static void what_is_missing_or_not_ready_is_refused(void)
+{
+    const num d[] = {1, 2};
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(NULL, &changing, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(&track, NULL, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(&track, &changing, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&blank, &changing, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &blank_process, d));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_extended)(&track, &motion3, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_extended)(NULL, &radar, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_extended)(&track, NULL, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_extended)(&track, &radar, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&blank, &radar, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&track, &blank_sensor, d));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_extended)(&track, &polar, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_gated_extended)(&track, NULL, &radar, d, 3));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_huber_extended)(&track, &radar, d, 3, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_student_extended)(&track, &radar, d, 3, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_jump_extended)(&track, &radar, d, 3, 0.5));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(move)(NULL, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(move)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(move)(&blank, d));
+}
+
+static num given[2];
+static kq_status give_increment(void) { return K(predict_extended)(&track, &changing, given); }
+static kq_status give_innovation(void) { return K(update_extended)(&track, &radar, given); }
+static kq_status give_move(void) { return K(move)(&track, given); }
+
+static void numbers_must_be_finite(void)
+{
+    begin_plane(&target); /* polar is initialised */
+    given[0] = 1, given[1] = 2;
+    assert_entries_must_be_finite(given, 2, give_increment);
+    assert_entries_must_be_finite(given, 2, give_innovation);
+    assert_entries_must_be_finite(given, 2, give_move);
+}
+
+static void what_learns_from_the_mean_or_moves_it_is_refused(void)
+{
+    const num d[] = {1, 2};
+    K(gate) gate = {12, 0, 0};
+    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
+    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_extended)(&track, &radar, d));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_subset_extended)(&track, &radar, d, 1));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_gated_extended)(&track, &gate, &radar, d, 3));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_huber_extended)(&track, &radar, d, 3, 3, NULL));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_student_extended)(&track, &radar, d, 3, 4, NULL));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_jump_extended)(&track, &radar, d, 3, 9));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(move)(&track, d));
+    ASSERT_OK(K(adaptation_detach)(&tuner));
+    ASSERT_OK(K(predict_extended)(&track, &changing, d));
+}
+
+static void a_history_that_keeps_no_jacobians_refuses_linearised_predicts(void)
+{
+    const num d[] = {1, 2};
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
+    ASSERT_OK(K(update_extended)(&track, &radar, d));
+    ASSERT_OK(K(predict)(&track, &changing, NULL));
+    ASSERT_OK(K(smooth)(&tape));
+}
+
+static void a_start_that_is_over_is_in_nobodys_way(void)
+{
+    const num d[] = {1, 2};
+    ASSERT_OK(K(start_init)(&begin, &track, x0, P0, 3));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &changing, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&track, &radar, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(update)(&track, &radar, d));
+    TEST_ASSERT_EQUAL_INT(0, K(start_count)(&begin));
+    ASSERT_OK(K(update_extended)(&track, &radar, d));
+    ASSERT_OK(K(predict_extended)(&track, &changing, d));
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+}
+
+static void a_process_that_changes_between_plain_predicts_is_noticed(void)
+{
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    predict_linearised(&track, 1);
+    ASSERT_OK(K(process_change_transition)(&changing, A));
+    ASSERT_OK(K(predict)(&track, &changing, NULL));
+    ASSERT_OK(K(process_change_transition)(&changing, A2));
+    ASSERT_OK(K(predict)(&track, &changing, NULL));
+    predict_linearised(&track, 2);
+    ASSERT_REFUSED(KQ_ERR_CHANGED, K(smooth)(&record));
+}
+
+static void one_process_for_all_steps_smooths_no_linearised_tape(void)
+{
+    num q[STEPS] = {1, 1, 1};
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    predict_linearised(&track, 1);
+    predict_linearised(&track, 2);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(smooth_reweighted)(&record, &scaled, &motion, 4, q));
+    ASSERT_OK(K(smooth)(&record));
+}
+
+static void a_keeper_that_is_full_ends_the_recording(void)
+{
+    static num few[JACOBIANS_LEN(2, 2, 1)];
+    static K(process) two[2];
+    static K(jacobians) small;
+    const num d[] = {0, 0};
+    for (int changes = 0; changes < 2; changes++) { /* of A more than two; of Q more than one */
+        begin_drive();
+        ASSERT_OK(K(jacobians_assign)(&small, 2, two, 2, few, COUNT(few)));
+        ASSERT_OK(K(history_attach_extended)(&record, &track, &small));
+        ASSERT_OK(K(process_init)(&changing, A, NULL, Q));
+        ASSERT_OK(K(predict_extended)(&track, &changing, d));
+        if (changes) ASSERT_OK(K(process_init)(&changing, A, NULL, Q2));
+        ASSERT_OK(K(predict_extended)(&track, &changing, d));
+        TEST_ASSERT_EQUAL_UINT(changes ? KQ_EVENT_HISTORY_FULL : 0, K(events)(&track));
+        ASSERT_OK(K(predict_extended)(&track, &changing, d));
+        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&record));
+    }
+}
+
+static void a_copy_of_a_filter_records_nothing(void)
+{
+    const num d[] = {0, 0};
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(predict_extended)(&track, &changing, d));
+    K(filter) assigned = track;
+    ASSERT_OK(K(predict_extended)(&assigned, &changing, d));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_HISTORY_FULL, K(events)(&assigned));
+    TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
+    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&record));
+}
+
+static void keepers_are_checked(void)
+{
+    static num room[JACOBIANS_LEN(2, 2, 1)];
+    static K(process) two[2];
+    static K(jacobians) j, never;
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(NULL, 2, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, 2, NULL, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, 2, two, 2, NULL, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 0, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 17, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 2, two, 0, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 2, two, (size_t)-1, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(jacobians_assign)(&j, 2, two, 2, room, JACOBIANS_LEN(2, 1, 1) - 1));
+    ASSERT_OK(K(jacobians_assign)(&j, 3, two, 2, room, COUNT(room) + 4));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach_extended)(NULL, &track, &jacobians));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach_extended)(&record, &track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach_extended)(&record, NULL, &jacobians));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach_extended)(&record, &blank, &jacobians));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach_extended)(&record, &track, &j));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(history_attach_extended)(&record, &track, &never));
+}
+
+SUITE(extended, set_up)
+{
+    RUN_TEST(linear_steps_are_the_plain_ones);
+    RUN_TEST(a_history_is_smoothed_though_its_process_has_changed);
+    RUN_TEST(a_history_is_smoothed_step_by_step_and_without_covariances);
+    RUN_TEST(plain_and_linearised_predicts_take_turns_on_a_tape);
+    RUN_TEST(the_smoothers_on_line_take_linearised_steps);
+    RUN_TEST(a_nonlinear_run_is_smoothed_by_each_steps_own_process);
+    RUN_TEST(every_update_takes_an_innovation);
+    RUN_TEST(a_lean_sensor_says_what_it_has_not_taken);
+    RUN_TEST(an_increment_below_the_last_bit_counts);
+    RUN_TEST(a_move_leaves_all_but_the_mean);
+    RUN_TEST(what_is_missing_or_not_ready_is_refused);
+    RUN_TEST(numbers_must_be_finite);
+    RUN_TEST(what_learns_from_the_mean_or_moves_it_is_refused);
+    RUN_TEST(a_history_that_keeps_no_jacobians_refuses_linearised_predicts);
+    RUN_TEST(a_start_that_is_over_is_in_nobodys_way);
+    RUN_TEST(a_process_that_changes_between_plain_predicts_is_noticed);
+    RUN_TEST(one_process_for_all_steps_smooths_no_linearised_tape);
+    RUN_TEST(a_keeper_that_is_full_ends_the_recording);
+    RUN_TEST(a_copy_of_a_filter_records_nothing);
+    RUN_TEST(keepers_are_checked);
+}

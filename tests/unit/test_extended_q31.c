@@ -1,0 +1,281 @@
+/* Steps of nonlinear models in q31: beside those in double, and what they refuse. */
+#include "q31.h"
+#include "unchanged.h"
+
+#define STEPS 20
+
+static process_model motion;
+static sensor_model radar;
+static prior_model start;
+static kq_process_q31 blank_process;
+KQ_FILTER_Q31(track, 2);
+KQ_FILTER_Q31(blank, 2);
+KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
+KQ_JACOBIANS_Q31(jacobians, 2, STEPS, 1);
+KQ_LAG_Q31(past, 2, 2, STEPS);
+KQ_POINT_Q31(instant, 2, 2);
+
+PROCESS(motion_f64, 2, 0);
+SENSOR(radar_f64, 2, 2);
+FILTER(track_f64, 2);
+HISTORY(tape_f64, 2, 2, STEPS, STEPS);
+JACOBIANS(jacobians_f64, 2, STEPS, 1);
+LAG(past_f64, 2, 2, STEPS);
+POINT(instant_f64, 2, 2);
+
+static const double range[] = {100, 20}, innovation_range[] = {100, 400};
+static const double A[] = {1, 0.125, 0, 1}, Q[] = {0.01, 0, 0, 0.04}, H[] = {1, 0, 0, 1};
+static const double R[] = {0.25, 0.0625, 0.0625, 0.5}, x0[] = {8, -3}, P0[] = {2, 0.5, 0.5, 1};
+static kq_scaled_q31 A_words[4], H_words[4];
+static double A_now[4], H_now[4];
+
+#define LIKE 0x1p-20
+
+static void set_up(void)
+{
+    put_process(&motion, 2, 0, range, NULL, A, NULL, Q);
+    put_sensor(&radar, 2, 2, range, innovation_range, H, R);
+    put_prior(&start, 2, range, x0, P0);
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    ASSERT_OK(K(process_init)(&motion_f64, A, NULL, Q));
+    ASSERT_OK(K(sensor_init)(&radar_f64, H, R));
+    ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(motion.process), WATCH(radar.sensor), WATCH(tape), WATCH(tape_memory);
+    WATCH(jacobians), WATCH(jacobians_memory);
+}
+
+/* x'' = -k x'|x'|, by the double's mean, so that both are given the same */
+static void predict_both(void)
+{
+    const double v = K(mean)(&track_f64, 1), d[] = {0.125 * v, -0.02 * v * fabs(v)};
+    memcpy(A_now, A, sizeof A);
+    A_now[3] = 1 - 0.04 * fabs(v);
+    ASSERT_OK(K(process_change_transition)(&motion_f64, A_now));
+    ASSERT_OK(K(predict_extended)(&track_f64, &motion_f64, d));
+    ASSERT_OK(kq_matrix_prepare_q31(A_words, A_now, 2, 2, motion.state_format, motion.state_format));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, A_words));
+    ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, words_of(d, 2, motion.state_format)));
+}
+
+/* h(x) = (x, x v / 4) */
+static void update_both(int step)
+{
+    const double x = K(mean)(&track_f64, 0), v = K(mean)(&track_f64, 1);
+    const double e[] = {8 - 0.3 * step + 0.25 * (step * 7 % 5 - 2) - x, 0.5 * (step * 11 % 7 - 3)};
+    H_now[0] = 1, H_now[1] = 0, H_now[2] = v / 4, H_now[3] = x / 4;
+    ASSERT_OK(K(sensor_change_measurement)(&radar_f64, H_now));
+    ASSERT_OK(K(update_extended)(&track_f64, &radar_f64, e));
+    ASSERT_OK(kq_matrix_prepare_q31(H_words, H_now, 2, 2, radar.measurement_format, radar.state_format));
+    ASSERT_OK(kq_sensor_change_jacobian_q31(&radar.sensor, H_words, NULL));
+    ASSERT_OK(kq_update_extended_q31(&track, &radar.sensor, words_of(e, 2, radar.measurement_format)));
+}
+
+static void run_both(void)
+{
+    for (int step = 0; step < STEPS; step++) {
+        if (step) predict_both();
+        update_both(step);
+        ASSERT_LIKE(&track_f64, &track, LIKE);
+    }
+    TEST_ASSERT_EQUAL_UINT(0, kq_events_q31(&track));
+}
+
+static double mean_of(int32_t word, int i) { return ldexp(word, -start.state_format[i].fraction); }
+
+static void the_filter_and_its_history_are_those_in_double(void)
+{
+    ASSERT_OK(kq_history_attach_extended_q31(&tape, &track, &jacobians));
+    ASSERT_OK(K(history_attach_extended)(&tape_f64, &track_f64, &jacobians_f64));
+    run_both();
+    ASSERT_OK(kq_smooth_q31(&tape));
+    ASSERT_OK(K(smooth)(&tape_f64));
+    for (size_t t = 0; t < STEPS; t++) {
+        for (int i = 0; i < 2; i++) {
+            const double sigma = K(smoothed_sigma)(&tape_f64, t, i);
+            ASSERT_WITHIN(LIKE * (sigma + 10), K(smoothed_mean)(&tape_f64, t, i),
+                          mean_of(kq_smoothed_mean_q31(&tape, t, i), i));
+            ASSERT_WITHIN(LIKE * (sigma + 10), sigma, mean_of(kq_smoothed_sigma_q31(&tape, t, i), i));
+        }
+    }
+}
+
+static void the_smoothers_on_line_are_those_in_double(void)
+{
+    ASSERT_OK(kq_lag_attach_q31(&past, &track));
+    ASSERT_OK(K(lag_attach)(&past_f64, &track_f64));
+    run_both();
+    for (size_t k = 0; k < STEPS; k += 3) {
+        ASSERT_OK(kq_lag_smooth_q31(&past, k));
+        ASSERT_OK(K(lag_smooth)(&past_f64, k));
+        for (int i = 0; i < 2; i++) {
+            ASSERT_WITHIN(LIKE * 16, K(lag_mean)(&past_f64, i), mean_of(kq_lag_mean_q31(&past, i), i));
+        }
+    }
+    set_up();
+    ASSERT_OK(kq_point_attach_q31(&instant, &track));
+    ASSERT_OK(K(point_attach)(&instant_f64, &track_f64));
+    run_both();
+    ASSERT_OK(kq_point_smooth_q31(&instant));
+    ASSERT_OK(K(point_smooth)(&instant_f64));
+    for (int i = 0; i < 2; i++) {
+        ASSERT_WITHIN(LIKE * 16, K(point_mean)(&instant_f64, i), mean_of(kq_point_mean_q31(&instant, i), i));
+    }
+}
+
+/* ------------------------------------------------------------------ an A that no mean could go through */
+
+static const double steep[] = {25.5, 0.5, -40, 3};
+
+static void prepare_steep(void)
+{
+    ASSERT_OK(kq_matrix_prepare_q31(A_words, steep, 2, 2, motion.state_format, motion.state_format));
+}
+
+static void a_steep_jacobian_moves_the_root_alone(void)
+{
+    const double d[] = {-20, 4};
+    kq_misfit_q31 misfit = {KQ_STATE, 7, 7};
+    prepare_steep();
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, A_words));
+    ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, &misfit));
+    TEST_ASSERT_EQUAL_INT(KQ_ALL_FIT, misfit.quantity);
+    ASSERT_OK(kq_history_attach_extended_q31(&tape, &track, &jacobians));
+    ASSERT_OK(K(history_attach_extended)(&tape_f64, &track_f64, &jacobians_f64));
+    ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, words_of(d, 2, motion.state_format)));
+    ASSERT_OK(K(process_change_transition)(&motion_f64, steep));
+    ASSERT_OK(K(predict_extended)(&track_f64, &motion_f64, d));
+    ASSERT_LIKE(&track_f64, &track, LIKE);
+    update_both(3);
+    ASSERT_OK(kq_smooth_q31(&tape));
+    ASSERT_OK(K(smooth)(&tape_f64));
+    ASSERT_WITHIN(LIKE * 16, K(smoothed_mean)(&tape_f64, 0, 0), mean_of(kq_smoothed_mean_q31(&tape, 0, 0), 0));
+}
+
+/* ... and nothing else takes its process, until it is initialised again. */
+static void a_process_of_a_jacobian_is_for_linearised_predicts_alone(void)
+{
+    static const int32_t d[2];
+    kq_scaled_q31 ordinary[4];
+    memcpy(ordinary, motion.transition, sizeof ordinary);
+    prepare_steep();
+    ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&motion.process, ordinary));
+    ASSERT_OK(kq_lag_attach_q31(&past, &track));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_predict_extended_q31(&track, &motion.process, d));
+    ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, ordinary, NULL));
+    ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, d));
+    ASSERT_OK(kq_lag_detach_q31(&past));
+    ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+}
+
+/* ------------------------------------------------------------------ refusals */
+
+static void a_misfit_names_the_row(void)
+{
+    static const double large[] = {1, 0, 90, 20};
+    kq_misfit_q31 misfit = {KQ_ALL_FIT, 0, 0};
+    ASSERT_OK(kq_matrix_prepare_q31(H_words, large, 2, 2, radar.measurement_format, radar.state_format));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &misfit));
+    TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, misfit.quantity);
+    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    TEST_ASSERT_TRUE(misfit.bits > 0);
+    H_words[3].mantissa = 1;
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &misfit));
+    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    TEST_ASSERT_EQUAL_INT(0, misfit.bits);
+    prepare_steep();
+    A_words[2].mantissa = 1;
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_jacobian_q31(&motion.process, A_words, &misfit));
+    TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
+    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_jacobian_q31(&motion.process, A_words, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_jacobian_q31(NULL, A_words, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_jacobian_q31(&motion.process, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_jacobian_q31(&blank_process, A_words, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_jacobian_q31(NULL, H_words, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_jacobian_q31(&radar.sensor, NULL, NULL));
+}
+
+static void what_is_missing_or_beyond_its_range_is_refused(void)
+{
+    int32_t d[] = {1, 2}, no_word[] = {1, KQ_NOT_A_WORD_Q31}, e[] = {0, radar.measurement_format[1].range};
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, &motion.process, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, NULL, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_extended_q31(&track, &blank_process, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_extended_q31(&blank, &motion.process, d));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_extended_q31(&track, &motion.process, no_word));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_move_q31(&track, no_word));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_move_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_extended_q31(&track, &radar.sensor, NULL));
+    ASSERT_OK(kq_update_extended_q31(&track, &radar.sensor, e));
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    e[1]++;
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_extended_q31(&track, &radar.sensor, e));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_huber_extended_q31(&track, &radar.sensor, e, 3, (kq_scaled_q31){1 << 30, -30}, NULL));
+    ASSERT_OK(kq_update_subset_extended_q31(&track, &radar.sensor, e, 1));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_predict_extended_q31(&track, &motion.process, d));
+}
+
+static void a_mean_is_held_at_its_word(void)
+{
+    static const int32_t far[] = {INT32_MAX, -INT32_MAX};
+    ASSERT_OK(kq_move_q31(&track, far));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SATURATED, kq_events_q31(&track));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_mean_q31(&track, 0));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, kq_mean_q31(&track, 1));
+}
+
+/* Of an update of each kind: the mean moves as that of a filter at 0 does. */
+static void every_update_takes_an_innovation(void)
+{
+    static const double zero[2], far[] = {20, -15};
+    static const kq_scaled_q31 three = {3 << 29, -29};
+    KQ_FILTER_Q31(twin, 2);
+    kq_scaled_q31 w[2], w_twin[2];
+    prior_model at_zero;
+    const int32_t *e = words_of(far, 2, radar.measurement_format);
+    put_prior(&at_zero, 2, range, zero, P0);
+    for (int kind = 0; kind < 4; kind++) {
+        kq_gate_q31 gate = {INT64_C(12) << 24, 0, 0}, gate_twin = gate;
+        ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+        ASSERT_OK(kq_filter_init_q31(&twin, &at_zero.table, NULL));
+        if (kind == 0) {
+            ASSERT_OK(kq_update_huber_q31(&twin, &radar.sensor, e, 3, three, w_twin));
+            ASSERT_OK(kq_update_huber_extended_q31(&track, &radar.sensor, e, 3, three, w));
+            TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
+        } else if (kind == 1) {
+            ASSERT_OK(kq_update_student_q31(&twin, &radar.sensor, e, 3, three, w_twin));
+            ASSERT_OK(kq_update_student_extended_q31(&track, &radar.sensor, e, 3, three, w));
+            TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
+        } else if (kind == 2) {
+            ASSERT_OK(kq_update_jump_q31(&twin, &radar.sensor, e, 3, three));
+            ASSERT_OK(kq_update_jump_extended_q31(&track, &radar.sensor, e, 3, three));
+        } else {
+            ASSERT_OK(kq_update_gated_q31(&twin, &gate_twin, &radar.sensor, e, 3));
+            ASSERT_OK(kq_update_gated_extended_q31(&track, &gate, &radar.sensor, e, 3));
+            TEST_ASSERT_EQUAL_UINT(1, gate.rejected);
+        }
+        TEST_ASSERT_EQUAL_UINT(kq_events_q31(&twin), kq_events_q31(&track));
+        TEST_ASSERT_TRUE(kq_nis_q31(&twin) == kq_nis_q31(&track));
+        for (int i = 0; i < 2; i++) {
+            TEST_ASSERT_INT32_WITHIN(1, kq_mean_q31(&twin, i) + start.mean[i], kq_mean_q31(&track, i));
+            TEST_ASSERT_EQUAL_INT32(kq_sigma_q31(&twin, i), kq_sigma_q31(&track, i));
+        }
+    }
+}
+
+SUITE(extended, set_up)
+{
+    RUN_TEST(the_filter_and_its_history_are_those_in_double);
+    RUN_TEST(the_smoothers_on_line_are_those_in_double);
+    RUN_TEST(a_steep_jacobian_moves_the_root_alone);
+    RUN_TEST(a_process_of_a_jacobian_is_for_linearised_predicts_alone);
+    RUN_TEST(a_misfit_names_the_row);
+    RUN_TEST(what_is_missing_or_beyond_its_range_is_refused);
+    RUN_TEST(a_mean_is_held_at_its_word);
+    RUN_TEST(every_update_takes_an_innovation);
+}

@@ -1,0 +1,429 @@
+/* Sigma points and iteration: exact where that can be said in closed form, whatever is attached. */
+#include "drive.h"
+#include "sizes.h"
+#include "unchanged.h"
+
+#define WORK KQ_POINTS_LEN(2, 2)
+
+FILTER(trial, 2);
+FILTER(blank, 2);
+FILTER(track3, 3);
+PROCESS(found, 2, 0);
+PROCESS(blank_process, 2, 0);
+PROCESS(motion3, 3, 0);
+SENSOR(at, 2, 2);
+SENSOR(blank_sensor, 2, 2);
+SENSOR(single, 2, 1);
+SENSOR_DIAGONAL(narrow, 2, 2);
+HISTORY(record, 2, MOST, STEPS, STEPS);
+JACOBIANS(jacobians, 2, STEPS, STEPS);
+LAG(past, 2, MOST, STEPS);
+
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+static num work[GUARDED(WORK)], y[16], J[32], E[32], noise_of[4];
+static const kq_points rules[] = {KQ_POINTS_CUBATURE, KQ_POINTS_CENTRAL};
+
+static void set_up(void)
+{
+    begin_drive();
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(filter_init)(&track3, identity3, identity3));
+    ASSERT_OK(K(sensor_init)(&single, direction, variance));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory);
+    WATCH(found), WATCH(found_memory), WATCH(at), WATCH(at_memory), WATCH(blank), WATCH(trial), WATCH(trial_memory);
+}
+
+/* ------------------------------------------------------------------ functions */
+
+typedef struct {
+    int calls, rows;
+    num first[2];
+    const num *z, *u;
+    int bad; /* the call whose value is not finite, from 1 */
+} log_of_calls;
+
+static void count(void *context, const num *x)
+{
+    log_of_calls *log = context;
+    if (log->calls++ == 0) log->first[0] = x[0], log->first[1] = x[1];
+}
+
+/* (A - I) x + B u */
+static void linear_increment(void *context, const num *x, num *d)
+{
+    const log_of_calls *log = context;
+    count(context, x);
+    for (int i = 0; i < 2; i++) {
+        d[i] = log->u ? B[i] * *log->u : 0;
+        for (int k = 0; k < 2; k++) d[i] += (A[2 * i + k] - (i == k)) * x[k];
+    }
+}
+
+/* z - H x */
+static void linear_innovation(void *context, const num *x, num *e)
+{
+    const log_of_calls *log = context;
+    count(context, x);
+    for (int c = 0; c < 2; c++) e[c] = log->z[c] - H[2 * c] * x[0] - H[2 * c + 1] * x[1];
+}
+
+/* x_0^2 and x_0 x_1 */
+static void squares(void *context, const num *x, num *g)
+{
+    log_of_calls *log = context;
+    count(context, x);
+    g[0] = x[0] * x[0];
+    g[1] = log->calls == log->bad ? N(NAN) : x[0] * x[1];
+}
+
+static void sixteen(void *context, const num *x, num *g)
+{
+    count(context, x);
+    for (int c = 0; c < 16; c++) g[c] = x[0] * N(c) + x[1];
+}
+
+/* ------------------------------------------------------------------ kq_linearise */
+
+static void the_centre_is_called_first_and_all_points_are_called(void)
+{
+    for (int r = 0; r < COUNT(rules); r++) {
+        log_of_calls log = {0};
+        ASSERT_OK_UNCHANGED(K(linearise)(&track, sixteen, &log, 16, rules[r], y, J, E));
+        TEST_ASSERT_EQUAL_INT(5, log.calls);
+        for (int i = 0; i < 2; i++) TEST_ASSERT_TRUE(log.first[i] == x0[i]);
+        for (int c = 0; c < 16; c++) {
+            ASSERT_CLOSE(x0[0] * N(c) + x0[1], y[c], 16);
+            ASSERT_CLOSE(c, J[2 * c], 64);
+            ASSERT_CLOSE(1, J[2 * c + 1], 64);
+            for (int i = 0; i < 2; i++) ASSERT_CLOSE(0, E[2 * c + i], 64);
+        }
+    }
+}
+
+/* E[x0^2] = x0^2 + P00, E[x0 x1] = x0 x1 + P01; the nearest linear function is that at the mean. */
+static void the_mean_of_a_square_has_the_variance_in_it(void)
+{
+    const double expected[] = {2 * 1.0, 0, -2, 1};
+    for (int r = 0; r < COUNT(rules); r++) {
+        log_of_calls log = {0};
+        ASSERT_OK(K(linearise)(&track, squares, &log, 2, rules[r], y, J, E));
+        ASSERT_CLOSE(1 + 2, y[0], 16);
+        ASSERT_CLOSE(-2 + 0.5, y[1], 16);
+        for (int k = 0; k < 4; k++) ASSERT_CLOSE(expected[k], J[k], 32);
+    }
+}
+
+/* Central differences of x^2, one state: Cov = 4 x^2 P + 2 P^2, as a Gaussian has it.  The cubature rule has
+   nothing of the second for n = 1. */
+FILTER(one, 1);
+static void square_of_one(void *context, const num *x, num *g) { (void)context, *g = *x * *x; }
+
+static void what_a_linear_function_leaves_is_the_bend(void)
+{
+    const num mean[] = {3}, variance_of[] = {4};
+    ASSERT_OK(K(filter_init)(&one, mean, variance_of));
+    ASSERT_OK(K(linearise)(&one, square_of_one, NULL, 1, KQ_POINTS_CENTRAL, y, J, E));
+    ASSERT_CLOSE(13, y[0], 32);
+    ASSERT_CLOSE(6, J[0], 32);
+    ASSERT_CLOSE(32, E[0] * E[0], 128);
+    ASSERT_OK(K(linearise)(&one, square_of_one, NULL, 1, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_CLOSE(13, y[0], 32);
+    ASSERT_CLOSE(0, E[0], 32);
+}
+
+/* What both rules are by their own weights: Cov = sum w (g - mean)(g - mean)' */
+static void the_covariance_is_that_of_the_points(void)
+{
+    log_of_calls log = {0};
+    double g[5][2], mean[2] = {0, 0}, cov[4] = {0, 0, 0, 0}, S[] = {0, 0, 0, 1};
+    S[1] = 0.5, S[0] = sqrt(2 - 0.25); /* P0 = S S', upper */
+    for (int k = 0; k < 4; k++) {
+        const double h = k & 1 ? -sqrt(2) : sqrt(2);
+        const double a = (double)x0[0] + h * S[k / 2], b = (double)x0[1] + h * S[2 + k / 2];
+        g[k][0] = a * a, g[k][1] = a * b;
+        for (int c = 0; c < 2; c++) mean[c] += g[k][c] / 4;
+    }
+    for (int k = 0; k < 4; k++) {
+        for (int c = 0; c < 4; c++) cov[c] += (g[k][c / 2] - mean[c / 2]) * (g[k][c % 2] - mean[c % 2]) / 4;
+    }
+    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    for (int c = 0; c < 2; c++) {
+        ASSERT_CLOSE(mean[c], y[c], 32);
+        for (int d = 0; d < 2; d++) {
+            double total = 0;
+            for (int i = 0; i < 2; i++) {
+                total += (double)E[2 * c + i] * (double)E[2 * d + i];
+                for (int k = 0; k < 2; k++) {
+                    total += (double)J[2 * c + i] * (double)P0[2 * i + k] * (double)J[2 * d + k];
+                }
+            }
+            ASSERT_CLOSE(cov[2 * c + d], total, 256);
+        }
+    }
+}
+
+/* ------------------------------------------------------------------ steps */
+
+static void assert_like(const K(filter) * expected, const K(filter) * actual)
+{
+    reading a, b;
+    read_filter(&a, expected, 2);
+    read_filter(&b, actual, 2);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_CLOSE((double)a.mean[i] + (double)a.low[i], (double)b.mean[i] + (double)b.low[i], 64);
+    }
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(a.P[k], b.P[k], 64);
+    ASSERT_CLOSE(a.nis, b.nis, 64);
+    ASSERT_CLOSE(a.run, b.run, 400);
+}
+
+static void drive_by_points(int step, kq_points rule)
+{
+    const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
+    log_of_calls log = {.z = z, .u = control_of(step)};
+    num *inside = guard(work, COUNT(work));
+    ASSERT_OK(K(predict)(&twin, &motion, control_of(step)));
+    ASSERT_OK(K(predict_points)(&track, &motion, linear_increment, &log, rule, inside));
+    assert_guards(work, WORK, COUNT(work));
+    ASSERT_OK(K(update)(&twin, &radar, z));
+    ASSERT_OK(K(update_points)(&track, &radar, linear_innovation, &log, rule, inside));
+    assert_guards(work, WORK, COUNT(work));
+    assert_like(&twin, &track);
+}
+
+static void linear_functions_give_the_plain_filter_and_its_smoothers(void)
+{
+    for (int r = 0; r < COUNT(rules); r++) {
+        begin_drive();
+        for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
+        begin_drive();
+        ASSERT_OK(K(history_attach)(&tape, &twin));
+        ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+        for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
+        ASSERT_OK(K(smooth)(&tape));
+        ASSERT_OK(K(smooth)(&record));
+        for (size_t t = 0; t < STEPS; t++) {
+            ASSERT_OK(K(smoothed_copy)(&tape, t, &twin));
+            ASSERT_OK(K(smoothed_copy)(&record, t, &track));
+            TEST_ASSERT_TRUE(K(mean)(&track, 1) == K(smoothed_mean)(&record, t, 1));
+            assert_like(&twin, &track);
+        }
+        begin_drive();
+        ASSERT_OK(K(lag_attach)(&past, &track));
+        for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
+        ASSERT_OK(K(lag_smooth)(&past, STEPS - 1));
+        for (int i = 0; i < 2; i++) ASSERT_CLOSE(K(smoothed_mean)(&tape, 0, i), K(lag_mean)(&past, i), 64);
+    }
+}
+
+/* kq_predict_points and kq_update_points are kq_linearise and what follows it. */
+static void the_steps_in_one_call_are_their_parts(void)
+{
+    const num z[] = {1, 2};
+    num H_found[4];
+    log_of_calls log = {.z = z};
+    for (int recorded = 0; recorded < 2; recorded++) {
+        begin_drive();
+        if (recorded) ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+        ASSERT_OK(K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        J[0] += 1, J[3] += 1;
+        ASSERT_OK(K(process_linearise)(&found, &motion, J, E));
+        ASSERT_OK(K(predict_extended)(&twin, &found, y));
+        assert_like(&twin, &track);
+        ASSERT_OK(K(update_points)(&track, &radar, squares, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        for (int k = 0; k < 4; k++) H_found[k] = -J[k];
+        ASSERT_OK(K(sensor_linearise)(&at, &radar, H_found, E, noise_of));
+        ASSERT_OK(K(update_extended)(&twin, &at, y));
+        assert_like(&twin, &track);
+    }
+}
+
+/* A sensor of R + E E' takes a part of its components as one that was initialised with that sum. */
+static void a_linearised_sensor_is_one_of_its_noises_sum(void)
+{
+    const num left[] = {1, 0.5, -0.25, 2}, e[] = {1, -1};
+    num sum[4];
+    for (int k = 0; k < 4; k++) sum[k] = R[k] + left[k / 2 * 2] * left[k % 2 * 2] + left[k / 2 * 2 + 1] * left[k % 2 * 2 + 1];
+    for (uint32_t present = 1; present < 4; present++) {
+        begin_drive();
+        ASSERT_OK(K(sensor_linearise)(&at, &radar, H, left, noise_of));
+        ASSERT_OK(K(update_subset_extended)(&track, &at, e, present));
+        ASSERT_OK(K(sensor_init)(&at, H, sum));
+        ASSERT_OK(K(update_subset_extended)(&twin, &at, e, present));
+        assert_like(&twin, &track);
+    }
+}
+
+/* P = 0 in one state: no column, no coefficient, no NaN. */
+static void a_state_that_is_known_exactly_stays_so(void)
+{
+    const num singular[] = {2, 0, 0, 0}, none[] = {0, 0, 0, 0};
+    log_of_calls log = {.z = x0};
+    ASSERT_OK(K(filter_init)(&track, x0, singular));
+    ASSERT_OK(K(process_init)(&motion, A, B, none));
+    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    for (int k = 0; k < 4; k++) TEST_ASSERT_TRUE(J[k] - J[k] == 0);
+    ASSERT_OK(K(predict_points)(&track, &motion, linear_increment, &log, KQ_POINTS_CUBATURE, work));
+    ASSERT_OK(K(update_points)(&track, &radar, linear_innovation, &log, KQ_POINTS_CUBATURE, work));
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) > 0);
+    ASSERT_CLOSE(0.5, K(sigma)(&track, 1) / K(sigma)(&track, 0) * 2, 4); /* A's column: 1, -1/4 */
+}
+
+/* ------------------------------------------------------------------ iteration */
+
+/* A range far sharper than the prior bends: z = |x| */
+static void range_of(void *context, const num *x, num *e)
+{
+    const num *z = context;
+    e[0] = *z - (num)sqrt((double)(x[0] * x[0] + x[1] * x[1]));
+}
+
+/* By the loop of points.h */
+static void update_iterated(int iterations, num z)
+{
+    num H_found[2], e[1];
+    ASSERT_OK(K(filter_copy)(&trial, &track));
+    for (int k = 0; k < iterations; k++) {
+        ASSERT_OK(K(linearise)(&trial, range_of, &z, 1, KQ_POINTS_CENTRAL, e, J, E));
+        for (int i = 0; i < 2; i++) {
+            H_found[i] = -J[i];
+            e[0] += J[i] * (K(mean)(&track, i) - K(mean)(&trial, i));
+        }
+        SENSOR(of_range, 2, 1);
+        ASSERT_OK(K(sensor_linearise)(&of_range, &single, H_found, E, noise_of));
+        ASSERT_OK(K(filter_copy)(&trial, &track));
+        ASSERT_OK(K(update_extended)(&trial, &of_range, e));
+    }
+    ASSERT_OK(K(filter_copy)(&track, &trial));
+}
+
+static void iterating_finds_where_a_sharp_range_leads(void)
+{
+    const num sharp_noise[] = {N(1e-4)}, start[] = {3, 1}, wide[] = {0.25, 0, 0, 4};
+    double off[2];
+    for (int k = 0; k < 2; k++) {
+        ASSERT_OK(K(sensor_init)(&single, direction, sharp_noise));
+        ASSERT_OK(K(filter_init)(&track, start, wide));
+        update_iterated(k ? 6 : 1, 5);
+        const double a = (double)K(mean)(&track, 0), b = (double)K(mean)(&track, 1);
+        off[k] = fabs(sqrt(a * a + b * b) - 5);
+    }
+    ASSERT_WITHIN(1e-3, 0.9269, off[0]); /* the textbook's, in NumPy: upper roots, h^2 = 3 */
+    ASSERT_WITHIN(1e-3, 0.0435, off[1]);
+}
+
+/* ------------------------------------------------------------------ refusals */
+
+static void what_is_missing_or_not_ready_is_refused(void)
+{
+    log_of_calls log = {.z = x0};
+    const kq_points rule = KQ_POINTS_CUBATURE;
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(NULL, squares, &log, 2, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, NULL, &log, 2, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, NULL, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, y, NULL, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, y, J, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&blank, squares, &log, 2, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, squares, &log, 0, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, squares, &log, 17, rule, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(linearise)(&track, squares, &log, 2, (kq_points)2, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(NULL, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, NULL, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, NULL, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, squares, &log, rule, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(predict_points)(&track, &motion, squares, &log, (kq_points)-1, work));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&blank, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&track, &blank_process, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_points)(&track, &motion3, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(NULL, &radar, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, NULL, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, NULL, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, squares, &log, rule, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_points)(&track, &blank_sensor, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_points)(&track3, &radar, squares, &log, rule, work));
+    TEST_ASSERT_EQUAL_INT(0, log.calls);
+    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_points)(&track, &motion, squares, &log, rule, work));
+}
+
+static void values_that_are_not_finite_change_nothing(void)
+{
+    for (int bad = 1; bad <= 5; bad++) {
+        log_of_calls log = {.bad = bad};
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+        log.calls = 0;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CUBATURE, work));
+        log.calls = 0;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_points)(&track, &radar, squares, &log, KQ_POINTS_CENTRAL, work));
+    }
+}
+
+static num given[4];
+static kq_status give_transition(void)
+{
+    E[0] = 1, E[1] = E[2] = E[3] = 0;
+    return K(process_linearise)(&found, &motion, given, E);
+}
+static kq_status give_measurement(void) { return K(sensor_linearise)(&at, &radar, given, E, noise_of); }
+static kq_status give_root(void) { return K(sensor_linearise)(&at, &radar, H, given, noise_of); }
+
+static void models_are_checked(void)
+{
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_linearise)(NULL, &motion, A, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_linearise)(&found, NULL, A, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_linearise)(&found, &motion, NULL, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_linearise)(&found, &motion, A, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(process_linearise)(&found, &blank_process, A, E));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(process_linearise)(&motion, &motion, A, E));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(process_linearise)(&found, &motion3, A, E));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(process_linearise)(&(K(process)){0}, &motion, A, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_linearise)(NULL, &radar, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_linearise)(&at, NULL, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_linearise)(&at, &radar, NULL, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_linearise)(&at, &radar, H, NULL, noise_of));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_linearise)(&at, &radar, H, E, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(sensor_linearise)(&at, &blank_sensor, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(sensor_linearise)(&at, &single, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(sensor_linearise)(&radar, &radar, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_linearise)(&narrow, &radar, H, E, noise_of));
+    for (int k = 0; k < 4; k++) given[k] = A[k];
+    assert_entries_must_be_finite(given, 4, give_transition);
+    assert_entries_must_be_finite(given, 4, give_measurement);
+    assert_entries_must_be_finite(given, 4, give_root);
+}
+
+static void only_what_is_smoothed_is_copied(void)
+{
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_copy)(&record, 0, &trial));
+    ASSERT_OK(K(smooth)(&record));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_copy)(NULL, 0, &trial));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_copy)(&record, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_copy)(&record, 1, &trial));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(smoothed_copy)(&record, 0, &track3));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(smoothed_copy)(&record, 0, &(K(filter)){0}));
+    ASSERT_OK(K(smoothed_copy)(&record, 0, &trial));
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(smooth_states)(&record));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_copy)(&record, 0, &trial));
+}
+
+SUITE(points, set_up)
+{
+    RUN_TEST(the_centre_is_called_first_and_all_points_are_called);
+    RUN_TEST(the_mean_of_a_square_has_the_variance_in_it);
+    RUN_TEST(what_a_linear_function_leaves_is_the_bend);
+    RUN_TEST(the_covariance_is_that_of_the_points);
+    RUN_TEST(linear_functions_give_the_plain_filter_and_its_smoothers);
+    RUN_TEST(the_steps_in_one_call_are_their_parts);
+    RUN_TEST(a_linearised_sensor_is_one_of_its_noises_sum);
+    RUN_TEST(a_state_that_is_known_exactly_stays_so);
+    RUN_TEST(iterating_finds_where_a_sharp_range_leads);
+    RUN_TEST(what_is_missing_or_not_ready_is_refused);
+    RUN_TEST(values_that_are_not_finite_change_nothing);
+    RUN_TEST(models_are_checked);
+    RUN_TEST(only_what_is_smoothed_is_copied);
+}
