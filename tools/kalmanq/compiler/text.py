@@ -41,11 +41,11 @@ def predict(plan: Plan) -> list[str]:
 
 
 def gap(plan: Plan) -> list[str]:
-    refuse = ["{", "    f->gap_refused = 1;", "    return;", "}"]
+    refuse = ["f->gap_refused = 1;", "return;"]
     if not plan.max_gap:
-        return refuse[1:3]
+        return refuse
     return ["const uint32_t run = f->rows >> 16; /* samples before a gap that begins here */",
-            f"if (run ? f->missed && run < {plan.min_run} : f->missed == {plan.max_gap}) {refuse[0]}", *refuse[1:],
+            f"if (run ? f->missed && run < {plan.min_run} : f->missed == {plan.max_gap}) {{", *indented(refuse), "}",
             "f->missed = (uint8_t)(run ? 1 : f->missed + 1);"]
 
 
