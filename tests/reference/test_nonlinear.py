@@ -234,7 +234,7 @@ def compare_passes(path, runs):
         results = [Iterated(library, model).passes(z, count) for _, z in given]
         truth = [states for states, _ in given]
         told[count] = (rms(zip(results, truth), 0), np.mean([nees(r, s) for r, s in zip(results, truth)]))
-    good = told[6][0] < 0.95 * told[1][0] and 0.7 < told[6][1] < 1.3
+    good = told[6][0] < 0.9 * told[1][0] and 0.7 < told[6][1] < 1.3
     print("passes FallingBody f64  smoothed RMS and NEES/n: " + ", ".join(
         f"{count}: {a:.4g}, {b:.3g}" for count, (a, b) in told.items()) + ("" if good else "  BEYOND ITS LIMIT"))
     return not good
@@ -376,16 +376,16 @@ def compare_attitude(path, runs):
 
 # model, steps, linearisation; limits in sigma (median of the worst step of each run): f64, f32; state of the RMS
 CASES = [
-    (RangeBearing, "step_extended", linearise_extended, 1e-10, 1e-3, 0),
-    (RangeBearing, "step_points", linearise_cubature, 1e-10, 1e-3, 0),
-    (Battery, "step_extended", linearise_extended, 1e-10, 5e-4, 0),
-    (Battery, "step_points", linearise_cubature, 1e-10, 2e-3, 0),
+    (RangeBearing, "step_extended", linearise_extended, 1e-10, 2e-5, 0),
+    (RangeBearing, "step_points", linearise_cubature, 1e-10, 2e-4, 0),
+    (Battery, "step_extended", linearise_extended, 1e-10, 5e-5, 0),
+    (Battery, "step_points", linearise_cubature, 1e-10, 1e-4, 0),
     (GpsImu, "step_extended", linearise_extended, 1e-10, 5e-5, 0),
-    (GpsImu, "step_points", linearise_cubature, 1e-10, 1e-3, 0),
-    (FallingBody, "step_extended", linearise_extended, 1e-7, 5e-2, 0),
-    (FallingBody, "step_points", linearise_cubature, 1e-7, 5e-2, 0),
-    (CoordinatedTurn, "step_extended", linearise_extended, 1e-7, 1e-2, 0),
-    (CoordinatedTurn, "step_points", linearise_cubature, 1e-7, 1e-2, 0),
+    (GpsImu, "step_points", linearise_cubature, 1e-10, 3e-4, 0),
+    (FallingBody, "step_extended", linearise_extended, 1e-7, 2e-3, 0),
+    (FallingBody, "step_points", linearise_cubature, 1e-7, 2e-3, 0),
+    (CoordinatedTurn, "step_extended", linearise_extended, 1e-7, 1e-4, 0),
+    (CoordinatedTurn, "step_points", linearise_cubature, 1e-7, 1e-3, 0),
 ]
 
 
