@@ -24,7 +24,7 @@ from cores import BY_NAME, ROOT, Core, run, toolchain
 from elf import flash_and_ram
 from emulators import Emulator, count_avr
 from errors import UserError
-from outputs import csv_text, write
+from outputs import csv_text, end_of, write
 
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
 REGIONS = ("predict", "update", "predict", "update", "step", "step")
@@ -105,11 +105,7 @@ def main(folders: list[Path] = typer.Argument(...), core: list[str] = typer.Opti
     if out:
         write(out, "# compiled filters on emulated cores (tools/cost/compiled.py)\n" +
               csv_text([COLUMNS, *([one[column] for column in COLUMNS] for one in made)]))
-    for line in broken:
-        print(line, file=sys.stderr)
-    print(f"{len(made)} compiled filters measured, {len(broken)} promises broken")
-    if broken:
-        raise SystemExit(1)
+    end_of("compiled filters", len(made), broken)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ from elf import flash_and_ram
 from emulators import Emulator, count_avr
 from errors import UserError
 from measure import WORKERS, finish
-from outputs import csv_text, write
+from outputs import csv_text, end_of, write
 
 COUNTED = 8  # settled steps
 SHARE = 0.2  # of what is promised
@@ -136,11 +136,7 @@ def main(folder: Path = typer.Argument(...), core: list[str] = typer.Option(list
         print(f"{one['core']:5} {one['name']:32} {one['instructions']:8} instructions {one['flash']:6} flash "
               f"{one['ram']:5} RAM {one['stack']:5} stack")
     broken = [line for one in made for line in broken_promises(one)]
-    for line in broken:
-        print(line, file=sys.stderr)
-    print(f"{len(made)} designs measured, {len(broken)} promises broken")
-    if broken:
-        raise SystemExit(1)
+    end_of("designs", len(made), broken)
 
 
 if __name__ == "__main__":

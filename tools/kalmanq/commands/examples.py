@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq import pictures
-from kalmanq.errors import KalmanqError
+from kalmanq.commands.listing import tell_choices
 from kalmanq.lectures import EXAMPLES
 from kalmanq.lectures.example import caption
 
@@ -30,7 +30,8 @@ class Asked:
 
 def show(asked: Asked, console: Console) -> None:
     if asked.name is None:
-        _list(asked, console)
+        tell_choices("example", {name: one.shows for name, one in EXAMPLES.items()}, "what it shows",
+                     "kalmanq examples NAME --out FIGURE.png", asked.out, asked.json, console)
         return
     example = EXAMPLES[asked.name]
     wanted = ("f64", "f32", "q31") if asked.arithmetic == "all" else (asked.arithmetic,)
@@ -40,18 +41,6 @@ def show(asked: Asked, console: Console) -> None:
         if asked.out:
             pictures.save_small(example.draw(results, said), asked.out)
     _tell(asked, {name: example.numbers(of) for name, of in results.items()}, said, console)
-
-
-def _list(asked: Asked, console: Console) -> None:
-    if asked.out:
-        raise KalmanqError(f"--out: of which example?  {', '.join(EXAMPLES)}")
-    if asked.json:
-        print(json.dumps({name: example.shows for name, example in EXAMPLES.items()}, indent=2))
-        return
-    table = Table("example", "what it shows", title="kalmanq examples NAME --out FIGURE.png", title_justify="left")
-    for name, example in EXAMPLES.items():
-        table.add_row(name, example.shows)
-    console.print(table)
 
 
 def _tell(asked: Asked, numbers: Mapping[str, Mapping[str, Any]], said: str, console: Console) -> None:

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq import model_file, pictures, tables
+from kalmanq.commands.listing import tell_choices
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.filters import Smoother
@@ -35,7 +36,8 @@ class Asked:
 
 def show(asked: Asked, console: Console) -> None:
     if asked.name is None:
-        _list(asked, console)
+        tell_choices("model", {name: one.shows for name, one in ENTRIES.items()}, "what it is, and its data",
+                     "kalmanq gallery NAME --out FOLDER", asked.out, asked.json, console)
         return
     entry, name = ENTRIES[asked.name], asked.name
     if asked.out and not asked.out.is_dir():
@@ -44,18 +46,6 @@ def show(asked: Asked, console: Console) -> None:
         fitted = fit(entry, name)
         written = _write(entry, name, fitted, asked.out) if asked.out else []
     _tell(asked, entry, fitted, written, console)
-
-
-def _list(asked: Asked, console: Console) -> None:
-    if asked.out:
-        raise KalmanqError(f"--out: of which model?  {', '.join(ENTRIES)}")
-    if asked.json:
-        print(json.dumps({name: entry.shows for name, entry in ENTRIES.items()}, indent=2))
-        return
-    table = Table("model", "what it is, and its data", title="kalmanq gallery NAME --out FOLDER", title_justify="left")
-    for name, entry in ENTRIES.items():
-        table.add_row(name, entry.shows)
-    console.print(table)
 
 
 # ------------------------------------------------------------------------------ files

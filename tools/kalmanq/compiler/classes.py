@@ -17,24 +17,6 @@ ROOM = 1.01
 
 
 @dataclass(frozen=True)
-class Doubles:
-    """The same numbers as arrays of float64."""
-
-    A: np.ndarray
-    B: np.ndarray
-    H: np.ndarray
-    Q: np.ndarray
-    R: np.ndarray
-    x0: np.ndarray
-    P0: np.ndarray
-
-    @staticmethod
-    def of(numbers: Numbers) -> Doubles:
-        names = ("A", "B", "H", "Q", "R", "x0", "P0")
-        return Doubles(*(getattr(numbers, name).astype(float) for name in names))
-
-
-@dataclass(frozen=True)
 class Ways:
     """Several ways to go on from one place, a gap of another length each.
 
@@ -66,7 +48,7 @@ class Reach:
 
 
 def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
-    d, n, m = Doubles.of(of), of.n, of.m
+    d, n, m = of.doubles(), of.n, of.m
     nothing = Ways(np.zeros((1, 0, m, n)), np.zeros((1, 0), bool))
     reach = Reach(np.zeros(n), np.zeros(m), np.abs(state.gain.astype(float)), np.zeros(m), np.full(m, np.inf), nothing)
     lengths = np.arange(max_gap + 1)
@@ -86,7 +68,7 @@ def reach_of(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
 
 def reach_by_gain(of: Numbers, state: Settled, settling: int, max_gap: int) -> Reach:
     """Of the constant gain: the same rows as a filter that has settled before it began"""
-    d, gain = Doubles.of(of), np.abs(state.gain.astype(float))
+    d, gain = of.doubles(), np.abs(state.gain.astype(float))
     nothing = Ways(np.zeros((1, 0, of.m, of.n)), np.zeros((1, 0), bool))
     variances = np.array([float(value) for value in np.diag(state.variance)])
     sequential = _sequential(of, state)
@@ -111,7 +93,7 @@ def _sequential(of: Numbers, state: Settled) -> np.ndarray:
     return np.array(gains).astype(float)
 
 
-def walk(d: Doubles, P: np.ndarray, lengths: np.ndarray, settling: int, reach: Reach) -> Ways:
+def walk(d: Numbers, P: np.ndarray, lengths: np.ndarray, settling: int, reach: Reach) -> Ways:
     """Gaps of these lengths, and rows until all have settled"""
     ways, rows, (m, n) = len(lengths), int(lengths.max()) + settling, d.H.shape
     made = Ways(np.zeros((ways, rows, m, n)), np.arange(rows)[None, :] >= lengths[:, None])
@@ -122,20 +104,20 @@ def walk(d: Doubles, P: np.ndarray, lengths: np.ndarray, settling: int, reach: R
     return made
 
 
-def predicted(d: Doubles, P: np.ndarray, reach: Reach) -> np.ndarray:
+def predicted(d: Numbers, P: np.ndarray, reach: Reach) -> np.ndarray:
     P = d.A @ P @ d.A.T + d.Q
     _widen(d, P, reach)
     return P
 
 
-def _widen(d: Doubles, P: np.ndarray, reach: Reach) -> None:
+def _widen(d: Numbers, P: np.ndarray, reach: Reach) -> None:
     variances = np.diagonal(P, axis1=1, axis2=2).max(axis=0)
     of_rows = np.einsum("ji,wik,jk->wj", d.H, P, d.H).max(axis=0)
     reach.sigma = np.maximum(reach.sigma, np.sqrt(np.maximum(variances, 0)))
     reach.row_sigma = np.maximum(reach.row_sigma, np.sqrt(np.maximum(of_rows, 0)))
 
 
-def updated(d: Doubles, P: np.ndarray, measured: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
+def updated(d: Numbers, P: np.ndarray, measured: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
     """ways x n x n; the gains ways x m x n.  What is not measured is left as it is."""
     gains = np.zeros((len(P), *d.H.shape))
     if not np.any(measured):
@@ -202,7 +184,7 @@ class Inputs:
 def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: Sequence[float]) -> Means:
     """By the L1 norm of the closed loop's impulse response, over the ways of missing samples: for the worst
     measurements and controls within their ranges."""
-    d, given = Doubles.of(of), Inputs(np.array(z, float), np.array(u, float))
+    d, given = of.doubles(), Inputs(np.array(z, float), np.array(u, float))
     means = Means(np.abs(d.x0), np.zeros(of.m))
     box = np.maximum(_steady_box(d, state, given), _started(d, reach, given, means))
     assert reach.settled is not None
@@ -215,7 +197,7 @@ def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: S
     return Means(np.full(of.n, np.inf), np.full(of.m, np.inf))
 
 
-def _started(d: Doubles, reach: Reach, given: Inputs, means: Means) -> np.ndarray:
+def _started(d: Numbers, reach: Reach, given: Inputs, means: Means) -> np.ndarray:
     """The bound where filters have settled for the first time, after a gap at any row or none."""
     n, ends = len(d.A), np.zeros(len(d.A))
     span = Span(np.eye(n)[None], np.zeros((1, n, 0)), d.x0, True)
@@ -228,7 +210,7 @@ def _started(d: Doubles, reach: Reach, given: Inputs, means: Means) -> np.ndarra
     return ends
 
 
-def _steady_box(d: Doubles, state: Settled, given: Inputs) -> np.ndarray:
+def _steady_box(d: Numbers, state: Settled, given: Inputs) -> np.ndarray:
     """Of a filter that has been settled for ever"""
     K = state.gain.astype(float)
     closed = (np.eye(len(d.A)) - K @ d.H) @ d.A
@@ -242,7 +224,7 @@ def _steady_box(d: Doubles, state: Settled, given: Inputs) -> np.ndarray:
     return np.full(len(d.A), np.inf)
 
 
-def _follow(d: Doubles, span: Span, ways: Ways, given: Inputs, means: Means) -> Span:
+def _follow(d: Numbers, span: Span, ways: Ways, given: Inputs, means: Means) -> Span:
     """Where the ways end; widens means by all that is met on them."""
     span = span.repeated(len(ways.gains))
     for row in range(ways.gains.shape[1]):
@@ -250,13 +232,13 @@ def _follow(d: Doubles, span: Span, ways: Ways, given: Inputs, means: Means) -> 
     return span
 
 
-def _advanced(d: Doubles, span: Span, given: Inputs, means: Means) -> Span:
+def _advanced(d: Numbers, span: Span, given: Inputs, means: Means) -> Span:
     span = span.moved(d.A, d.B * given.u)
     means.x = np.maximum(means.x, span.bound().max(axis=0))
     return span
 
 
-def _taken(d: Doubles, span: Span, gains: np.ndarray, measured: np.ndarray, given: Inputs, means: Means) -> Span:
+def _taken(d: Numbers, span: Span, gains: np.ndarray, measured: np.ndarray, given: Inputs, means: Means) -> Span:
     """One component after the other; innovations of all of them at once, as settled filters take them, are met, too."""
     if not np.any(measured):
         return span
@@ -275,13 +257,13 @@ def _taken(d: Doubles, span: Span, gains: np.ndarray, measured: np.ndarray, give
 def losses(of: Numbers, state: Settled, settling: int, max_gap: int) -> tuple[float, float]:
     """The largest sigma of a filter of constant gain over that of the optimal one, after a measured row: of the rows
     after the start, and of those after a gap."""
-    d, K = Doubles.of(of), state.gain.astype(float)
+    d, K = of.doubles(), state.gain.astype(float)
     begun = _loss(d, K, d.P0, 0, settling, measured_first=True)
     gaps = [_loss(d, K, state.filtered.astype(float), gap, settling) for gap in range(1, max_gap + 1)]
     return begun, max(gaps, default=1.0)
 
 
-def _loss(d: Doubles, K: np.ndarray, P: np.ndarray, gap: int, rows: int, measured_first: bool = False) -> float:
+def _loss(d: Numbers, K: np.ndarray, P: np.ndarray, gap: int, rows: int, measured_first: bool = False) -> float:
     kept, best, worst = P, P, 1.0
     change = np.eye(len(P)) - K @ d.H
     nobody = Reach(np.zeros(len(P)), np.zeros(len(d.H)), np.zeros(K.shape), np.zeros(len(d.H)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import decimal
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from decimal import Decimal
 from typing import Iterator
 
@@ -19,7 +19,7 @@ SOLVED = Decimal("1e-30")  # of a covariance, relative
 
 @dataclass(frozen=True)
 class Numbers:
-    """Of a model, as its C has them: arrays of Decimal.  R: m variances."""
+    """Of a model, as its C has them: arrays of Decimal; R: m variances.  `doubles` makes arrays of float64 of them."""
 
     A: np.ndarray
     B: np.ndarray
@@ -40,6 +40,9 @@ class Numbers:
     @property
     def l(self) -> int:
         return self.B.shape[1]
+
+    def doubles(self) -> Numbers:
+        return Numbers(*(getattr(self, field.name).astype(float) for field in fields(self)))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.classes import Doubles
 from kalmanq.compiler.exact import Settled
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
@@ -114,7 +113,7 @@ class Worst:
     """Measurements at the ends of their ranges that drive one state of a settled filter farthest."""
 
     def __init__(self, plan: Plan, settled: Settled, ranges: Sequence[float]):
-        d, K = Doubles.of(plan.subject.of), settled.gain.astype(float)
+        d, K = plan.subject.of.doubles(), settled.gain.astype(float)
         closed, columns = (np.eye(len(K)) - K @ d.H) @ d.A, []
         term = K * np.array(ranges)
         for _ in range(LONGEST_PUSH):

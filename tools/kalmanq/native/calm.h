@@ -37,7 +37,6 @@ int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sens
         if (!calm_keep(k, S, s, c)) return 0;
     }
     renormalise(S, n);
-    k->log_determinant = (num)k->last.count * num_log_2_pi + log_of(k->last.determinant, k->last.exponent);
     return !memcmp(S, filter_root(f), size);
 }
 

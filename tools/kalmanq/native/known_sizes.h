@@ -10,7 +10,6 @@
         num directions[KQ_SIZE_MAX * KQ_SIZE_MAX]; /* m x n: s times the gain of each component */   \
         num variances[KQ_SIZE_MAX];                /* m: s */                                      \
         kq_likelihood_##T last;                    /* of a step, but for its NIS */                \
-        num log_determinant;                       /* of its S, and m log 2 pi */                  \
     } kq_calm_##T;                                                                                 \
     /* What a step does to the mean, if a full step leaves the root of f as it is; or 0: it does not, or \
        something may be unusual. */                                                                \

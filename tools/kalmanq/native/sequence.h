@@ -9,7 +9,7 @@ typedef struct {
     uint32_t all;
     num root[root_words(KQ_SIZE_MAX)]; /* after the row before, where has_root */
     int has_root;
-    int is_calm; /* the row left the root that it found: the next one's variances are this one's, too */
+    int is_calm;    /* the row left the root that it found: the next one's variances are this one's, too */
     int may_rest;   /* is nothing but the filter's own asked for? */
     int was_sought; /* has a calm step been looked for, at this root? */
     int is_found;   /* and is there one? */
@@ -254,39 +254,17 @@ static kq_status K(follow)(K(sequence) *q, size_t t)
     return status;
 }
 
-/* A whole row of which the mean alone is new; 0: it is none. */
-static int K(go_calmly)(const K(row) *r)
+/* A whole row that moves the mean alone; 0: it is none. */
+static int K(rest)(const K(row) *r)
 {
     const K(sequence) *q = r->q;
-    const K(filter) *f = q->filter;
-    const size_t n = r->n, m = r->m, t = r->t, l = q->process->controls;
-    num spare[KQ_SIZE_MAX];
+    const size_t t = r->t, m = r->m, l = q->process->controls;
+    num spare[KQ_SIZE_MAX], *e = q->innovation ? q->innovation + t * m : spare;
     if (!r->is_found || r->present != r->all) return 0;
-    if (!r->kernels.calm(&r->calm, q->filter, q->process, q->u ? q->u + t * l : NULL, q->sensor, q->z + t * m,
-                         q->innovation ? q->innovation + t * m : spare)) return 0;
-    for (size_t i = 0; i < n; i++) {
-        if (q->mean) q->mean[t * n + i] = K(mean)(f, (int)i);
-        if (q->mean_low) q->mean_low[t * n + i] = K(mean_low)(f, (int)i);
-        if (q->sigma) q->sigma[t * n + i] = q->sigma[(t - 1) * n + i];
-    }
-    for (size_t c = 0; c < m && q->innovation_variance; c++) {
-        q->innovation_variance[t * m + c] = q->innovation_variance[(t - 1) * m + c];
-    }
+    const num *u = q->u ? q->u + t * l : NULL;
+    if (!r->kernels.calm(&r->calm, q->filter, q->process, u, q->sensor, q->z + t * m, e)) return 0;
+    if (q->innovation_variance) K(look_at_variances)(r, q->filter);
     return 1;
-}
-
-static kq_status K(go)(K(row) *r)
-{
-    K(sequence) *q = (K(sequence) *)r->q;
-    kq_status status = K(take_row)(r);
-    if (status < KQ_OK) return status;
-    K(readings)(r);
-    K(seek_calm)(r);
-    if (q->covariance) {
-        status = K(covariance)(q->filter, q->covariance + r->t * r->n * r->n);
-        if (status && status != KQ_ERR_NOT_READY) return status;
-    }
-    return K(follow)(q, r->t);
 }
 
 kq_status K(sequence_run)(K(sequence) *q)
@@ -294,14 +272,22 @@ kq_status K(sequence_run)(K(sequence) *q)
     const size_t n = q->filter->states, m = q->sensor->components;
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
-    r.may_rest = r.kernels.calm && q->way == SEQUENCE_PLAIN && !q->covariance && !q->watch && !q->lag &&
-                 !q->point && !q->settling && !q->adaptation && !q->filter->attached;
+    r.may_rest = r.kernels.calm && q->way == SEQUENCE_PLAIN && !q->watch && !q->lag && !q->point &&
+                 !q->settling && !q->adaptation && !q->filter->attached;
     for (q->done = 0; q->done < q->steps; q->done++) {
         r.t = q->done;
         r.present = K(present_in)(q->z + r.t * m, m);
-        const kq_status status = K(go_calmly)(&r) ? KQ_OK : K(go)(&r);
-        if (status) return status;
+        kq_status status = K(rest)(&r) ? KQ_OK : K(take_row)(&r);
+        if (status < KQ_OK) return status;
         K(judge)(&r);
+        K(readings)(&r);
+        K(seek_calm)(&r);
+        if (q->covariance) {
+            status = K(covariance)(q->filter, q->covariance + r.t * n * n);
+            if (status && status != KQ_ERR_NOT_READY) return status;
+        }
+        status = K(follow)(q, r.t);
+        if (status) return status;
     }
     return KQ_OK;
 }
