@@ -6,8 +6,8 @@ from typing import Union
 
 import numpy as np
 
-from kalmanq.commands.simulate import root_of
 from kalmanq.errors import KalmanqError
+from kalmanq.model import root_of
 from kalmanq.nonlinear.model import NonlinearModel
 
 

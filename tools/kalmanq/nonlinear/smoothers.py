@@ -21,6 +21,9 @@ from kalmanq.results import Run
 
 SETTLED = 0.01  # sigma: no mean moves by more
 HALVINGS = 4
+# What the objective may rise by with sigma points.  Jacobians go down on it; states by sigma points are means, which
+# are near its minimum, not at it.  1 is what a sigma along one direction of all the run makes.
+POINTS_MAY_RISE = 1.0
 
 
 class NonlinearSmoother:
@@ -65,30 +68,44 @@ class NonlinearSmoother:
         return _Recording(self.model, self.parts, self.method, self.iterations, rows, way)
 
     def _iterate(self, run: Run, recording: _Recording, z: np.ndarray, u: np.ndarray, covariance: bool) -> None:
-        """Passes until the states settle; `run` has the best one's smoothed states."""
-        densities = Densities(recording, run, self.method)
-        value = self._value(densities.means, z, u)
+        """Passes until the states settle; `run` has the smoothed states of the best one."""
+        at = Densities(recording, run, self.method)
+        value = best = self._value(at.means, z, u)
         self.objectives.append(value)
         while self.passes_done < self.passes and not self.is_settled:
-            recording = self._recording(len(z), densities.way())
-            made = recording.run(z, u if self.model.l else None)
-            recording.smooth(made, covariance)
-            assert made.smoothed is not None and made.smoothed_sigma is not None
-            self.passes_done += 1
-            found = Densities(recording, made, self.method)
-            moves = np.abs(made.smoothed - densities.means) / np.where(made.smoothed_sigma > 0, made.smoothed_sigma, np.inf)
-            self.is_settled = bool(np.max(moves) <= SETTLED)
+            made, found = self._pass(at, z, u, covariance)
             reached = self._value(found.means, z, u)
             self.objectives.append(reached)
-            if reached > value and not self.is_settled:
-                found, reached = self._halved(densities, found, value, z, u)
-                if found is None:
-                    return
-            else:
-                run.smoothed, run.smoothed_sigma = made.smoothed, made.smoothed_sigma
-                run.smoothed_covariance = made.smoothed_covariance
-                run.words.update({name: made.words[name] for name in made.words if name.startswith("smoothed")})
-            densities, value = found, reached
+            self.is_settled = settled(made, at.means)
+            if reached <= best + at.may_rise or self.is_settled:
+                best = min(best, reached)
+                keep_smoothed(run, made)
+            if reached > value + at.may_rise and not self.is_settled:
+                reached = self._halve(at.means, found, value, z, u)
+                if reached > value:
+                    break
+            at, value = found, reached
+        if self.halvings and not self.is_settled:
+            warnings.warn(f"{self.model.name}: the iterated smoother goes the wrong way and does not settle: the model may "
+                          "have more than one solution", KalmanqWarning, stacklevel=3)
+
+    def _pass(self, at: Densities, z: np.ndarray, u: np.ndarray, covariance: bool) -> tuple[Run, Densities]:
+        recording = self._recording(len(z), at.way())
+        made = recording.run(z, u if self.model.l else None)
+        recording.smooth(made, covariance)
+        self.passes_done += 1
+        return made, Densities(recording, made, self.method)
+
+    def _halve(self, before: np.ndarray, after: Densities, value: float, z: np.ndarray, u: np.ndarray) -> float:
+        """Moves `after` back by half of the way, and by half of that ..., until it is as good as before"""
+        reached = float("inf")
+        for _ in range(HALVINGS):
+            self.halvings += 1
+            after.move_to((before + after.means) / 2)
+            reached = self._value(after.means, z, u)
+            if reached <= value:
+                break
+        return reached
 
     def _value(self, means: np.ndarray, z: np.ndarray, u: np.ndarray) -> float:
         """Infinite where the functions cannot be evaluated"""
@@ -99,19 +116,17 @@ class NonlinearSmoother:
                 return float("inf")
         return value if np.isfinite(value) else float("inf")
 
-    def _halved(self, before: Densities, after: Densities, value: float, z: np.ndarray,
-                u: np.ndarray) -> tuple[Optional[Densities], float]:
-        """Half of the way, a quarter ...: where it is better than before; None: nowhere"""
-        if self.passes_done == 2:
-            warnings.warn(f"{self.model.name}: the first pass of the iterated smoother goes the wrong way: the model "
-                          "may have more than one solution", KalmanqWarning, stacklevel=4)
-        for _ in range(HALVINGS):
-            self.halvings += 1
-            after.move_to((before.means + after.means) / 2)
-            reached = self._value(after.means, z, u)
-            if reached <= value:
-                return after, reached
-        return None, value
+
+def settled(run: Run, before: np.ndarray) -> bool:
+    assert run.smoothed is not None and run.smoothed_sigma is not None
+    sigma = np.where(run.smoothed_sigma > 0, run.smoothed_sigma, np.inf)  # what has none stays, or is rounding
+    return bool(np.max(np.abs(run.smoothed - before) / sigma) <= SETTLED)
+
+
+def keep_smoothed(run: Run, made: Run) -> None:
+    run.smoothed, run.smoothed_sigma = made.smoothed, made.smoothed_sigma
+    run.smoothed_covariance = made.smoothed_covariance
+    run.words.update({name: words for name, words in made.words.items() if name.startswith("smoothed")})
 
 
 class _Recording(NonlinearFilter):
@@ -151,6 +166,7 @@ class Densities:
         assert run.smoothed is not None
         self.means = run.smoothed
         self.rule = "central" if method == "central" else "cubature" if method in methods.BY_POINTS else None
+        self.may_rise = POINTS_MAY_RISE if self.rule else 0.0
         self._filters: list[Readable] = []
         for t in range(len(run) if self.rule else 0):
             made = Readable(recording.model, recording.parts)
