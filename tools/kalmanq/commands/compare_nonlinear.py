@@ -55,6 +55,8 @@ def compare_methods(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray
                 warnings.simplefilter("always", KalmanqWarning)
                 run = smoother.run(z, u, covariance=True)
         except KalmanqError as problem:
+            if len(made) == len(TRIED) - 1 and all("refused" in of for of in made.values()):
+                raise  # the last of them all
             made[key] = {"refused": str(problem)}
             continue
         made[key] = _figures(model, run, truth, passes == 1)
@@ -101,6 +103,9 @@ def compare_file(path: Path, data: Path, plot: Optional[Path], as_json: bool, co
     console.print(_methods_table(model, found, len(z), truth is not None))
     for told in sorted({one for of in found.values() for one in of.get("warnings", [])}):
         console.print(f"(!) {told}")
+    for method, of in found.items():
+        if "refused" in of:
+            console.print(f"{method}: {of['refused']}")
     if plot:
         console.print(f"wrote {plot}")
 
@@ -122,7 +127,7 @@ def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_
                   title_justify="left")
     for method, of in found.items():
         if "refused" in of:
-            table.add_row(method, of["refused"])
+            table.add_row(method, "refused")
             continue
         cells = [_cell(of.get("nis_per_measurement"), ".3f"), _cell(of.get("log_likelihood"), ".2f")]
         if is_known:

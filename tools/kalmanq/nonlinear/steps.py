@@ -11,7 +11,7 @@ from kalmanq.data import present_of
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear.callbacks import Answer
 from kalmanq.nonlinear.model import NonlinearModel
-from kalmanq.parts import Parts, doubles, require_fit
+from kalmanq.parts import Parts, doubles
 
 RULES = {"cubature": lib.KQ_POINTS_CUBATURE, "central": lib.KQ_POINTS_CENTRAL}
 
@@ -120,21 +120,23 @@ class Steps:
             raise KalmanqError(f"{what}: a number is beyond {self.arithmetic.name}")
 
     def _fixed_table(self, table: Any, given: np.ndarray, rows: str, what: str, change: Any, of: Any) -> None:
-        """The coefficients in words of their formats; one that does not fit is refused by name."""
+        """The coefficients in words of their formats; what does not fit is refused by name."""
         r, n = given.shape
         formats = self.parts.formats
-        status = lib.kq_matrix_prepare_q31(table, doubles(given), r, n, formats[rows], formats["states"])
-        require(status, what)
         misfit = ffi.new("kq_misfit_q31 *")
-        status = change(of, table, misfit)
+        status = lib.kq_matrix_prepare_q31(table, doubles(given), r, n, formats[rows], formats["states"])
+        if status == lib.KQ_OK:
+            status = change(of, table, misfit)
         if status == lib.KQ_ERR_RANGE and misfit.quantity == lib.KQ_MEASUREMENT and misfit.bits:
             one = self.model.measurements[misfit.component]
             raise KalmanqError(f"{what}: {one.name} needs {misfit.bits} more integer bits: a range of "
                                f"{one.range * 2.0**misfit.bits:g} has them", status)
-        if status == lib.KQ_ERR_COEFFICIENT and misfit.quantity in (lib.KQ_STATE, lib.KQ_MEASUREMENT):
-            one = getattr(self.model, rows)[misfit.component]
-            raise KalmanqError(f"{what}: row {one.name} has a coefficient that is too large or too small", status)
-        require_fit(status, misfit, what, self.model)  # type: ignore[arg-type]
+        if status == lib.KQ_ERR_COEFFICIENT:
+            words = np.ldexp(given, np.subtract.outer(self.parts.fractions(rows), self.parts.fractions("states")))
+            row, column = map(int, np.unravel_index(np.argmax(np.abs(words)), words.shape))
+            raise KalmanqError(f"{what}[{getattr(self.model, rows)[row].name}, {self.model.states[column].name}] = "
+                               f"{given[row, column]:g}: beyond the coefficients of q31", status)
+        require(status, what)
 
     def _states(self, d: np.ndarray) -> np.ndarray:
         """An increment in the states' words"""
