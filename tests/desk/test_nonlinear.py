@@ -641,6 +641,37 @@ def test_compare_and_check(tmp_path):
     assert done.returncode == 1 and "H: bearing needs" in " ".join(done.stdout.split())
 
 
+def page_of_the_chapter() -> str:
+    text = (Path(__file__).parents[2] / "tools/kalmanq/README.md").read_text(encoding="utf-8")
+    return re.search(r"^## Nonlinear models\n.*?(?=^## )", text, re.M | re.S).group()
+
+
+def test_the_pages_programs_run(tmp_path):
+    program, session = re.findall(r"^```python\n(.*?)^```", page_of_the_chapter(), re.M | re.S)
+    (tmp_path / "cell.py").write_text(program)
+    run = NonlinearFilter(read(tmp_path / "cell.py"), "f32").run([4.0, np.nan, 3.9], [[1.0], [1.0], [1.0]])
+    assert run.taken.tolist() == [1, 0, 1]
+    space = {"np": np, "kalmanq": __import__("kalmanq")}
+    with pytest.warns(KalmanqWarning, match="more than one solution"):
+        exec(session, space)
+    assert not space["smoother"].is_settled
+
+
+def test_the_pages_figures_are_what_compare_says():
+    """libm's last bits may be another machine's, the figures not"""
+    said = json.loads(kalmanq("compare", TRACK, TRACK_DATA, "--json").stdout)["methods"]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page_of_the_chapter().splitlines()
+            if line.startswith("| ") and line.split("|")[1].strip() in said and line.count("|") == 8]
+    assert [row[0] for row in rows] == list(said)
+    for method, *cells in rows:
+        of = said[method]
+        told = [of.get("nis_per_measurement"), of.get("log_likelihood"), of.get("filtered_nees_per_state"),
+                of["smoothed_nees_per_state"], of["smoothed_rms"]["east"], of["smoothed_rms"]["north"]]
+        for cell, value in zip(cells, told):
+            assert (cell == "") == (value is None)
+            assert value is None or abs(float(cell) - value) <= 0.6 * 10.0 ** -len(cell.split(".")[1])
+
+
 def refused(done, said: str, folder: Path) -> None:
     assert done.returncode == 1 and done.stdout == "", done.stdout
     assert said in done.stderr and done.stderr.count("\n") == 1 and done.stderr.startswith("kalmanq: "), done.stderr

@@ -60,6 +60,8 @@ def compare_methods(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray
             made[key] = {"refused": str(problem)}
             continue
         made[key] = _figures(model, run, truth, passes == 1)
+        if passes > 1:
+            made[key]["is_settled"] = smoother.is_settled
         made[key]["warnings"] = [str(one.message) for one in told if one.category is KalmanqWarning]
     return made
 

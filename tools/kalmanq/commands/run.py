@@ -242,7 +242,7 @@ def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: 
 
 
 def _told_of_nonlinear(filter_: Any) -> dict[str, Any]:
-    if isinstance(filter_, NonlinearFilter):
+    if isinstance(filter_, NonlinearFilter) or filter_.passes == 1:
         return {"method": filter_.method}
     return {"method": filter_.method, "passes": filter_.passes_done, "is_settled": filter_.is_settled,
             "objectives": filter_.objectives, "halvings": filter_.halvings}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -54,9 +53,7 @@ class Given:
         """What it answers, as an array of real or complex numbers of any shape."""
         given = [one.copy() if isinstance(one, np.ndarray) else one for one in arguments[: self.count]]
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                answer = self.function(*given)
+            answer = self.function(*given)
         except (Exception, SystemExit) as problem:
             raise UserError(told(self.name, problem, self.file)) from problem
         try:

@@ -132,8 +132,9 @@ class Steps:
             raise KalmanqError(f"{what}: {one.name} needs {misfit.bits} more integer bits: a range of "
                                f"{one.range * 2.0**misfit.bits:g} has them", status)
         if status == lib.KQ_ERR_COEFFICIENT:
-            words = np.ldexp(given, np.subtract.outer(self.parts.fractions(rows), self.parts.fractions("states")))
-            row, column = map(int, np.unravel_index(np.argmax(np.abs(words)), words.shape))
+            with np.errstate(divide="ignore"):
+                bits = np.log2(np.abs(given)) + np.subtract.outer(*map(self.parts.fractions, (rows, "states")))
+            row, column = map(int, np.unravel_index(np.argmax(bits), bits.shape))
             raise KalmanqError(f"{what}[{getattr(self.model, rows)[row].name}, {self.model.states[column].name}] = "
                                f"{given[row, column]:g}: beyond the coefficients of q31", status)
         require(status, what)
