@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import json
 import re
@@ -225,6 +226,22 @@ def test_a_smoother_that_goes_the_wrong_way_says_so_and_keeps_the_best(method):
         assert value(run.smoothed, z, none) <= min(smoother.objectives) + 1 < value(first.smoothed, z, none)
 
 
+def test_a_step_goes_half_of_the_way_until_it_is_as_good():
+    class Means:
+        def __init__(self, means):
+            self.move_to(np.array([means]))
+
+        def move_to(self, means):
+            self.means = means
+
+    smoother = NonlinearSmoother(growth())
+    smoother._value = lambda means, z, u: abs(float(means[0]) - 1)
+    for after, best, halvings in ((8.0, 2.0, 2), (2.5, 1.25, 1), (1000.0, 62.5, 4)):
+        smoother.halvings, found = 0, Means(after)
+        assert smoother._halve(np.zeros(1), found, 1.0, None, None) == abs(best - 1)
+        assert found.means[0] == best and smoother.halvings == halvings
+
+
 # ------------------------------------------------------------------ a linear model
 
 
@@ -295,6 +312,13 @@ def test_a_bearing_that_passes_half_a_turn_is_as_any_other(method):
     assert max(apart(*runs)) < 1e-6 and np.max(np.abs(runs[1].innovation[:, 1])) < 1
 
 
+@pytest.mark.parametrize("method", ["cubature", "central", "posterior"])
+def test_sigma_points_beyond_half_a_turn_are_as_any_other(method):
+    model = NonlinearModel(lambda x: x, lambda x: x, x0=[0], P0=[1], Q=[0], R=[1], angles=["z1"])
+    assert abs(NonlinearFilter(model, "f64", method).run([3.1]).mean[0, 0] - 1.55) < 1e-12  # as without a turn
+    assert abs(NonlinearFilter(model, "f64", method).run([3.1 + 2 * np.pi]).mean[0, 0] - 1.55) < 1e-12
+
+
 # ------------------------------------------------------------------ Jacobians
 
 
@@ -345,6 +369,14 @@ def test_the_checker_accepts_right_jacobians_and_finds_planted_errors():
     found, = wrong_entries(far, points)
     assert (found.row, found.column) == ("bearing", "north") and found.point[0][0] > 0 and found.point[1] > 10
     assert re.match(r"H\[bearing, north\] is \S+, not \S+, at x = \(.*\), t = \d+$", str(found))
+
+
+def test_what_differences_cannot_tell_from_0_is_no_error():
+    model = NonlinearModel(lambda x: x, lambda x: np.real(x[0]) ** 2 - 0.6 * np.real(x[0]) + np.real(x[1]) * 1e3,
+                           H=lambda x: [[2 * x[0] - 0.6, 1e3]], x0=[0.3, 2], P0=[1, 1], Q=[1, 1], R=[1])
+    x = np.array([0.3, 2.0])
+    assert model.measurement(x, 0)[0, 0] == 0 != model.found_measurement(x, 0)[0, 0]
+    assert wrong_entries(model, prior_points(model)) == []
 
 
 def test_functions_that_should_agree_are_compared():
@@ -447,11 +479,13 @@ BAD_FILES = {  # what is said: what is written in the place of what
     "line 6: the file: ends the program (3)": ("import numpy as np", "import numpy as np\nraise SystemExit(3)"),
     "H: is int, not a function": ("def H(x):", "H = 3\ndef _H(x):"),
     "line 27: h: its arguments are x, t, u": ("def h(x):", "def h(x, t, u, more):"),
+    "line 27: h: gain has a default, but is in the place of t": ("def h(x):", "def h(x, gain=2):"),
 }
 BAD_FUNCTIONS = {  # the same, found in a run
     "line 30: h: ZeroDivisionError: division by zero": ("    return [np.hypot", "    1 / 0\n    return [np.hypot"),
     "h: answers 3, not 2": ("np.arctan2(x[1], x[0])]\n", "np.arctan2(x[1], x[0]), 0]\n"),
-    "h: answers list, no array of numbers": ("np.arctan2(x[1], x[0])]\n", '"north"]\n'),
+    "h: answers list, no array of numbers": ("np.arctan2(x[1], x[0])]\n", '"1"]\n'),
+    "h: answers NoneType, no array of numbers": ("    return [np.hypot", "    [np.hypot"),
     "h: answers nan for bearing at x = (-150, 20, 5, 0)": ("np.arctan2(x[1], x[0])]\n", "np.nan]\n"),
     "h: answers complex numbers": ("np.arctan2(x[1], x[0])]\n", "1j]\n"),
     "increment: answers inf for v_north at x =": ("x[3], 0, 0]", "x[3], 0, np.inf]"),
@@ -566,7 +600,8 @@ def test_bad_calls_are_refused(said, do):
 
 
 def test_no_noise_and_no_shape_is_a_model_error():
-    for key, changed in {"Q": {"Q": None}, "angles": {"angles": [3]}, "controls": {"controls": ["u", "u"]}}.items():
+    for key, changed in {"Q": {"Q": None}, "angles": {"angles": [3]}, "controls": {"controls": ["u", "u"]}, "x0": {"x0": np.zeros(17)},
+                         "R": {"R": np.ones(17)}}.items():
         with pytest.raises(ModelError, match=key):
             of_q31(**changed)
 
@@ -612,9 +647,7 @@ def test_run_writes_what_the_twin_says(tmp_path):
 
 
 def test_compare_and_check(tmp_path):
-    done = kalmanq("compare", TRACK, TRACK_DATA, "--json")
-    assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
+    said = compared()
     assert 0 < said["arithmetics"]["f32, extended"]["mean_error_in_sigma"] < 1e-3
     assert 0 < said["arithmetics"]["q31, extended"]["mean_error_in_sigma"] < 1e-3
     methods = said["methods"]
@@ -641,6 +674,13 @@ def test_compare_and_check(tmp_path):
     assert done.returncode == 1 and "H: bearing needs" in " ".join(done.stdout.split())
 
 
+@functools.lru_cache
+def compared() -> dict:
+    done = kalmanq("compare", TRACK, TRACK_DATA, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
 def page_of_the_chapter() -> str:
     text = (Path(__file__).parents[2] / "tools/kalmanq/README.md").read_text(encoding="utf-8")
     return re.search(r"^## Nonlinear models\n.*?(?=^## )", text, re.M | re.S).group()
@@ -659,7 +699,7 @@ def test_the_pages_programs_run(tmp_path):
 
 def test_the_pages_figures_are_what_compare_says():
     """libm's last bits may be another machine's, the figures not"""
-    said = json.loads(kalmanq("compare", TRACK, TRACK_DATA, "--json").stdout)["methods"]
+    said = compared()["methods"]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page_of_the_chapter().splitlines()
             if line.startswith("| ") and line.split("|")[1].strip() in said and line.count("|") == 8]
     assert [row[0] for row in rows] == list(said)

@@ -34,16 +34,18 @@ class Given:
             parameters = inspect.signature(self.function).parameters.values()
         except (TypeError, ValueError):
             return len(LEFT_OUT_LAST)
-        kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        given = [one for one in parameters if one.kind in kinds]
-        taken = min(len(given), leading + len(LEFT_OUT_LAST))
         if any(one.kind == inspect.Parameter.VAR_POSITIONAL for one in parameters):
-            taken = leading + len(LEFT_OUT_LAST)
-        needed = sum(one.default is inspect.Parameter.empty for one in given)
-        if taken <= leading or needed > leading + len(LEFT_OUT_LAST):
-            arguments = ", ".join((["z"] if leading else []) + list(LEFT_OUT_LAST))
-            raise self.error(f"its arguments are {arguments}, or fewer of the last ones")
-        return taken - leading
+            return len(LEFT_OUT_LAST)
+        kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        names = (["z"] if leading else []) + list(LEFT_OUT_LAST)
+        given = [one for one in parameters if one.kind in kinds]
+        filled, rest = given[: len(names)], given[len(names) :]
+        if len(filled) <= leading or any(one.default is inspect.Parameter.empty for one in rest):
+            raise self.error(f"its arguments are {', '.join(names)}, or fewer of the last ones")
+        for one, name in zip(filled, names):
+            if one.default is not inspect.Parameter.empty and one.name != name:
+                raise self.error(f"{one.name} has a default, but is in the place of {name}: give it another place")
+        return len(filled) - leading
 
     def error(self, reason: str) -> UserError:
         place = [] if self.file is None else [f"{self.file}: line {self.line}"]
@@ -58,6 +60,8 @@ class Given:
             raise UserError(told(self.name, problem, self.file)) from problem
         try:
             array = np.asarray(answer)
+            if answer is None or array.dtype.kind not in "biufcO":
+                raise ValueError
             return array if array.dtype.kind == "c" else array.astype(np.float64)
         except (TypeError, ValueError):
             raise self.error(f"answers {type(answer).__name__}, no array of numbers") from None

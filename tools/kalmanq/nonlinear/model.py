@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import ModelError
-from kalmanq.model import Model, Quantities
+from kalmanq.model import SIZE_MAX, Model, Quantities
 from kalmanq.nonlinear.calls import Given
 from kalmanq.nonlinear.derivatives import Derivative, unwrapped
 
@@ -183,9 +183,12 @@ class NonlinearModel:
 
 def _length(key: str, given: ArrayLike) -> int:
     try:
-        return len(np.atleast_1d(np.asarray(given, np.float64)))
+        length = len(np.atleast_1d(np.asarray(given, np.float64)))
     except (TypeError, ValueError):
         raise ModelError(key, "not an array of numbers, with rows of one length") from None
+    if not 1 <= length <= SIZE_MAX:
+        raise ModelError(key, f"has {length} rows; there are 1 to {SIZE_MAX}")
+    return length
 
 
 def _controls(given: Any) -> Any:
