@@ -372,10 +372,9 @@ def test_the_checker_accepts_right_jacobians_and_finds_planted_errors():
 
 
 def test_what_differences_cannot_tell_from_0_is_no_error():
-    model = NonlinearModel(lambda x: x, lambda x: np.real(x[0]) ** 2 - 0.6 * np.real(x[0]) + np.real(x[1]) * 1e3,
-                           H=lambda x: [[2 * x[0] - 0.6, 1e3]], x0=[0.3, 2], P0=[1, 1], Q=[1, 1], R=[1])
-    x = np.array([0.3, 2.0])
-    assert model.measurement(x, 0)[0, 0] == 0 != model.found_measurement(x, 0)[0, 0]
+    model = NonlinearModel(lambda x: x, lambda x: np.real(x[0]) ** 3 + np.real(x[1]), H=lambda x: [[3 * x[0] ** 2, 1]],
+                           x0=[0, 0], P0=[1, 1], Q=[1, 1], R=[1])
+    assert model.measurement(model.x0, 0)[0, 0] == 0 != model.found_measurement(model.x0, 0)[0, 0]
     assert wrong_entries(model, prior_points(model)) == []
 
 
