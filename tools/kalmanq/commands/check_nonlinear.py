@@ -56,8 +56,8 @@ def _jacobian(model: NonlinearModel, which: str, points: list[jacobians.Point], 
         return Finding(True, which, f"not given; found by {_way(model, which, points)}")
     if worst.is_wrong:
         return Finding(False, which, str(worst))
-    return Finding(True, which, f"as its function has it {where}, {len(points)} points; worst entry {which}[{worst.row}, "
-                   f"{worst.column}], by {worst.share:.1e} of its row")
+    return Finding(True, which, f"as its function has it {where}, {len(points)} points; worst entry "
+                   f"{which}[{worst.row}, {worst.column}], by {worst.share:.1e} of its row")
 
 
 def _way(model: NonlinearModel, which: str, points: list[jacobians.Point]) -> str:

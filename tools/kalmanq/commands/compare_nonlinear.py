@@ -125,8 +125,8 @@ def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_
     shown = model.state_names[:SHOWN] if is_known else []
     known = ["NEES", "smoothed", *(f"RMS {name}" for name in shown)] if is_known else []
     said = "NIS a measurement" + (", NEES a state; RMS of smoothed states" if is_known else "")
-    table = Table("method", "NIS", "log-likelihood", *known, title=f"{model.name}: methods in double, {rows} rows; {said}",
-                  title_justify="left")
+    table = Table("method", "NIS", "log-likelihood", *known, title_justify="left",
+                  title=f"{model.name}: methods in double, {rows} rows; {said}")
     for method, of in found.items():
         if "refused" in of:
             table.add_row(method, "refused")

@@ -22,6 +22,7 @@ from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.file import read_any
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
+from kalmanq.nonlinear.methods import BY_POINTS
 from kalmanq.results import Run
 
 BLOCK = 65536  # rows in memory at once
@@ -72,7 +73,7 @@ def run_file(asked: Asked, console: Console) -> None:
         writer = None
         for first, row, z, u in _blocks(asked, model):
             run = _run(asked, filter_, z, u, robust, row)
-            if first == 0 and isinstance(model, NonlinearModel):
+            if first == 0 and isinstance(model, NonlinearModel) and asked.method not in BY_POINTS:
                 _warn_of_jacobians(asked, model, run, u)
             _count(summary, run, z, model)
             if asked.plot:
@@ -93,8 +94,9 @@ def run_file(asked: Asked, console: Console) -> None:
 
 def _refuse(asked: Asked, model: AnyModel) -> None:
     if isinstance(model, NonlinearModel):
-        for name, value in (("--lag", asked.lag is not None), ("--forecast", asked.forecast), ("--robust", asked.robust)):
-            if value:
+        for name, is_given in (("--lag", asked.lag is not None), ("--forecast", asked.forecast > 0),
+                               ("--robust", asked.robust is not None)):
+            if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
         if asked.iterate is not None and asked.method not in ("iterated", "posterior"):
             raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
