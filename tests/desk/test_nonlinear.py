@@ -394,6 +394,9 @@ def test_functions_that_should_agree_are_compared():
 
     right = told(f=lambda x: x + np.array(given["increment"](x)), innovation=innovation)
     assert right == {}
+    units = {**same, "measurements": [Quantity("range", "m"), Quantity("bearing", "deg")], "states": "abcd"}
+    degrees = findings(NonlinearModel(**given, **units, angles=["bearing"]))
+    assert [one.subject for one in degrees if not one.is_good] == ["angle bearing"]
     other = told(f=lambda x: np.array([x[0] + x[2], x[1] + x[3], x[2], x[3] + 0.1]))
     assert "of v_north it is 0" in other["increment"].said
     assert "range" in told(innovation=lambda z, x: -innovation(z, x))["innovation"].said

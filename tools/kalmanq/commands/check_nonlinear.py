@@ -73,10 +73,10 @@ def _angles(model: NonlinearModel) -> list[Finding]:
     for c, one in enumerate(model.measurements):
         unit = one.unit.lower()
         if c in model.angles and unit in ("deg", "degree", "degrees", "°"):
-            made.append(Finding(False, "angles", f"{one.name} is in {one.unit}; angles are wrapped in rad"))
+            made.append(Finding(False, f"angle {one.name}", f"is in {one.unit}; angles are wrapped in rad"))
         elif c not in model.angles and unit == "rad" and "innovation" not in model.given:
-            made.append(Finding(True, "angles", f"{one.name} is in rad and not among angles: where it passes half a "
-                                "turn its innovation jumps"))
+            made.append(Finding(True, f"angle {one.name}", "is in rad and not among angles: where it passes half a turn "
+                                "its innovation jumps"))
     return made
 
 

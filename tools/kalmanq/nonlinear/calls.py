@@ -63,7 +63,7 @@ class Given:
             if answer is None or array.dtype.kind not in "biufcO":
                 raise ValueError
             return array if array.dtype.kind == "c" else array.astype(np.float64)
-        except (TypeError, ValueError):
+        except Exception:  # of an object's own __array__, too
             raise self.error(f"answers {type(answer).__name__}, no array of numbers") from None
 
     def numbers(self, shape: tuple[int, ...], *arguments: Any) -> np.ndarray:

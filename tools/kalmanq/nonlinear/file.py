@@ -70,7 +70,8 @@ def _executed(path: Path, source: bytes) -> dict[str, Any]:
     module = types.ModuleType(f"kalmanq_model_{path.stem}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module  # dataclasses look there
-    sys.path.insert(0, str(path.resolve().parent))
+    folder = str(path.resolve().parent)
+    sys.path.insert(0, folder)
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
         exec(compile(source, str(path), "exec"), module.__dict__)
@@ -82,7 +83,8 @@ def _executed(path: Path, source: bytes) -> dict[str, Any]:
     except (Exception, SystemExit) as problem:
         raise ModelFileError(told("the file", problem, str(path))) from problem
     finally:
-        sys.path.pop(0)
+        if folder in sys.path:
+            sys.path.remove(folder)
         sys.dont_write_bytecode = writes
     return module.__dict__
 

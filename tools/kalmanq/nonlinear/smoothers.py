@@ -8,7 +8,7 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.core import ffi, lib, require
+from kalmanq.core import ffi, lib, require, warn_of
 from kalmanq.data import index_of, rows_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import methods
@@ -91,7 +91,9 @@ class NonlinearSmoother:
 
     def _pass(self, at: Densities, z: np.ndarray, u: np.ndarray, covariance: bool) -> tuple[Run, Densities]:
         recording = self._recording(len(z), at.way())
-        made = recording.run(z, u if self.model.l else None)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", KalmanqWarning)  # told once, of the pass that is kept
+            made = recording.run(z, u if self.model.l else None)
         recording.smooth(made, covariance)
         self.passes_done += 1
         return made, Densities(recording, made, self.method)
@@ -126,6 +128,8 @@ def settled(run: Run, before: np.ndarray) -> bool:
 def keep_smoothed(run: Run, made: Run) -> None:
     run.smoothed, run.smoothed_sigma = made.smoothed, made.smoothed_sigma
     run.smoothed_covariance = made.smoothed_covariance
+    warn_of(made.events & ~run.events, f"{run.model.name}, {run.arithmetic}, a pass of the smoother")
+    run.events |= made.events
     run.words.update({name: words for name, words in made.words.items() if name.startswith("smoothed")})
 
 
