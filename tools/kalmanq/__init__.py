@@ -12,6 +12,7 @@ from kalmanq.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoothe
 from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
 from kalmanq.following import PointSmoother, SettlingFilter
 from kalmanq.model import Gaps, Model, Quantity
+from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.results import Run
 from kalmanq.reweighting import ReweightedSmoother
 from kalmanq.statistics import Consistency, LeastSquares
@@ -20,8 +21,8 @@ from kalmanq.varying import VaryingSmoother
 
 __all__ = [
     "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Fit", "Gaps", "KalmanqError",
-    "KalmanqWarning", "LagSmoother", "LeastSquares", "Model", "ModelError", "PointSmoother", "Quantity",
-    "ReweightedSmoother", "Robust", "Run", "SettlingFilter", "Smoother", "SteadyFilter", "SteadyState",
-    "VaryingSmoother", "fit",
-    "gradient", "likelihood", "run_many", "steady_state",
+    "KalmanqWarning", "LagSmoother", "LeastSquares", "Model", "ModelError", "NonlinearFilter", "NonlinearModel",
+    "NonlinearSmoother", "PointSmoother", "Quantity", "ReweightedSmoother", "Robust", "Run", "SettlingFilter",
+    "Smoother", "SteadyFilter", "SteadyState", "VaryingSmoother", "fit", "gradient", "likelihood", "run_many",
+    "steady_state",
 ]

@@ -110,7 +110,16 @@ class CompiledForm(str, Enum):
     gain = "gain"
 
 
+class NonlinearMethod(str, Enum):
+    extended = "extended"
+    iterated = "iterated"
+    cubature = "cubature"
+    central = "central"
+    posterior = "posterior"
+
+
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
+ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
 ARITHMETIC = typer.Option(Arithmetic.f64, "--arith", help="The numbers that the chip will have.")
@@ -149,13 +158,16 @@ def console() -> Console:
 
 @app.command()
 def run(
-    model: Path = MODEL,
+    model: Path = ANY_MODEL,
     data: Path = DATA,
     arith: Arithmetic = ARITHMETIC,
     smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too."),
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too."),
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one."),
     robust: Optional[Way] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps."),
+    method: Optional[NonlinearMethod] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out."),
+    iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out."),
+    passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="A row for each row of data."),
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Data, means and bands."),
     json_: bool = JSON,
@@ -165,16 +177,26 @@ def run(
 
     with told_in_one_line(model, data, out, plot):
         run_file(Asked(model, data, arith.value, smooth, lag, forecast, robust.value if robust else None, out,
-                       plot, json_), console())
+                       plot, json_, method.value if method else None, iterate, passes), console())
 
 
 @app.command()
-def check(model: Path = MODEL, json_: bool = JSON) -> None:
-    """Is the model observable, stabilisable and well conditioned, and do the ranges fit?"""
-    from kalmanq.commands.check import check_file
+def check(
+    model: Path = ANY_MODEL,
+    data: Optional[Path] = typer.Argument(None, metavar="[DATA.csv]", help="Of a nonlinear model: what to look along."),
+    json_: bool = JSON,
+) -> None:
+    """Is the model observable, stabilisable and well conditioned, and do the ranges fit?  Are Jacobians right?"""
+    from kalmanq.commands import check as linear, check_nonlinear
 
-    with told_in_one_line(model):
-        if not check_file(model, json_, console()):
+    with told_in_one_line(model, data):
+        if model.suffix == ".py":
+            is_good = check_nonlinear.check_file(model, data, json_, console())
+        elif data is not None:
+            raise KalmanqError(f"{data}: a linear model is checked without data")
+        else:
+            is_good = linear.check_file(model, json_, console())
+        if not is_good:
             raise SystemExit(REFUSED)
 
 
@@ -229,7 +251,7 @@ def steady(model: Path = MODEL, json_: bool = JSON) -> None:
 
 @app.command()
 def simulate(
-    model: Path = MODEL,
+    model: Path = ANY_MODEL,
     rows: int = typer.Option(200, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw."),
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
@@ -260,16 +282,17 @@ def simulate(
 
 @app.command()
 def compare(
-    model: Path = MODEL,
+    model: Path = ANY_MODEL,
     data: Path = DATA,
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows."),
     json_: bool = JSON,
 ) -> None:
-    """Every arithmetic beside double: errors of means in sigma, and of sigmas."""
-    from kalmanq.commands.compare import compare_file
+    """Every arithmetic beside double: errors of means in sigma, and of sigmas.  Of a nonlinear model the methods, too."""
+    from kalmanq.commands import compare as linear, compare_nonlinear
 
     with told_in_one_line(model, data, plot):
-        compare_file(model, data, plot, json_, console())
+        command = compare_nonlinear if model.suffix == ".py" else linear
+        command.compare_file(model, data, plot, json_, console())
 
 
 @app.command()

@@ -14,6 +14,7 @@ from kalmanq.data import controls_of, index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.parts import Parts
+from kalmanq.readings import Readable, Results
 from kalmanq.results import Run
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Robust:
         return USUAL[self.way] if self.parameter is None else self.parameter
 
 
-class Filter:
+class Filter(Readable):
     """A filter of a model in one arithmetic, before the first measurement.
 
         f = Filter(model, "q31")
@@ -66,17 +67,11 @@ class Filter:
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, parts: Optional[Parts] = None):
-        self.parts = parts or Parts(model, arithmetic)
-        self.model = model
-        self.arithmetic = self.parts.arithmetic
+        super().__init__(model, parts or Parts(model, arithmetic))
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
-        self._kept: list[Any] = []  # what C refers to
         self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
-        self._handle = self.arithmetic.struct("filter")
-        self._memory = self.arithmetic.empty(self._length("filter", model.n))
-        require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
         if np.any(model.unknown):
             self._start = self._object("start", model.n, 0, sizes=(model.n, 0))
             self.parts.init_start(self._start, self._handle)
@@ -128,55 +123,7 @@ class Filter:
         made.row, made.begins, made._left = self.row, self.begins, self._left
         return made
 
-    # ------------------------------------------------------------------ readings
-
-    @property
-    def mean(self) -> np.ndarray:
-        made = self._words("mean")
-        return self._values(made, self._words("mean_low"))
-
-    @property
-    def sigma(self) -> np.ndarray:
-        return self._values(self._words("sigma"))
-
-    @property
-    def covariance(self) -> np.ndarray:
-        n, a = self.model.n, self.arithmetic
-        made = np.zeros((n, n), a.number_of_any_size)
-        status = self._call("covariance", self._pointer(made, self._any_size))
-        if status == lib.KQ_ERR_NOT_READY:  # of a start that is in part unknown so far
-            return np.full((n, n), np.nan)
-        require(status, "covariance")
-        return a.numbers(made, self.parts.covariance_scale)
-
-    @property
-    def log_likelihood(self) -> float:
-        """Of all rows so far."""
-        if not self.arithmetic.is_fixed:
-            return float(self._call("log_likelihood"))
-        made = np.zeros(1, self.arithmetic.number_of_any_size)
-        require(self._call("log_likelihood_scaled", self._pointer(made, self._any_size)), "log-likelihood")
-        return float(self.arithmetic.numbers(made)[0])
-
-    @property
-    def nis(self) -> float:
-        return float(self.arithmetic.scores(np.array([self._call("nis")], self.arithmetic.score))[0])
-
-    @property
-    def taken(self) -> int:
-        return int(self._call("taken"))
-
-    @property
-    def events(self) -> int:
-        return int(self._call("events"))
-
-    def clear_events(self) -> None:
-        self._call("events_clear")
-
-    @property
-    def memory(self) -> np.ndarray:
-        """The words of mean and root, as the chip has them."""
-        return self._memory.copy()
+    # ------------------------------------------------------------------ what the next update would do
 
     def gain(self) -> np.ndarray:
         """n x m: the gain that the next update would use."""
@@ -279,88 +226,8 @@ class Filter:
     def _ask(self, q: Any, out: Results) -> None:
         """What a smoother or an adaptation wants of a run beside the filter's results."""
 
-    def _tell(self, run: Run, out: Results) -> None:
-        """What it makes of that."""
-
     def _end(self, q: Any) -> None:
         """What of a run has to be known at the next one."""
-
-    # ------------------------------------------------------------------ the core
-
-    @property
-    def _any_size(self) -> str:
-        return "kq_scaled_q31" if self.arithmetic.is_fixed else ""
-
-    def _call(self, stem: str, *arguments: Any) -> Any:
-        return self.arithmetic.function(stem)(self._handle, *arguments)
-
-    def _pointer(self, array: Optional[np.ndarray], kind: str = "") -> Any:
-        return self.arithmetic.pointer(array, kind)
-
-    def _scores(self, array: np.ndarray) -> Any:
-        return self._pointer(array, "int64_t" if self.arithmetic.is_fixed else "")
-
-    def _length(self, stem: str, *sizes: int) -> int:
-        return int(self.arithmetic.function(f"{stem}_length")(*sizes))
-
-    def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
-        """A new object with its memory, assigned."""
-        made = self.arithmetic.struct(stem)
-        memory = self.arithmetic.empty(self._length(stem, *sizes))
-        status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
-        require(status, stem)
-        self._kept.append(memory)
-        return made
-
-    def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
-        """A reading of every state, of the filter or of what follows it"""
-        read, source = self.arithmetic.function(of + name), source or self._handle
-        return np.array([read(source, i) for i in range(self.model.n)], self.arithmetic.number)
-
-    def _values(self, words: np.ndarray, low: Optional[np.ndarray] = None) -> np.ndarray:
-        return self.arithmetic.values(words, self.parts.fractions("states"), low)
-
-
-class Results:
-    """The arrays that C writes, and the Run that is made of them."""
-
-    def __init__(self, filter_: Filter, T: int, covariance: bool):
-        a, n, m = filter_.arithmetic, filter_.model.n, filter_.model.m
-        self.filter = filter_
-        names = ("mean", "mean_low", "sigma") if a.has_low_words else ("mean", "sigma")
-        self.numbers = {name: np.zeros((T, n), a.number) for name in names}
-        self.numbers["innovation"] = np.zeros((T, m), a.number)
-        self.any_size = {"innovation_variance": np.zeros((T, m), a.number_of_any_size)}
-        if covariance:
-            self.any_size["covariance"] = np.zeros((T, n, n), a.number_of_any_size)
-        self.scores = {name: np.zeros(T, a.score) for name in ("nis", "log_likelihood")}
-        self.taken = np.zeros(T, np.int32)
-        self.settled: Optional[np.ndarray] = None
-
-    def ask(self, q: Any) -> None:
-        a = self.filter.arithmetic
-        for name, array in self.numbers.items():
-            setattr(q, name, a.pointer(array))
-        for name, array in self.any_size.items():
-            setattr(q, name, a.pointer(array, self.filter._any_size))
-        for name, array in self.scores.items():
-            setattr(q, name, self.filter._scores(array))
-        q.taken = a.pointer(self.taken, "int32_t")
-
-    def run(self) -> Run:
-        f, a, words = self.filter, self.filter.arithmetic, self.numbers
-        states, measured = f.parts.fractions("states"), np.array(f.parts.fractions("measurements"))
-        made = Run(
-            f.model, a.name, mean=a.values(words["mean"], states, words.get("mean_low")),
-            sigma=a.values(words["sigma"], states), innovation=a.values(words["innovation"], measured),
-            innovation_sigma=np.sqrt(a.numbers(self.any_size["innovation_variance"], 2 * measured)),
-            nis=a.scores(self.scores["nis"]), taken=self.taken,
-            log_likelihood=a.scores(self.scores["log_likelihood"]), events=f.events,
-            words={**words, **self.scores})
-        if "covariance" in self.any_size:
-            made.covariance = a.numbers(self.any_size["covariance"], f.parts.covariance_scale)
-        f._tell(made, self)
-        return made
 
 
 class LagSmoother(Filter):
@@ -479,21 +346,12 @@ class _Recording(Filter):
         require(self.arithmetic.function("history_attach")(self._history, self._handle), "history")
 
     def smooth(self, run: Run, covariance: bool, means_only: bool) -> None:
-        a, n, T = self.arithmetic, self.model.n, len(run)
-        if not T:
+        if not len(run):
             return
         self._smooth(means_only)
-        mean, low, sigma = (np.zeros((T, n), a.number) for _ in range(3))
-        full = np.zeros((T, n, n), a.number_of_any_size) if covariance and not means_only else None
-        source = self._start if self.is_unknown else self._history
-        require(a.function("start_read" if self.is_unknown else "history_read")(
-            source, T, *map(self._pointer, (mean, low, sigma)), self._pointer(full, self._any_size)), "smoother")
-        states = self.parts.fractions("states")
-        run.smoothed = a.values(mean, states, low)
-        run.smoothed_sigma = None if means_only else a.values(sigma, states)
-        run.smoothed_covariance = None if full is None else a.numbers(full, self.parts.covariance_scale)
-        run.events |= int(a.function("history_events")(self._history))
-        run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
+        what = "start" if self.is_unknown else "history"
+        self.read_smoothed(run, what, self._start if self.is_unknown else self._history, covariance, means_only)
+        run.events |= int(self.arithmetic.function("history_events")(self._history))
 
     def _smooth(self, means_only: bool) -> None:
         a = self.arithmetic

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from kalmanq.core import require
 from kalmanq.data import row_of
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Filter, Results, Robust
+from kalmanq.filters import Filter, Robust
 from kalmanq.model import Model
 from kalmanq.parts import Parts
+from kalmanq.readings import Results
 from kalmanq.results import Run
 
 

@@ -131,6 +131,12 @@ class Model:
         return f"Model({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
 
 
+def root_of(P: np.ndarray) -> np.ndarray:
+    """L with P = L L', of a P that may be singular."""
+    values, vectors = np.linalg.eigh(P)
+    return vectors * np.sqrt(values.clip(0))
+
+
 def _fixed(array: np.ndarray) -> np.ndarray:
     made = np.array(array, np.float64, order="C")
     made.setflags(write=False)

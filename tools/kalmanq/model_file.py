@@ -40,6 +40,9 @@ class ModelFileError(KalmanqError):
 
 
 def read(path: Path) -> Model:
+    if Path(path).suffix == ".py":
+        raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check and simulate (without --runs) "
+                             "take; this takes a linear one (TOML)")
     text = _text(path)
     try:
         given = tomllib.loads(text)
@@ -51,7 +54,7 @@ def read(path: Path) -> Model:
     section = "model"
     try:
         for section, content in given.items():
-            _known(section, content)
+            known(section, content)
         section = "model"
         return _model(path, given)
     except ModelError as problem:
@@ -87,7 +90,7 @@ def line_of(text: str, section: str, key: str) -> Optional[int]:
     return found
 
 
-def _known(section: str, content: Any) -> None:
+def known(section: str, content: Any) -> None:
     if section not in SECTIONS:
         raise ModelError(section, "no such section" + _near(section, SECTIONS))
     if not isinstance(content, dict):
@@ -123,7 +126,7 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
              "controls": 0 if made.get("B") is None else _width(made["B"])}
     for which, size in sizes.items():
         default = made.pop(which, None)
-        made[which] = _quantities(which, given.get(which, {}), size, default)
+        made[which] = quantities(which, given.get(which, {}), size, default)
     return Model(**made, gaps=_gaps(given.get("gaps", {})), name=name)
 
 
@@ -200,7 +203,7 @@ def _typed(given: Any, kind: type, key: str, expected: str) -> Any:
     return given
 
 
-def _quantities(which: str, given: Mapping[str, Any], size: int, default: Optional[list[str]]) -> list[Quantity]:
+def quantities(which: str, given: Mapping[str, Any], size: int, default: Optional[list[str]]) -> list[Quantity]:
     letter = {"states": "x", "measurements": "z", "controls": "u"}[which]
     names = default or [f"{letter}{k + 1}" for k in range(size)]
     columns: dict[str, list[Any]] = {"names": names, "units": [""] * size, "ranges": [None] * size,

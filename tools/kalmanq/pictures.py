@@ -53,10 +53,10 @@ def save_small(figure: Figure, path: Path) -> None:
     plt.close(figure)
 
 
-def measured_states(model: Model) -> dict[int, list[tuple[int, float]]]:
+def measured_states(model: Any) -> dict[int, list[tuple[int, float]]]:
     """The components that measure one state alone, with their factors: their data can be drawn on its axis."""
     made: dict[int, list[tuple[int, float]]] = {}
-    for c, row in enumerate(model.H):
+    for c, row in enumerate(model.H if isinstance(model, Model) else ()):
         states = np.flatnonzero(row)
         if len(states) == 1:
             made.setdefault(int(states[0]), []).append((c, float(row[states[0]])))
@@ -64,14 +64,17 @@ def measured_states(model: Model) -> dict[int, list[tuple[int, float]]]:
 
 
 def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarray]] = None) -> Figure:
-    """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind."""
+    """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind.  Of a nonlinear
+    model a panel a measurement, too: data, and what the filter expected."""
     with plt.rc_context(STYLE):
-        n = run.model.n
-        figure, axes = plt.subplots(n, 1, figsize=(8.6, 1.2 + 2.1 * n), sharex=True, squeeze=False,
+        n, m = run.model.n, 0 if isinstance(run.model, Model) else run.model.m
+        figure, axes = plt.subplots(n + m, 1, figsize=(8.6, 1.2 + 2.1 * (n + m)), sharex=True, squeeze=False,
                                     layout="constrained")
         shown = measured_states(run.model)
-        for i, axis in enumerate(axes[:, 0]):
+        for i, axis in enumerate(axes[:n, 0]):
             _draw_state(axis, run, z, i, shown.get(i, []), ahead)
+        for c, axis in enumerate(axes[n:, 0]):
+            _draw_measurement(axis, run, z, c)
         axes[-1, 0].set_xlabel("row")
         handles = {label: handle for axis in axes[:, 0]
                    for handle, label in zip(*axis.get_legend_handles_labels())}
@@ -93,6 +96,15 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
         _band(axis, len(run) + np.arange(len(mean)), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
     axis.set_ylabel(run.model.states[i].label)
     limit(axis, np.concatenate([run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]))
+
+
+def _draw_measurement(axis: Any, run: Run, z: np.ndarray, c: int) -> None:
+    assert run.innovation is not None and run.innovation_sigma is not None
+    rows = np.arange(len(run))
+    axis.plot(rows, z[:, c], ".", ms=3.5, color=DATA, alpha=0.7, label="measured", zorder=1)
+    _band(axis, rows, z[:, c] - run.innovation[:, c], run.innovation_sigma[:, c], AHEAD, "expected, 95 %")
+    axis.set_ylabel(run.model.measurements[c].label)
+    limit(axis, z[:, c])
 
 
 def _band(axis: Any, rows: np.ndarray, mean: np.ndarray, sigma: np.ndarray, colour: str, label: str) -> None:

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from kalmanq.core import arithmetic_of, ffi, require
 from kalmanq.data import index_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Filter, Results, Robust
+from kalmanq.filters import Filter, Robust
 from kalmanq.model import Model, Quantities, Quantity
+from kalmanq.readings import Results
 from kalmanq.results import Run
 
 

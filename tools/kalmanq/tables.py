@@ -129,6 +129,18 @@ def joined(blocks: Sequence[Block]) -> Block:
                                        for name in blocks[0].columns})
 
 
+def names_in(path: Path) -> list[str]:
+    """The header's cells"""
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as text:
+            _skip_comments(text)
+            return [cell.strip() for cell in next(csv.reader(text), [])]
+    except FileNotFoundError:
+        raise TableError(path, "no such file") from None
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise TableError(path, "is not UTF-8 text") from problem
+
+
 def measurements_and_controls(path: Path, model: Model) -> tuple[np.ndarray, Optional[np.ndarray]]:
     """All rows of a model's columns: z (T x m) and u (T x l) or None."""
     measurements, controls = ([one.name for one in which] for which in (model.measurements, model.controls))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -46,7 +47,7 @@ def unseen(A: np.ndarray, H: np.ndarray) -> list[complex]:
 def findings(model: Model) -> list[Finding]:
     made = [_seen(model), _driven(model), _settles(model), _conditioned(model)]
     made += [_fixed_point(model)] if any(one.range for one in model.states) else []
-    made += [_prior(model)] if any(one.range for one in np.array(model.states)[~model.unknown]) else []
+    made += [prior_finding(model)] if any(one.range for one in np.array(model.states)[~model.unknown]) else []
     return made
 
 
@@ -97,7 +98,7 @@ def _fixed_point(model: Model) -> Finding:
     return Finding(True, "ranges", f"fit: {formats}")
 
 
-def _prior(model: Model) -> Finding:
+def prior_finding(model: Model) -> Finding:
     """Does the filter begin within its ranges?  Beyond 3 sigma it hardly is."""
     wide, reaching = [], []
     for i, one in enumerate(model.states):
@@ -118,7 +119,11 @@ def _prior(model: Model) -> Finding:
 
 def check_file(path: Path, as_json: bool, console: Console) -> bool:
     model = model_file.read(path)
-    made = findings(model)
+    return tell(model, findings(model), as_json, console)
+
+
+def tell(model: Any, made: list[Finding], as_json: bool, console: Console) -> bool:
+    """Is all of it good?"""
     if as_json:
         print(json.dumps({one.subject: {"good": one.is_good, "said": one.said} for one in made}, indent=2))
     else:

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 import json
+import warnings
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator, Optional, Union
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import model_file, tables
+from kalmanq import tables
 from kalmanq.core import names_of
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter, LagSmoother, Robust, Smoother
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
+from kalmanq.nonlinear.file import read_any
+from kalmanq.nonlinear.filters import ITERATIONS
+from kalmanq.nonlinear.jacobians import points_along, wrong_entries
+from kalmanq.nonlinear.methods import BY_POINTS
 from kalmanq.results import Run
 
 BLOCK = 65536  # rows in memory at once
 PLOTTED = 200_000  # more rows than that are no picture
+LOOKED_AT = 10  # rows at which a nonlinear model's own Jacobians are compared with its functions
+AnyModel = Union[Model, NonlinearModel]
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,9 @@ class Asked:
     out: Optional[Path]
     plot: Optional[Path]
     json: bool
+    method: Optional[str] = None  # of a nonlinear model, as the two below
+    iterate: Optional[int] = None
+    passes: Optional[int] = None
 
 
 @dataclass
@@ -52,7 +63,7 @@ class Summary:
 
 
 def run_file(asked: Asked, console: Console) -> None:
-    model = model_file.read(asked.model)
+    model = read_any(asked.model)
     _refuse(asked, model)
     summary = Summary()
     filter_ = _filter(asked, model)
@@ -62,6 +73,8 @@ def run_file(asked: Asked, console: Console) -> None:
         writer = None
         for first, row, z, u in _blocks(asked, model):
             run = _run(asked, filter_, z, u, robust, row)
+            if first == 0 and isinstance(model, NonlinearModel) and asked.method not in BY_POINTS:
+                _warn_of_jacobians(asked, model, run, u)
             _count(summary, run, z, model)
             if asked.plot:
                 summary.kept.append(run)
@@ -79,7 +92,20 @@ def run_file(asked: Asked, console: Console) -> None:
     _tell(asked, model, filter_, summary, ahead, console)
 
 
-def _refuse(asked: Asked, model: Model) -> None:
+def _refuse(asked: Asked, model: AnyModel) -> None:
+    if isinstance(model, NonlinearModel):
+        for name, is_given in (("--lag", asked.lag is not None), ("--forecast", asked.forecast > 0),
+                               ("--robust", asked.robust is not None)):
+            if is_given:
+                raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
+        if asked.iterate is not None and asked.method not in ("iterated", "posterior"):
+            raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
+        if asked.passes is not None and not asked.smooth:
+            raise KalmanqError("--passes: of --smooth")
+    else:
+        for name, given in (("--method", asked.method), ("--iterate", asked.iterate), ("--passes", asked.passes)):
+            if given is not None:
+                raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
     if asked.smooth and asked.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
     if asked.smooth and asked.robust:
@@ -96,7 +122,19 @@ def _refuse_picture(rows: int) -> None:
         raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
 
 
-def _filter(asked: Asked, model: Model) -> Any:
+def _warn_of_jacobians(asked: Asked, model: NonlinearModel, run: Run, u: Optional[np.ndarray]) -> None:
+    """Wrong ones make wrong numbers without a word: the first rows are looked at."""
+    controls = np.zeros((len(run), 0)) if u is None else u
+    for entry in wrong_entries(model, points_along(run.mean[:LOOKED_AT], controls)):
+        warnings.warn(f"{asked.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
+
+
+def _filter(asked: Asked, model: AnyModel) -> Any:
+    if isinstance(model, NonlinearModel):
+        method, count = asked.method or "extended", asked.iterate or ITERATIONS
+        if asked.smooth:
+            return NonlinearSmoother(model, asked.arithmetic, method, count, asked.passes or 1)
+        return NonlinearFilter(model, asked.arithmetic, method, count)
     if asked.smooth:
         return Smoother(model, asked.arithmetic)
     if asked.lag is not None:
@@ -104,7 +142,7 @@ def _filter(asked: Asked, model: Model) -> Any:
     return Filter(model, asked.arithmetic)
 
 
-def _blocks(asked: Asked, model: Model) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
+def _blocks(asked: Asked, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
     """First step, its row in the file, measurements and controls; a smoother takes all rows at once."""
     measurements = [one.name for one in model.measurements]
     controls = [one.name for one in model.controls]
@@ -125,7 +163,7 @@ def _blocks(asked: Asked, model: Model) -> Iterator[tuple[int, int, np.ndarray, 
 def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
          row: int) -> Run:
     try:
-        if isinstance(filter_, Smoother):
+        if isinstance(filter_, (Smoother, NonlinearFilter, NonlinearSmoother)):
             return filter_.run(z, u)
         return filter_.run(z, u, robust=robust)
     except KalmanqError as problem:
@@ -135,7 +173,7 @@ def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], rob
         raise KalmanqError(f"{asked.data}: row {row + problem.row}: {text}", problem.status) from problem
 
 
-def _count(summary: Summary, run: Run, z: np.ndarray, model: Model) -> None:
+def _count(summary: Summary, run: Run, z: np.ndarray, model: AnyModel) -> None:
     assert run.taken is not None and run.nis is not None and run.log_likelihood is not None
     summary.rows += len(run)
     summary.taken += int(run.taken.clip(0).sum())
@@ -152,15 +190,15 @@ def _finish(summary: Summary, filter_: Any) -> None:
 
 
 def _ahead(filter_: Any, steps: int) -> list[Filter]:
-    source = filter_.last if isinstance(filter_, Smoother) else filter_
+    source = filter_.last if isinstance(filter_, (Smoother, NonlinearSmoother)) else filter_
     return [source.forecast(k) for k in range(1, steps + 1)] if steps else []
 
 
-def _plot(asked: Asked, model: Model, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
+def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
     from kalmanq import pictures
 
     whole = summary.kept[0]
-    for name in ("mean", "sigma", "smoothed", "smoothed_sigma"):
+    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "innovation", "innovation_sigma"):
         parts = [getattr(run, name) for run in summary.kept]
         setattr(whole, name, None if parts[0] is None else np.vstack(parts))
     band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
@@ -168,8 +206,8 @@ def _plot(asked: Asked, model: Model, summary: Summary, z: np.ndarray, ahead: li
     pictures.save(pictures.draw_run(whole, z, band), asked.plot, [asked.data, asked.model])
 
 
-def _tell(asked: Asked, model: Model, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
-    source = filter_.last if isinstance(filter_, Smoother) else filter_
+def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
+    source = filter_.last if isinstance(filter_, (Smoother, NonlinearSmoother)) else filter_
     told = {
         "model": model.name, "arithmetic": asked.arithmetic, "rows": summary.rows, "taken": summary.taken,
         "missing": summary.missing, "log_likelihood": summary.log_likelihood,
@@ -178,11 +216,14 @@ def _tell(asked: Asked, model: Model, filter_: Any, summary: Summary, ahead: lis
         "mean": source.mean.tolist(), "covariance": source.covariance.tolist(),
         "forecast": [{"mean": f.mean.tolist(), "covariance": f.covariance.tolist()} for f in ahead],
     }
+    if isinstance(model, NonlinearModel):
+        told.update(_told_of_nonlinear(filter_))
     if asked.json:
         print(json.dumps(_no_nan(told), indent=2))
         return
+    arithmetic = f"{asked.arithmetic}, {told['method']}" if "method" in told else asked.arithmetic
     table = Table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
-                  title=f"{model.name}: after {summary.rows} rows, {asked.arithmetic}", title_justify="left")
+                  title=f"{model.name}: after {summary.rows} rows, {arithmetic}", title_justify="left")
     for i, state in enumerate(model.states):
         cells = [f"{source.mean[i]:.6g}", f"{source.sigma[i]:.3g}"]
         cells += [f"{ahead[-1].mean[i]:.6g}", f"{ahead[-1].sigma[i]:.3g}"] if ahead else []
@@ -191,11 +232,22 @@ def _tell(asked: Asked, model: Model, filter_: Any, summary: Summary, ahead: lis
     ratio = f", NIS {summary.nis / summary.taken:.3f} a measurement (1 if the model is right)" if summary.taken else ""
     console.print(f"log-likelihood {summary.log_likelihood:.6f}; {summary.taken} measurements taken, "
                   f"{summary.missing} missing{ratio}")
+    if told.get("passes", 1) > 1:
+        console.print(f"{told['passes']} passes of the smoother, "
+                      + ("settled" if told["is_settled"] else "not settled: take no more from them than from the first"
+                         if told["halvings"] else "not settled"))
     if summary.events:
         console.print("events: " + ", ".join(names_of(summary.events)))
     for path in (asked.out, asked.plot):
         if path:
             console.print(f"wrote {path}")
+
+
+def _told_of_nonlinear(filter_: Any) -> dict[str, Any]:
+    if isinstance(filter_, NonlinearFilter) or filter_.passes == 1:
+        return {"method": filter_.method}
+    return {"method": filter_.method, "passes": filter_.passes_done, "is_settled": filter_.is_settled,
+            "objectives": filter_.objectives, "halvings": filter_.halvings}
 
 
 def _no_nan(value: Any) -> Any:

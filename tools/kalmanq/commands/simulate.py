@@ -8,9 +8,11 @@ from typing import Optional, Union
 
 import numpy as np
 
-from kalmanq import model_file, tables
+from kalmanq import nonlinear, tables
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model
+from kalmanq.model import Model, root_of
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.file import read_any
 
 
 def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
@@ -34,8 +36,7 @@ def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
 def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
           gap: Optional[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
     """As simulate, without the measurements of a gap."""
-    if gap and not 0 <= gap[0] < gap[1] <= rows:
-        raise KalmanqError(f"--gap {gap[0]} {gap[1]}: from a row to one after it, within {rows} rows")
+    _refuse_gap(gap, rows)
     x, z = simulate(model, rows, seed)
     if not np.all(np.isfinite(z)):
         raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
@@ -44,19 +45,29 @@ def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
     return x, z
 
 
-def root_of(P: np.ndarray) -> np.ndarray:
-    """L with P = L L', of a P that may be singular."""
-    values, vectors = np.linalg.eigh(P)
-    return vectors * np.sqrt(values.clip(0))
+def drawn_nonlinear(model: NonlinearModel, rows: int, seed: int,
+                    gap: Optional[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States, measurements and controls"""
+    _refuse_gap(gap, rows)
+    x, z, u = nonlinear.simulate(model, rows, seed)
+    if gap:
+        z[gap[0] : gap[1]] = np.nan
+    return x, z, u
+
+
+def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
+    if gap and not 0 <= gap[0] < gap[1] <= rows:
+        raise KalmanqError(f"--gap {gap[0]} {gap[1]}: from a row to one after it, within {rows} rows")
 
 
 def simulate_file(path: Path, rows: int, seed: int, out: Optional[Path], truth: bool,
                   gap: Optional[tuple[int, int]]) -> None:
-    model = model_file.read(path)
-    x, z = drawn(model, rows, seed, gap)
+    model = read_any(path)
+    x, z, u = drawn_nonlinear(model, rows, seed, gap) if isinstance(model, NonlinearModel) else \
+        (*drawn(model, rows, seed, gap), np.zeros((rows, model.l)))
     columns = {"step": np.arange(rows)}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
-    columns.update({one.name: np.zeros(rows) for one in model.controls})
+    columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
     if truth:
         taken = [one.name for one in model.states if f"{one.name}_true" in columns]
         if taken:

@@ -16,6 +16,10 @@ import cffi
 
 HERE = Path(__file__).resolve().parent
 
+# A kq_function of Python: `context` is a handle of what answers it (kalmanq.nonlinear.callbacks).
+CALLED_BACK = "".join(f"""extern "Python" void kalmanq_answer_{name}(void *context, const {number} *x, {number} *y);
+""" for name, number in (("f32", "float"), ("f64", "double")))
+
 # numbers that macros stand for
 CONSTANTS = re.compile(r"^#define (KQ_[A-Z0-9_]+) +\(?-?\d+\)?\s*(?:/\*.*)?$", re.M)
 def preprocessed(compiler: str, include: Path) -> str:
@@ -32,6 +36,7 @@ def main() -> None:
     builder = cffi.FFI()
     builder.cdef(preprocessed(compiler, include))
     builder.cdef("".join(f"#define {name} ...\n" for name in constants))
+    builder.cdef(CALLED_BACK)
     builder.set_source("kalmanq._core", '#include "sequences.h"')
     builder.emit_c_code(str(output))
 

@@ -1,0 +1,102 @@
+"""kalmanq check, of a nonlinear model: are its Jacobians right, do its functions agree, do its ranges fit?"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+from rich.console import Console
+
+from kalmanq import tables
+from kalmanq.commands.check import Finding, prior_finding, tell
+from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.nonlinear import jacobians
+from kalmanq.nonlinear.file import read
+from kalmanq.nonlinear.filters import NonlinearFilter
+from kalmanq.nonlinear.model import NonlinearModel
+from kalmanq.nonlinear.simulation import simulate
+
+DRAWN, SEED = 50, 1  # rows of a simulated run, where there are no data
+Rows = tuple[np.ndarray, np.ndarray]  # z and u
+
+
+def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding]:
+    """rows: measurements and controls to run through; otherwise simulated ones"""
+    where = "along the data" if rows else f"along {DRAWN} simulated rows"
+    try:
+        if rows is None:
+            _, *drawn = simulate(model, DRAWN, SEED)
+            rows = drawn[0], drawn[1]
+        states = _run(model.without_jacobians(), rows, "f64").mean
+        points = jacobians.prior_points(model) + jacobians.points_along(states, rows[1])
+    except KalmanqError as problem:
+        return [Finding(False, "run", f"{where}: {problem}")]
+    made = [_jacobian(model, which, points, f"over the prior and {where}") for which in ("A", "H")]
+    for name, find in (("increment", jacobians.unlike_increment), ("innovation", jacobians.unlike_innovation)):
+        if name in model.given and (name != "increment" or "f" in model.given):
+            unlike = find(model, points)
+            made.append(Finding(not unlike, name, unlike or "as f or h has it"))
+    made += _angles(model)
+    if any(one.range for one in model.states):
+        made += [_ranges(model, rows, where), prior_finding(model.frame)]
+    return made
+
+
+def _run(model: NonlinearModel, rows: Rows, arithmetic: str):  # type: ignore[no-untyped-def]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", KalmanqWarning)
+        return NonlinearFilter(model, arithmetic).run(rows[0], rows[1] if model.l else None)
+
+
+def _jacobian(model: NonlinearModel, which: str, points: list[jacobians.Point], where: str) -> Finding:
+    worst = jacobians.worst_entry(model, which, points)
+    if worst is None:
+        return Finding(True, which, f"not given; found by {_way(model, which, points)}")
+    if worst.is_wrong:
+        return Finding(False, which, str(worst))
+    return Finding(True, which, f"as its function has it {where}, {len(points)} points; worst entry "
+                   f"{which}[{worst.row}, {worst.column}], by {worst.share:.1e} of its row")
+
+
+def _way(model: NonlinearModel, which: str, points: list[jacobians.Point]) -> str:
+    found = model.found[which]
+    found.why_differences = None
+    for point in points:
+        (model.transition if which == "A" else model.measurement)(*point)
+    return f"differences: {found.why_differences}" if found.why_differences else "the complex step"
+
+
+def _angles(model: NonlinearModel) -> list[Finding]:
+    made = []
+    for c, one in enumerate(model.measurements):
+        unit = one.unit.lower()
+        if c in model.angles and unit in ("deg", "degree", "degrees", "°"):
+            made.append(Finding(False, f"angle {one.name}", f"is in {one.unit}; angles are wrapped in rad"))
+        elif c not in model.angles and unit == "rad" and "innovation" not in model.given:
+            made.append(Finding(True, f"angle {one.name}", "is in rad and not among angles: where it passes half a turn "
+                                "its innovation jumps"))
+    return made
+
+
+def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
+    try:
+        run = _run(model, rows, "q31")
+    except KalmanqError as problem:
+        return Finding(False, "ranges", f"{where}: {problem}")
+    parts = NonlinearFilter(model, "q31").parts
+    formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for which in ("states", "measurements") for one, bits in
+                        zip(getattr(model, which), parts.fractions(which)))
+    if "saturated" in run.event_names:
+        return Finding(False, "ranges", f"{where} a state was held at the end of its word: {formats}")
+    return Finding(True, "ranges", f"fit {where}: {formats}")
+
+
+def check_file(path: Path, data: Optional[Path], as_json: bool, console: Console) -> bool:
+    model = read(path)
+    rows = None
+    if data is not None:
+        z, u = tables.measurements_and_controls(data, model)  # type: ignore[arg-type]
+        rows = z, np.zeros((len(z), 0)) if u is None else u
+    return tell(model, findings(model, rows), as_json, console)

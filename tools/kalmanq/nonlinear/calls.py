@@ -1,0 +1,108 @@
+"""The user's functions: what they answer is checked, and what they raise is told in one line with its place."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any, Callable, Optional
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+
+LEFT_OUT_LAST = ("x", "t", "u")  # a function may take fewer of these
+
+
+class UserError(KalmanqError):
+    """FILE: line N: what a function of the user did."""
+
+
+class Given:
+    """A function of x, t, u, or of fewer of these; `leading` arguments come before them, as the z of an innovation."""
+
+    def __init__(self, name: str, function: Callable[..., Any], leading: int = 0):
+        if not callable(function):
+            raise UserError(f"{name}: is {type(function).__name__}, not a function")
+        self.name, self.function = name, function
+        code = getattr(function, "__code__", None)
+        self.file: Optional[str] = getattr(code, "co_filename", None)
+        self.line: Optional[int] = getattr(code, "co_firstlineno", None)
+        self.count = leading + self._arguments(leading)
+
+    def _arguments(self, leading: int) -> int:
+        """How many of x, t, u it takes"""
+        try:
+            parameters = inspect.signature(self.function).parameters.values()
+        except (TypeError, ValueError):
+            return len(LEFT_OUT_LAST)
+        if any(one.kind == inspect.Parameter.VAR_POSITIONAL for one in parameters):
+            return len(LEFT_OUT_LAST)
+        kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        names = (["z"] if leading else []) + list(LEFT_OUT_LAST)
+        given = [one for one in parameters if one.kind in kinds]
+        filled, rest = given[: len(names)], given[len(names) :]
+        if len(filled) <= leading or any(one.default is inspect.Parameter.empty for one in rest):
+            raise self.error(f"its arguments are {', '.join(names)}, or fewer of the last ones")
+        for one, name in zip(filled, names):
+            if one.default is not inspect.Parameter.empty and one.name != name:
+                raise self.error(f"{one.name} has a default, but is in the place of {name}: give it another place")
+        return len(filled) - leading
+
+    def error(self, reason: str) -> UserError:
+        place = [] if self.file is None else [f"{self.file}: line {self.line}"]
+        return UserError(": ".join([*place, self.name, reason]))
+
+    def raw(self, *arguments: Any) -> np.ndarray:
+        """What it answers, as an array of real or complex numbers of any shape."""
+        given = [one.copy() if isinstance(one, np.ndarray) else one for one in arguments[: self.count]]
+        try:
+            answer = self.function(*given)
+        except (Exception, SystemExit) as problem:
+            raise UserError(told(self.name, problem, self.file)) from problem
+        try:
+            array = np.asarray(answer)
+            if answer is None or array.dtype.kind not in "biufcO":
+                raise ValueError
+            return array if array.dtype.kind == "c" else array.astype(np.float64)
+        except Exception:  # of an object's own __array__, too
+            raise self.error(f"answers {type(answer).__name__}, no array of numbers") from None
+
+    def numbers(self, shape: tuple[int, ...], *arguments: Any) -> np.ndarray:
+        """What it answers: real numbers of this shape; where that is of one row or of one number, it may be flat."""
+        made = self.raw(*arguments)
+        if made.dtype.kind == "c":
+            if np.any(made.imag != 0):
+                raise self.error("answers complex numbers")
+            made = made.real
+        return self.shaped(made, shape)
+
+    def shaped(self, made: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        if made.shape == shape:
+            return made
+        if made.size == np.prod(shape) and (made.size == 1 or made.ndim < 2 and 1 in shape):
+            return made.reshape(shape)
+        wanted = " x ".join(map(str, shape))
+        found = " x ".join(map(str, made.shape)) if made.ndim else "a number"
+        raise self.error(f"answers {found}, not {wanted}")
+
+    def finite(self, made: np.ndarray, names: list[list[str]], x: np.ndarray) -> np.ndarray:
+        """Refuses what is not finite, by the names along each axis."""
+        wrong = np.argwhere(~np.isfinite(made))
+        if len(wrong):
+            entry = ", ".join(of[k] for of, k in zip(names, wrong[0]))
+            at = ", ".join(f"{value:g}" for value in x)
+            raise self.error(f"answers {made[tuple(wrong[0])]:g} for {entry} at x = ({at})")
+        return made
+
+
+def told(name: str, problem: BaseException, file: Optional[str]) -> str:
+    """Of an exception in a function of the user: where in his file, and why"""
+    line, trace = None, problem.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    place = [] if file is None else [file] if line is None else [f"{file}: line {line}"]
+    reason = " ".join(str(problem).split())
+    if isinstance(problem, SystemExit):
+        return ": ".join([*place, name, f"ends the program ({reason})" if reason else "ends the program"])
+    return ": ".join([*place, name, type(problem).__name__ + (f": {reason}" if reason else "")])

@@ -1,0 +1,137 @@
+"""Nonlinear model files: Python programs of functions and arrays, executed as they are.
+
+    x0, P0, Q (or G), R                     arrays
+    f(x, t, u) or increment(x, t, u); h(x, t, u)
+    A(x, t, u), H(x, t, u), innovation(z, x, t, u), simulated_controls(t)     if there are any
+    states, measurements, controls          lists of names, or as in a model file: {"names": [...], "units": [...],
+                                            "ranges": [...], "fractions": [...]}
+    angles, name
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+import types
+from pathlib import Path
+from typing import Any, Union
+
+from kalmanq.errors import ModelError
+from kalmanq.model import Model, Quantity
+from kalmanq.model_file import ModelFileError, known, quantities, read as read_linear
+from kalmanq.nonlinear.calls import UserError, told
+from kalmanq.nonlinear.model import NonlinearModel
+
+ARRAYS = ("x0", "P0", "Q", "G", "R")
+FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "simulated_controls")
+SECTIONS = ("states", "measurements", "controls")
+SUFFIX = ".py"
+
+
+def read_any(path: Path) -> Union[Model, NonlinearModel]:
+    """A linear model of a TOML file, a nonlinear one of a Python file."""
+    return read(path) if Path(path).suffix == SUFFIX else read_linear(path)
+
+
+def read(path: Path) -> NonlinearModel:
+    """Executes the file."""
+    source = _source(Path(path))
+    space = _executed(Path(path), source)
+    key = ""
+    try:
+        _refuse_near(space)
+        made = {key: space[key] for key in (*ARRAYS, *FUNCTIONS) if key in space}
+        for key in ("x0", "P0", "R"):
+            if key not in made:
+                raise ModelError(key, "is missing")
+        for key in SECTIONS:
+            if key in space:
+                made[key] = _quantities(key, space[key])
+        return NonlinearModel(**made, angles=_list("angles", space.get("angles", ())), name=_name(space, path))
+    except ModelError as problem:
+        line = _line(source, problem.key)
+        raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None
+    except UserError as problem:
+        raise problem if str(problem).startswith(str(path)) else ModelFileError(f"{path}: {problem}") from None
+
+
+def _source(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise ModelFileError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise ModelFileError(f"{path}: is a folder") from None
+
+
+def _executed(path: Path, source: bytes) -> dict[str, Any]:
+    """What the file defines.  Its own folder is where it imports from; nothing is written beside it."""
+    module = types.ModuleType(f"kalmanq_model_{path.stem}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module  # dataclasses look there
+    folder = str(path.resolve().parent)
+    sys.path.insert(0, folder)
+    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    try:
+        exec(compile(source, str(path), "exec"), module.__dict__)
+    except (SyntaxError, ValueError) as problem:
+        line = getattr(problem, "lineno", None)
+        if isinstance(problem, SyntaxError) and line and problem.filename == str(path):
+            raise ModelFileError(f"{path}: line {line}: {problem.msg}") from None
+        raise ModelFileError(told("the file", problem, str(path))) from problem
+    except (Exception, SystemExit) as problem:
+        raise ModelFileError(told("the file", problem, str(path))) from problem
+    finally:
+        if folder in sys.path:
+            sys.path.remove(folder)
+        sys.dont_write_bytecode = writes
+    return module.__dict__
+
+
+def _refuse_near(space: dict[str, Any]) -> None:
+    """A misspelt name would be left out without a word: `angle` for `angles`, `inovation` for `innovation`."""
+    for wanted, is_function in (*((key, False) for key in (*SECTIONS, "angles")),
+                               *((key, True) for key in ("increment", "innovation", "simulated_controls"))):
+        if wanted in space:
+            continue
+        kind = types.FunctionType if is_function else (list, tuple, dict)
+        names = [name for name, value in space.items() if isinstance(value, kind) and not name.startswith("_")]
+        for near in difflib.get_close_matches(wanted, names, 1, 0.85):
+            raise ModelError(near, f"means nothing to kalmanq; {wanted}?  Otherwise begin its name with _")
+
+
+def _quantities(key: str, given: Any) -> list[Quantity]:
+    if isinstance(given, dict):
+        known(key, given)
+        if not isinstance(given.get("names"), list):
+            raise ModelError(key, "names is not a list of texts")
+        return quantities(key, given, len(given["names"]), None)
+    if not isinstance(given, (list, tuple)) or not all(isinstance(one, (str, Quantity)) for one in given):
+        raise ModelError(key, 'is not a list of names, nor {"names": [...], "units": [...], "ranges": [...]}')
+    return [one if isinstance(one, Quantity) else Quantity(one) for one in given]
+
+
+def _list(key: str, given: Any) -> Any:
+    if isinstance(given, (str, int)) or not isinstance(given, (list, tuple)):
+        raise ModelError(key, "is a list of names of measurements")
+    return given
+
+
+def _name(space: dict[str, Any], path: Path) -> str:
+    name = space.get("name", Path(path).stem)
+    if not isinstance(name, str):
+        raise ModelError("name", "is not a text")
+    return name
+
+
+def _line(source: bytes, key: str) -> int:
+    """Of KEY = ... or def KEY(...); 0: none."""
+    found = 0
+    for number, line in enumerate(source.decode("utf-8", "replace").splitlines(), 1):
+        if re.match(rf"(def\s+)?{re.escape(key)}\b\s*[=(:,]", line):
+            found = number
+    return found
+
+
+__all__ = ["read", "read_any"]

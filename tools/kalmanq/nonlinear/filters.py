@@ -1,0 +1,174 @@
+"""Filters of nonlinear models: the C core's, asked as a firmware asks it."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import NOT_A_WORD, require, warn_of
+from kalmanq.data import index_of, row_of, rows_of
+from kalmanq.errors import KalmanqError
+from kalmanq.nonlinear import methods
+from kalmanq.nonlinear.model import NOTHING, NonlinearModel
+from kalmanq.nonlinear.steps import Steps
+from kalmanq.parts import Parts
+from kalmanq.readings import Readable, Results
+from kalmanq.results import Run
+
+ITERATIONS = 4
+
+
+class NonlinearFilter(Readable):
+    """A filter of a nonlinear model in one arithmetic, before the first measurement.
+
+        f = NonlinearFilter(model, "f32", "cubature")
+        f.update(z, u); f.predict(u); ...      one row at a time
+        run = f.run(z, u)                      or a sequence, which may be called again for more
+
+    method      "extended": Jacobians at the mean; "iterated": h linearised where the update comes out, too;
+                "cubature", "central": sigma points; "posterior": sigma points of where the update comes out
+                (q31: extended and iterated)
+    iterations  of "iterated" and "posterior", for each update
+    What is NaN in z is missing.  The functions of the model are called in float64; the C core is given what they
+    answer as the arithmetic's numbers, and what it makes of them is what the chip makes of them, to the bit.
+    """
+
+    def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
+                 iterations: int = ITERATIONS, *, parts: Optional[Parts] = None):
+        super().__init__(model, parts or parts_of(model, arithmetic))
+        refuse_method(method, iterations, arithmetic)
+        self.method, self.iterations = method, iterations
+        self.way = methods.made(method, iterations)
+        self.steps = Steps(model, self.parts)
+        self.row, self.begins = 0, True
+        self._left = NOTHING  # controls of the last row
+        self._trial: Optional[Readable] = None
+        self.parts.init_filter(self._handle)
+
+    @property
+    def trial(self) -> Readable:
+        """A filter to linearise at"""
+        if self._trial is None:
+            self._trial = Readable(self.model, self.parts)
+        return self._trial
+
+    def copy_to(self, other: Readable) -> None:
+        require(other._call("filter_copy", self._handle), "copy")
+
+    def number_of_mean(self, handle: Any) -> np.ndarray:
+        """The mean as one number a state: in f32 without its low part, which no sigma point has."""
+        return self._values(self._words("mean", handle))
+
+    # ------------------------------------------------------------------ rows
+
+    def predict(self, u: Optional[ArrayLike] = None) -> None:
+        """To the next row; u: l controls of the row that is left."""
+        self.way.predict(self, self.row, self._controls(u))
+        self.row, self.begins = self.row + 1, False
+
+    def update(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
+        """Takes m measurements; what is NaN is missing.  u: l controls of this row."""
+        self._take(row_of(z, self.model.m, "z")[0], self._controls(u))
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
+        """A sequence: the first row ever is taken at the prior's instant, a predict comes before each other one.
+
+        z   T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement.
+        u   T x l: row t is given to h at row t, and to f from row t to row t + 1
+        A KalmanqError says at which row it stopped.
+        """
+        rows = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(rows))
+        out, variances = Results(self, len(rows), covariance), np.full((len(rows), self.model.m), np.nan)
+        for row in range(len(rows)):
+            try:
+                if not self.begins:
+                    self.predict(self._left)
+                self.begins = False
+                self._left = controls[row]
+                self._record(out, variances, row, self._take(rows[row], controls[row]))
+            except KalmanqError as problem:
+                raise KalmanqError(str(problem), problem.status, row) from problem
+        made = out.run()
+        made.innovation_sigma = np.sqrt(variances)
+        made.index = index_of(z, u)
+        warn_of(made.events, f"{self.model.name}, {self.arithmetic.name}")
+        return made
+
+    def _controls(self, u: Optional[ArrayLike]) -> np.ndarray:
+        if self.model.l == 0:
+            return NOTHING
+        if u is None:
+            raise KalmanqError(f"u is missing: {', '.join(one.name for one in self.model.controls)}")
+        return row_of(u, self.model.l, "u")[0]
+
+    def _take(self, z: np.ndarray, u: np.ndarray) -> Optional[tuple[np.ndarray, np.ndarray]]:
+        """Answers words of the innovation and its variances before the update; None: nothing is there."""
+        there = ~np.isnan(z)
+        if not np.any(there):
+            return None
+        prepared = self.way.update(self, z, self.row, u)
+        variances = self._variances(prepared.sensor)
+        words = self.steps.update(self._handle, prepared.sensor, prepared.e, z)
+        lost = NOT_A_WORD if self.arithmetic.is_fixed else np.nan
+        return np.where(there, words, lost), np.where(there, variances, np.nan)
+
+    def _variances(self, sensor: Any) -> np.ndarray:
+        """Of the innovation: the diagonal of S"""
+        m, a = self.model.m, self.arithmetic
+        z, S = a.empty(m), np.zeros((m, m), a.number_of_any_size)
+        require(self._call("measurement", sensor, self._pointer(z), self._pointer(S, self._any_size)), "measurement")
+        return a.numbers(np.diag(S), 2 * np.array(self.parts.fractions("measurements")))
+
+    def _record(self, out: Results, variances: np.ndarray, row: int,
+                taken: Optional[tuple[np.ndarray, np.ndarray]]) -> None:
+        for name in ("mean", "mean_low", "sigma"):
+            if name in out.numbers:
+                out.numbers[name][row] = self._words(name)
+        if "covariance" in out.any_size:
+            require(self._call("covariance", self._pointer(out.any_size["covariance"][row], self._any_size)),
+                    "covariance")
+        no_score = np.iinfo(np.int64).min if self.arithmetic.is_fixed else np.nan
+        out.numbers["innovation"][row] = NOT_A_WORD if self.arithmetic.is_fixed else np.nan
+        out.scores["nis"][row] = no_score
+        if taken is not None:
+            out.numbers["innovation"][row], variances[row] = taken
+            out.scores["nis"][row] = self._call("nis")
+            out.scores["log_likelihood"][row] = self._call("log_likelihood_last")
+            out.taken[row] = self.taken
+
+
+def parts_of(model: NonlinearModel, arithmetic: str) -> Parts:
+    return Parts(model.frame, arithmetic)
+
+
+def refuse_method(method: str, iterations: int, arithmetic: str) -> None:
+    if method not in methods.NAMES:
+        raise KalmanqError(f"there is no method {method!r}: {', '.join(methods.NAMES)}")
+    if arithmetic == "q31" and method in methods.BY_POINTS:
+        raise KalmanqError(f"{method}: sigma points are not in q31, which takes extended and iterated")
+    if iterations < 1:
+        raise KalmanqError("iterations: below 1")
+
+
+def controls_of(u: Any, model: NonlinearModel, rows: int) -> np.ndarray:
+    """T x l; none: T x 0"""
+    if model.l == 0:
+        if u is not None:
+            raise KalmanqError("u: the model has no controls")
+        return np.zeros((rows, 0))
+    if u is None:
+        raise KalmanqError(f"u is missing: {', '.join(one.name for one in model.controls)}")
+    made = rows_of(u, model.controls, "u")
+    if len(made) != rows:
+        raise KalmanqError(f"u has {len(made)} rows, z has {rows}")
+    wrong = np.argwhere(~np.isfinite(made))
+    if len(wrong):
+        row, column = map(int, wrong[0])
+        raise KalmanqError(f"{model.controls[column].name}: a control is missing", row=row)
+    return made
+
+
+__all__ = ["NonlinearFilter"]

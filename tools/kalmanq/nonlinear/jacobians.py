@@ -1,0 +1,109 @@
+"""Are a model's Jacobians those of its functions?  And what else of its functions has to agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.nonlinear.derivatives import ROUNDING
+from kalmanq.nonlinear.model import NonlinearModel
+
+Point = tuple[np.ndarray, int, np.ndarray]  # x, t, u
+
+ALLOWED = 1e-6  # of an entry
+EXACT, DIFFERENCES = 1e-11, 1e-6  # of its row, each column by its scale: what the right entry itself is off by
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The entry of a Jacobian that is farthest off: `share` is its error, of what its row says over the prior."""
+
+    which: str
+    row: str
+    column: str
+    given: float
+    right: float
+    share: float
+    is_wrong: bool
+    point: Point
+
+    def __str__(self) -> str:
+        x, t, _ = self.point
+        return (f"{self.which}[{self.row}, {self.column}] is {self.given:.7g}, not {self.right:.7g}, at x = "
+                f"({', '.join(f'{value:.6g}' for value in x)}), t = {t}")
+
+
+def worst_entry(model: NonlinearModel, which: str, points: Sequence[Point]) -> Optional[Entry]:
+    """Of the model's own A or H over all the points: a wrong one, if there is any; None: the model gives none."""
+    if which not in model.given:
+        return None
+    entries = [_worst_at(model, which, point) for point in points]
+    return max(entries, key=lambda one: (one.is_wrong, one.share), default=None)
+
+
+def wrong_entries(model: NonlinearModel, points: Sequence[Point]) -> list[Entry]:
+    """The worst one of A and of H, where it is wrong"""
+    found = [worst_entry(model, which, points) for which in ("A", "H")]
+    return [one for one in found if one and one.is_wrong]
+
+
+def _worst_at(model: NonlinearModel, which: str, point: Point) -> Entry:
+    derivative = model.found[which]
+    derivative.why_differences = None
+    given, right = (model.transition(*point), model.found_transition(*point)) if which == "A" else \
+        (model.measurement(*point), model.found_measurement(*point))
+    scale = derivative.scales(point[0])
+    row = np.sum(np.abs(right) * scale, axis=1, keepdims=True)
+    uncertain = row * (DIFFERENCES if derivative.why_differences else EXACT) / scale
+    if derivative.why_differences:
+        values = model.moved(*point) if which == "A" else model.expected(*point)
+        uncertain = uncertain + ROUNDING * np.abs(values)[:, None] / scale
+    error = np.abs(given - right)
+    wrong = error > ALLOWED * np.abs(right) + uncertain
+    share = error * scale / np.where(row > 0, row, 1.0)
+    i, j = map(int, np.unravel_index(np.argmax(np.where(wrong, 1.0 + share, share / (1.0 + share))), error.shape))
+    rows = model.state_names if which == "A" else model.measurement_names
+    return Entry(which, rows[i], model.state_names[j], float(given[i, j]), float(right[i, j]), float(share[i, j]),
+                 bool(wrong[i, j]), point)
+
+
+def unlike_increment(model: NonlinearModel, points: Sequence[Point]) -> Optional[str]:
+    """Where increment is not f(x) - x, in words"""
+    for x, t, u in points:
+        d, f = model.increment(x, t, u), model.moved(x, t, u)
+        allowed = 1e-9 * (np.abs(x) + np.abs(f) + np.abs(d))
+        i = int(np.argmax(np.abs(f - x - d) - allowed))
+        if abs(f[i] - x[i] - d[i]) > allowed[i]:
+            return f"of {model.state_names[i]} it is {d[i]:.7g}, and f(x) - x is {f[i] - x[i]:.7g}, at t = {t}"
+    return None
+
+
+def unlike_innovation(model: NonlinearModel, points: Sequence[Point]) -> Optional[str]:
+    """Where innovation of z = h(x) + a sigma is not a sigma, in words"""
+    sigma = np.sqrt(np.diag(model.R))
+    for x, t, u in points:
+        h = model.expected(x, t, u)
+        e = model.innovation(h + sigma, x, t, u)
+        allowed = 1e-6 * sigma + 1e-12 * np.abs(h)
+        c = int(np.argmax(np.abs(e - sigma) - allowed))
+        if abs(e[c] - sigma[c]) > allowed[c]:
+            return (f"of {model.measurement_names[c]} it is {e[c]:.7g} where z - h(x) is {sigma[c]:.7g}, at t = {t}")
+    return None
+
+
+def prior_points(model: NonlinearModel) -> list[Point]:
+    """The mean before the first measurement, and a sigma each way along each principal axis of P0"""
+    values, vectors = np.linalg.eigh(model.P0)
+    u = model.controls_at(0)
+    made = [(model.x0.copy(), 0, u)]
+    for column, value in zip(vectors.T, values):
+        if value > 0:
+            made += [(model.x0 + sign * np.sqrt(value) * column, 0, u) for sign in (1, -1)]
+    return made
+
+
+def points_along(states: np.ndarray, u: np.ndarray, first: int = 0) -> list[Point]:
+    """Rows of a run; `first`: the number of the first of them"""
+    return [(x.copy(), first + t, of) for t, (x, of) in enumerate(zip(states, u))]

@@ -1,0 +1,136 @@
+"""How a filter linearises: at its mean, over its density, where the update comes out, or at a smoothed run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from kalmanq.nonlinear.filters import NonlinearFilter
+
+NAMES = ("extended", "iterated", "cubature", "central", "posterior")
+BY_POINTS = ("cubature", "central", "posterior")
+
+
+class Update:
+    """An update that has been prepared: its sensor and its innovation."""
+
+    def __init__(self, sensor: Any, e: np.ndarray):
+        self.sensor, self.e = sensor, e
+
+
+class Extended:
+    """Jacobians at the mean."""
+
+    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
+        x = f.mean
+        d = f.model.increment(x, t, u)
+        f.steps.predict(f._handle, f.model.transition(x, t, u), d)
+
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+        return jacobian_at(f, f.mean, f.mean, z, t, u)
+
+
+class Iterated(Extended):
+    """h linearised where the update comes out: `count` times, first at the mean."""
+
+    def __init__(self, count: int):
+        self.count = count
+
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+        x = c = f.mean
+        made = jacobian_at(f, x, c, z, t, u)
+        for _ in range(self.count - 1):
+            f.copy_to(f.trial)
+            f.steps.update(f.trial._handle, made.sensor, made.e, z)
+            c = f.trial.mean
+            made = jacobian_at(f, x, c, z, t, u)
+        return made
+
+
+def jacobian_at(f: NonlinearFilter, x: np.ndarray, c: np.ndarray, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+    """The update of a filter at x with h linearised at c."""
+    H = f.model.measurement(c, t, u)
+    e = f.model.innovation(z, c, t, u)
+    return Update(f.steps.measure(H), e - H @ (x - c))
+
+
+class Points:
+    """Sigma points of the filter's density."""
+
+    def __init__(self, rule: str):
+        self.rule = rule
+
+    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
+        f.steps.predict_points(f._handle, lambda x: f.model.increment(x, t, u), self.rule)
+
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+        return points_at(f, f._handle, z, t, u, self.rule)
+
+
+class Posterior(Points):
+    """Sigma points of the density that comes out of the update: `count` times, first those before it."""
+
+    def __init__(self, count: int):
+        super().__init__("cubature")
+        self.count = count
+
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+        made = points_at(f, f._handle, z, t, u, self.rule)
+        for _ in range(self.count - 1):
+            f.copy_to(f.trial)
+            f.steps.update(f.trial._handle, made.sensor, made.e, z)
+            made = points_at(f, f.trial._handle, z, t, u, self.rule)
+        return made
+
+
+def points_at(f: NonlinearFilter, at: Any, z: np.ndarray, t: int, u: np.ndarray, rule: str) -> Update:
+    """The update of f with h linearised over the density `at`, itself or another one."""
+    centre: list[np.ndarray] = []  # the innovation there, which is called first
+
+    def innovation(x: np.ndarray) -> np.ndarray:
+        e = f.model.innovation(z, x, t, u, *centre)
+        if not centre:
+            centre.append(e)
+        return e
+
+    e, J = f.steps.linearise(at, innovation, f.model.m, rule)
+    return Update(f.steps.measure_at(-J), e + J @ (f.number_of_mean(f._handle) - f.number_of_mean(at)))
+
+
+class AtMeans:
+    """Jacobians at given states: a pass of the iterated extended smoother."""
+
+    def __init__(self, means: np.ndarray):
+        self.means = means
+
+    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
+        x, c = f.mean, self.means[t]
+        A = f.model.transition(c, t, u)
+        f.steps.predict(f._handle, A, f.model.increment(c, t, u) + (A - np.eye(len(c))) @ (x - c))
+
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+        return jacobian_at(f, f.mean, self.means[t], z, t, u)
+
+
+class AtDensities:
+    """Sigma points of given densities: a pass of the iterated posterior linearisation smoother."""
+
+    def __init__(self, densities: list[Any], rule: str):
+        self.densities, self.rule = densities, rule
+
+    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
+        at = self.densities[t]
+        y, J = f.steps.linearise(at, lambda x: f.model.increment(x, t, u), f.model.n, self.rule)
+        d = y + J @ (f.number_of_mean(f._handle) - f.number_of_mean(at))
+        f.steps.predict_at(f._handle, J + np.eye(f.model.n), d)
+
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+        return points_at(f, self.densities[t], z, t, u, self.rule)
+
+
+def made(name: str, count: int) -> Any:
+    if name in ("cubature", "central"):
+        return Points(name)
+    return {"extended": Extended, "iterated": lambda: Iterated(count), "posterior": lambda: Posterior(count)}[name]()

@@ -1,0 +1,199 @@
+"""A nonlinear model: functions of the user's, and what they and their numbers are called."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.errors import ModelError
+from kalmanq.model import SIZE_MAX, Model, Quantities
+from kalmanq.nonlinear.calls import Given
+from kalmanq.nonlinear.derivatives import Derivative, unwrapped
+
+Function = Callable[..., Any]
+NOTHING = np.zeros(0)  # u where there are no controls
+
+
+class NonlinearModel:
+    """A state-space model of functions.
+
+        x[t+1] = f(x[t], t, u[t]) + w[t],  w ~ N(0, Q)        z[t] = h(x[t], t, u[t]) + v[t],  v ~ N(0, R)
+
+    f          n numbers of x (n), t (the row, from 0) and u (l controls); a function may take x alone, or x and t
+    h          m numbers of the same
+    increment  f(x) - x, in the place of f or beside it: of x' = x + v dt it is v dt, whose bits f(x) - x has lost
+    innovation z - h(x) of z, x, t, u, where it is not that difference; angles are wrapped afterwards
+    A, H       Jacobians of f and h, n x n and m x n; what is not given is found (derivatives.py)
+    x0, P0     mean and covariance before the first measurement; P0 may be n variances
+    Q, R       covariances, or variances; G in the place of Q, with Q = G G'
+    angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
+    controls   names of the controls; their columns are u.  A time step that varies is one of them.
+    A measurement's range, for fixed point, is that of its innovation (extended.h).
+    simulated_controls   l numbers of t: u where measurements are simulated
+
+    ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
+    """
+
+    def __init__(
+        self,
+        f: Optional[Function] = None,
+        h: Optional[Function] = None,
+        *,
+        x0: ArrayLike,
+        P0: ArrayLike,
+        R: ArrayLike,
+        Q: Optional[ArrayLike] = None,
+        G: Optional[ArrayLike] = None,
+        increment: Optional[Function] = None,
+        innovation: Optional[Function] = None,
+        A: Optional[Function] = None,
+        H: Optional[Function] = None,
+        states: Quantities = None,
+        measurements: Quantities = None,
+        controls: Quantities = None,
+        angles: Sequence[Union[int, str]] = (),
+        simulated_controls: Optional[Function] = None,
+        name: str = "model",
+    ):
+        if f is None and increment is None:
+            raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
+        if h is None:
+            raise ModelError("h", "is missing: h(x, t, u)")
+        if P0 is None or isinstance(P0, str):
+            raise ModelError("P0", "has to be known: a matrix or variances")
+        n, m = _length("x0", x0), _length("R", R)
+        self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0, P0=P0, states=states,
+                           measurements=measurements, name=name)
+        self.name, self.n, self.m = name, n, m
+        self.x0, self.P0, self.Q, self.G, self.R = (getattr(self.frame, key) for key in ("x0", "P0", "Q", "G", "R"))
+        self.states, self.measurements = self.frame.states, self.frame.measurements
+        self.controls = () if controls is None else _controls(controls)
+        self.l = len(self.controls)
+        self.angles = self._angles(angles)
+        self.given = {key: Given(key, function, key == "innovation") for key, function in (
+            ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
+            ("simulated_controls", simulated_controls)) if function is not None}
+        scale = np.sqrt(np.diag(self.P0))
+        moves = self.given.get("f", self.given.get("increment"))
+        assert moves is not None
+        self.found = {"A": Derivative(moves, n, scale), "H": Derivative(self.given["h"], m, scale, self.angles)}
+
+    def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
+        names = [one.name for one in self.measurements]
+        made = []
+        for which in [given] if isinstance(given, (str, int)) else given:
+            if which in names:
+                made.append(names.index(which))
+            elif isinstance(which, (int, np.integer)) and not isinstance(which, bool) and 0 <= which < self.m:
+                made.append(int(which))
+            else:
+                raise ModelError("angles", f"there is no measurement {which!r}")
+        return made
+
+    def without_jacobians(self) -> NonlinearModel:
+        """The same model with A and H found."""
+        functions = {key: given.function for key, given in self.given.items() if key not in ("A", "H")}
+        noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
+        return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, R=self.R, states=self.states,
+                              measurements=self.measurements, controls=self.controls, angles=self.angles,
+                              name=self.name)
+
+    # ------------------------------------------------------------------ the functions, checked
+
+    @property
+    def state_names(self) -> list[str]:
+        return [one.name for one in self.states]
+
+    @property
+    def measurement_names(self) -> list[str]:
+        return [one.name for one in self.measurements]
+
+    def moved(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        """f(x)"""
+        if "f" not in self.given:
+            return x + self.increment(x, t, u)
+        f = self.given["f"]
+        return f.finite(f.numbers((self.n,), x, t, u), [self.state_names], x)
+
+    def increment(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        """f(x) - x"""
+        if "increment" not in self.given:
+            return self.moved(x, t, u) - x
+        d = self.given["increment"]
+        return d.finite(d.numbers((self.n,), x, t, u), [self.state_names], x)
+
+    def expected(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        """h(x)"""
+        h = self.given["h"]
+        return h.finite(h.numbers((self.m,), x, t, u), [self.measurement_names], x)
+
+    def innovation(self, z: np.ndarray, x: np.ndarray, t: int, u: np.ndarray = NOTHING,
+                   near: Optional[np.ndarray] = None) -> np.ndarray:
+        """z - h(x), of what is NaN in z: 0.  Angles are within half a turn of `near`, or of 0."""
+        there = ~np.isnan(z)
+        if "innovation" in self.given:
+            e = self.given["innovation"].numbers((self.m,), z, x, t, u)
+            self.given["innovation"].finite(np.where(there, e, 0.0), [self.measurement_names], x)
+        else:
+            e = z - self.expected(x, t, u)
+        e = np.where(there, e, 0.0)
+        return unwrapped(e, self.angles) if near is None else near + unwrapped(e - near, self.angles)
+
+    def transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        """A = df/dx, n x n"""
+        if "A" in self.given:
+            A = self.given["A"]
+            return A.finite(A.numbers((self.n, self.n), x, t, u), [self.state_names, self.state_names], x)
+        return self.found_transition(x, t, u)
+
+    def measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        """H = dh/dx, m x n"""
+        if "H" in self.given:
+            H = self.given["H"]
+            return H.finite(H.numbers((self.m, self.n), x, t, u), [self.measurement_names, self.state_names], x)
+        return self.found_measurement(x, t, u)
+
+    def found_transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        made = self._finite("A", self.found["A"].at(x, t, u), self.state_names, x)
+        return made if "f" in self.given else made + np.eye(self.n)
+
+    def found_measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+        return self._finite("H", self.found["H"].at(x, t, u), self.measurement_names, x)
+
+    def _finite(self, which: str, J: np.ndarray, rows: list[str], x: np.ndarray) -> np.ndarray:
+        if not np.all(np.isfinite(J)):
+            self.found[which].given.finite(J, [[f"its derivative of {one}" for one in rows],
+                                               [f"by {one}" for one in self.state_names]], x)
+        return J
+
+    def controls_at(self, t: int) -> np.ndarray:
+        """u of a simulated row"""
+        if not self.l:
+            return NOTHING
+        if "simulated_controls" not in self.given:
+            return np.zeros(self.l)
+        u = self.given["simulated_controls"]
+        return u.finite(u.numbers((self.l,), t), [[one.name for one in self.controls]], np.array([float(t)]))
+
+    def __repr__(self) -> str:
+        return f"NonlinearModel({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
+
+
+def _length(key: str, given: ArrayLike) -> int:
+    try:
+        length = len(np.atleast_1d(np.asarray(given, np.float64)))
+    except (TypeError, ValueError):
+        raise ModelError(key, "not an array of numbers, with rows of one length") from None
+    if not 1 <= length <= SIZE_MAX:
+        raise ModelError(key, f"has {length} rows; there are 1 to {SIZE_MAX}")
+    return length
+
+
+def _controls(given: Any) -> Any:
+    """Checked as those of a linear model are"""
+    names = list(given)
+    if not names:
+        return ()
+    return Model([[0.0]], [0.0], 0.0, [[0.0]], B=np.zeros((1, len(names))), P0=[0.0], controls=names).controls

@@ -1,0 +1,33 @@
+"""Runs drawn from a nonlinear model."""
+
+from __future__ import annotations
+
+from typing import Union
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+from kalmanq.model import root_of
+from kalmanq.nonlinear.model import NonlinearModel
+
+
+def simulate(model: NonlinearModel, rows: int,
+             seed: Union[int, np.random.SeedSequence]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States (rows x n), measurements (rows x m), controls (rows x l).  An angle is measured within half a turn."""
+    draw = np.random.Generator(np.random.PCG64(seed))
+    G = root_of(model.Q) if model.G is None else model.G
+    V, S = root_of(model.R), root_of(model.P0)
+    x, z, u = (np.empty((rows, size)) for size in (model.n, model.m, model.l))
+    x[0] = model.x0 + S @ draw.standard_normal(model.n)
+    noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
+    for t in range(rows):
+        try:
+            u[t] = model.controls_at(t)
+            if t:
+                x[t] = x[t - 1] + model.increment(x[t - 1], t - 1, u[t - 1]) + G @ noise[t]
+            z[t] = model.expected(x[t], t, u[t]) + V @ error[t]
+        except KalmanqError as problem:
+            raise KalmanqError(str(problem), problem.status, t) from problem
+    for c in model.angles:
+        z[:, c] -= 2 * np.pi * np.round(z[:, c] / (2 * np.pi))
+    return x, z, u

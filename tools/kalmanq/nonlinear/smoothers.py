@@ -1,0 +1,194 @@
+"""Smoothers of nonlinear models: every row given all rows, and passes that linearise at the last one's states."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import ffi, lib, require, warn_of
+from kalmanq.data import index_of, rows_of
+from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.nonlinear import methods
+from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, controls_of, parts_of, refuse_method
+from kalmanq.nonlinear.model import NonlinearModel
+from kalmanq.nonlinear.objective import objective
+from kalmanq.parts import Parts
+from kalmanq.readings import Readable
+from kalmanq.results import Run
+
+SETTLED = 0.01  # sigma: no mean moves by more
+HALVINGS = 4
+# What the objective may rise by with sigma points.  Jacobians go down on it; states by sigma points are means, which
+# are near its minimum, not at it.  1 is what a sigma along one direction of all the run makes.
+POINTS_MAY_RISE = 1.0
+
+
+class NonlinearSmoother:
+    """Of a recorded run: mean and covariance of every row given all rows.
+
+        smoother = NonlinearSmoother(model, "f64", "extended", passes=6)
+        run = smoother.run(z, u)            run.smoothed, run.smoothed_sigma
+
+    passes  1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
+            f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
+            of the smoothed densities (points.h, with its step rule).
+    After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
+    `halvings`.  What the run says of the filter is that of the first pass.
+    """
+
+    def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
+                 iterations: int = ITERATIONS, passes: int = 1):
+        refuse_method(method, iterations, arithmetic)
+        if passes < 1:
+            raise KalmanqError("passes: below 1")
+        self.model, self.parts = model, parts_of(model, arithmetic)
+        self.method, self.iterations, self.passes = method, iterations, passes
+        self.last: Optional[NonlinearFilter] = None  # the filter at the end of the last run
+        self.passes_done, self.halvings, self.is_settled = 0, 0, False
+        self.objectives: list[float] = []
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
+        """As NonlinearFilter.run.  `covariance`: those of all rows, too."""
+        rows = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(rows))
+        recording = self._recording(len(rows), None)
+        run = recording.run(rows, controls if self.model.l else None, covariance=covariance)
+        run.index, self.last = index_of(z, u), recording
+        self.passes_done, self.halvings, self.is_settled, self.objectives = 1, 0, self.passes == 1, []
+        if len(rows):
+            recording.smooth(run, covariance)
+            if self.passes > 1:
+                self._iterate(run, recording, rows, controls, covariance)
+        return run
+
+    def _recording(self, rows: int, way: Any) -> _Recording:
+        return _Recording(self.model, self.parts, self.method, self.iterations, rows, way)
+
+    def _iterate(self, run: Run, recording: _Recording, z: np.ndarray, u: np.ndarray, covariance: bool) -> None:
+        """Passes until the states settle; `run` has the smoothed states of the best one."""
+        at = Densities(recording, run, self.method)
+        value = best = self._value(at.means, z, u)
+        self.objectives.append(value)
+        while self.passes_done < self.passes and not self.is_settled:
+            made, found = self._pass(at, z, u, covariance)
+            reached = self._value(found.means, z, u)
+            self.objectives.append(reached)
+            self.is_settled = settled(made, at.means)
+            if reached <= best + at.may_rise or self.is_settled:
+                best = min(best, reached)
+                keep_smoothed(run, made)
+            if reached > value + at.may_rise and not self.is_settled:
+                reached = self._halve(at.means, found, value, z, u)
+                if reached > value:
+                    break
+            at, value = found, reached
+        if self.halvings and not self.is_settled:
+            warnings.warn(f"{self.model.name}: the iterated smoother goes the wrong way and does not settle: the model "
+                          "may have more than one solution", KalmanqWarning, stacklevel=3)
+
+    def _pass(self, at: Densities, z: np.ndarray, u: np.ndarray, covariance: bool) -> tuple[Run, Densities]:
+        recording = self._recording(len(z), at.way())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", KalmanqWarning)  # told once, of the pass that is kept
+            made = recording.run(z, u if self.model.l else None)
+        recording.smooth(made, covariance)
+        self.passes_done += 1
+        return made, Densities(recording, made, self.method)
+
+    def _halve(self, before: np.ndarray, after: Densities, value: float, z: np.ndarray, u: np.ndarray) -> float:
+        """Moves `after` back by half of the way, and by half of that ..., until it is as good as before"""
+        reached = float("inf")
+        for _ in range(HALVINGS):
+            self.halvings += 1
+            after.move_to((before + after.means) / 2)
+            reached = self._value(after.means, z, u)
+            if reached <= value:
+                break
+        return reached
+
+    def _value(self, means: np.ndarray, z: np.ndarray, u: np.ndarray) -> float:
+        """Infinite where the functions cannot be evaluated"""
+        with np.errstate(all="ignore"):
+            try:
+                value = objective(self.model, means, z, u)
+            except KalmanqError:
+                return float("inf")
+        return value if np.isfinite(value) else float("inf")
+
+
+def settled(run: Run, before: np.ndarray) -> bool:
+    assert run.smoothed is not None and run.smoothed_sigma is not None
+    sigma = np.where(run.smoothed_sigma > 0, run.smoothed_sigma, np.inf)  # what has none stays, or is rounding
+    return bool(np.max(np.abs(run.smoothed - before) / sigma) <= SETTLED)
+
+
+def keep_smoothed(run: Run, made: Run) -> None:
+    run.smoothed, run.smoothed_sigma = made.smoothed, made.smoothed_sigma
+    run.smoothed_covariance = made.smoothed_covariance
+    warn_of(made.events & ~run.events, f"{run.model.name}, {run.arithmetic}, a pass of the smoother")
+    run.events |= made.events
+    run.words.update({name: words for name, words in made.words.items() if name.startswith("smoothed")})
+
+
+class _Recording(NonlinearFilter):
+    """A filter with a history of so many rows.  `way`: how it linearises, where that is not its method's."""
+
+    def __init__(self, model: NonlinearModel, parts: Parts, method: str, iterations: int, rows: int, way: Any):
+        super().__init__(model, parts.arithmetic.name, method, iterations, parts=parts)
+        self.way = way or self.way
+        n, m, rows = model.n, model.m, max(rows, 1)
+        self._history = self._object("history", n, sizes=(n, m, rows, rows))
+        a = self.arithmetic
+        self._processes = ffi.new(f"kq_process_{a.name}[]", rows)
+        memory = a.empty(self._jacobian_words(rows))
+        self._kept.append(memory)
+        self._jacobians = a.struct("jacobians")
+        require(a.function("jacobians_assign")(self._jacobians, n, self._processes, rows, self._pointer(memory),
+                                               memory.size), "jacobians")
+        require(a.function("history_attach_extended")(self._history, self._handle, self._jacobians), "history")
+
+    def _jacobian_words(self, rows: int) -> int:
+        """KQ_JACOBIANS_LEN, with another noise at each predict"""
+        n = self.model.n
+        if self.arithmetic.is_fixed:
+            return rows * (2 * n * n + int(lib.kq_root_length_q31(n)))
+        return rows * (n * n + n * (n + 1) // 2)
+
+    def smooth(self, run: Run, covariance: bool) -> None:
+        require(self.arithmetic.function("smooth")(self._history), "smoother")
+        self.read_smoothed(run, "history", self._history, covariance)
+        run.events |= int(self.arithmetic.function("history_events")(self._history))
+
+
+class Densities:
+    """The smoothed rows of a pass, to linearise at: means, and by sigma points the C core's densities."""
+
+    def __init__(self, recording: _Recording, run: Run, method: str):
+        assert run.smoothed is not None
+        self.means = run.smoothed
+        self.rule = "central" if method == "central" else "cubature" if method in methods.BY_POINTS else None
+        self.may_rise = POINTS_MAY_RISE if self.rule else 0.0
+        self._filters: list[Readable] = []
+        for t in range(len(run) if self.rule else 0):
+            made = Readable(recording.model, recording.parts)
+            copy = recording.arithmetic.function("smoothed_copy")
+            require(copy(recording._history, t, made._handle), "smoothed row")
+            self._filters.append(made)
+
+    def move_to(self, means: np.ndarray) -> None:
+        for t, filter_ in enumerate(self._filters):
+            a = filter_.arithmetic
+            d = np.ascontiguousarray(means[t] - self.means[t], a.number)
+            require(a.function("move")(filter_._handle, a.pointer(d)), "move")
+        self.means = means
+
+    def way(self) -> Any:
+        if self.rule is None:
+            return methods.AtMeans(self.means)
+        return methods.AtDensities([one._handle for one in self._filters], self.rule)
+
+
+__all__ = ["NonlinearSmoother"]

@@ -1,0 +1,163 @@
+"""What the C core is asked of a nonlinear step, in numbers of the arithmetic: as a firmware asks it."""
+
+from __future__ import annotations
+
+from typing import Any, Callable
+
+import numpy as np
+
+from kalmanq.core import ffi, lib, nearest, require
+from kalmanq.data import present_of
+from kalmanq.errors import KalmanqError
+from kalmanq.nonlinear.callbacks import Answer
+from kalmanq.nonlinear.model import NonlinearModel
+from kalmanq.parts import Parts, doubles
+
+RULES = {"cubature": lib.KQ_POINTS_CUBATURE, "central": lib.KQ_POINTS_CENTRAL}
+
+
+class Steps:
+    """Predicts and updates of one filter.  It owns what its process and sensors refer to."""
+
+    def __init__(self, model: NonlinearModel, parts: Parts):
+        self.model, self.parts, self.arithmetic = model, parts, parts.arithmetic
+        a, n, m = self.arithmetic, model.n, model.m
+        self._A, self._H = (self._table(rows * n) for rows in (n, m))
+        if not a.is_fixed:
+            self._y, self._J, self._E = a.empty(max(n, m)), a.empty(max(n, m) * n), a.empty(max(n, m) * n)
+            self._R = a.empty(m, m)
+            self._work = a.empty(2 * n * n + 3 * n + n * (n + 1) // 2 + m + 2 * m * n + m * m + m * (m + 1) // 2)
+            self.process = self._assigned("process", n, 0, length=a.function("process_length")(n))
+            self.sensor = self._assigned("sensor", n, m, length=a.function("sensor_length")(m))
+
+    def _table(self, count: int) -> Any:
+        if self.arithmetic.is_fixed:
+            return ffi.new("kq_scaled_q31[]", count)
+        return self.arithmetic.empty(count)
+
+    def _assigned(self, stem: str, *sizes: int, length: int) -> Any:
+        made = self.arithmetic.struct(stem)
+        require(self.arithmetic.function(f"{stem}_assign")(made, *sizes, *self.parts.memory(length)), stem)
+        return made
+
+    # ------------------------------------------------------------------ steps that are linear in x
+
+    def predict(self, filter_: Any, A: np.ndarray, d: np.ndarray) -> None:
+        """x <- x + d, P <- A P A' + Q"""
+        process = self.parts.process
+        if self.arithmetic.is_fixed:
+            self._fixed_table(self._A, A, "states", "A", lib.kq_process_change_jacobian_q31, process)
+        else:
+            self._fill(self._A, A, "A")
+            require(self._function("process_change_transition")(process, self._pointer(self._A)), "A")
+        require(self._function("predict_extended")(filter_, process, self._pointer(self._states(d))), "predict")
+
+    def measure(self, H: np.ndarray) -> Any:
+        """The sensor of this H."""
+        sensor = self.parts.sensor
+        if self.arithmetic.is_fixed:
+            self._fixed_table(self._H, H, "measurements", "H", lib.kq_sensor_change_jacobian_q31, sensor)
+        else:
+            self._fill(self._H, H, "H")
+            require(self._function("sensor_change_measurement")(sensor, self._pointer(self._H)), "H")
+        return sensor
+
+    def update(self, filter_: Any, sensor: Any, e: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """By the innovation e, of the components that are there in z.  Answers the words of e."""
+        words = self._innovation(e)
+        present = int(present_of(z[None])[0])
+        if np.all(~np.isnan(z)):
+            status = self._function("update_extended")(filter_, sensor, self._pointer(words))
+        else:
+            status = self._function("update_subset_extended")(filter_, sensor, self._pointer(words), present)
+        require(status, "update")
+        return words
+
+    # ------------------------------------------------------------------ sigma points (f32, f64)
+
+    def predict_points(self, filter_: Any, increment: Callable[[np.ndarray], np.ndarray], rule: str) -> None:
+        answer = Answer(self.arithmetic, self.model.n, self.model.n, increment)
+        answer.require(self._function("predict_points")(
+            filter_, self.parts.process, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
+            "predict")
+
+    def linearise(self, at: Any, g: Callable[[np.ndarray], np.ndarray], rows: int,
+                  rule: str) -> tuple[np.ndarray, np.ndarray]:
+        """y (rows) and J (rows x n) as float64; E stays here for process_at or sensor_at."""
+        answer = Answer(self.arithmetic, self.model.n, rows, g)
+        answer.require(self._function("linearise")(
+            at, answer.function, answer.context, rows, RULES[rule], *map(self._pointer, (self._y, self._J, self._E))),
+            "linearise")
+        J = self._J[: rows * self.model.n].reshape(rows, self.model.n)
+        return self._y[:rows].astype(np.float64), J.astype(np.float64)
+
+    def predict_at(self, filter_: Any, A: np.ndarray, d: np.ndarray) -> None:
+        """As predict, with the noise that the last linearise has left, too."""
+        self._fill(self._A, A, "A")
+        require(self._function("process_linearise")(self.process, self.parts.process, self._pointer(self._A),
+                                                    self._pointer(self._E)), "A")
+        require(self._function("predict_extended")(filter_, self.process, self._pointer(self._states(d))), "predict")
+
+    def measure_at(self, H: np.ndarray) -> Any:
+        """As measure, with the noise that the last linearise has left, too."""
+        self._fill(self._H, H, "H")
+        require(self._function("sensor_linearise")(
+            self.sensor, self.parts.sensor, *map(self._pointer, (self._H, self._E, self._R))), "H")
+        return self.sensor
+
+    # ------------------------------------------------------------------ numbers
+
+    def _function(self, stem: str) -> Any:
+        return self.arithmetic.function(stem)
+
+    def _pointer(self, array: np.ndarray) -> Any:
+        return self.arithmetic.pointer(array)
+
+    def _fill(self, to: np.ndarray, given: np.ndarray, what: str) -> None:
+        with np.errstate(over="ignore"):
+            to[:] = np.ravel(given)
+        if not np.all(np.isfinite(to)):
+            raise KalmanqError(f"{what}: a number is beyond {self.arithmetic.name}")
+
+    def _fixed_table(self, table: Any, given: np.ndarray, rows: str, what: str, change: Any, of: Any) -> None:
+        """The coefficients in words of their formats; what does not fit is refused by name."""
+        r, n = given.shape
+        formats = self.parts.formats
+        misfit = ffi.new("kq_misfit_q31 *")
+        status = lib.kq_matrix_prepare_q31(table, doubles(given), r, n, formats[rows], formats["states"])
+        if status == lib.KQ_OK:
+            status = change(of, table, misfit)
+        if status == lib.KQ_ERR_RANGE and misfit.quantity == lib.KQ_MEASUREMENT and misfit.bits:
+            one = self.model.measurements[misfit.component]
+            raise KalmanqError(f"{what}: {one.name} needs {misfit.bits} more integer bits: a range of "
+                               f"{one.range * 2.0**misfit.bits:g} has them", status)
+        if status == lib.KQ_ERR_COEFFICIENT:
+            with np.errstate(divide="ignore"):
+                bits = np.log2(np.abs(given)) + np.subtract.outer(*map(self.parts.fractions, (rows, "states")))
+            row, column = map(int, np.unravel_index(np.argmax(bits), bits.shape))
+            raise KalmanqError(f"{what}[{getattr(self.model, rows)[row].name}, {self.model.states[column].name}] = "
+                               f"{given[row, column]:g}: beyond the coefficients of q31", status)
+        require(status, what)
+
+    def _states(self, d: np.ndarray) -> np.ndarray:
+        """An increment in the states' words"""
+        if not self.arithmetic.is_fixed:
+            words = self.arithmetic.empty(self.model.n)
+            self._fill(words, d, "the increment")
+            return words
+        words = nearest(np.ldexp(d, self.parts.fractions("states")))
+        wrong = np.abs(words) >= 2.0**31
+        if np.any(wrong):
+            i = int(np.argmax(wrong))
+            raise KalmanqError(f"the increment of {self.model.states[i].name} is {d[i]:g}: beyond its word",
+                               lib.KQ_ERR_RANGE)
+        return words.astype(np.int32)
+
+    def _innovation(self, e: np.ndarray) -> np.ndarray:
+        try:
+            return self.parts.words(e[None], "measurements")[0]
+        except KalmanqError as problem:
+            raise KalmanqError(f"innovation of {str(problem).split(': ', 1)[1]}", problem.status) from None
+
+
+__all__ = ["Steps"]
