@@ -138,7 +138,7 @@ class PlainCovariance(Covariance):
 
 def update_by_gain(s: Subject, lines: Lines, x: Mean, z: Sequence[Sum], gain: np.ndarray) -> tuple[Mean, list[Sum]]:
     """The mean and the innovations, all of them of the prediction."""
-    y = [s.mean.innovation(lines, x, j, z[j], f"y_{s.measurements[j]}", "innovation") for j in range(s.of.m)]
+    y = [s.mean.innovation(lines, x, j, z[j], f"y_{s.measurements[j]}", "innovation", True) for j in range(s.of.m)]
     made = []
     for i in range(s.of.n):
         change = Sum()

@@ -106,8 +106,10 @@ def in_part(plan: Plan) -> list[str]:
     if not plan.partial:
         return []
     name, type_ = plan.name, f"{plan.type} *restrict f"
+    told = f"; f->nis{'' if plan.subject.words.is_fixed else ' and the likelihood'} stay those of the last whole one." \
+        if plan.nis else "."
     return ["/** Takes what is present of a sample, a bit for each component.  A sample in part",
-            " *  counts as one of a gap. */",
+            f" *  counts as one of a gap{told} */",
             f"void {name}_update_some({type_}, {plan.sample}, unsigned present);",
             f"void {name}_step_some({type_}{plan.controls}, {plan.sample}, unsigned present);", ""]
 

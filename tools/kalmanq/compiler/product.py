@@ -79,6 +79,8 @@ def compiled(model: Model, wanted: Wanted) -> Product:
         maker = Maker(model, wanted)
         refused: list[Refused] = []
         if wanted.form == "gain":
+            if wanted.partial:
+                raise KalmanqError("--partial: a constant gain takes samples as a whole; leave out --form gain")
             return Product(model, wanted, *maker.of_constant_gain())
         for form in FORMS[wanted.arithmetic]:
             try:
@@ -142,16 +144,18 @@ class Maker:
         return forms.Subject(self.of, words, floats.PairMean(words, states, controls), states, measurements, controls)
 
     def _fixed(self) -> forms.Subject:
-        if self.wanted.partial:
-            raise KalmanqError("--partial: ranges of q31 are proven for samples that are there or missing as a whole; "
-                               "take f32, or count a sample in part as missing")
-        if self.gaps.max_gap and self.gaps.min_run < self.rows:
+        is_gain, gap = self.wanted.form == "gain", classes.Gap(self.gaps.max_gap, self.wanted.partial)
+        if gap.count(self.of.m) > classes.MOST_WAYS:
+            raise KalmanqError(f"--partial: {gap.count(self.of.m)} gaps of any components of {self.of.m} over "
+                               f"{self.gaps.max_gap} rows, and q31's ranges are proven for at most "
+                               f"{classes.MOST_WAYS}: a smaller max_gap")
+        if self.gaps.max_gap and self.gaps.min_run < self.rows and not is_gain:
             raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
                                f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z = formats.ranges_of("measurements", self.model.measurements)
         u = formats.ranges_of("controls", self.model.controls)
-        find = classes.reach_by_gain if self.wanted.form == "gain" else classes.reach_of
-        reach = find(self.of, self.settled, self.rows, self.gaps.max_gap)
+        reach = classes.reach_by_gain(self.of, self.settled, gap) if is_gain else \
+            classes.reach_of(self.of, self.settled, self.rows, gap)
         self.means = classes.means_of(self.of, self.settled, reach, z, u)
         made = formats.formats_of(self.model, self.of, self.settled, reach, self.means)
         states, measurements, controls = self._names()
@@ -238,10 +242,12 @@ class Maker:
         return made
 
     def _range(self, plan: Plan, place: str, least: int, greatest: int) -> str:
-        name = place.split()[-1]
+        function, name = place.split()
         for j, measured in enumerate(plan.subject.measurements):
             if name.startswith(f"y_{measured}") and self.means is not None:
-                return f"at most {self.means.y[j] * 2.0**plan.subject.words.formats.z[j]:.2g}"
+                formats, constant = plan.subject.words.formats, function in ("settled", "step")
+                most = (self.means.settled if constant else self.means.y)[j]
+                return f"at most {most * 2.0**(formats.settled if constant else formats.y)[j]:.2g}"
         return f"{least} to {greatest}"
 
 
