@@ -35,8 +35,8 @@ def start(plan: Plan) -> list[str]:
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict")
     body.predict()
-    head = ["const uint32_t rows = f->rows << 16;", "if (rows == 0) { /* no sample since the last predict */",
-            *indented(gap(plan)), "}", "f->rows = rows;"]
+    head = ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(gap(plan)), "}",
+            "f->rows <<= 16;"]
     return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*head, *body.text()])
 
 
@@ -44,9 +44,8 @@ def gap(plan: Plan) -> list[str]:
     refuse = ["f->gap_refused = 1;", "return;"]
     if not plan.max_gap:
         return refuse
-    return ["const uint32_t run = f->rows >> 16; /* samples before a gap that begins here */",
-            f"if (run ? f->missed && run < {plan.min_run} : f->missed == {plan.max_gap}) {{", *indented(refuse), "}",
-            "f->missed = (uint8_t)(run ? 1 : f->missed + 1);"]
+    return [f"if (f->missed == {plan.max_gap} || (f->missed && f->rows)) {{ /* too long, or too soon after another */",
+            *indented(refuse), "}", "f->missed++;"]
 
 
 def update(plan: Plan) -> list[str]:
@@ -61,8 +60,9 @@ def update(plan: Plan) -> list[str]:
         apart = [NEVER_INLINE, *function(head, settled)]
         settled = ["settled_row(f, z);"]
     lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;",
-             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}",
-             "f->rows = rows + 1;", *body.text()]
+             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}", *body.text(),
+             *(["if (rows >= %d) f->missed = 0;" % (plan.min_run - 1)] if 0 < plan.min_run < plan.rows else []),
+             "f->rows = rows + 1;"]
     return apart + function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
 
 
@@ -70,7 +70,7 @@ def settled_row(plan: Plan) -> list[str]:
     """By the constant gain; the covariance is what it settles to."""
     fast = Body(plan, "settled", carries=False)
     fast.update_by_gain()
-    return [*fast.text(), f"f->rows = {plan.rows};", *settled_fields(plan)]
+    return ["f->missed = 0;", *fast.text(), *settled_fields(plan), f"f->rows = {plan.rows};"]
 
 
 def step(plan: Plan) -> list[str]:
@@ -100,9 +100,9 @@ def update_some(plan: Plan) -> list[str]:
     whole = (1 << s.of.m) - 1
     return lines + function(f"void {name}_update_some({plan.type} *restrict f, {plan.sample}, unsigned present)", [
         *shut, f"if (present == {whole}u) {{", f"    {name}_update(f, z);", "    return;", "}",
-        "if (present == 0) return;", "const uint32_t run = f->rows >> 16;",
-        f"if (run ? f->missed && run < {plan.min_run} : f->missed >= {plan.max_gap}) {{", "    f->gap_refused = 1;",
-        "    return;", "}", "if (run) f->missed = 0; /* a gap begins with this sample */", "f->rows = 0;", *taken])
+        "if (present == 0) return;",
+        f"if (f->missed >= {plan.max_gap} || (f->missed && f->rows)) {{ /* too long, or too soon after another */",
+        "    f->gap_refused = 1;", "    return;", "}", "f->rows = 0;", *taken])
 
 
 def step_some(plan: Plan) -> list[str]:
