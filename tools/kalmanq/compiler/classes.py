@@ -92,19 +92,20 @@ def reach_of(of: Numbers, state: Settled, settling: int, gap: Gap) -> Reach:
     return reach
 
 
-def reach_by_gain(of: Numbers, state: Settled, gap: Gap) -> Reach:
-    """Of the constant gain, where one sample between two gaps is enough"""
+def reach_by_gain(of: Numbers, state: Settled, settling: int, gap: Gap) -> Reach:
+    """Of the constant gain: the same rows as a filter that has settled before it began"""
     d, gain = of.doubles(), np.abs(state.gain.astype(float))
     variances = np.array([float(value) for value in np.diag(state.variance)])
     sequential = _sequential(of, state)
 
-    def way(length: int) -> Ways:
-        measured = np.repeat(np.arange(length + 1) >= length, of.m).reshape(1, length + 1, of.m)
+    def ways(measured: np.ndarray) -> Ways:
         return Ways(np.where(measured[..., None], sequential, 0), measured, measured.all(axis=2))
 
-    made = Reach(np.zeros(of.n), np.zeros(of.m), np.maximum(gain, np.abs(sequential.T)), variances, variances, way(0))
+    made = Reach(np.zeros(of.n), np.zeros(of.m), np.maximum(gain, np.abs(sequential.T)), variances, variances,
+                 ways(np.ones((1, 1, of.m), bool)))
     _widen(d, state.predicted.astype(float)[None], made)
-    made.settled = [way(length) for length in range(1, gap.longest + 1)]
+    if gap.longest:
+        made.settled.append(ways(masks_of(list(gap.patterns(of.m))[1:], of.m, 0, gap.longest, settling)[0]))
     return made
 
 

@@ -91,7 +91,7 @@ def fields(plan: Plan) -> list[str]:
 def calls(plan: Plan) -> list[str]:
     name, type_ = plan.name, f"{plan.type} *restrict f"
     missed = f"At most {plan.max_gap} in a row may be missing" if plan.max_gap else "None may be missing"
-    between = f", {plan.min_run} between two gaps" if plan.max_gap and plan.carries_covariance else ""
+    between = f", {plan.min_run} between two gaps" if plan.max_gap else ""
     return [
         "/** Before the first sample. */", f"void {name}_start({type_});", "",
         f"/** To the next sample: one that is missing, or that update is to take.  {missed}{between}:",

@@ -76,11 +76,11 @@ def compiled(model: Model, wanted: Wanted) -> Product:
     """The first form whose proof holds; KalmanqError with the figures of all that do not."""
     with decimal.localcontext(exact.DIGITS):
         refuse(model, wanted.arithmetic)
+        if wanted.partial and wanted.form == "gain":
+            raise KalmanqError("--partial: a constant gain takes samples as a whole; leave out --form gain")
         maker = Maker(model, wanted)
         refused: list[Refused] = []
         if wanted.form == "gain":
-            if wanted.partial:
-                raise KalmanqError("--partial: a constant gain takes samples as a whole; leave out --form gain")
             return Product(model, wanted, *maker.of_constant_gain())
         for form in FORMS[wanted.arithmetic]:
             try:
@@ -149,12 +149,12 @@ class Maker:
             raise KalmanqError(f"--partial: {gap.count(self.of.m)} gaps of any components of {self.of.m} over "
                                f"{self.gaps.max_gap} rows, and q31's ranges are proven for at most "
                                f"{classes.MOST_WAYS}: a smaller max_gap")
-        if self.gaps.max_gap and self.gaps.min_run < self.rows and not is_gain:
+        if self.gaps.max_gap and self.gaps.min_run < self.rows:
             raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
                                f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z = formats.ranges_of("measurements", self.model.measurements)
         u = formats.ranges_of("controls", self.model.controls)
-        reach = classes.reach_by_gain(self.of, self.settled, gap) if is_gain else \
+        reach = classes.reach_by_gain(self.of, self.settled, self.rows, gap) if is_gain else \
             classes.reach_of(self.of, self.settled, self.rows, gap)
         self.means = classes.means_of(self.of, self.settled, reach, z, u)
         made = formats.formats_of(self.model, self.of, self.settled, reach, self.means)
@@ -255,7 +255,7 @@ def ram_of(plan: Plan) -> int:
     """Bytes of the filter where words are aligned"""
     words = 8 if plan.subject.words.is_fixed else 4
     mean = sum(words for i in range(plan.subject.of.n) for _ in plan.subject.mean.fields(i))
-    size = (8 if plan.carries_covariance else words) + mean + 4 * len(plan.structure.carried)
+    size = 8 + mean + 4 * len(plan.structure.carried)
     size += 4 * plan.subject.of.m + words if plan.nis else 0
     size += 4 * plan.subject.of.m if plan.lag else 0
     return size + size % words

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler import gain_text, lag_text
-from kalmanq.compiler.body import PROBE, Body, door, function, numbered
+from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
@@ -35,17 +35,7 @@ def start(plan: Plan) -> list[str]:
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict")
     body.predict()
-    head = ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(gap(plan)), "}",
-            "f->rows <<= 16;"]
-    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*head, *body.text()])
-
-
-def gap(plan: Plan) -> list[str]:
-    refuse = ["f->gap_refused = 1;", "return;"]
-    if not plan.max_gap:
-        return refuse
-    return [f"if (f->missed == {plan.max_gap} || (f->missed && f->rows)) {{ /* too long, or too soon after another */",
-            *indented(refuse), "}", "f->missed++;"]
+    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*counted(plan), *body.text()])
 
 
 def update(plan: Plan) -> list[str]:
@@ -80,8 +70,7 @@ def step(plan: Plan) -> list[str]:
     fast.predict_mean()
     fast.update_by_gain()
     lines = door(plan, [f"{name}_predict(f{given});", "return;"])
-    lines += [f"if (f->rows != {plan.rows}) {{", f"    {name}_predict(f{given});", f"    {name}_update(f, z);",
-              "    return;", "}", *fast.text()]
+    lines += [*not_yet(plan, plan.rows), *fast.text()]
     return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
 
 
