@@ -308,6 +308,45 @@ def test_what_is_beyond_the_declared_is_told_and_does_nothing(arithmetic: str, t
     assert made.run(early)["refused"][-1, 0] == 1
 
 
+def first_beyond(measured: np.ndarray, gaps: Gaps, min_run: int) -> int:
+    """The row at which a gap is told to be too long, or too soon: a missing row is known by the next predict"""
+    missed, run = 0, min_run
+    for row, there in enumerate(measured):
+        if there.all():
+            missed, run = 0, run + 1 if run < min_run else run
+            continue
+        missed += 1
+        if missed > gaps.max_gap or missed == 1 and run < min_run:
+            return row if there.any() else row + 1
+        if missed:
+            run = 0
+    return len(measured)
+
+
+GUARDED = [("f32", 1, Gaps(2, 12), {}), ("q31", 2, Gaps(2, 40), {"partial": True}),
+           ("q31", 1, Gaps(1, 19), {"form": "gain"})]
+
+
+@pytest.mark.parametrize("arithmetic, axes, gaps, options", GUARDED)
+def test_what_is_refused_is_what_was_not_proven(arithmetic: str, axes: int, gaps: Gaps, options: dict,
+                                                tmp_path: Path) -> None:
+    """Of records with gaps at random: not a row sooner, not a row later"""
+    made = Compiled(kinematic(axes, 2, ranged=True, gaps=gaps), tmp_path, arithmetic, **options)
+    random, ends, rows = np.random.default_rng(1), [], 120
+    for _ in range(300):
+        z = np.zeros((rows, axes))
+        for begin in np.flatnonzero(random.random(rows) < random.choice([0.02, 0.05, 0.2])):
+            length = int(random.integers(1, gaps.max_gap + 2))
+            whole = not options.get("partial") or random.random() < 0.5
+            z[begin:begin + length] = np.nan if whole else \
+                np.where(random.random((len(z[begin:begin + length]), axes)) < 0.5, np.nan, 0.0)
+        end = first_beyond(~np.isnan(z), gaps, made.product.plan.min_run)
+        refused = made.run(z)["refused"][:, 0]
+        assert np.array_equal(refused, np.arange(rows) >= end)
+        ends.append(end)
+    assert min(ends) < 10 and len(set(ends)) > 30
+
+
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_the_door(arithmetic: str, tmp_path: Path) -> None:
     """What is outside its range is as good as missing."""

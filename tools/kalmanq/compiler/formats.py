@@ -45,17 +45,19 @@ def formats_of(model: Model, of: Numbers, settled: Settled, reach: Reach, means:
                                f"in the word of its innovation's variance, {reach.variance[j]:.3g} at most: a start "
                                "that is better known, a smaller max_gap, or f32")
     weighed = [30 - up(most * ROOM) for most in _weighed(settled, reach, means)]
-    nis = min(a + b for a, b in zip(weighed, y)) - 2 - of.m.bit_length()
     fine = [_innovation(one, most) for one, most in zip(model.measurements, means.settled)]
-    x = _means(of, reach, means, [min(both) for both in zip(y, fine)], u, [one.range or 0 for one in model.controls])
+    coarser = [min(both) for both in zip(y, fine)]
+    nis = min(a + b for a, b in zip(weighed, coarser)) - 2 - of.m.bit_length()
+    x = _means(of, reach, means, coarser, u, [one.range or 0 for one in model.controls])
     rows = [points_of_row(of, x, float(np.abs(of.H[j].astype(float)) @ means.x), j) for j in range(of.m)]
     for one, coarse, point in zip(model.measurements, y, rows):
         if point <= coarse:
             raise KalmanqError(f"{one.name}: what it measures reaches too far for 64 bits beside its own 2^-{coarse}: "
                                "smaller ranges, or f32")
     fine = [min(word, point - 1) for word, point in zip(fine, rows)]
-    z = [_fraction(one, span + 2.0 ** (-1 - min(coarse, word)), word) for one, span, coarse, word in
-         zip(model.measurements, ranges_of("measurements", model.measurements), y, fine)]
+    spans = ranges_of("measurements", model.measurements)  # and half a place, by which they are rounded
+    z = [_fraction(one, span + 2.0 ** (-1 - coarse), word)
+         for one, span, coarse, word in zip(model.measurements, spans, coarser, fine)]
     return Formats(sigma, row_sigma, variance, zeros, x, rows, z, y, fine, u, weighed, nis)
 
 

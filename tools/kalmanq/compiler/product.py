@@ -243,11 +243,12 @@ class Maker:
 
     def _range(self, plan: Plan, place: str, least: int, greatest: int) -> str:
         function, name = place.split()
-        for j, measured in enumerate(plan.subject.measurements):
-            if name.startswith(f"y_{measured}") and self.means is not None:
-                formats, constant = plan.subject.words.formats, function in ("settled", "step")
-                most = (self.means.settled if constant else self.means.y)[j]
-                return f"at most {most * 2.0**(formats.settled if constant else formats.y)[j]:.2g}"
+        innovations = [f"y_{measured}" for measured in plan.subject.measurements]
+        if name in innovations and self.means is not None:
+            j, formats = innovations.index(name), plan.subject.words.formats
+            constant = function in ("settled", "step")
+            most = (self.means.settled if constant else self.means.y)[j]
+            return f"at most {most * 2.0**(formats.settled if constant else formats.y)[j]:.2g}"
         return f"{least} to {greatest}"
 
 
