@@ -323,7 +323,7 @@ def first_beyond(measured: np.ndarray, gaps: Gaps, min_run: int) -> int:
     return len(measured)
 
 
-GUARDED = [("f32", 1, Gaps(2, 12), {}), ("q31", 2, Gaps(2, 40), {"partial": True}),
+GUARDED = [("f32", 1, Gaps(2, 12), {}), ("f32", 1, Gaps(), {}), ("q31", 2, Gaps(2, 40), {"partial": True}),
            ("q31", 1, Gaps(1, 19), {"form": "gain"})]
 
 

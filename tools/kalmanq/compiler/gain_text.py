@@ -35,7 +35,7 @@ def predict(plan: Plan) -> list[str]:
 def update(plan: Plan) -> list[str]:
     body = Body(plan, "update", carries=False)
     body.update_by_gain()
-    enough = ["f->missed = 0;", f"f->rows = {plan.min_run};"]
+    enough = [*(["f->missed = 0;"] if plan.max_gap else []), f"f->rows = {plan.min_run};"]
     if plan.min_run > 1:
         enough = ["const uint32_t rows = (f->rows >> 16) + 1;", "f->rows = rows;", f"if (rows >= {plan.min_run}) {{",
                   *indented(enough), "}"]

@@ -51,16 +51,22 @@ def update(plan: Plan) -> list[str]:
         settled = ["settled_row(f, z);"]
     lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;",
              f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}", *body.text(),
-             *(["if (rows >= %d) f->missed = 0;" % (plan.min_run - 1)] if 0 < plan.min_run < plan.rows else []),
-             "f->rows = rows + 1;"]
+             *sooner(plan), "f->rows = rows + 1;"]
     return apart + function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
+
+
+def sooner(plan: Plan) -> list[str]:
+    """Where there may be another gap before all has settled"""
+    if not plan.max_gap or plan.min_run >= plan.rows:
+        return []
+    return ["f->missed = 0;" if plan.min_run == 1 else f"if (rows >= {plan.min_run - 1}) f->missed = 0;"]
 
 
 def settled_row(plan: Plan) -> list[str]:
     """By the constant gain; the covariance is what it settles to."""
     fast = Body(plan, "settled", carries=False)
     fast.update_by_gain()
-    return ["f->missed = 0;", *fast.text(), *settled_fields(plan), f"f->rows = {plan.rows};"]
+    return [*(["f->missed = 0;"] if plan.max_gap else []), *fast.text(), *settled_fields(plan), f"f->rows = {plan.rows};"]
 
 
 def step(plan: Plan) -> list[str]:
