@@ -66,7 +66,8 @@ def settled_row(plan: Plan) -> list[str]:
     """By the constant gain; the covariance is what it settles to."""
     fast = Body(plan, "settled", carries=False)
     fast.update_by_gain()
-    return [*(["f->missed = 0;"] if plan.max_gap else []), *fast.text(), *settled_fields(plan), f"f->rows = {plan.rows};"]
+    again = ["f->missed = 0;"] if plan.max_gap else []
+    return [*again, *fast.text(), *settled_fields(plan), f"f->rows = {plan.rows};"]
 
 
 def step(plan: Plan) -> list[str]:
