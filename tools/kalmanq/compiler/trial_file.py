@@ -50,13 +50,15 @@ def rows_of(plan: Plan, track: Track) -> list[str]:
     lines = []
     for line in track.lines:
         (present,), u, z, words = (part.split() for part in line.split("|"))
-        cells = [present if plan.partial else str(int(present == "0")), *([f"{{{', '.join(literal(plan, word) for word in u)}}}"] if s.of.l else []),
+        cells = [present if plan.partial else str(int(present == "0")),
+                 *([f"{{{', '.join(literal(plan, word) for word in u)}}}"] if s.of.l else []),
                  f"{{{', '.join(literal(plan, word) for word in z)}}}",
                  f"{{{', '.join(literal(plan, word) for word in words[:len(fields)])}}}"]
         lines.append(f"{{{', '.join(cells)}}},")
     controls = [f"{s.words.type} u[{s.of.l}];"] if s.of.l else []
     which = "present" if plan.partial else "is_missing"
-    return ["static const struct {", *indented([f"unsigned char {which};", *controls, f"{s.words.type} z[{s.of.m}];",
+    return ["static const struct {", *indented([f"unsigned char {which};", *controls,
+                                                f"{s.words.type} z[{s.of.m}];",
                                                 f"{fields[0][1]} mean[{len(fields)}];"]), f"}} rows[{len(lines)}] = {{",
             *indented(lines), "};", ""]
 
