@@ -111,6 +111,23 @@ def door(plan: Plan, refused: Sequence[str]) -> list[str]:
     return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
 
 
+def counted(plan: Plan) -> list[str]:
+    """What a predict begins with: a gap beyond those declared is refused."""
+    refuse = ["f->gap_refused = 1;", "return;"]
+    if plan.max_gap:
+        refuse = [f"if (f->missed == {plan.max_gap} || (f->missed && f->rows)) {{ "
+                  "/* too long, or too soon after another */", *indented(refuse), "}", "f->missed++;"]
+    return ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(refuse), "}",
+            "f->rows <<= 16;"]
+
+
+def not_yet(plan: Plan, rows: int) -> list[str]:
+    """What a step begins with: before so many samples in a row it is two calls."""
+    u = ", u" if plan.subject.of.l else ""
+    return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    {plan.name}_update(f, z);",
+            "    return;", "}"]
+
+
 def numbered(text: str) -> str:
     places = {place: k for k, place in enumerate(dict.fromkeys(PROBE.findall(text)))}
     return PROBE.sub(lambda found: str(places[found.group(1)]), text)

@@ -27,7 +27,9 @@ class Formats:
     sigma, row_sigma    the least a with sigma <= 2^a, of states and of rows of H x
     variance            fractions of the innovations' variances; zeros: the most leading zeros that they have
     x, rows             fractions of means, of rows of H x
-    z, u, weighed       of measurements, controls, innovations over their variances; nis: of 64 bits
+    z, u                of measurements, controls
+    y, settled          of innovations; of those that the constant gain takes, which reach less far and are finer
+    weighed             of innovations over their variances; nis: of 64 bits
     """
 
     sigma: Sequence[int]
@@ -37,6 +39,8 @@ class Formats:
     x: Sequence[int]
     rows: Sequence[int]
     z: Sequence[int]
+    y: Sequence[int]
+    settled: Sequence[int]
     u: Sequence[int]
     weighed: Sequence[int]
     nis: int
@@ -93,7 +97,7 @@ class Fixed:
         return self.formats.variance[j]
 
     def gain(self, j: int, i: int) -> int:
-        return self.formats.x[i] - self.formats.z[j]
+        return self.formats.x[i] - self.formats.y[j]
 
     def begin(self, lines: Lines) -> None:
         for letter, fractions in (("z", self.formats.z), ("u", self.formats.u)):
@@ -158,7 +162,7 @@ class Fixed:
 
     def nis(self, lines: Lines, parts: Sequence[tuple[int, Sum, Sum]]) -> str:
         f = self.formats
-        return joined([(False, f"({product(weighed.name, y.name)} >> {f.weighed[j] + f.z[j] - f.nis})")
+        return joined([(False, f"({product(weighed.name, y.name)} >> {f.weighed[j] + lines.formats[y.name] - f.nis})")
                        for j, weighed, y in parts])
 
     def constant(self, value: Decimal, word: int) -> str:
@@ -208,6 +212,13 @@ def product(a: object, b: object) -> str:
 def _narrowed(text: str, shift: int) -> str:
     """A 64-bit text as a word, rounded"""
     return f"(int32_t)(({text} + {half(shift)}) >> {shift})" if shift > 0 else f"(int32_t)({text} * {1 << -shift})"
+
+
+def _moved(name: str, places: int) -> str:
+    """A word with so many more binary places, or fewer, rounded"""
+    if places == 0:
+        return name
+    return f"{1 << places} * {name}" if places > 0 else f"(({name} + {half(-places)}) >> {-places})"
 
 
 def half(shift: int) -> str:
@@ -264,14 +275,15 @@ class WideMean:
     def _named(self, lines: Lines, i: int, text: str, old: Sum) -> Sum:
         return old if text == old.name else lines.add(f"x_{self.names[i]}", "int64_t", text, f"Q{self.x[i]}")
 
-    def innovation(self, lines: Lines, x: Mean, j: int, z: Sum, base: str, note: str) -> Sum:
+    def innovation(self, lines: Lines, x: Mean, j: int, z: Sum, base: str, note: str, settled: bool = False) -> Sum:
         h, f = self.words.of.H[j], self.words.formats
+        word = f.settled[j] if settled else f.y[j]
         seen = [i for i in range(self.words.of.n) if h[i]]
         point = f.rows[j]
         terms = [part for i in seen for part in times(h[i] * TWO ** (point - self.x[i]), x[i][0].name)]
-        shift = point - f.z[j]
-        made = lines.add(base, "int32_t", f"{z.name} - {_narrowed(joined(terms), shift)}", f"Q{f.z[j]}, {note}")
-        lines.formats[made.name] = f.z[j]
+        text = f"{_moved(z.name, word - f.z[j])} - {_narrowed(joined(terms), point - word)}"
+        made = lines.add(base, "int32_t", text, f"Q{word}, {note}")
+        lines.formats[made.name] = word
         return made
 
     def correct(self, lines: Lines, i: int, x: list[Sum], change: Sum) -> list[Sum]:
@@ -292,7 +304,7 @@ class WideMean:
     def corrected(self, i: int, mean: str, change: Sum) -> str:
         for (name,), c in change.terms.items():
             j = self.measured.index(name)
-            word = rounded(c * TWO ** (self.x[i] - self.words.formats.z[j]))
+            word = rounded(c * TWO ** (self.x[i] - self.words.formats.settled[j]))
             if abs(word) >= 1 << 31:
                 raise KalmanqError(f"--lag: a gain of {self.names[i]} is {c:.3g}, too large for its word: a "
                                    "smaller lag, or f32")

@@ -177,7 +177,7 @@ class PairMean:
             made.append([high, name(lines, f"x_{self.names[i]}_low", change - left, None, "what x could not take")])
         return made
 
-    def innovation(self, lines: Lines, x: Mean, j: int, z: Sum, base: str, note: str) -> Sum:
+    def innovation(self, lines: Lines, x: Mean, j: int, z: Sum, base: str, note: str, settled: bool = False) -> Sum:
         H, name = self.words.of.H, self.words.name
         y = z
         for part in (0, 1):

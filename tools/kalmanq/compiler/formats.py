@@ -33,7 +33,7 @@ def formats_of(model: Model, of: Numbers, settled: Settled, reach: Reach, means:
     """KalmanqError where something does not fit, by its name"""
     sigma = [up(value * ROOM) for value in reach.sigma]
     row_sigma = [_row_sigma(of, sigma, reach, j) for j in range(of.m)]
-    z = [_measured(one, reach_y) for one, reach_y in zip(model.measurements, means.y)]
+    y = [_innovation(one, most) for one, most in zip(model.measurements, means.y)]
     u = [_fraction(one, ranges_of("controls", [one])[0]) for one in model.controls]
     variance, zeros = [], []
     for j in range(of.m):
@@ -45,15 +45,25 @@ def formats_of(model: Model, of: Numbers, settled: Settled, reach: Reach, means:
                                f"in the word of its innovation's variance, {reach.variance[j]:.3g} at most: a start "
                                "that is better known, a smaller max_gap, or f32")
     weighed = [30 - up(most * ROOM) for most in _weighed(settled, reach, means)]
-    nis = min(a + b for a, b in zip(weighed, z)) - 2 - of.m.bit_length()
-    x = _means(model, of, reach, means, z, u)
+    fine = [_innovation(one, most) for one, most in zip(model.measurements, means.settled)]
+    coarser = [min(both) for both in zip(y, fine)]
+    nis = min(a + b for a, b in zip(weighed, coarser)) - 2 - of.m.bit_length()
+    x = _means(of, reach, means, coarser, u, [one.range or 0 for one in model.controls])
     rows = [points_of_row(of, x, float(np.abs(of.H[j].astype(float)) @ means.x), j) for j in range(of.m)]
-    return Formats(sigma, row_sigma, variance, zeros, x, rows, z, u, weighed, nis)
+    for one, coarse, point in zip(model.measurements, y, rows):
+        if point <= coarse:
+            raise KalmanqError(f"{one.name}: what it measures reaches too far for 64 bits beside its own 2^-{coarse}: "
+                               "smaller ranges, or f32")
+    fine = [min(word, point - 1) for word, point in zip(fine, rows)]
+    spans = ranges_of("measurements", model.measurements)  # and half a place, by which they are rounded
+    z = [_fraction(one, span + 2.0 ** (-1 - coarse), word)
+         for one, span, coarse, word in zip(model.measurements, spans, coarser, fine)]
+    return Formats(sigma, row_sigma, variance, zeros, x, rows, z, y, fine, u, weighed, nis)
 
 
 def _weighed(settled: Settled, reach: Reach, means: Means) -> np.ndarray:
     """The largest innovations over their variances: of one component after the other, and of all at once"""
-    at_once = np.abs(inverse(settled.variance).astype(float)) @ means.y
+    at_once = np.abs(inverse(settled.variance).astype(float)) @ means.settled
     return np.maximum(means.y / reach.least_variance, at_once)
 
 
@@ -65,36 +75,33 @@ def _row_sigma(of: Numbers, sigma: Sequence[int], reach: Reach, j: int) -> int:
     return up(reach.row_sigma[j] * ROOM)
 
 
-def _fraction(one: Quantity, span: float) -> int:
+def _fraction(one: Quantity, span: float, most: int = 31) -> int:
+    """As declared, or as fine as a word holds and is of use"""
     if one.fraction is not None:
-        if span * 2.0 ** one.fraction >= 2.0 ** 31:
+        if span * ROOM * 2.0 ** one.fraction >= 2.0 ** 31:
             raise KalmanqError(f"{one.name}: {span:.4g} does not fit Q{31 - one.fraction}.{one.fraction}")
         return one.fraction
+    return min(31 - up(span * ROOM), most)
+
+
+def _innovation(one: Quantity, span: float) -> int:
+    if not np.isfinite(span):
+        raise KalmanqError(f"{one.name}: its innovation has no bound: a smaller max_gap, or f32")
     return 31 - up(span * ROOM)
 
 
-def _measured(one: Quantity, innovation: float) -> int:
-    if not np.isfinite(innovation):
-        raise KalmanqError(f"{one.name}: its innovation has no bound")
-    return _fraction(one, innovation)
-
-
-def _means(model: Model, of: Numbers, reach: Reach, means: Means, z: Sequence[int], u: Sequence[int]) -> list[int]:
+def _means(of: Numbers, reach: Reach, means: Means, y: Sequence[int], u: Sequence[int],
+           pushes: Sequence[float]) -> list[int]:
     """Points of the means: no sum on the way overflows, gains fit, and so do the coefficients of controls."""
-    A, B, H = (np.abs(matrix.astype(float)) for matrix in (of.A, of.B, of.H))
-    pushes = np.array([one.range or 0 for one in model.controls])
-    moved, corrected = A @ means.x + B @ pushes, means.x + reach.gain @ means.y
+    A, B = (np.abs(matrix.astype(float)) for matrix in (of.A, of.B))
+    moved, corrected = A @ means.x + B @ np.array(pushes), means.x + reach.gain @ np.maximum(means.y, means.settled)
     x = []
     for i in range(of.n):
         # a whole number of times another state is at most twice its coefficient
         most = [61 - up(max(moved[i], corrected[i], float(abs(of.x0[i])), 1e-30) * ROOM)]
-        most += [30 - up(reach.gain[i][j] * ROOM) + z[j] for j in range(of.m) if reach.gain[i][j] > 0]
+        most += [30 - up(reach.gain[i][j] * ROOM) + y[j] for j in range(of.m) if reach.gain[i][j] > 0]
         most += [30 - ceil_log2(of.B[i][k]) + u[k] for k in range(of.l) if of.B[i][k]]
         x.append(min(most))
-    for j in range(of.m):
-        if points_of_row(of, x, H[j] @ means.x, j) <= z[j]:
-            raise KalmanqError(f"{model.measurements[j].name}: what it measures reaches {H[j] @ means.x:.3g}, too "
-                               f"far for 64 bits beside its own 2^-{z[j]}: smaller ranges, or f32")
     return x
 
 

@@ -106,15 +106,18 @@ class Covariance:
         w = words.reciprocal(lines, f"w_{measured}", variance, j)
         y = s.mean.innovation(lines, x, j, z, f"y_{measured}", "innovation")
         gain = [words.gained(lines, f"k_{s.states[i]}", row[i], w, j, i) for i in range(n)]
-        x = [s.mean.correct(lines, i, x[i], gain[i] * y) for i in range(n)]
         keep(j, y, w, variance)
-        made = {}
+        last, made = j == s.of.m - 1, {}
+        if not last:
+            x = [s.mean.correct(lines, i, x[i], gain[i] * y) for i in range(n)]
         for a, b in self.keys(n):
             if self.is_product and len(seen) == 1 and seen[0] in (a, b):
                 value = gain[a + b - seen[0]] * (R / h[seen[0]])
             else:
                 value = entry(P, a, b) - gain[a] * row[b]
             made[a, b] = words.name(lines, s.pair("p", a, b), value, self.word(s, (a, b)))
+        if last:  # right before it is stored: compilers then share the stores with those of a settled row
+            x = [s.mean.correct(lines, i, x[i], gain[i] * y) for i in range(n)]
         return x, made
 
     def _measured(self, s: Subject, lines: Lines, P: Entries, i: int, j: int, seen: Sequence[int]) -> Sum:
@@ -138,7 +141,7 @@ class PlainCovariance(Covariance):
 
 def update_by_gain(s: Subject, lines: Lines, x: Mean, z: Sequence[Sum], gain: np.ndarray) -> tuple[Mean, list[Sum]]:
     """The mean and the innovations, all of them of the prediction."""
-    y = [s.mean.innovation(lines, x, j, z[j], f"y_{s.measurements[j]}", "innovation") for j in range(s.of.m)]
+    y = [s.mean.innovation(lines, x, j, z[j], f"y_{s.measurements[j]}", "innovation", True) for j in range(s.of.m)]
     made = []
     for i in range(s.of.n):
         change = Sum()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from kalmanq.compiler.body import Body, door, function
+from kalmanq.compiler.body import Body, counted, door, function, not_yet
+from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
 
 
@@ -28,16 +29,18 @@ def variances(plan: Plan) -> list[str]:
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict", carries=False)
     body.predict_mean()
-    head = [f"if (f->missed > {plan.max_gap}) {{ /* more predicts than samples may be missing */",
-            "    f->gap_refused = 1;", "    return;", "}", "f->missed++;"]
-    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*head, *body.text()])
+    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*counted(plan), *body.text()])
 
 
 def update(plan: Plan) -> list[str]:
     body = Body(plan, "update", carries=False)
     body.update_by_gain()
+    enough = [*(["f->missed = 0;"] if plan.max_gap else []), f"f->rows = {plan.min_run};"]
+    if plan.min_run > 1:
+        enough = ["const uint32_t rows = (f->rows >> 16) + 1;", "f->rows = rows;", f"if (rows >= {plan.min_run}) {{",
+                  *indented(enough), "}"]
     return function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})",
-                    [*door(plan, ["return;"]), "f->missed = 0;", *body.text()])
+                    [*door(plan, ["return;"]), *enough, *body.text()])
 
 
 def step(plan: Plan) -> list[str]:
@@ -45,11 +48,9 @@ def step(plan: Plan) -> list[str]:
     body = Body(plan, "step", carries=False)
     body.predict_mean()
     body.update_by_gain()
-    late = [f"if (f->missed > {plan.max_gap}) {{", "    f->gap_refused = 1;", f"    {plan.name}_update(f, z);",
-            "    return;",
-            "}"]
     return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})",
-                    [*door(plan, [f"{plan.name}_predict(f{u});", "return;"]), *late, "f->missed = 0;", *body.text()])
+                    [*door(plan, [f"{plan.name}_predict(f{u});", "return;"]), *not_yet(plan, plan.min_run),
+                     *body.text()])
 
 
 PARTS = (start, predict, update, step)

@@ -91,7 +91,7 @@ def fields(plan: Plan) -> list[str]:
 def calls(plan: Plan) -> list[str]:
     name, type_ = plan.name, f"{plan.type} *restrict f"
     missed = f"At most {plan.max_gap} in a row may be missing" if plan.max_gap else "None may be missing"
-    between = f", {plan.min_run} between two gaps" if plan.max_gap and plan.carries_covariance else ""
+    between = f", {plan.min_run} between two gaps" if plan.max_gap else ""
     return [
         "/** Before the first sample. */", f"void {name}_start({type_});", "",
         f"/** To the next sample: one that is missing, or that update is to take.  {missed}{between}:",
@@ -106,8 +106,10 @@ def in_part(plan: Plan) -> list[str]:
     if not plan.partial:
         return []
     name, type_ = plan.name, f"{plan.type} *restrict f"
+    told = f"; f->nis{'' if plan.subject.words.is_fixed else ' and the likelihood'} stay those of the last whole one." \
+        if plan.nis else "."
     return ["/** Takes what is present of a sample, a bit for each component.  A sample in part",
-            " *  counts as one of a gap. */",
+            f" *  counts as one of a gap{told} */",
             f"void {name}_update_some({type_}, {plan.sample}, unsigned present);",
             f"void {name}_step_some({type_}{plan.controls}, {plan.sample}, unsigned present);", ""]
 

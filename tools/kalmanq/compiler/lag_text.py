@@ -71,7 +71,7 @@ def step(plan: Plan) -> list[str]:
                 change = change + Sum.named(f"f->y_{measured}") * steady[k - 1][i, j]
             lines.append(f"l->x_{state}_{k} = {s.mean.corrected(i, f'l->x_{state}_{k - 1}', change)};")
     lines += [f"l->x_{state}_0 = {s.mean.whole(i)};" for i, state in enumerate(s.states)]
-    unsettled = f"f->rows != {plan.rows}" if plan.carries_covariance else "f->missed != 0"
+    unsettled = f"f->rows != {plan.rows if plan.carries_covariance else plan.min_run}"
     return function(f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f)", [
         *lines, f"if ({unsettled}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {plan.lag}) {{", "    l->rows++;",
         "}",

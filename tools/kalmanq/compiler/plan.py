@@ -97,6 +97,5 @@ class Plan:
 
 def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
     """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
-    of the last gap; events: what was refused"""
-    counted = [("uint32_t", "rows")] if plan.carries_covariance else []
-    return [*counted, ("uint8_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]
+    of the last gap, 0 once there may be another; events: what was refused"""
+    return [("uint32_t", "rows"), ("uint16_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]

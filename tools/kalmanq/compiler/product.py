@@ -76,6 +76,8 @@ def compiled(model: Model, wanted: Wanted) -> Product:
     """The first form whose proof holds; KalmanqError with the figures of all that do not."""
     with decimal.localcontext(exact.DIGITS):
         refuse(model, wanted.arithmetic)
+        if wanted.partial and wanted.form == "gain":
+            raise KalmanqError("--partial: a constant gain takes samples as a whole; leave out --form gain")
         maker = Maker(model, wanted)
         refused: list[Refused] = []
         if wanted.form == "gain":
@@ -142,16 +144,18 @@ class Maker:
         return forms.Subject(self.of, words, floats.PairMean(words, states, controls), states, measurements, controls)
 
     def _fixed(self) -> forms.Subject:
-        if self.wanted.partial:
-            raise KalmanqError("--partial: ranges of q31 are proven for samples that are there or missing as a whole; "
-                               "take f32, or count a sample in part as missing")
+        is_gain, gap = self.wanted.form == "gain", classes.Gap(self.gaps.max_gap, self.wanted.partial)
+        if gap.count(self.of.m) > classes.MOST_WAYS:
+            raise KalmanqError(f"--partial: {gap.count(self.of.m)} gaps of any components of {self.of.m} over "
+                               f"{self.gaps.max_gap} rows, and q31's ranges are proven for at most "
+                               f"{classes.MOST_WAYS}: a smaller max_gap")
         if self.gaps.max_gap and self.gaps.min_run < self.rows:
             raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
                                f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z = formats.ranges_of("measurements", self.model.measurements)
         u = formats.ranges_of("controls", self.model.controls)
-        find = classes.reach_by_gain if self.wanted.form == "gain" else classes.reach_of
-        reach = find(self.of, self.settled, self.rows, self.gaps.max_gap)
+        reach = classes.reach_by_gain(self.of, self.settled, self.rows, gap) if is_gain else \
+            classes.reach_of(self.of, self.settled, self.rows, gap)
         self.means = classes.means_of(self.of, self.settled, reach, z, u)
         made = formats.formats_of(self.model, self.of, self.settled, reach, self.means)
         states, measurements, controls = self._names()
@@ -238,10 +242,13 @@ class Maker:
         return made
 
     def _range(self, plan: Plan, place: str, least: int, greatest: int) -> str:
-        name = place.split()[-1]
-        for j, measured in enumerate(plan.subject.measurements):
-            if name.startswith(f"y_{measured}") and self.means is not None:
-                return f"at most {self.means.y[j] * 2.0**plan.subject.words.formats.z[j]:.2g}"
+        function, name = place.split()
+        innovations = [f"y_{measured}" for measured in plan.subject.measurements]
+        if name in innovations and self.means is not None:
+            j, formats = innovations.index(name), plan.subject.words.formats
+            constant = function in ("settled", "step")
+            most = (self.means.settled if constant else self.means.y)[j]
+            return f"at most {most * 2.0**(formats.settled if constant else formats.y)[j]:.2g}"
         return f"{least} to {greatest}"
 
 
@@ -249,7 +256,7 @@ def ram_of(plan: Plan) -> int:
     """Bytes of the filter where words are aligned"""
     words = 8 if plan.subject.words.is_fixed else 4
     mean = sum(words for i in range(plan.subject.of.n) for _ in plan.subject.mean.fields(i))
-    size = (8 if plan.carries_covariance else words) + mean + 4 * len(plan.structure.carried)
+    size = 8 + mean + 4 * len(plan.structure.carried)
     size += 4 * plan.subject.of.m + words if plan.nis else 0
     size += 4 * plan.subject.of.m if plan.lag else 0
     return size + size % words

@@ -11,13 +11,10 @@ def lines_of_class(product: Product) -> list[str]:
     plan = product.plan
     if not plan.max_gap:
         return ["samples that may be missing: none"]
-    if not plan.carries_covariance:
-        return [f"samples that may be missing: 1 to {plan.max_gap} in a row; more are refused at run time "
-                "(gap_refused)"]
+    beyond = "    the first gap at any time.  What goes beyond is refused at run time (gap_refused)"
+    ever = [f"{beyond}: these are all", "    covariances for ever"] if plan.carries_covariance else [f"{beyond}."]
     return [f"samples that may be missing: 1 to {plan.max_gap} in a row, {plan.min_run} measured ones at least between "
-            "two gaps;", "    the first gap at any time.  What goes beyond is refused at run time (gap_refused): these "
-            "are all", "    covariances for ever",
-            *(["    of a sample any components"] if plan.partial else [])]
+            "two gaps;", *ever, *(["    of a sample any components"] if plan.partial else [])]
 
 
 def remarks(product: Product) -> list[str]:

@@ -427,7 +427,7 @@ static double shrinking(long rows)
     return share;
 }
 
-static void measure(reference *f, const double *truth, double share, subject_word *z)
+static void measure(reference *f, const double *truth, double share, unsigned present, subject_word *z)
 {
     exact values[M];
     for (int j = 0; j < M; j++) {
@@ -435,7 +435,13 @@ static void measure(reference *f, const double *truth, double share, subject_wor
         z[j] = subject_measured(j, within(value, most_of[j]));
         values[j] = (exact){subject_value(j, z[j]), 0};
     }
-    take_all(f, values);
+    if (present == FULL) {
+        take_all(f, values);
+        return;
+    }
+    for (int j = 0; j < M; j++) {
+        if (present >> j & 1) take(f, j, values[j]);
+    }
 }
 
 /* Gaps are of 1 to LONGEST rows; none at the end. */
@@ -444,9 +450,15 @@ static bool begins_gap(long row, long rows, int longest, int measured)
     return longest && measured >= LEAST_RUN && row + longest + (rows < 800 ? rows / 4 : 200) < rows && uniform() > 0.6;
 }
 
-static void print_row(bool is_missing, const subject_word *u, const subject_word *z, const subject *f)
+/* Of a row of a gap */
+static unsigned some(void)
 {
-    printf("%d |", is_missing);
+    return HAS_SUBSETS ? (unsigned)((uniform() + 1) / 2 * FULL) % FULL : 0;
+}
+
+static void print_row(unsigned present, const subject_word *u, const subject_word *z, const subject *f)
+{
+    printf("%u |", present);
     for (int k = 0; k < L; k++) subject_print_word(u[k]);
     printf(" |");
     for (int j = 0; j < M; j++) subject_print_word(z[j]);
@@ -479,19 +491,19 @@ static int run(long rows, int longest, bool prints)
         if (!missing && row > 0 && begins_gap(row, rows, longest, row > 30 ? measured : LEAST_RUN - 1)) {
             missing = 1 + (int)((uniform() + 1) / 2 * longest) % longest;
         }
-        const bool is_missing = missing > 0;
-        missing -= is_missing;
-        measured = is_missing ? 0 : measured + 1;
+        const unsigned present = missing > 0 ? some() : FULL;
+        missing -= missing > 0;
+        measured = present == FULL ? measured + 1 : 0;
         if (row > 0) {
             predict_mean(&exactly, u_of);
             predict_covariance(&exactly);
         }
-        if (!is_missing) measure(&exactly, truth, share, z);
+        if (present) measure(&exactly, truth, share, present, z);
         if (row == 0) subject_update_by(&f, z);
-        else if (is_missing) subject_predict_by(&f, u);
-        else subject_step_by(&f, u, z);
+        else if (present == 0) subject_predict_by(&f, u);
+        else subject_step_by(&f, u, z, present);
         compare(&t, &f, &exactly, row >= rows - 100);
-        if (prints) print_row(is_missing, u, z, &f);
+        if (prints) print_row(present, u, z, &f);
     }
     printf("{\"worst\": %.3e, \"last\": %.3e, \"covariance\": %.3e, \"refused\": %d}\n", t.worst, t.last, t.covariance,
            subject_refused(&f));

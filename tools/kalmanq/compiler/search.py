@@ -146,7 +146,7 @@ def subject(plan: Plan) -> str:
                  f"f->{field} = 0;" for i in range(of.n) for field, _ in s.mean.fields(i)]]),
              function("void subject_predict(subject *f)", [f"{name}_predict(f{after});"]),
              function("void subject_update(subject *f)", [f"{name}_update(f, none);"]),
-             function("void subject_take(subject *f, unsigned present)", taking(plan, u)),
+             function("void subject_take(subject *f, unsigned present)", taking(plan, u, "none")),
              function("int subject_refused(const subject *f)",
                       [f"return f->gap_refused{' || f->sample_refused' if plan.has_doors else ''};"]),
              function("void subject_covariance(const subject *f, double *P)", covariance(plan)),
@@ -171,10 +171,10 @@ def numbers_of(of: Numbers) -> list[str]:
     return [table(f"model_{name}", getattr(of, name)) for name in names]
 
 
-def taking(plan: Plan, u: str) -> list[str]:
+def taking(plan: Plan, u: str, z: str) -> list[str]:
     name = plan.name
-    some = [f"if (present != FULL) {{ {name}_step_some(f, {u}none, present); return; }}"] if plan.partial else []
-    return [*some, "(void)present;", f"{name}_step(f, {u}none);"]
+    some = [f"if (present != FULL) {{ {name}_step_some(f, {u}{z}, present); return; }}"] if plan.partial else []
+    return [*some, "(void)present;", f"{name}_step(f, {u}{z});"]
 
 
 def covariance(plan: Plan) -> list[str]:
@@ -233,8 +233,8 @@ def running(plan: Plan) -> list[str]:
     return [function("void subject_predict_by(subject *f, const subject_word *u)",
                      ["(void)u;", f"{name}_predict(f{after});"]),
             function("void subject_update_by(subject *f, const subject_word *z)", [f"{name}_update(f, z);"]),
-            function("void subject_step_by(subject *f, const subject_word *u, const subject_word *z)",
-                     ["(void)u;", f"{name}_step(f, {u}z);"]),
+            function("void subject_step_by(subject *f, const subject_word *u, const subject_word *z, unsigned present)",
+                     ["(void)u;", *taking(plan, u, "z")]),
             function("void subject_print_word(subject_word word)", plan.subject.words.printed("word")),
             function("void subject_print(const subject *f)",
                      [line for field in fields for line in plan.subject.words.printed(f"f->{field}")])]

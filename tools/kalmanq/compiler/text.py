@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler import gain_text, lag_text
-from kalmanq.compiler.body import PROBE, Body, door, function, numbered
+from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
@@ -35,18 +35,7 @@ def start(plan: Plan) -> list[str]:
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict")
     body.predict()
-    head = ["const uint32_t rows = f->rows << 16;", "if (rows == 0) { /* no sample since the last predict */",
-            *indented(gap(plan)), "}", "f->rows = rows;"]
-    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*head, *body.text()])
-
-
-def gap(plan: Plan) -> list[str]:
-    refuse = ["f->gap_refused = 1;", "return;"]
-    if not plan.max_gap:
-        return refuse
-    return ["const uint32_t run = f->rows >> 16; /* samples before a gap that begins here */",
-            f"if (run ? f->missed && run < {plan.min_run} : f->missed == {plan.max_gap}) {{", *indented(refuse), "}",
-            "f->missed = (uint8_t)(run ? 1 : f->missed + 1);"]
+    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*counted(plan), *body.text()])
 
 
 def update(plan: Plan) -> list[str]:
@@ -61,16 +50,24 @@ def update(plan: Plan) -> list[str]:
         apart = [NEVER_INLINE, *function(head, settled)]
         settled = ["settled_row(f, z);"]
     lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;",
-             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}",
-             "f->rows = rows + 1;", *body.text()]
+             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}", *body.text(),
+             *sooner(plan), "f->rows = rows + 1;"]
     return apart + function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
+
+
+def sooner(plan: Plan) -> list[str]:
+    """Where there may be another gap before all has settled"""
+    if not plan.max_gap or plan.min_run >= plan.rows:
+        return []
+    return ["f->missed = 0;" if plan.min_run == 1 else f"if (rows >= {plan.min_run - 1}) f->missed = 0;"]
 
 
 def settled_row(plan: Plan) -> list[str]:
     """By the constant gain; the covariance is what it settles to."""
     fast = Body(plan, "settled", carries=False)
     fast.update_by_gain()
-    return [*fast.text(), f"f->rows = {plan.rows};", *settled_fields(plan)]
+    again = ["f->missed = 0;"] if plan.max_gap else []
+    return [*again, *fast.text(), *settled_fields(plan), f"f->rows = {plan.rows};"]
 
 
 def step(plan: Plan) -> list[str]:
@@ -80,8 +77,7 @@ def step(plan: Plan) -> list[str]:
     fast.predict_mean()
     fast.update_by_gain()
     lines = door(plan, [f"{name}_predict(f{given});", "return;"])
-    lines += [f"if (f->rows != {plan.rows}) {{", f"    {name}_predict(f{given});", f"    {name}_update(f, z);",
-              "    return;", "}", *fast.text()]
+    lines += [*not_yet(plan, plan.rows), *fast.text()]
     return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
 
 
@@ -100,9 +96,9 @@ def update_some(plan: Plan) -> list[str]:
     whole = (1 << s.of.m) - 1
     return lines + function(f"void {name}_update_some({plan.type} *restrict f, {plan.sample}, unsigned present)", [
         *shut, f"if (present == {whole}u) {{", f"    {name}_update(f, z);", "    return;", "}",
-        "if (present == 0) return;", "const uint32_t run = f->rows >> 16;",
-        f"if (run ? f->missed && run < {plan.min_run} : f->missed >= {plan.max_gap}) {{", "    f->gap_refused = 1;",
-        "    return;", "}", "if (run) f->missed = 0; /* a gap begins with this sample */", "f->rows = 0;", *taken])
+        "if (present == 0) return;",
+        f"if (f->missed >= {plan.max_gap} || (f->missed && f->rows)) {{ /* too long, or too soon after another */",
+        "    f->gap_refused = 1;", "    return;", "}", "f->rows = 0;", *taken])
 
 
 def step_some(plan: Plan) -> list[str]:

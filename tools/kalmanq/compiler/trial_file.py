@@ -49,13 +49,16 @@ def rows_of(plan: Plan, track: Track) -> list[str]:
     s, fields = plan.subject, mean_fields(plan)
     lines = []
     for line in track.lines:
-        missing, u, z, words = (part.split() for part in line.split("|"))
-        cells = [missing[0], *([f"{{{', '.join(literal(plan, word) for word in u)}}}"] if s.of.l else []),
+        (present,), u, z, words = (part.split() for part in line.split("|"))
+        cells = [present if plan.partial else str(int(present == "0")),
+                 *([f"{{{', '.join(literal(plan, word) for word in u)}}}"] if s.of.l else []),
                  f"{{{', '.join(literal(plan, word) for word in z)}}}",
                  f"{{{', '.join(literal(plan, word) for word in words[:len(fields)])}}}"]
         lines.append(f"{{{', '.join(cells)}}},")
     controls = [f"{s.words.type} u[{s.of.l}];"] if s.of.l else []
-    return ["static const struct {", *indented(["unsigned char is_missing;", *controls, f"{s.words.type} z[{s.of.m}];",
+    which = "present" if plan.partial else "is_missing"
+    return ["static const struct {", *indented([f"unsigned char {which};", *controls,
+                                                f"{s.words.type} z[{s.of.m}];",
                                                 f"{fields[0][1]} mean[{len(fields)}];"]), f"}} rows[{len(lines)}] = {{",
             *indented(lines), "};", ""]
 
@@ -82,12 +85,12 @@ def compares(plan: Plan, track: Track) -> list[str]:
                 f"{float(plan.settled.filtered[i, i]):.9g}f"
             apart = f"(f.{high} - rows[t].mean[{2 * i}]) + (f.{low} - rows[t].mean[{2 * i + 1}])"
             differences.append(f"wrong += !is_near({apart}, {variance});")
+    other = [f"else {name}_step_some(&f{u}, rows[t].z, rows[t].present);"] if plan.partial else \
+        [f"else if (rows[t].is_missing) {name}_predict(&f{u});", f"else {name}_step(&f{u}, rows[t].z);"]
     return ["static int as_at_the_desk(void)", "{", *indented([
         f"{plan.type} f;", "int wrong = 0;", f"{name}_start(&f);",
         f"for (unsigned t = 0; t < {len(track.lines)}; t++) {{", *indented([
-            f"if (t == 0) {name}_update(&f, rows[t].z);",
-            f"else if (rows[t].is_missing) {name}_predict(&f{u});",
-            f"else {name}_step(&f{u}, rows[t].z);", *differences]), "}",
+            f"if (t == 0) {name}_update(&f, rows[t].z);", *other, *differences]), "}",
         "return wrong + f.gap_refused + f.sample_refused;"]), "}", ""]
 
 
