@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler import gain_text, lag_text
-from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered
+from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered, stop
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
@@ -134,6 +134,7 @@ def probes_of(plan: Plan) -> list[str]:
 
 def code(plan: Plan) -> str:
     body = numbered(_functions(plan))
+    body = "\n".join(stop(plan)) + "\n" + body if any(plan.stops) else body
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])
