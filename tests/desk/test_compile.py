@@ -392,7 +392,8 @@ def test_a_control_beyond_its_range_is_taken_as_the_end_of_it(arithmetic: str, t
     made = Compiled(steered(), tmp_path, arithmetic)
     point = 2.0 ** made.product.plan.fraction("controls", 0) if arithmetic == "q31" else 1
     lines = [f"filter_x_start(&{f}); filter_x_update(&{f}, z);" for f in "fg"]
-    beyond = [(5.5, 5), (-5.5, -5), (7.9, 5), (-7.9, -5)] + ([] if arithmetic == "q31" else [("NAN", 0), ("INFINITY", 5)])
+    beyond = [(5.5, 5), (-5.5, -5), (7.9, 5), (-7.9, -5)]
+    beyond += [] if arithmetic == "q31" else [("NAN", 0), ("INFINITY", 5)]
     for given, taken in beyond:
         word = given if isinstance(given, str) else f"({made.product.plan.subject.words.type})({given * point})"
         lines += [f"u[0] = {word}; v[0] = {int(taken * point)};",
@@ -402,7 +403,8 @@ def test_a_control_beyond_its_range_is_taken_as_the_end_of_it(arithmetic: str, t
     (tmp_path / "main.c").write_text("\n".join([
         "#include <math.h>", "#include <string.h>", '#include "filter_x.h"', "int main(void)", "{",
         f"    {made.product.plan.subject.words.type} u[1], v[1], z[2] = {{0}};", "    filter_x_filter f, g;",
-        "    int wrong = 0;", "    memset(&f, 0, sizeof f), memset(&g, 0, sizeof g);", *lines, "    return wrong;", "}", ""]))
+        "    int wrong = 0;", "    memset(&f, 0, sizeof f), memset(&g, 0, sizeof g);", *lines, "    return wrong;", "}",
+        ""]))
     make(tmp_path, ["filter_x.c", "main.c"], "main", "-fsanitize=undefined", "-fno-sanitize-recover", "-lm")
     assert subprocess.run([str(tmp_path / "main")]).returncode == 0
 

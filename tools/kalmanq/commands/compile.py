@@ -15,7 +15,7 @@ from kalmanq.c_source import WORDS, identifier
 from kalmanq.compiler.costs import operations
 from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proof_file import coefficients, lines_of_class, losses, record
+from kalmanq.compiler.proof_file import large_states, lines_of_class, losses, record
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 
@@ -89,9 +89,10 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
     for how, one in proof.found.items():
         console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, "
                       f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
-    console.print(f"  means within {proof.track.worst:.1e} sigma over {record(product)}, {proof.track.last:.1e} settled")
-    for line in coefficients(product):
-        console.print(f"  {line}")
+    console.print(f"  means within {proof.track.worst:.1e} sigma over {record(product)}, {proof.track.last:.1e} "
+                  "settled")
+    for line in large_states(product):
+        console.print(f"  a float has 24 bits: {line}")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")
     for path in written:

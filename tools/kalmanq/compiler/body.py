@@ -139,7 +139,7 @@ def stop(plan: Plan) -> list[str]:
     type_, otherwise = plan.subject.words.type, "-most" if plan.subject.words.is_fixed else "u < 0 ? -most : 0"
     return function(f"static inline {type_} within({plan.type} *restrict f, {type_} u, {type_} most)", [
         "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", f"return u > 0 ? most : {otherwise};"],
-        "a control, or the nearer end of its range")
+        "A control, or the nearer end of its range")
 
 
 def numbered(text: str) -> str:

@@ -24,7 +24,8 @@ def header(plan: Plan) -> str:
              f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *includes(plan), "",
              "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
              *(["void probe(int line, long long value);", ""] if plan.probes else []), *points(plan), *fields(plan),
-             *calls(plan), *readings(plan), *lag_text.calls(plan), "#ifdef __cplusplus", "}", "#endif", "", "#endif", ""]
+             *calls(plan), *readings(plan), *lag_text.calls(plan), "#ifdef __cplusplus", "}", "#endif", "",
+             "#endif", ""]
     return "\n".join(lines).replace("*restrict ", "*")  # a word that C++ lacks, and a declaration does not need
 
 
@@ -108,7 +109,8 @@ def steering(plan: Plan) -> str:
     if not any(plan.stops):
         return ""
     no_number = "" if plan.subject.words.is_fixed else ", NaN as 0"
-    return f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, and sets f->control_refused."
+    return f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, and sets " \
+        "f->control_refused."
 
 
 def in_part(plan: Plan) -> list[str]:
@@ -140,8 +142,8 @@ def readings(plan: Plan) -> list[str]:
         if i == j and plan.carries_covariance:
             lines += reading(plan, f"variance_{s.states[i]}", s.words.type, text)
     if plan.nis:
-        lines += ["/** Of the last sample that was there as a whole.  f->s_...: the variance of a component's innovation",
-                  " *  given the components before it. */"]
+        lines += ["/** Of the last sample that was there as a whole.  f->s_...: the variance of a component's",
+                  " *  innovation given the components before it. */"]
         lines += reading(plan, "nis", "int64_t" if s.words.is_fixed else "float", "f->nis")
     if plan.nis and not s.words.is_fixed:
         logarithms = " + ".join(f"(float)logf(f->s_{one})" for one in s.measurements)

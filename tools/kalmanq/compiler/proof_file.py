@@ -29,7 +29,8 @@ def remarks(product: Product) -> list[str]:
     for how, found in proof.found.items():
         lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the "
                      f"least scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
-    lines += [f"Means within {proof.track.worst:.1e} sigma over {record(product)}.", *coefficients(product)]
+    lines += [f"Means within {proof.track.worst:.1e} sigma over {record(product)}.",
+              *(f"A float has 24 bits: {one}." for one in large_states(product))]
     lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
     return [*lines, "", *flags(product)]
 
@@ -38,7 +39,7 @@ def record(product: Product) -> str:
     return f"{RECORD} rows of the damped model{' with gaps' if product.plan.max_gap else ''}"
 
 
-def coefficients(product: Product) -> list[str]:
+def large_states(product: Product) -> list[str]:
     """f32: what rounding costs where states are large"""
     loss, model = product.proof.rounding, product.model
     if loss is None:
@@ -46,7 +47,7 @@ def coefficients(product: Product) -> list[str]:
     where = "states at their ranges" if all(one.range for one in model.states) else \
         f"states at their ranges, or {FAR} sigma where they have none"
     cure = f"; more than {TOLERABLE:.0e}: smaller ranges, or q31" if loss > TOLERABLE else ""
-    return [f"a float has 24 bits          {no_less(loss)} sigma of a settled mean at most, {where}{cure}"]
+    return [f"{no_less(loss)} sigma of a settled mean at most, {where}{cure}"]
 
 
 def no_less(value: float) -> str:
@@ -89,7 +90,8 @@ def proof_text(product: Product) -> str:
                      + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else
                         " (on every core)"))
     lines += [f"means                        {proof.track.worst:.1e} sigma at most over {record(product)}, "
-              f"{proof.track.last:.1e} settled", *coefficients(product),
+              f"{proof.track.last:.1e} settled",
+              *(f"a float has 24 bits          {one}" for one in large_states(product)),
               f"RAM                          {ram_of(plan)} bytes", ""]
     lines += [*means(product), *costs_of(product)]
     lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]
