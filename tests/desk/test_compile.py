@@ -431,6 +431,17 @@ def test_names_that_would_be_one_in_the_header(name: str) -> None:
     assert named(model.states, model.measurements, model.controls)[0] == ["position", "velocity"]
 
 
+def test_a_component_beyond_its_range_is_as_good_as_missing(tmp_path: Path) -> None:
+    """In one call as in two: of a sample that is there as a whole the other components are taken."""
+    made = Compiled(kinematic(2, 2, ranged=True, gaps=Gaps(2, 60)), tmp_path, "f32", partial=True)
+    z, _ = record(made.model, 1, 120)
+    missing, outside = z.copy(), z.copy()
+    missing[70, 0], outside[70, 0] = np.nan, 65.0
+    told, ours = made.run(missing), made.run(outside)
+    assert np.array_equal(ours["mean"], told["mean"]) and np.array_equal(ours["variance"], told["variance"])
+    assert ours["refused"][70, 1] == 1 and told["refused"][-1, 1] == 0
+
+
 # ------------------------------------------------------------------------------ what is refused
 
 

@@ -109,9 +109,14 @@ def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
     return [*([f"/* {remark} */"] if remark else []), head, "{", *indented(body), "}", ""]
 
 
+def outside_of(plan: Plan) -> list[str]:
+    """Whether a measurement is outside its range, of each that has one"""
+    return [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
+
+
 def door(plan: Plan, refused: Sequence[str]) -> list[str]:
     """What is outside the declared range, or no number, is refused."""
-    outside = [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
+    outside = outside_of(plan)
     if not outside:
         return []
     return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
