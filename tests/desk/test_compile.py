@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 import json
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -19,7 +20,9 @@ from compiled_models import factorial, five, kinematic, random_model
 import kalmanq
 from kalmanq import Model, Quantity, model_file
 from kalmanq.compiler import exact, forms
+from kalmanq.compiler.names import named
 from kalmanq.compiler.product import Maker, NotProven, Wanted, compiled, ram_of
+from kalmanq.compiler.proof_file import no_less
 from kalmanq.compiler.routines import QUOTIENT
 from kalmanq.compiler.search import Runner
 from kalmanq.errors import KalmanqError
@@ -288,6 +291,29 @@ int main(void)
     assert subprocess.run([str(tmp_path / "q")]).returncode == 0
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_where_states_are_large_a_mean_of_floats_keeps_to_its_bound(seed: int, tmp_path: Path) -> None:
+    """Beside the model with its own numbers, which no float has; a damped record says nothing of it."""
+    model = Model([[1, 0.1], [0, 1]], [1.2521, -0.549], 0.0018, Q=[0.37, 0.29], P0=[1, 1],
+                  states=[Quantity("position", "", 1e6), Quantity("velocity", "", 1e4)])
+    made = Compiled(model, tmp_path, "f32")
+    random, x = np.random.default_rng(seed), np.array([8e5, -7e3])
+    z = np.zeros((600, 1))
+    for t in range(len(z)):
+        x = model.A @ x + np.sqrt(np.diag(model.Q)) * random.standard_normal(2)
+        z[t] = np.float32(model.H @ x + np.sqrt(0.0018) * random.standard_normal())
+    double = kalmanq.Filter(model, "f64").run(z)
+    reading = np.abs(double.mean) * 2.0**-24
+    error = np.max(np.maximum(np.abs(made.run(z)["mean"] - double.mean) - reading, 0)[300:] / double.sigma[300:])
+    proof = made.product.proof
+    assert 10 * proof.track.worst < error < proof.rounding
+    assert "more than 1e-03: smaller ranges, or q31" in (tmp_path / "filter_x_proof.txt").read_text()
+
+
+def test_a_promise_is_not_rounded_down() -> None:
+    assert [no_less(one) for one in (8.5e-7, 8.501e-7, 9.99e-5)] == ["8.6e-07", "8.6e-07", "1.0e-04"]
+
+
 # ------------------------------------------------------------------------------ at run time
 
 
@@ -361,6 +387,61 @@ def test_the_door(arithmetic: str, tmp_path: Path) -> None:
         assert np.array_equal(made.run(missing, missed_by_predict=False)["mean"], told["mean"])  # NaN
 
 
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_a_control_beyond_its_range_is_taken_as_the_end_of_it(arithmetic: str, tmp_path: Path) -> None:
+    made = Compiled(steered(), tmp_path, arithmetic)
+    point = 2.0 ** made.product.plan.fraction("controls", 0) if arithmetic == "q31" else 1
+    lines = [f"filter_x_start(&{f}); filter_x_update(&{f}, z);" for f in "fg"]
+    beyond = [(5.5, 5), (-5.5, -5), (7.9, 5), (-7.9, -5)]
+    beyond += [] if arithmetic == "q31" else [("NAN", 0), ("INFINITY", 5)]
+    for given, taken in beyond:
+        word = given if isinstance(given, str) else f"({made.product.plan.subject.words.type})({given * point})"
+        lines += [f"u[0] = {word}; v[0] = {int(taken * point)};",
+                  "filter_x_step(&f, u, z); filter_x_step(&g, v, z); filter_x_predict(&f, u); filter_x_predict(&g, v);",
+                  "wrong += !f.control_refused || g.control_refused; f.control_refused = 0;",
+                  "wrong += memcmp(&f, &g, sizeof f) != 0; filter_x_update(&f, z); filter_x_update(&g, z);"]
+    (tmp_path / "main.c").write_text("\n".join([
+        "#include <math.h>", "#include <string.h>", '#include "filter_x.h"', "int main(void)", "{",
+        f"    {made.product.plan.subject.words.type} u[1], v[1], z[2] = {{0}};", "    filter_x_filter f, g;",
+        "    int wrong = 0;", "    memset(&f, 0, sizeof f), memset(&g, 0, sizeof g);", *lines, "    return wrong;", "}",
+        ""]))
+    make(tmp_path, ["filter_x.c", "main.c"], "main", "-fsanitize=undefined", "-fno-sanitize-recover", "-lm")
+    assert subprocess.run([str(tmp_path / "main")]).returncode == 0
+
+
+@pytest.mark.skipif(not shutil.which("g++"), reason="no C++ compiler")
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_cpp_takes_the_header(arithmetic: str, tmp_path: Path) -> None:
+    Compiled(steered(), tmp_path, arithmetic, nis=True, lag=2)
+    (tmp_path / "main.cpp").write_text('#include "filter_x.h"\nint main()\n{\n    filter_x_filter f;\n'
+                                       "    filter_x_start(&f);\n    return f.gap_refused;\n}\n")
+    make(tmp_path, ["filter_x.c"], "x.o", "-c")
+    done = subprocess.run(["g++", "-Wall", "-Wextra", "-Wpedantic", "-Werror", str(tmp_path / "main.cpp"),
+                           str(tmp_path / "x.o"), "-lm", "-o", str(tmp_path / "main")], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert subprocess.run([str(tmp_path / "main")]).returncode == 0
+
+
+@pytest.mark.parametrize("name", ["z range", "u push", "s range", "nis", "variance velocity"])
+def test_names_that_would_be_one_in_the_header(name: str) -> None:
+    """A fraction of a state and that of a measurement, a control, a variance or NIS"""
+    model = steered()
+    states = [replace(model.states[0], name=name), model.states[1]]
+    assert named(states, model.measurements, model.controls) == (["s0", "s1"], ["range", "mixed"], ["push"])
+    assert named(model.states, model.measurements, model.controls)[0] == ["position", "velocity"]
+
+
+def test_a_component_beyond_its_range_is_as_good_as_missing(tmp_path: Path) -> None:
+    """In one call as in two: of a sample that is there as a whole the other components are taken."""
+    made = Compiled(kinematic(2, 2, ranged=True, gaps=Gaps(2, 60)), tmp_path, "f32", partial=True)
+    z, _ = record(made.model, 1, 120)
+    missing, outside = z.copy(), z.copy()
+    missing[70, 0], outside[70, 0] = np.nan, 65.0
+    told, ours = made.run(missing), made.run(outside)
+    assert np.array_equal(ours["mean"], told["mean"]) and np.array_equal(ours["variance"], told["variance"])
+    assert ours["refused"][70, 1] == 1 and told["refused"][-1, 1] == 0
+
+
 # ------------------------------------------------------------------------------ what is refused
 
 
@@ -403,6 +484,20 @@ def test_samples_in_part_are_refused_by_name(arithmetic: str, form: str, gap: in
         compiled(kinematic(2, 2, ranged=True, gaps=Gaps(gap, 60)), Wanted(arithmetic, "x", form, partial=True))
 
 
+def test_samples_in_part_are_part_of_a_gap() -> None:
+    with pytest.raises(KalmanqError, match="--partial: .* max_gap"):
+        compiled(kinematic(2, 2, gaps=Gaps()), Wanted("f32", "x", partial=True))
+
+
+@pytest.mark.parametrize("model, bound, cure", [(lambda: changed(R=1e-12), 1.0, "a larger R"),
+                                                (changed, 1e-9, "a larger --bound")])
+def test_what_is_named_cures(model, bound: float, cure: str) -> None:
+    """A larger --bound does nothing for a mean, which has a bound of its own."""
+    with decimal.localcontext(exact.DIGITS), pytest.raises(NotProven) as problem:
+        Maker(model(), Wanted("f32", "x", bound=bound)).proven(forms.Covariance())
+    assert problem.value.cures[-1] == cure and ("a larger --bound" in problem.value.cures) == (bound < 1)
+
+
 # ------------------------------------------------------------------------------ the command
 
 
@@ -432,6 +527,7 @@ def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> N
     path.write_text(model_file.text_of(changed(H=[0, 1])))
     for words, said in (((path, "-o", tmp_path / "cart.c"), "not observable"),
                         ((path, "-o", tmp_path / "Cart.c"), "-o"),
+                        ((path, "-o", tmp_path / "math.c"), "math is a word or a header of C"),
                         ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
         done = command(*words)
         assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout

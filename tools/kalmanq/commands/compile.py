@@ -11,11 +11,11 @@ from pathlib import Path
 from rich.console import Console
 
 from kalmanq import model_file
-from kalmanq.c_source import identifier
+from kalmanq.c_source import WORDS, identifier
 from kalmanq.compiler.costs import operations
 from kalmanq.compiler.files import texts_of
-from kalmanq.compiler.product import RECORD, Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proof_file import lines_of_class
+from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
+from kalmanq.compiler.proof_file import large_states, lines_of_class, losses, record
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 
@@ -48,6 +48,8 @@ def compile_file(asked: Asked, console: Console) -> None:
 
 
 def _name(out: Path) -> str:
+    if out.suffix == ".c" and out.stem in WORDS:
+        raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++; functions need another name")
     if out.suffix != ".c" or identifier(out.stem) != out.stem:
         raise KalmanqError(f"-o {out}: is called as its functions are: a name in small letters, digits and _, and .c")
     return out.stem
@@ -70,6 +72,7 @@ def _told(product: Product, written: list[Path]) -> dict:
         "losses": proof.losses,
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
+        "rounding": proof.rounding,
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
         "operations": operations(plan),
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
@@ -80,15 +83,16 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
     plan, proof = product.plan, product.proof
     console.print(f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}, {ram_of(plan)} bytes of RAM")
     if proof.losses:
-        console.print(f"  sigma is at most {proof.losses[0]:.3g} times the optimal filter's after the start, "
-                      f"{proof.losses[1]:.3g} times after a gap, the same once settled")
+        console.print(f"  {losses(product)[0].rstrip('.')}")
     for line in lines_of_class(product):
         console.print(f"  {line}")
     for how, one in proof.found.items():
         console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, "
                       f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
-    console.print(f"  means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps, {proof.track.last:.1e} "
+    console.print(f"  means within {proof.track.worst:.1e} sigma over {record(product)}, {proof.track.last:.1e} "
                   "settled")
+    for line in large_states(product):
+        console.print(f"  a float has 24 bits: {line}")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")
     for path in written:

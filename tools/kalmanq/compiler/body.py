@@ -49,7 +49,13 @@ class Body:
 
     def predict_mean(self) -> None:
         s = self.plan.subject
-        self.x = s.mean.predict(self.lines, self.x, [Sum.named(f"u[{k}]") for k in range(s.of.l)])
+        self.x = s.mean.predict(self.lines, self.x, [self._control(k) for k in range(s.of.l)])
+
+    def _control(self, k: int) -> Sum:
+        plan, s = self.plan, self.plan.subject
+        if not plan.stops[k]:
+            return Sum.named(f"u[{k}]")
+        return self.lines.add(f"u_{s.controls[k]}", s.words.type, f"within(f, u[{k}], {plan.stops[k]})")
 
     def update(self, j: int, z: Sum) -> None:
         self.x, self.P = self.plan.form.update(self.plan.subject, self.lines, self.x, self.P, j, z, self._keep)
@@ -103,9 +109,14 @@ def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
     return [*([f"/* {remark} */"] if remark else []), head, "{", *indented(body), "}", ""]
 
 
+def outside_of(plan: Plan) -> list[str]:
+    """Whether a measurement is outside its range, of each that has one"""
+    return [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
+
+
 def door(plan: Plan, refused: Sequence[str]) -> list[str]:
     """What is outside the declared range, or no number, is refused."""
-    outside = [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
+    outside = outside_of(plan)
     if not outside:
         return []
     return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
@@ -126,6 +137,14 @@ def not_yet(plan: Plan, rows: int) -> list[str]:
     u = ", u" if plan.subject.of.l else ""
     return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    {plan.name}_update(f, z);",
             "    return;", "}"]
+
+
+def stop(plan: Plan) -> list[str]:
+    """The function that a control goes through where it has a range"""
+    type_, otherwise = plan.subject.words.type, "-most" if plan.subject.words.is_fixed else "u < 0 ? -most : 0"
+    return function(f"static inline {type_} within({plan.type} *restrict f, {type_} u, {type_} most)", [
+        "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", f"return u > 0 ? most : {otherwise};"],
+        "A control, or the nearer end of its range")
 
 
 def numbered(text: str) -> str:

@@ -21,7 +21,7 @@ MEASURES = ("two_calls", "step_settled", "flash")
 OPERATIONS = {
     "calls": r"(?!)", "loads": r"= f->", "stores": r"^ *f->\w+ = ", "products": r"(?<!u) \* |\bproduct\(",
     "wide": r"\bwide\(",
-    "sums": r" [+-] ", "shifts": r">>", "divisions": r"1\.0f / |\binverse\(", "roots": r"sqrtf\(",
+    "sums": r" [+-] |\bwithin\(f", "shifts": r">>", "divisions": r"1\.0f / |\binverse\(", "roots": r"sqrtf\(",
     "constants": r"\b\d+\.\d+(?:e-?\d+)?f|\b\d{4,}\b",
 }
 SETTLED = re.compile(r"/\* settled \*/ \{\n(.*?)\n        return;\n    \}", re.S)

@@ -191,9 +191,9 @@ class Fixed:
     def printed(self, text: str) -> list[str]:
         return [f'printf(" %lld", (long long){text});']
 
-    def door(self, j: int, span: float) -> str:
-        """The largest word of a measurement"""
-        return str(rounded(Decimal(span) * TWO ** self.formats.z[j]))
+    def door(self, which: str, j: int, span: float) -> str:
+        """The largest word of a measurement (z) or a control (u)"""
+        return str(rounded(Decimal(span) * TWO ** getattr(self.formats, which)[j]))
 
     def is_outside(self, value: str, limit: str) -> str:
         return f"{value} < -{limit} || {value} > {limit}"

@@ -91,8 +91,8 @@ class Floats:
     def printed(self, text: str) -> list[str]:
         return [f'printf(" %a", (double){text});']
 
-    def door(self, j: int, span: float) -> str:
-        """The largest word of a measurement"""
+    def door(self, which: str, j: int, span: float) -> str:
+        """The largest word of a measurement (z) or a control (u)"""
         return literal(Decimal(span))
 
     def is_outside(self, value: str, limit: str) -> str:

@@ -22,9 +22,11 @@ def comment(plan: Plan, remarks: Sequence[str]) -> list[str]:
 def header(plan: Plan) -> str:
     lines = [*comment(plan, ["", *usage(plan), "", *quantities(plan)]), f"#ifndef KALMANQ_COMPILED_{plan.upper}_H",
              f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *includes(plan), "",
+             "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
              *(["void probe(int line, long long value);", ""] if plan.probes else []), *points(plan), *fields(plan),
-             *calls(plan), *readings(plan), *lag_text.calls(plan), "#endif", ""]
-    return "\n".join(lines)
+             *calls(plan), *readings(plan), *lag_text.calls(plan), "#ifdef __cplusplus", "}", "#endif", "",
+             "#endif", ""]
+    return "\n".join(lines).replace("*restrict ", "*")  # a word that C++ lacks, and a declaration does not need
 
 
 def includes(plan: Plan) -> list[str]:
@@ -95,11 +97,20 @@ def calls(plan: Plan) -> list[str]:
     return [
         "/** Before the first sample. */", f"void {name}_start({type_});", "",
         f"/** To the next sample: one that is missing, or that update is to take.  {missed}{between}:",
-        " *  a predict beyond that does nothing but set f->gap_refused. */",
+        f" *  a predict beyond that does nothing but set f->gap_refused.{steering(plan)} */",
         f"void {name}_predict({type_}{plan.controls});", "",
         *taking(plan), f"void {name}_update({type_}, {plan.sample});", "",
         "/** Predict and update, the same words in fewer instructions. */",
         f"void {name}_step({type_}{plan.controls}, {plan.sample});", "", *in_part(plan)]
+
+
+def steering(plan: Plan) -> str:
+    """What becomes of a control beyond its range"""
+    if not any(plan.stops):
+        return ""
+    no_number = "" if plan.subject.words.is_fixed else ", NaN as 0"
+    return f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, and sets " \
+        "f->control_refused."
 
 
 def in_part(plan: Plan) -> list[str]:
@@ -131,6 +142,8 @@ def readings(plan: Plan) -> list[str]:
         if i == j and plan.carries_covariance:
             lines += reading(plan, f"variance_{s.states[i]}", s.words.type, text)
     if plan.nis:
+        lines += ["/** Of the last sample that was there as a whole.  f->s_...: the variance of a component's",
+                  " *  innovation given the components before it. */"]
         lines += reading(plan, "nis", "int64_t" if s.words.is_fixed else "float", "f->nis")
     if plan.nis and not s.words.is_fixed:
         logarithms = " + ".join(f"(float)logf(f->s_{one})" for one in s.measurements)

@@ -37,6 +37,7 @@ class Plan:
     pushes: Sequence[float] = ()
     probes: bool = False  # for the search: each line's value is told
     ranges: Mapping[str, str] = field(default_factory=dict)  # of lines, by function and name
+    stops: Sequence[Optional[str]] = ()  # the largest word of each control, or nothing
     partial: bool = False  # samples of some components
     nis: bool = False
     lag: int = 0  # samples
@@ -98,4 +99,5 @@ class Plan:
 def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
     """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
     of the last gap, 0 once there may be another; events: what was refused"""
-    return [("uint32_t", "rows"), ("uint16_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused")]
+    return [("uint32_t", "rows"), ("uint16_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused"),
+            *([("uint8_t", "control_refused")] if any(plan.stops) else [])]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any, Optional, Sequence
 
-from kalmanq.compiler import classes, exact, fixed, floats, formats, forms
-from kalmanq.compiler.names import identifiers
-from kalmanq.compiler.plan import Plan
+from kalmanq.compiler import classes, exact, fixed, floats, formats, forms, rounding
+from kalmanq.compiler.names import named
+from kalmanq.compiler.plan import Plan, bookkeeping
 from kalmanq.compiler.refusals import refuse
 from kalmanq.compiler.roots import Root
 from kalmanq.compiler.search import Found, Overflow, Runner, Track
@@ -26,7 +26,7 @@ MOST_GAP = 250
 MOST_MEMORY = 500_000_000  # bytes of the search
 MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
 RECORD = 2000  # rows that are tried
-CURES = "what is better known at first (P0), other units, a larger --bound or kalmanq design may do"
+START = "what is better known at first (P0)"  # a cure
 FORMS = {"f32": (forms.Covariance, forms.PlainCovariance, Root), "q31": (forms.Covariance,)}
 
 
@@ -56,6 +56,7 @@ class Proof:
     found: dict[str, Found]
     track: Track
     means: Optional[classes.Means]
+    rounding: Optional[float] = None  # of a mean in sigma, where states of f32 are at their ranges
     losses: Optional[tuple[float, float]] = None  # of a constant gain: of sigma, at the start and after gaps
 
     @property
@@ -80,6 +81,7 @@ def compiled(model: Model, wanted: Wanted) -> Product:
             raise KalmanqError("--partial: a constant gain takes samples as a whole; leave out --form gain")
         maker = Maker(model, wanted)
         refused: list[Refused] = []
+        cures: dict[str, None] = {}
         if wanted.form == "gain":
             return Product(model, wanted, *maker.of_constant_gain())
         for form in FORMS[wanted.arithmetic]:
@@ -88,9 +90,12 @@ def compiled(model: Model, wanted: Wanted) -> Product:
                 return Product(model, wanted, plan, proof, refused)
             except NotProven as problem:
                 refused.append(Refused(form.name, str(problem)))
+                cures |= dict.fromkeys(problem.cures)
                 if isinstance(problem, NotClosed):
                     raise
-    raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused) + f"; {CURES}")
+    raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused)
+                       + f"; {', '.join([*cures, *(['f32'] if wanted.arithmetic == 'q31' else [])])} or kalmanq design "
+                         "may do")
 
 
 def planned(model: Model, arithmetic: str) -> Plan:
@@ -102,7 +107,11 @@ def planned(model: Model, arithmetic: str) -> Plan:
 
 
 class NotProven(KalmanqError):
-    """A form whose search has not closed, or found something wrong."""
+    """A form whose search has not closed, or found something wrong; what may cure it."""
+
+    def __init__(self, reason: str, *cures: str):
+        super().__init__(reason)
+        self.cures = cures
 
 
 class NotClosed(NotProven):
@@ -119,6 +128,9 @@ class Maker:
         self.settled = exact.settled(self.of)
         if self.gaps.max_gap > MOST_GAP:
             raise KalmanqError(f"max_gap: {self.gaps.max_gap} rows; a proof is for at most {MOST_GAP}")
+        if wanted.partial and not self.gaps.max_gap:
+            raise KalmanqError("--partial: a sample in part is one of a gap, and the model declares none: give [gaps] "
+                               "max_gap, or leave out --partial")
         self.rows = self._rows_to_settle(MOST_ROWS[wanted.arithmetic])
         if quick and wanted.arithmetic == "q31" and self.rows > QUICK_ROWS:
             raise KalmanqError(f"the covariance takes {self.rows} rows to settle; what it costs is known once compiled")
@@ -130,13 +142,12 @@ class Maker:
         try:
             return exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP, most)
         except KalmanqError as problem:
-            cure = f"f32 takes {MOST_ROWS['f32']}" if self.wanted.arithmetic == "q31" else \
+            cure = f"f32 takes {MOST_ROWS['f32']}, a larger Q settles sooner" if self.wanted.arithmetic == "q31" else \
                 "a larger Q settles sooner, or kalmanq design"
             raise KalmanqError(f"{problem}: {cure}") from None
 
     def _names(self) -> tuple[list[str], list[str], list[str]]:
-        return tuple(identifiers(which) for which in (self.model.states, self.model.measurements,  # type: ignore
-                                                      self.model.controls))
+        return named(self.model.states, self.model.measurements, self.model.controls)
 
     def _floats(self, fused: bool) -> forms.Subject:
         states, measurements, controls = self._names()
@@ -171,12 +182,14 @@ class Maker:
 
     def plan(self, form: Any, subject: forms.Subject) -> Plan:
         ranges = [one.range for one in self.model.measurements]
-        doors = [subject.words.door(j, one) if one else None for j, one in enumerate(ranges)]
+        doors = [subject.words.door("z", j, one) if one else None for j, one in enumerate(ranges)]
+        stops = [subject.words.door("u", k, one.range) if one.range else None
+                 for k, one in enumerate(self.model.controls)]
         return Plan(
             self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
             self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
             most=[one or 1e30 for one in ranges],
-            pushes=[one.range or 1.0 for one in self.model.controls], partial=self.wanted.partial,
+            pushes=[one.range or 1.0 for one in self.model.controls], stops=stops, partial=self.wanted.partial,
             nis=self.wanted.nis, lag=self.wanted.lag)
 
     def of_constant_gain(self) -> tuple[Plan, Proof]:
@@ -185,7 +198,7 @@ class Maker:
             track = runner.record(RECORD, self.gaps.max_gap)
         self._judge_means(track)
         loss = classes.losses(self.of, self.settled, self.rows, self.gaps.max_gap)
-        return plan, Proof({}, track, self.means, loss)
+        return plan, Proof({}, track, self.means, self._rounding(), loss)
 
     def proven(self, form: Any) -> tuple[Plan, Proof]:
         plan = self.plan(form, self.subject)
@@ -197,7 +210,13 @@ class Maker:
         for how, one in all_found.items():
             self._judge(one, how)
         self._judge_means(track)
-        return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, self.means)
+        return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, self.means,
+                                                                     self._rounding())
+
+    def _rounding(self) -> Optional[float]:
+        if self.wanted.arithmetic == "q31":
+            return None
+        return rounding.of_means(self.model, self.of, self.settled)
 
     def _run(self, plan: Plan) -> tuple[Found, Track]:
         entries = self.of.n * (self.of.n + 1) // 2
@@ -207,18 +226,18 @@ class Maker:
                 return runner.search(limit), runner.record(RECORD, self.gaps.max_gap)
         except Overflow:
             raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
-                            "covariance settles to") from None
+                            "covariance settles to", START) from None
 
     def _judge(self, found: Found, how: str) -> None:
         how = f", {how}" if how else ""
         if not found.closed:
             raise NotClosed(f"there are more than {found.count} covariances{how}; {self._fewer()} leaves fewer")
         if found.bad:
-            raise NotProven(f"{found.bad} of {found.count} covariances are not positive definite{how}")
+            raise NotProven(f"{found.bad} of {found.count} covariances are not positive definite{how}", START)
         error = found.error * MARGIN[self.wanted.arithmetic]
         if not error <= self.wanted.bound:
             raise NotProven(f"a covariance is {error:.1e} sigma_i sigma_j from the exact one{how}, the bound is "
-                            f"{self.wanted.bound:.0e}")
+                            f"{self.wanted.bound:.0e}", START, "a larger --bound")
 
     def _fewer(self) -> str:
         """What would leave fewer covariances to be proven"""
@@ -228,7 +247,7 @@ class Maker:
     def _judge_means(self, track: Track) -> None:
         if not track.worst <= TOLERABLE:
             raise NotProven(f"a mean is {track.worst:.1e} sigma from the exact one within {RECORD} rows, the bound is "
-                            f"{TOLERABLE:.0e}")
+                            f"{TOLERABLE:.0e}", "a larger R")
 
     def _ranges(self, plan: Plan, found: Found) -> dict[str, str]:
         """Of each line that was told: least and largest value; of means and innovations by their bounds."""
@@ -255,8 +274,9 @@ class Maker:
 def ram_of(plan: Plan) -> int:
     """Bytes of the filter where words are aligned"""
     words = 8 if plan.subject.words.is_fixed else 4
+    counted = sum(int(type_[4:-2]) // 8 for type_, _ in bookkeeping(plan))  # bytes of uint8_t and others
     mean = sum(words for i in range(plan.subject.of.n) for _ in plan.subject.mean.fields(i))
-    size = 8 + mean + 4 * len(plan.structure.carried)
+    size = words * -(-counted // words) + mean + 4 * len(plan.structure.carried)
     size += 4 * plan.subject.of.m + words if plan.nis else 0
     size += 4 * plan.subject.of.m if plan.lag else 0
     return size + size % words

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import decimal
+
 from kalmanq.compiler import costs
 from kalmanq.compiler.product import MARGIN, RECORD, Product, ram_of
+from kalmanq.compiler.rounding import FAR
 from kalmanq.costs import CORES
+from kalmanq.designs import TOLERABLE
 
 
 def lines_of_class(product: Product) -> list[str]:
@@ -25,17 +29,39 @@ def remarks(product: Product) -> list[str]:
     for how, found in proof.found.items():
         lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the "
                      f"least scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
-    lines += [f"Means within {proof.track.worst:.1e} sigma over {RECORD} rows with gaps."]
+    lines += [f"Means within {proof.track.worst:.1e} sigma over {record(product)}.",
+              *(f"A float has 24 bits: {one}." for one in large_states(product))]
     lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
     return [*lines, "", *flags(product)]
+
+
+def record(product: Product) -> str:
+    return f"{RECORD} rows of the damped model{' with gaps' if product.plan.max_gap else ''}"
+
+
+def large_states(product: Product) -> list[str]:
+    """f32: what rounding costs where states are large"""
+    loss, model = product.proof.rounding, product.model
+    if loss is None:
+        return []
+    where = "states at their ranges" if all(one.range for one in model.states) else \
+        f"states at their ranges, or {FAR} sigma where they have none"
+    cure = f"; more than {TOLERABLE:.0e}: smaller ranges, or q31" if loss > TOLERABLE else ""
+    return [f"{no_less(loss)} sigma of a settled mean at most, {where}{cure}"]
+
+
+def no_less(value: float) -> str:
+    """Two digits that are not below the value, of which the search has told four"""
+    rounded = decimal.Context(prec=2, rounding=decimal.ROUND_CEILING).create_decimal_from_float(1.0005 * value)
+    return f"{float(rounded):.1e}"
 
 
 def losses(product: Product) -> list[str]:
     loss = product.proof.losses
     if not loss:
         return []
-    return [f"Sigma is at most {loss[0]:.3g} times the optimal filter's after the start, {loss[1]:.3g} times after a "
-            "gap, the same once settled."]
+    gap = f"{loss[1]:.3g} times after a gap, " if product.plan.max_gap else ""
+    return [f"Sigma is at most {loss[0]:.3g} times the optimal filter's after the start, {gap}the same once settled."]
 
 
 def flags(product: Product) -> list[str]:
@@ -60,11 +86,13 @@ def proof_text(product: Product) -> str:
                   f"worst error                  {found.error:.3e} sigma_i sigma_j",
                   f"exact ones of one word       {found.merged:.3e} apart at most", ""]
     if proof.found:
-        lines.append(f"promise                      {margin * proof.worst.error:.1e} sigma_i sigma_j"
+        lines.append(f"promise                      {no_less(margin * proof.worst.error)} sigma_i sigma_j"
                      + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else
                         " (on every core)"))
-    lines += [f"means                        {proof.track.worst:.1e} sigma at most over {RECORD} rows with gaps, "
-              f"{proof.track.last:.1e} settled", f"RAM                          {ram_of(plan)} bytes", ""]
+    lines += [f"means                        {proof.track.worst:.1e} sigma at most over {record(product)}, "
+              f"{proof.track.last:.1e} settled",
+              *(f"a float has 24 bits          {one}" for one in large_states(product)),
+              f"RAM                          {ram_of(plan)} bytes", ""]
     lines += [*means(product), *costs_of(product)]
     lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]
     return "\n".join([*lines, *flags(product), ""])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler import gain_text, lag_text
-from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered
+from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered, outside_of, stop
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
@@ -104,8 +104,10 @@ def update_some(plan: Plan) -> list[str]:
 def step_some(plan: Plan) -> list[str]:
     name, u = plan.name, ", u" if plan.subject.of.l else ""
     whole = (1 << plan.subject.of.m) - 1
+    outside = outside_of(plan)  # of a sample with a component beyond its range the others are taken
+    inside = f" && !({' || '.join(outside)})" if outside else ""
     return function(f"void {name}_step_some({plan.type} *restrict f{plan.controls}, {plan.sample}, unsigned present)", [
-        f"if (present == {whole}u) {{", f"    {name}_step(f{u}, z);", "    return;", "}",
+        f"if (present == {whole}u{inside}) {{", f"    {name}_step(f{u}, z);", "    return;", "}",
         f"{name}_predict(f{u});", f"{name}_update_some(f, z, present);"])
 
 
@@ -134,6 +136,7 @@ def probes_of(plan: Plan) -> list[str]:
 
 def code(plan: Plan) -> str:
     body = numbered(_functions(plan))
+    body = "\n".join(stop(plan)) + "\n" + body if any(plan.stops) else body
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])
