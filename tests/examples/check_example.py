@@ -1,7 +1,7 @@
 """The examples of tools/examples: what they print is right, over many seeds.
 
     check_example.py run NAME PROGRAM RUNS PICTURE    checks RUNS seeds, draws the first one
-    check_example.py core PROGRAM COMMAND...          COMMAND, on an emulated core, prints what PROGRAM prints on the host
+    check_example.py core PROGRAM COMMAND...          COMMAND, on an emulated core, prints what PROGRAM does
 
 Prints RMS and NEES/n; answers 0 where all is as it should be.
 """
@@ -25,8 +25,8 @@ AS_GOOD = {("iterated", "sharp"): ("east_m", "north_m")}
 # NEES/n over K runs of n states is chi-square (n K) / (n K) at one step where all is linear.  The mean over the steps
 # varies less, so this band is on the safe side.  It is missed by chance once in a thousand times.
 CHANCE = 1e-3
-# NONLINEAR: an attitude of these sizes, 100 runs: filter, smoother; sets of quantities, factor to a unit.  Its settings
-# are not known in full, hence the tolerance.
+# The RMS of an axis, filter and smoother, of 100 runs of a prototype in NumPy with such an attitude.  Not all of its
+# settings are known, hence the tolerance.
 ATTITUDE = {("roll_deg", "pitch_deg", "yaw_deg"): (1.376, 0.930),
             ("bias_x_rad_s", "bias_y_rad_s", "bias_z_rad_s"): (0.0197, 0.0121)}
 ATTITUDE_TOLERANCE, MANY = 0.10, 100
@@ -84,12 +84,12 @@ def check_nees(runs, name) -> list[str]:
 
 
 def check_attitude(runs) -> list[str]:
-    """Beside another program's figures: the RMS of an axis"""
+    """Beside the prototype"""
     faults = []
     for names, wanted in ATTITUDE.items():
         for kind, figure in zip(KINDS, wanted):
             value = np.sqrt(np.mean([rms(runs, name, kind) ** 2 for name in names]))
-            print(f"attitude: {kind} {names[0]} and the other axes: {value:.4g}, NONLINEAR {figure}")
+            print(f"attitude: {kind} {names[0]} and the other axes: {value:.4g}, prototype {figure}")
             if abs(value / figure - 1) > ATTITUDE_TOLERANCE:
                 faults.append(f"attitude: {kind} {names[0]}: {value:.4g} is not near {figure}")
     return faults

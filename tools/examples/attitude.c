@@ -24,8 +24,11 @@ KQ_SENSOR_DIAGONAL_F32(sighting, N, M);
 KQ_FILTER_F32(error, N);
 KQ_JACOBIANS_F32(jacobians, N, STEPS, 1); /* Q is the same at every step */
 /* One step of ten has six measurements, the others have none. */
-static float tape_memory[KQ_HISTORY_LEN_F32(N, 0, STEPS - SIGHTINGS, STEPS) +
-                         KQ_HISTORY_LEN_F32(N, M, SIGHTINGS, 0)];
+enum {
+    TAPE_WORDS = KQ_HISTORY_LEN_F32(N, 0, STEPS - SIGHTINGS, STEPS) +
+                 KQ_HISTORY_LEN_F32(N, M, SIGHTINGS, 0)
+};
+static float tape_memory[TAPE_WORDS];
 static kq_history_f32 tape;
 
 static float A[N * N], H[M * N];
@@ -51,7 +54,8 @@ static void turn(float q[4], const float v[3])
 static void to_body(const float q[4], const float v[3], float b[3])
 {
     const float w = q[0], x = -q[1], y = -q[2], z = -q[3];
-    const float t[] = {2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])};
+    const float t[] = {2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]),
+                       2 * (x * v[1] - y * v[0])};
     b[0] = v[0] + w * t[0] + y * t[2] - z * t[1];
     b[1] = v[1] + w * t[1] + z * t[0] - x * t[2];
     b[2] = v[2] + w * t[2] + x * t[1] - y * t[0];
@@ -110,9 +114,7 @@ kq_status attitude_start(void)
     kq_status status = kq_process_init_f32(&rotation, A, NULL, Q);
     if (!status) status = kq_sensor_init_diagonal_f32(&sighting, H, r);
     if (!status) status = kq_filter_init_f32(&error, zero, P0);
-    if (!status) {
-        status = kq_history_assign_f32(&tape, N, tape_memory, sizeof tape_memory / sizeof *tape_memory);
-    }
+    if (!status) status = kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS);
     if (!status) status = kq_history_attach_extended_f32(&tape, &error, &jacobians);
     return status;
 }

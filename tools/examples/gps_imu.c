@@ -28,8 +28,10 @@ KQ_SENSOR_DIAGONAL_F32(receiver, N, M);
 KQ_FILTER_F32(vehicle, N);
 KQ_JACOBIANS_F32(jacobians, N, STEPS, STEPS); /* sigma points give each step a noise of its own */
 /* One step of ten has two measurements, the others have none. */
-static float tape_memory[KQ_HISTORY_LEN_F32(N, 0, STEPS - FIXES, STEPS) +
-                         KQ_HISTORY_LEN_F32(N, M, FIXES, 0)];
+enum {
+    TAPE_WORDS = KQ_HISTORY_LEN_F32(N, 0, STEPS - FIXES, STEPS) + KQ_HISTORY_LEN_F32(N, M, FIXES, 0)
+};
+static float tape_memory[TAPE_WORDS];
 static kq_history_f32 tape;
 
 static float A[N * N];
@@ -72,9 +74,7 @@ kq_status gps_imu_start(const float x0[N], int by_points)
     kq_status status = kq_process_init_f32(&motion, A, NULL, Q);
     if (!status) status = kq_sensor_init_diagonal_f32(&receiver, H, r);
     if (!status) status = kq_filter_init_f32(&vehicle, x0, P0);
-    if (!status) {
-        status = kq_history_assign_f32(&tape, N, tape_memory, sizeof tape_memory / sizeof *tape_memory);
-    }
+    if (!status) status = kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS);
     if (!status) status = kq_history_attach_extended_f32(&tape, &vehicle, &jacobians);
     return status;
 }
@@ -84,7 +84,8 @@ kq_status gps_imu_move(float acceleration, float rate)
     imu reading = {acceleration, rate};
     float x[N], d[N];
     if (is_by_points) {
-        return kq_predict_points_f32(&vehicle, &motion, increment, &reading, KQ_POINTS_CUBATURE, work);
+        return kq_predict_points_f32(&vehicle, &motion, increment, &reading, KQ_POINTS_CUBATURE,
+                                     work);
     }
     for (int i = 0; i < N; i++) x[i] = kq_mean_f32(&vehicle, i);
     increment(&reading, x, d);
@@ -94,7 +95,10 @@ kq_status gps_imu_move(float acceleration, float rate)
     return status;
 }
 
-kq_status gps_imu_locate(const float position[M]) { return kq_update_f32(&vehicle, &receiver, position); }
+kq_status gps_imu_locate(const float position[M])
+{
+    return kq_update_f32(&vehicle, &receiver, position);
+}
 
 kq_status gps_imu_read(float mean[N], float P[N * N])
 {

@@ -85,9 +85,10 @@ static void see(const truth *at, noise *n, float up[3], float field[3])
 /* Roll, pitch and yaw in degrees */
 static void angles_of(const double q[4], double angles[3])
 {
-    angles[0] = degrees * atan2(2 * (q[0] * q[1] + q[2] * q[3]), 1 - 2 * (q[1] * q[1] + q[2] * q[2]));
-    angles[1] = degrees * asin(2 * (q[0] * q[2] - q[3] * q[1]));
-    angles[2] = degrees * atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]));
+    const double w = q[0], x = q[1], y = q[2], z = q[3];
+    angles[0] = degrees * atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y));
+    angles[1] = degrees * asin(2 * (w * y - z * x));
+    angles[2] = degrees * atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
 /* sigma of roll, pitch and yaw, whose rates are those of the body's axes times J */
