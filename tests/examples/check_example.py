@@ -106,7 +106,7 @@ def check_sharp(program, count) -> list[str]:
 
 def check_refusals(program) -> list[str]:
     faults = []
-    for words in (["one"], ["-1"], ["1", "nonsense"]):
+    for words in (["one"], ["-1"], ["9" * 30], ["1", "nonsense"]):
         done = subprocess.run([program, *words], capture_output=True, text=True)
         if done.returncode != 2 or done.stdout or done.stderr.count("\n") != 1:
             faults.append(f"{program} {' '.join(words)}: status {done.returncode}, {done.stdout}{done.stderr}")

@@ -412,7 +412,8 @@ def compare(path, case, runs):
         for which, name in ((0, "filter"), (1, "smoother")):
             worst = [off(a[which], b[which]) for a, b in zip(ours, references)]
             truth = [states for states, _ in given]
-            mine, theirs = (rms(zip([r[which] for r in all_runs], truth), model.position) for all_runs in (ours, references))
+            mine, theirs = (rms(zip([r[which] for r in all_runs], truth), model.position)
+                            for all_runs in (ours, references))
             scores = [np.mean([nees(r[which], s) for r, s in zip(all_runs, truth)]) for all_runs in (ours, references)]
             good &= bool(np.median(worst) <= limit and abs(mine / theirs - 1) <= 0.005)
             good &= bool(abs(scores[0] / scores[1] - 1) <= 0.05)

@@ -103,7 +103,7 @@ def compare_published(case, method, figures, runs) -> int:
 
 
 def compare_passes(path, case, runs) -> int:
-    """By how much passes lower the RMS of the cubature smoother: of the same runs, whose errors rise and fall together"""
+    """By how much passes lower the RMS of the cubature smoother, of the same runs: they are good and bad together"""
     model, library, before, after, scores = case.make(), Library(path, "f64"), [], [], []
     for states, z in given(model, runs):
         smoothed = Iterated(library, model).passes(z, 6)

@@ -16,6 +16,8 @@ def read_run(lines) -> dict[str, np.ndarray]:
     """The columns of the CSV by their names"""
     names, *rows = [line.strip() for line in lines]
     table = np.loadtxt(rows, delimiter=",", ndmin=2)
+    if table.shape[1] != len(names.split(",")):
+        raise ValueError("the rows have not as many columns as the titles")
     return dict(zip(names.split(","), table.T))
 
 
@@ -76,7 +78,12 @@ def main():
     lines = sys.stdin.readlines()
     if len(lines) < 2:
         sys.exit("plot.py: the input has no rows")
-    draw(read_run(lines), sys.argv[1], *sys.argv[2:])
+    try:
+        draw(read_run(lines), sys.argv[1], *sys.argv[2:])
+    except KeyError as missing:
+        sys.exit(f"plot.py: the input has no column {missing}")
+    except (OSError, ValueError) as error:
+        sys.exit(f"plot.py: {error}")
 
 
 if __name__ == "__main__":

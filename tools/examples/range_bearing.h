@@ -28,7 +28,7 @@ kq_status track_start(const float x0[RANGE_BEARING_STATES], const float sigma[2]
 /** A second has passed. */
 kq_status track_move(void);
 
-/** A range and a bearing. */
+/** A range and a bearing.  KQ_ERR_NOT_FINITE: the mean is the sensor's own place, where no bearing is. */
 kq_status track_measure(const float z[2]);
 
 /** The state now: its mean and its covariance, row by row. */
