@@ -133,7 +133,7 @@ class FallingBody(Model):
     steps = 60
 
     def __init__(self):
-        self.x0, self.P0 = np.array([3e5, 2e4, 3e-5]), np.diag([1e6, 4e6, 1e-4])
+        self.x0, self.P0 = np.array([3e5, 2e4, 3e-5]), np.diag([1e6, 4e6, 1e-3])
         self.Q, self.R = np.zeros((3, 3)), np.array([[1e4]])
 
     def true_start(self, random):
