@@ -130,7 +130,7 @@ class UnivariateGrowth(Model):
 
 class FallingBody(Model):
     """Altitude, speed, ballistic coefficient (Athans, Wishner and Bertolini 1968); ft, s; a radar's range"""
-    steps = 60
+    steps, parts = 60, 64
 
     def __init__(self):
         self.x0, self.P0 = np.array([3e5, 2e4, 3e-5]), np.diag([1e6, 4e6, 1e-3])
@@ -140,18 +140,19 @@ class FallingBody(Model):
         return np.array([3e5, 2e4, 1e-3])
 
     def increment(self, x, t):
-        """64 steps of the classical Runge-Kutta method"""
+        """`parts` steps of the classical Runge-Kutta method"""
         def slope(fallen, faster):
             speed = x[1] + faster
             return -speed, -np.exp(-5e-5 * (x[0] + fallen)) * speed * speed * x[2]
 
-        p, v = 0 * x[0], 0 * x[1]
-        for _ in range(64):
+        p, v, k = 0 * x[0], 0 * x[1], 1 / self.parts
+        for _ in range(self.parts):
             a = slope(p, v)
-            b = slope(p + a[0] / 128, v + a[1] / 128)
-            c = slope(p + b[0] / 128, v + b[1] / 128)
-            d = slope(p + c[0] / 64, v + c[1] / 64)
-            p, v = p + (a[0] + 2 * b[0] + 2 * c[0] + d[0]) / 384, v + (a[1] + 2 * b[1] + 2 * c[1] + d[1]) / 384
+            b = slope(p + a[0] * k / 2, v + a[1] * k / 2)
+            c = slope(p + b[0] * k / 2, v + b[1] * k / 2)
+            d = slope(p + c[0] * k, v + c[1] * k)
+            p += (a[0] + 2 * b[0] + 2 * c[0] + d[0]) * k / 6
+            v += (a[1] + 2 * b[1] + 2 * c[1] + d[1]) * k / 6
         return np.array([p, v, 0 * x[2]])
 
     def h(self, x, t):
