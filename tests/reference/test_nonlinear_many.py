@@ -111,7 +111,8 @@ def compare_published(case, method, figures, runs) -> int:
     title = f"{case.make.__name__} {step[5:]}"
     faults = told(title, f"lost {found.lost} of {runs}", found.lost <= MAY_BE_LOST * runs)
     for kind, name in enumerate(("filter", "smoother")):
-        faults += told(f"{title} {name}", *beside_published(summary(found.squares[kind]), len(found.kept), figures[kind]))
+        ours = summary(found.squares[kind])
+        faults += told(f"{title} {name}", *beside_published(ours, len(found.kept), figures[kind]))
     return faults
 
 
