@@ -42,6 +42,7 @@ groups_of() { # [NAME]
     cost*) echo clang cores cost valgrind ;;
     reference* | campaign*) echo eigen python scipy ;;
     start* | em*) echo peers ;;
+    example*) echo cores python scipy ;;
     *) echo clang cores package python scipy cost valgrind eigen peers desk ;;
     esac
 }

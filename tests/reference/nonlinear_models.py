@@ -1,7 +1,7 @@
 """Nonlinear models of the textbooks, and filters and smoothers for them in the covariance form, in NumPy.
 
-A model's f and h take complex numbers, so that a Jacobian is exact: that of its imaginary part (Squire and Trapp, SIAM
-Review 40, 1998).
+A model's f and h take a state, or many as columns, of complex numbers, so that a Jacobian is exact: that of its
+imaginary part (Squire and Trapp, SIAM Review 40, 1998).
 """
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ def angle(y, x):
 
 def jacobian(function, x):
     """rows x n: d function / dx at x"""
-    return np.column_stack([np.imag(function(x + 1j * STEP * unit)) / STEP for unit in np.eye(len(x))])
+    return np.imag(function(x[:, None] + 1j * STEP * np.eye(len(x)))) / STEP
 
 
 class Model:
-    """x[t+1] = x + increment(x, t) + w, z = h(x, t) + v; component `angles` of z are angles"""
-    angles = ()
+    """x[t+1] = x + increment(x, t) + w, z = h(x, t) + v; components `angles` of z are angles, the states `position` are
+    what errors are told of"""
+    angles, position = (), (0,)
     steps = 60
 
     def measures(self, t):
@@ -59,7 +60,7 @@ class Model:
 
 class RangeBearing(Model):
     """Constant velocity past a radar at 20 m; m, m/s"""
-    angles = (1,)
+    angles, position = (1,), (0, 1)
 
     def __init__(self, r=(0.5, 0.02), steps=60):
         self.x0, self.P0 = np.array([-150.0, 20, 5, 0]), np.diag([25.0, 25, 1, 1])
@@ -95,7 +96,7 @@ class Battery(Model):
 
 class GpsImu(Model):
     """Position, speed, heading, biases of the accelerometer and the gyro; 10 Hz, a position each second; m, s, rad"""
-    steps = 300
+    steps, position = 300, (0, 1)
 
     def __init__(self):
         self.x0, self.P0 = np.array([500.0, -300, 10, 0.5, 0, 0]), np.diag([4, 4, 1, 0.04, 0.01, 1e-4])
@@ -112,28 +113,47 @@ class GpsImu(Model):
         return np.array([x[0], x[1]])
 
 
-class FallingBody(Model):
-    """Altitude, speed, ballistic coefficient (Athans, Wishner and Bertolini 1968); ft, s; a radar's range"""
-    steps = 30
+class UnivariateGrowth(Model):
+    """Of two minds: x and -x look the same (Kitagawa 1996)"""
+    steps = 100
 
     def __init__(self):
-        self.x0, self.P0 = np.array([3e5, 2e4, 3e-5]), np.diag([1e6, 4e6, 1e-4])
+        self.x0, self.P0 = np.array([0.0]), np.array([[5.0]])
+        self.Q, self.R = np.array([[10.0]]), np.array([[1.0]])
+
+    def increment(self, x, t):
+        return -x / 2 + 25 * x / (1 + x ** 2) + 8 * np.cos(1.2 * (t + 1))
+
+    def h(self, x, t):
+        return x ** 2 / 20
+
+
+class FallingBody(Model):
+    """Altitude, speed, ballistic coefficient (Athans, Wishner and Bertolini 1968); ft, s; a radar's range"""
+    steps, parts = 60, 64
+
+    def __init__(self):
+        self.x0, self.P0 = np.array([3e5, 2e4, 3e-5]), np.diag([1e6, 4e6, 1e-3])
         self.Q, self.R = np.zeros((3, 3)), np.array([[1e4]])
 
     def true_start(self, random):
         return np.array([3e5, 2e4, 1e-3])
 
-    def slope(self, x):
-        return np.array([-x[1], -np.exp(-5e-5 * x[0]) * x[1] ** 2 * x[2], 0 * x[2]])
-
     def increment(self, x, t):
-        d = np.zeros_like(x)
-        for _ in range(64):
-            a = self.slope(x + d)
-            b = self.slope(x + d + a / 128)
-            c = self.slope(x + d + b / 128)
-            d = d + (a + 2 * b + 2 * c + self.slope(x + d + c / 64)) / 384
-        return d
+        """`parts` steps of the classical Runge-Kutta method"""
+        def slope(fallen, faster):
+            speed = x[1] + faster
+            return -speed, -np.exp(-5e-5 * (x[0] + fallen)) * speed * speed * x[2]
+
+        p, v, k = 0 * x[0], 0 * x[1], 1 / self.parts
+        for _ in range(self.parts):
+            a = slope(p, v)
+            b = slope(p + a[0] * k / 2, v + a[1] * k / 2)
+            c = slope(p + b[0] * k / 2, v + b[1] * k / 2)
+            d = slope(p + c[0] * k, v + c[1] * k)
+            p += (a[0] + 2 * b[0] + 2 * c[0] + d[0]) * k / 6
+            v += (a[1] + 2 * b[1] + 2 * c[1] + d[1]) * k / 6
+        return np.array([p, v, 0 * x[2]])
 
     def h(self, x, t):
         return np.array([np.sqrt(1e10 + (x[0] - 1e5) ** 2)])
@@ -141,7 +161,7 @@ class FallingBody(Model):
 
 class CoordinatedTurn(Model):
     """An aircraft turns (Arasaratnam and Haykin 2009): position and velocity by axis, turn rate; m, s, rad"""
-    steps, angles = 100, (1,)
+    steps, angles, position = 100, (1,), (0, 2)
 
     def __init__(self):
         self.x0 = np.array([1000, 300, 1000, 0, -np.pi / 60])
@@ -175,8 +195,8 @@ def linearise_extended(function, x, P):
 def linearise_cubature(function, x, P):
     n = len(x)
     S = np.sqrt(n) * upper_root(P)
-    values = np.array([np.real(function(x + s)) for column in S.T for s in (column, -column)])
-    points = np.array([s for column in S.T for s in (column, -column)])
+    points = np.concatenate([S.T, -S.T])
+    values = np.real(function(x[:, None] + points.T)).T
     mean = values.mean(0)
     cross = (values - mean).T @ points / (2 * n)
     J = np.linalg.solve(P, cross.T).T
