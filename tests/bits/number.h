@@ -9,6 +9,7 @@ typedef float num;
 #define K(name) kq_##name##_f32
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
+#define JACOBIANS_LEN KQ_JACOBIANS_LEN_F32
 #define LAG_LEN KQ_LAG_LEN_F32
 #define START_LEN KQ_START_LEN_F32
 #define POINT_LEN KQ_POINT_LEN_F32
@@ -26,6 +27,7 @@ typedef double num;
 #define K(name) kq_##name##_f64
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
+#define JACOBIANS_LEN KQ_JACOBIANS_LEN_F64
 #define LAG_LEN KQ_LAG_LEN_F64
 #define START_LEN KQ_START_LEN_F64
 #define POINT_LEN KQ_POINT_LEN_F64

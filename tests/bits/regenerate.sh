@@ -11,7 +11,7 @@ mkdir -p "$to"
 for arithmetic in f32 f64; do
     ${CC:-cc} -std=c11 -O1 -ffp-contract=off -DKQ_BITS_WRITE \
         -DKQ_BITS_"$(echo $arithmetic | tr f F)" -I"$root/include" \
-        "$here/bits.c" "$here/beyond.c" "$here/digest.c" "$here/model.c" \
+        "$here/bits.c" "$here/beyond.c" "$here/digest.c" "$here/model.c" "$here/nonlinear.c" \
         "$root"/src/kq_*"$arithmetic.c" -lm -o "$work/write"
     "$work/write" >"$to/expected_$arithmetic.inc"
 done
