@@ -70,7 +70,7 @@ static void read_mean(num *x)
 
 static void linearise_process(void)
 {
-    num x[N];
+    num x[N] = {0}; /* n > 0: of that some compilers are not sure */
     read_mean(x);
     increment(NULL, x, d);
     for (int k = 0; k < M.n * M.n; k++) A[k] = M.A[k];
@@ -80,7 +80,7 @@ static void linearise_process(void)
 
 static void linearise_sensor(void)
 {
-    num x[N];
+    num x[N] = {0}; /* n > 0: of that some compilers are not sure */
     read_mean(x);
     innovation(NULL, x, e);
     for (int k = 0; k < M.m * M.n; k++) H[k] = M.H[k];
@@ -165,7 +165,7 @@ static void update_extended(int t)
 
 static void run_extended(void)
 {
-    num back[N];
+    num back[N] = {0};
     begin();
     record();
     for (int t = 0; t < STEPS; t++) {
