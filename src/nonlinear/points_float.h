@@ -80,8 +80,9 @@ static void take_apart(num *noise, const num *R, int m)
     }
     for (int j = m - 1; j >= 0; j--) {
         num *u = noise + column(j);
-        if (u[j] <= (num)(8 * m) * num_epsilon * R[j * m + j] || u[j] < num_tiny) u[j] = 0;
-        const num inverse = u[j] > 0 ? 1 / u[j] : 0;
+        const int is_none = u[j] <= (num)(8 * m) * num_epsilon * R[j * m + j] || u[j] < num_tiny;
+        const num inverse = is_none ? 0 : 1 / u[j];
+        if (is_none) u[j] = num_tiny; /* of a 0 an update would divide by 0 */
         for (int i = j - 1; i >= 0; i--) {
             const num share = u[i] * inverse;
             for (int k = 0; k <= i; k++) noise[column(i) + k] -= share * u[k];

@@ -1,5 +1,5 @@
 /* Digests of what is built on the filter: on-line smoothers, steady states, robust steps, least
-   squares, statistics; of the model builders; and of nonlinear steps. */
+   squares, statistics; and of the model builders. */
 #ifndef KALMANQ_BITS_BEYOND_H
 #define KALMANQ_BITS_BEYOND_H
 
@@ -9,6 +9,5 @@ enum { BEYOND_STATES = 9, BEYOND_COMPONENTS = 3 }; /* the largest model */
 
 void run_beyond(const model_case *c);
 void run_models(void);
-void run_nonlinear(const model_case *c);
 
 #endif

@@ -197,9 +197,6 @@ static void run_others(void)
         if (cases[k].n <= BEYOND_STATES) run_beyond(&cases[k]);
     }
     run_models();
-    for (int k = 0; k < CASES; k++) {
-        if (cases[k].n <= BEYOND_STATES) run_nonlinear(&cases[k]);
-    }
 }
 
 int main(void)

@@ -273,6 +273,21 @@ static void a_linearised_sensor_is_one_of_its_noises_sum(void)
     }
 }
 
+/* Of noises that are one, a combination has none: it is measured as well as one without noise can be. */
+static void what_bends_as_one_leaves_a_combination_without_noise(void)
+{
+    const num none[] = {0, 0, 0, 0}, left[] = {1, 0, 2, 0}, sum[] = {1, 2, 2, 4}, z[] = {1, -1};
+    SENSOR(exact, 2, 2);
+    ASSERT_OK(K(sensor_init)(&exact, H, none));
+    ASSERT_OK(K(sensor_linearise)(&at, &exact, H, left, noise_of));
+    ASSERT_OK(K(update_extended)(&track, &at, z));
+    ASSERT_OK(K(sensor_init)(&at, H, sum));
+    ASSERT_OK(K(update_extended)(&twin, &at, z));
+    TEST_ASSERT_EQUAL_UINT(K(events)(&twin), K(events)(&track));
+    assert_like(&twin, &track);
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) * K(sigma)(&track, 0) < P0[0]);
+}
+
 /* P = 0 in one state: no column, no coefficient, no NaN. */
 static void a_state_that_is_known_exactly_stays_so(void)
 {
@@ -468,6 +483,7 @@ SUITE(points, set_up)
     RUN_TEST(linear_functions_give_the_plain_filter_and_its_smoothers);
     RUN_TEST(the_steps_in_one_call_are_their_parts);
     RUN_TEST(a_linearised_sensor_is_one_of_its_noises_sum);
+    RUN_TEST(what_bends_as_one_leaves_a_combination_without_noise);
     RUN_TEST(a_state_that_is_known_exactly_stays_so);
     RUN_TEST(iterating_finds_where_a_sharp_range_leads);
     RUN_TEST(what_is_missing_or_not_ready_is_refused);
