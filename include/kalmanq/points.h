@@ -46,8 +46,9 @@
  * and d = y + J (x - c), x the filter's mean, c that of `at`.  Six passes are enough; stop where no mean moves by
  * more than 0.01 sigma.  What the filter says in such a pass knows the future: only the smoothed states are results.
  *     Step rule.  Where the pass's smoothed states make sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's) larger than
- * before, go half of the way: linearise at c + (c' - c) / 2, halve again up to 4 times, and stop.  Where this happens
- * at the first pass, the model has more than one solution, and no smoother of this kind is to be trusted.
+ * before, go half of the way: linearise at c + (c' - c) / 2, halve again up to 4 times, and stop.  (By Jacobians the
+ * passes end where that sum is least; by points only near it, and there a rise by less than 1 is none.)  Where this
+ * happens at the first pass, the model has more than one solution, and no smoother of this kind is to be trusted.
  *     In f32 the smoothed density is far narrower than the filtered one: kq_linearise's J has the noise of
  * differences (below).  There, take Jacobians for the passes, or f64.
  *
