@@ -29,7 +29,7 @@ class Operation(NamedTuple):
     expected: list[int]
 
 
-# nonlinear steps: the package has linear models
+# linearised steps in words: the nonlinear models of the package are functions, and make them
 OF_THE_CORE_ALONE = {"extended"}
 
 
