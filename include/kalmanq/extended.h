@@ -76,7 +76,8 @@ kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, con
  *   e        m, z - h(x).  With h linearised at another point c than the mean: z - h(c) - H (x - c).
  *            Read before anything is written; may not be the filter's memory.
  * Cost: kq_update's, and 4n additions.  Stack: 32 words more (f64: 16).
- * Accuracy, events: as kq_update.
+ * Accuracy, events: as kq_update.  A mean that d or a kq_move has driven out of the numbers is held here, with
+ * KQ_EVENT_OVERFLOW (filter.h).
  * KQ_SHARP, KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
  * settling is attached).
  */
@@ -146,7 +147,7 @@ typedef struct {
  *   n          states, 1..16
  *   predicts   the most linearised predicts; as many processes
  *   noises     of how many of them Q is not what it was at the one before, the first one among them: 1 where Q
- *              never changes
+ *              never changes; all of them with kq_predict_points (points.h)
  * Bytes of a linearised predict on a 32-bit chip in f32, Q constant, the tape's own included: 232, 416, 752 at
  * (n, m) = (4,2), (6,3), (9,3).
  */
@@ -188,7 +189,7 @@ kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, int n, kq_process_f64 *pr
  * its A, and its Q, may change at once.  A plain kq_predict is recorded as ever, by reference, and its process is
  * not to change (smoother.h).
  *   j        emptied and written; j and its memory have to stay until the history is smoothed or detached.
- *            One j keeps for one history.
+ *            One j keeps for one history: attached with another one it has nothing left of the first.
  *
  *     KQ_HISTORY_F32(tape, N, M, STEPS, STEPS);
  *     KQ_JACOBIANS_F32(jacobians, N, STEPS, 1);
@@ -241,7 +242,7 @@ kq_status kq_history_attach_extended_q31(kq_history_q31 *h, kq_filter_q31 *f, kq
 
 /**
  * Another A with the noise as it is, for kq_predict_extended alone: to all else p is not ready from then on, until
- * it is initialised again.
+ * it is initialised again, and a history that recorded a plain predict by it is not smoothed (KQ_ERR_CHANGED).
  *   p        initialised before
  *   A        n x n in words, kept by reference.  The same array with new content counts as another A.
  *   misfit   written: KQ_ALL_FIT, or the row that is refused (KQ_STATE, the row, 0 bits); or NULL

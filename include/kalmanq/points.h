@@ -39,15 +39,16 @@
  *         kq_filter_copy_f32(&trial, &track);
  *         kq_update_extended_f32(&trial, &at, e);
  *     }
- *     kq_update_extended_f32(&track, &at, e);                            in the place of the last copy
+ *     kq_update_extended_f32(&track, &at, e);                            what trial has become, track becomes
  *
  * The iterated smoother.  A pass is a filter run and kq_smooth; in the next one step t's f and h are linearised at
  * kq_smoothed_copy(&tape, t, &at), of a copy of the last pass's tape or with the numbers y, J, E kept of every step,
  * and d = y + J (x - c), x the filter's mean, c that of `at`.  Six passes are enough; stop where no mean moves by
  * more than 0.01 sigma.  What the filter says in such a pass knows the future: only the smoothed states are results.
  *     Step rule.  Where the pass's smoothed states make sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's) larger than
- * before, go half of the way: linearise at c + (c' - c) / 2, halve again up to 4 times, and stop.  Where this happens
- * at the first pass, the model has more than one solution, and no smoother of this kind is to be trusted.
+ * before, go half of the way: linearise at c + (c' - c) / 2, halve again up to 4 times, and stop.  (By Jacobians the
+ * passes end where that sum is least; by points only near it, and there a rise by less than 1 is none.)  Where this
+ * happens at the first pass, the model has more than one solution, and no smoother of this kind is to be trusted.
  *     In f32 the smoothed density is far narrower than the filtered one: kq_linearise's J has the noise of
  * differences (below).  There, take Jacobians for the passes, or f64.
  *
@@ -69,7 +70,7 @@ extern "C" {
 /** y = g(x).
  *   context  yours: time, controls, the measurement
  *   x        n, in the states' units, read
- *   y        `rows` numbers, all to be written, no more
+ *   y        `rows` numbers, all to be written (one that is not counts as not finite), no more
  * May not change the filter that is being linearised at. */
 typedef void kq_function_f32(void *context, const float *x, float *y);
 typedef void kq_function_f64(void *context, const double *x, double *y);
@@ -107,7 +108,7 @@ kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64 *g, void *co
  *   E        n x n, read and overwritten
  * Cost: about n^3 multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (p), KQ_ERR_MISMATCH (states, or p is base or has
- * its memory), KQ_ERR_NOT_FINITE.
+ * its memory), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (a number of E above 2^60 in f32, 2^500 in f64).
  */
 kq_status kq_process_linearise_f32(kq_process_f32 *p, const kq_process_f32 *base, const float *A,
                                    float *E);
@@ -123,7 +124,7 @@ kq_status kq_process_linearise_f64(kq_process_f64 *p, const kq_process_f64 *base
  *   R        m x m, written: R + E E', kept by reference; not base's
  * Cost: m^2 n / 2 + m^3 / 2 multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (s), KQ_ERR_MISMATCH (sizes, or s is base or has its
- * memory, or R is base's), KQ_ERR_NOT_FINITE.
+ * memory, or R is base's), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (E, as above).
  */
 kq_status kq_sensor_linearise_f32(kq_sensor_f32 *s, const kq_sensor_f32 *base, const float *H,
                                   const float *E, float *R);
@@ -160,7 +161,8 @@ kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  *   innovation  z - h(x): m numbers
  *   work        KQ_POINTS_LEN(n, m) words, written
  * Cost: 2n + 1 calls, 5 n m + m n^2 / 2 multiplications, kq_update with a correlated R.
- * KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update_extended.
+ * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
+ * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update_extended.
  */
 kq_status kq_update_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
                                kq_function_f32 *innovation, void *context, kq_points rule,

@@ -1,7 +1,8 @@
 /*
  * What the process and the increment of a linearised predict are in fixed point.  The limits of A's rows are
  * those of the mean's sum (model/tables_q31.h).  A process whose A has not been held to them has no
- * noise_root, so that nothing else takes it: the root is where its B would be.
+ * noise_root, so that nothing else takes it: the root is where its B would be; neither a tape that has recorded it
+ * before nor a step of known sizes knows it as it was.
  */
 #ifndef KQ_SRC_LINEARISED_JACOBIAN_Q31_H
 #define KQ_SRC_LINEARISED_JACOBIAN_Q31_H
@@ -26,6 +27,9 @@ static kq_status jacobian_check(const process *p)
     return p->noise_root || (p->transition && p->control) ? KQ_OK : KQ_ERR_NOT_READY;
 }
 
+/* In `plain`: of a Jacobian alone */
+enum { PROCESS_OF_JACOBIAN = 32 };
+
 /* As the root is predicted by it: p, or `own` */
 KQ_INLINE const process *jacobian_process(const process *p, process *own)
 {
@@ -33,6 +37,8 @@ KQ_INLINE const process *jacobian_process(const process *p, process *own)
     *own = *p;
     own->noise_root = (const num *)p->control;
     own->control = 0;
+    own->plain = (uint8_t)(p->plain & ~PROCESS_OF_JACOBIAN);
+    own->fingerprint = p->fingerprint & ~process_mixed;
     return own;
 }
 
@@ -81,6 +87,8 @@ KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_
     own.controls = 0;
     own.control_format = 0;
     own.noise_root = 0;
+    own.plain |= PROCESS_OF_JACOBIAN;
+    own.fingerprint |= process_mixed;
     *p = own;
     say_all_fit(misfit);
     return KQ_OK;

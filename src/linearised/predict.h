@@ -43,12 +43,12 @@ static kq_status move_check(const filter *f, const num *d)
 /* A tape that refers to processes would have nothing of an A that is gone. */
 static kq_status predict_extended_check(const filter *f, const process *p, const num *d)
 {
-    kq_status status = move_check(f, d);
+    kq_status status = free_mean_check(f);
     if (!status) status = jacobian_check(p);
     if (status) return status;
-    if (!process_fits(p, f)) return KQ_ERR_MISMATCH;
-    const int by_reference = f->attached && f->attached->hooks->is_recorder == RECORDS_BY_REFERENCE;
-    return by_reference ? KQ_ERR_RECORDING : KQ_OK;
+    if (!process_fits(p, f)) return KQ_ERR_MISMATCH; /* d has as many entries as both */
+    if (f->attached && f->attached->hooks->is_recorder == RECORDS_BY_REFERENCE) return KQ_ERR_RECORDING;
+    return move_check(f, d);
 }
 
 /* ------------------------------------------------------------------ predict */

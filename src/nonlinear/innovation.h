@@ -15,10 +15,12 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/hold.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
+#include "../filter/attached.h"
 #include "../filter/filter.h"
 #include "../linearised/mean.h"
 
@@ -35,6 +37,13 @@ KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
     return KQ_OK;
 }
 
+/* A mean that had left the numbers: nobody has looked at it in the update.  It is held as by a plain one. */
+KQ_COLD KQ_NOINLINE static void mean_hold_lost(filter *f)
+{
+    filter_note(f, KQ_EVENT_OVERFLOW | state_hold(f->memory, filter_root(f), f->states));
+    if (f->attached) f->attached->hooks->record_end(f);
+}
+
 /* The mean is what it was, and moves as the update has moved 0; not at all where that was refused. */
 KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_status status)
 {
@@ -46,6 +55,7 @@ KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_sta
     }
     for (int i = 0; i < n; i++) events |= mean_join(f->memory, mean->words, n, i);
     filter_note(f, events);
+    if (!state_is_finite(f->memory, filter_root(f), n)) mean_hold_lost(f);
     return status;
 }
 

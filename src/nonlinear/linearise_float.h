@@ -51,6 +51,13 @@ static void point_at(num *x, const num *centre, const num *S, int j, num c, int 
     for (int i = 0; i <= j; i++) x[i] += c * S[column(j) + i];
 }
 
+/* g at x.  What it does not write is no number. */
+static void value_at(const sampling *q, const num *x, num *y)
+{
+    for (int c = 0; c < q->rows; c++) y[c] = num_nan();
+    q->g(q->context, x, y);
+}
+
 /* Pair j, h sigma out: its columns of D and of the bends, whose sum goes into y */
 static void sample_pair(const sampling *q, const num *centre, const num *middle, int j, num h, num *y, num *D,
                         num *bends, int stride)
@@ -59,9 +66,9 @@ static void sample_pair(const sampling *q, const num *centre, const num *middle,
     const int n = q->at->states;
     const num *S = filter_root(q->at), part = num_half / h;
     point_at(x, centre, S, j, h, n);
-    q->g(q->context, x, plus);
+    value_at(q, x, plus);
     point_at(x, centre, S, j, -h, n);
-    q->g(q->context, x, minus);
+    value_at(q, x, minus);
     for (int c = 0; c < q->rows; c++) {
         const num bend = (plus[c] - middle[c]) + (minus[c] - middle[c]);
         D[c * stride + j] = part * (plus[c] - minus[c]);
@@ -79,7 +86,7 @@ static int sample(const sampling *q, num *y, num *D, num *E, int stride)
     const num share = cubature ? num_half / h : num_root(square - 1) / (2 * square);
     int finite = 1;
     mean_copy(centre, q->at->memory, n);
-    q->g(q->context, centre, middle);
+    value_at(q, centre, middle);
     for (int c = 0; c < q->rows; c++) y[c] = 0;
     for (int j = 0; j < n; j++) sample_pair(q, centre, middle, j, h, y, D, E, stride);
     for (int c = 0; c < q->rows; c++) {

@@ -36,6 +36,15 @@
 
 /* ------------------------------------------------------------------ models of what was found */
 
+/* Is there room in the numbers for the noise that E makes? */
+static int left_over_fits(const num *E, int count)
+{
+    for (int k = 0; k < count; k++) {
+        if (num_magnitude(E[k]) > num_most_sigma) return 0;
+    }
+    return 1;
+}
+
 static kq_status process_room_check(const process *p)
 {
     if (!p) return KQ_ERR_NULL;
@@ -53,6 +62,7 @@ kq_status T(kq_process_linearise)(process *p, const process *base, const num *A,
     const int n = base->states;
     if (p->states != n || p == base || p->memory == base->noise_root) return KQ_ERR_MISMATCH;
     if (!all_finite(A, n * n) || !all_finite(E, n * n)) return KQ_ERR_NOT_FINITE;
+    if (!left_over_fits(E, n * n)) return KQ_ERR_RANGE;
     triangularise(p->memory, E, n, base, n, pq, SHAPE_DENSE);
     p->noise_root = p->memory;
     p->controls = 0;
@@ -70,12 +80,14 @@ static void take_apart(num *noise, const num *R, int m)
     }
     for (int j = m - 1; j >= 0; j--) {
         num *u = noise + column(j);
-        if (u[j] <= (num)(8 * m) * num_epsilon * R[j * m + j] || u[j] < num_tiny) u[j] = 0;
-        const num inverse = u[j] > 0 ? 1 / u[j] : 0;
-        for (int i = 0; i < j; i++) {
-            for (int k = 0; k <= i; k++) noise[column(i) + k] -= u[i] * u[k] * inverse;
+        const int is_none = u[j] <= (num)(8 * m) * num_epsilon * R[j * m + j] || u[j] < num_tiny;
+        const num inverse = is_none ? 0 : 1 / u[j];
+        if (is_none) u[j] = num_tiny; /* of a 0 an update would divide by 0 */
+        for (int i = j - 1; i >= 0; i--) {
+            const num share = u[i] * inverse;
+            for (int k = 0; k <= i; k++) noise[column(i) + k] -= share * u[k];
+            u[i] = share;
         }
-        for (int i = 0; i < j; i++) u[i] *= inverse;
     }
     invert_unit(noise, m);
 }
@@ -120,6 +132,7 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     if (s->states != n || s->components != m || s == base || s->memory == base->noise) return KQ_ERR_MISMATCH;
     if (R == base->covariance) return KQ_ERR_MISMATCH;
     if (!all_finite(H, m * n) || !all_finite(E, m * n)) return KQ_ERR_NOT_FINITE;
+    if (!left_over_fits(E, m * n)) return KQ_ERR_RANGE;
     sensor_set_linearised(s, base, H, E, R);
     return KQ_OK;
 }
@@ -194,6 +207,7 @@ kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innova
     const int n = f->states, m = s->components;
     num *e = work, *J = e + m, *E = J + m * n, *R = E + m * n, *noise = R + m * m;
     if (!sample(&q, e, J, E, n)) return KQ_ERR_NOT_FINITE;
+    if (!left_over_fits(E, m * n)) return KQ_ERR_RANGE;
     divide_by_root(J, filter_root(f), m, n);
     for (int k = 0; k < m * n; k++) J[k] = -J[k];
     sensor own = {.states = (uint8_t)n, .components = (uint8_t)m, .memory = noise};

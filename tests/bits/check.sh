@@ -1,5 +1,5 @@
 #!/bin/sh
-# check.sh ARITHMETIC PROGRAM WORK: the committed digests are what regenerate.sh writes, byte for byte.
+# check.sh [nonlinear_]ARITHMETIC PROGRAM WORK: the committed digests are what regenerate.sh writes, byte for byte.
 # PROGRAM is that of regenerate.sh, built.
 set -eu
 arithmetic=$1 program=$2 written=$3/expected_$1.inc

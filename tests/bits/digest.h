@@ -1,5 +1,6 @@
 /*
- * Digests of what an arithmetic answers, against expected_f32.inc and expected_f64.inc.
+ * Digests of what an arithmetic answers, against expected_f32.inc and expected_f64.inc; of nonlinear runs, which are
+ * another program (nonlinear.c, KQ_BITS_NONLINEAR), expected_nonlinear_f32.inc and _f64.inc.
  *   KQ_BITS_WORDS     prints every word, so that two machines can be compared by diff
  *   KQ_BITS_WRITE     prints the digests as they are in those files
  *   KQ_BITS_FILTER    filter and smoother alone, where flash has no room for the rest

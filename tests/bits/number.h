@@ -9,6 +9,7 @@ typedef float num;
 #define K(name) kq_##name##_f32
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
+#define JACOBIANS_LEN KQ_JACOBIANS_LEN_F32
 #define LAG_LEN KQ_LAG_LEN_F32
 #define START_LEN KQ_START_LEN_F32
 #define POINT_LEN KQ_POINT_LEN_F32
@@ -20,12 +21,14 @@ typedef float num;
 #define SMALL 0x1p-42f /* variances at the lower end of those that count */
 #define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
 #define LARGE 0x1p+57f /* variances at the upper end of all numbers */
-#define EXPECTED "expected_f32.inc"
+#define EXPECTED_FILTER "expected_f32.inc"
+#define EXPECTED_NONLINEAR "expected_nonlinear_f32.inc"
 #elif defined(KQ_BITS_F64)
 typedef double num;
 #define K(name) kq_##name##_f64
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
+#define JACOBIANS_LEN KQ_JACOBIANS_LEN_F64
 #define LAG_LEN KQ_LAG_LEN_F64
 #define START_LEN KQ_START_LEN_F64
 #define POINT_LEN KQ_POINT_LEN_F64
@@ -37,9 +40,16 @@ typedef double num;
 #define SMALL 0x1p-170
 #define TINY 0x1p-1018
 #define LARGE 0x1p+497
-#define EXPECTED "expected_f64.inc"
+#define EXPECTED_FILTER "expected_f64.inc"
+#define EXPECTED_NONLINEAR "expected_nonlinear_f64.inc"
 #else
 #error "compile with one of -DKQ_BITS_F32 and -DKQ_BITS_F64"
+#endif
+
+#ifdef KQ_BITS_NONLINEAR
+#define EXPECTED EXPECTED_NONLINEAR
+#else
+#define EXPECTED EXPECTED_FILTER
 #endif
 
 #endif

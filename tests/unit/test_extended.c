@@ -416,6 +416,31 @@ static void what_is_missing_or_not_ready_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(move)(&blank, d));
 }
 
+/* What is no filter's and no process's number of states is not read. */
+static void an_increment_has_no_more_entries_than_both_have_states(void)
+{
+    const num d[] = {0, 0, N(NAN), N(NAN)};
+    begin_plane(&target);
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_extended)(&target, &changing, d));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_extended)(&track, &motion3, d + 2));
+}
+
+/* As by kq_update: an event says it, and the measurements that follow bring the state back. */
+static void a_mean_that_has_left_the_numbers_is_held_by_the_next_update(void)
+{
+    const num most = N(sizeof(num) == 4 ? 0x1p127 : 0x1p1023), far[] = {most, 0}, z[] = {2, -4};
+    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    for (int k = 0; k < 3; k++) ASSERT_OK(K(move)(&track, far));
+    TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
+    ASSERT_OK(K(update_extended)(&track, &radar, e));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&record));
+    TEST_ASSERT_TRUE(K(mean)(&track, 0) == 0);
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) >= N(0x1p60));
+    update_linearised(&track, &radar, z, UINT32_MAX);
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) < 8);
+}
+
 static num given[2];
 static kq_status give_increment(void) { return K(predict_extended)(&track, &changing, given); }
 static kq_status give_innovation(void) { return K(update_extended)(&track, &radar, given); }
@@ -562,6 +587,8 @@ SUITE(extended, set_up)
     RUN_TEST(an_increment_below_the_last_bit_counts);
     RUN_TEST(a_move_leaves_all_but_the_mean);
     RUN_TEST(what_is_missing_or_not_ready_is_refused);
+    RUN_TEST(an_increment_has_no_more_entries_than_both_have_states);
+    RUN_TEST(a_mean_that_has_left_the_numbers_is_held_by_the_next_update);
     RUN_TEST(numbers_must_be_finite);
     RUN_TEST(what_learns_from_the_mean_or_moves_it_is_refused);
     RUN_TEST(a_history_that_keeps_no_jacobians_refuses_linearised_predicts);

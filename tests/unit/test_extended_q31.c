@@ -171,6 +171,23 @@ static void a_process_of_a_jacobian_is_for_linearised_predicts_alone(void)
     ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
 }
 
+/* A tape that refers to it has lost its process, be its A the same. */
+static void a_process_of_a_jacobian_is_not_what_a_tape_has_recorded(void)
+{
+    const kq_scaled_q31 *same = motion.transition;
+    for (int keeps = 0; keeps < 2; keeps++) {
+        set_up();
+        if (keeps) ASSERT_OK(kq_history_attach_extended_q31(&tape, &track, &jacobians));
+        else ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, same, NULL));
+        if (keeps) ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, (const int32_t[]){0, 0}));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_CHANGED, kq_smooth_q31(&tape));
+        ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
+        ASSERT_OK(kq_smooth_q31(&tape));
+    }
+}
+
 /* ------------------------------------------------------------------ refusals */
 
 static void a_misfit_names_the_row(void)
@@ -274,6 +291,7 @@ SUITE(extended, set_up)
     RUN_TEST(the_smoothers_on_line_are_those_in_double);
     RUN_TEST(a_steep_jacobian_moves_the_root_alone);
     RUN_TEST(a_process_of_a_jacobian_is_for_linearised_predicts_alone);
+    RUN_TEST(a_process_of_a_jacobian_is_not_what_a_tape_has_recorded);
     RUN_TEST(a_misfit_names_the_row);
     RUN_TEST(what_is_missing_or_beyond_its_range_is_refused);
     RUN_TEST(a_mean_is_held_at_its_word);

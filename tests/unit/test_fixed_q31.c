@@ -1,6 +1,7 @@
 /* q31's steps for sizes that the compiler knows: the same bits as those for run-time sizes. */
 #include <string.h>
 
+#include "kalmanq/extended.h"
 #include "kalmanq/prepare.h"
 #include "suite.h"
 
@@ -264,6 +265,10 @@ static void errors_are_those_of_the_library(void)
     ASSERT_SAME();
     ASSERT_OK(dense[2].step(&ours.filter, &process_of, NULL, &sensor_of, z)); /* 4, 2 as they are */
     ASSERT_OK(kq_step_q31(&theirs.filter, &process_of, NULL, &sensor_of, z));
+    ASSERT_SAME();
+    ASSERT_OK(kq_process_change_jacobian_q31(&process_of, transition, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, size->predict(&ours.filter, &process_of, NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, size->step(&ours.filter, &process_of, NULL, &sensor_of, z));
     ASSERT_SAME();
 }
 

@@ -83,6 +83,22 @@ static void sixteen(void *context, const num *x, num *g)
     for (int c = 0; c < 16; c++) g[c] = x[0] * N(c) + x[1];
 }
 
+/* Row 0 always, row 1 until the call `bad` */
+static void forgetful(void *context, const num *x, num *g)
+{
+    const log_of_calls *log = context;
+    count(context, x);
+    g[0] = x[0];
+    if (log->calls < log->bad) g[1] = x[1];
+}
+
+static void spread(void *context, const num *x, num *g)
+{
+    const num far = *(const num *)context;
+    g[0] = far * x[0] * x[0];
+    g[1] = far * x[0] * (x[0] + x[1]);
+}
+
 /* ------------------------------------------------------------------ kq_linearise */
 
 static void the_centre_is_called_first_and_all_points_are_called(void)
@@ -257,6 +273,21 @@ static void a_linearised_sensor_is_one_of_its_noises_sum(void)
     }
 }
 
+/* Of noises that are one, a combination has none: it is measured as well as one without noise can be. */
+static void what_bends_as_one_leaves_a_combination_without_noise(void)
+{
+    const num none[] = {0, 0, 0, 0}, left[] = {1, 0, 2, 0}, sum[] = {1, 2, 2, 4}, z[] = {1, -1};
+    SENSOR(exact, 2, 2);
+    ASSERT_OK(K(sensor_init)(&exact, H, none));
+    ASSERT_OK(K(sensor_linearise)(&at, &exact, H, left, noise_of));
+    ASSERT_OK(K(update_extended)(&track, &at, z));
+    ASSERT_OK(K(sensor_init)(&at, H, sum));
+    ASSERT_OK(K(update_extended)(&twin, &at, z));
+    TEST_ASSERT_EQUAL_UINT(K(events)(&twin), K(events)(&track));
+    assert_like(&twin, &track);
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) * K(sigma)(&track, 0) < P0[0]);
+}
+
 /* P = 0 in one state: no column, no coefficient, no NaN. */
 static void a_state_that_is_known_exactly_stays_so(void)
 {
@@ -361,6 +392,38 @@ static void values_that_are_not_finite_change_nothing(void)
     }
 }
 
+static void what_is_not_written_is_no_number(void)
+{
+    for (int bad = 1; bad <= 5; bad++) {
+        log_of_calls log = {.bad = bad};
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, forgetful, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        log.calls = 0;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_points)(&track, &motion, forgetful, &log, KQ_POINTS_CUBATURE, work));
+        log.calls = 0;
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_points)(&track, &radar, forgetful, &log, KQ_POINTS_CENTRAL, work));
+    }
+}
+
+/* A bend whose square is no number makes no noise; one of 2^40 does. */
+static void what_bends_beyond_the_numbers_is_refused(void)
+{
+    const num most = N(sizeof(num) == 4 ? 0x1p60 : 0x1p500), still = N(0x1p40);
+    num far = 32 * most, beyond[] = {1, 0, most, 0};
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_points)(&track, &radar, spread, &far, KQ_POINTS_CENTRAL, work));
+    for (int k = 0; k < 4; k++) E[k] = beyond[k];
+    ASSERT_OK(K(sensor_linearise)(&at, &radar, H, E, noise_of));
+    ASSERT_OK(K(process_linearise)(&found, &motion, A, E));
+    for (int k = 0; k < 4; k++) E[k] = 2 * beyond[k];
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(sensor_linearise)(&at, &radar, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_linearise)(&found, &motion, A, E));
+    const num wide[] = {still, 0, still, still}, e[] = {still, -still};
+    ASSERT_OK(K(sensor_linearise)(&at, &radar, H, wide, noise_of));
+    ASSERT_OK(K(update_extended)(&track, &at, e));
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+    ASSERT_CLOSE(5, K(nis)(&track), 64); /* e' (wide wide')^-1 e: wide^-1 e / still is (1, -2) */
+    ASSERT_CLOSE(P0[0], K(sigma)(&track, 0) * K(sigma)(&track, 0), 64);
+}
+
 static num given[4];
 static kq_status give_transition(void)
 {
@@ -420,10 +483,13 @@ SUITE(points, set_up)
     RUN_TEST(linear_functions_give_the_plain_filter_and_its_smoothers);
     RUN_TEST(the_steps_in_one_call_are_their_parts);
     RUN_TEST(a_linearised_sensor_is_one_of_its_noises_sum);
+    RUN_TEST(what_bends_as_one_leaves_a_combination_without_noise);
     RUN_TEST(a_state_that_is_known_exactly_stays_so);
     RUN_TEST(iterating_finds_where_a_sharp_range_leads);
     RUN_TEST(what_is_missing_or_not_ready_is_refused);
     RUN_TEST(values_that_are_not_finite_change_nothing);
+    RUN_TEST(what_is_not_written_is_no_number);
+    RUN_TEST(what_bends_beyond_the_numbers_is_refused);
     RUN_TEST(models_are_checked);
     RUN_TEST(only_what_is_smoothed_is_copied);
 }

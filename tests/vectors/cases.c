@@ -4,6 +4,9 @@
 static const int32_t level[] FLASH = {
 #include "cases/level.inc"
 };
+static const int32_t extended[] FLASH = {
+#include "cases/extended.inc"
+};
 static const int32_t velocity[] FLASH = {
 #include "cases/velocity.inc"
 };
@@ -62,7 +65,7 @@ const vector_case vector_cases[] = {
     CASE(level),      CASE(velocity),   CASE(acceleration), CASE(plane),    CASE(dense),
     CASE(imu),        CASE(sixteen),    CASE(sharp),        CASE(singular), CASE(saturated),
     CASE(changing),   CASE(adaptation), CASE(on_line),      CASE(robust),   CASE(start),
-    CASE(statistics), CASE(steady),
+    CASE(statistics), CASE(steady),     CASE(extended),
 };
 
 const int vector_case_count = sizeof vector_cases / sizeof vector_cases[0];

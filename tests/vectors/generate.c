@@ -627,5 +627,6 @@ int main(int argc, char **argv)
     case_adaptation();
     case_statistics();
     case_steady();
+    case_extended();
     return 0;
 }

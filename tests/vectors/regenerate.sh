@@ -9,6 +9,6 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$to"
 ${CC:-cc} -std=c11 -O1 -ffp-contract=off -I"$root/include" "$here/generate.c" \
-    "$here/generate_beyond.c" "$here/script.c" "$here/vector.c" "$root"/src/*.c -lm \
+    "$here/generate_beyond.c" "$here/generate_extended.c" "$here/script.c" "$here/vector.c" "$root"/src/*.c -lm \
     -o "$work/generate"
 "$work/generate" "$to"

@@ -2,12 +2,15 @@
 
 #include "vector.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { ROOM = 1 << 16, WIDTH = 96 };
 
 static int32_t inputs[ROOM], outputs[ROOM];
+static int32_t mean_words[16]; /* of the filter, when it came out last */
 static int input_count, output_count, input_column;
 static FILE *file;
 
@@ -66,8 +69,9 @@ void script_word(int32_t word) { script_words(&word, 1); }
 
 static void keep(void *to, const char *quantity, int index, int32_t word)
 {
-    (void)to, (void)quantity, (void)index;
+    (void)to;
     if (output_count == ROOM) stop("too much comes out");
+    if (strcmp(quantity, "mean") == 0) mean_words[index] = word;
     outputs[output_count++] = word;
 }
 
@@ -214,6 +218,13 @@ void script_sensor(const model *M, int slot)
     script_act(VECTOR_SENSOR);
 }
 
+void script_state(const model *M, const double *x) { put_vector(x, M->n, state_format); }
+
+void script_mean(const model *M, double *x)
+{
+    for (int i = 0; i < M->n; i++) x[i] = ldexp((double)mean_words[i], -(int)state_format[i].fraction);
+}
+
 void script_distribution(const model *M)
 {
     double P0[16 * 16] = {0};
@@ -229,20 +240,24 @@ void script_prior(const model *M)
     script_act(VECTOR_PRIOR);
 }
 
-void script_transition(const model *M, int slot)
+void script_transition_by(const model *M, int slot, int32_t operation)
 {
     script_word(slot);
     put_matrix(M->A, M->n, M->n, state_format, state_format);
-    script_act(VECTOR_TRANSITION);
+    script_act(operation);
 }
 
-void script_measurement(const model *M, int slot)
+void script_transition(const model *M, int slot) { script_transition_by(M, slot, VECTOR_TRANSITION); }
+
+void script_measurement_by(const model *M, int slot, int32_t operation)
 {
     script_word(slot);
     make_formats(measurement_format, M->measurement_range, M->m);
     put_matrix(M->H, M->m, M->n, measurement_format, state_format);
-    script_act(VECTOR_MEASUREMENT);
+    script_act(operation);
 }
+
+void script_measurement(const model *M, int slot) { script_measurement_by(M, slot, VECTOR_MEASUREMENT); }
 
 /* ------------------------------------------------------------------ what a filter does */
 

@@ -36,7 +36,11 @@ void script_act(int32_t operation);
 void script_number(double value);
 void script_controls(const model *M, const double *u);
 void script_reading(const model *M, const double *z);
+void script_state(const model *M, const double *x); /* n words of the states' formats */
 void script_distribution(const model *M); /* the prior's mean and root */
+
+/** The filter's mean, as it came out of an operation last. */
+void script_mean(const model *M, double *x);
 
 /** Formats, then process, sensor and prior of a model, into their slots. */
 void script_states(const model *M);
@@ -47,6 +51,8 @@ void script_prior(const model *M);
 /** Only what changes: another A, another H. */
 void script_transition(const model *M, int slot);
 void script_measurement(const model *M, int slot);
+void script_transition_by(const model *M, int slot, int32_t operation);
+void script_measurement_by(const model *M, int slot, int32_t operation);
 
 /** Operations on the filter; u and z in physical units, u NULL for none. */
 void script_history(int words);

@@ -3,6 +3,7 @@
 
 #include <kalmanq/adaptation.h>
 #include <kalmanq/consistency.h>
+#include <kalmanq/extended.h>
 #include <kalmanq/lag.h>
 #include <kalmanq/least_squares.h>
 #include <kalmanq/point.h>
@@ -637,6 +638,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 /* ------------------------------------------------------------------ operations */
 
 #include "operations_adaptation.inc"
+#include "operations_extended.inc"
 #include "operations_on_line.inc"
 #include "operations_robust.inc"
 #include "operations_start.inc"
@@ -646,7 +648,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 /* What there are operations for beside filter and smoother: all but where flash has no room for it
    (tests/target/CMakeLists.txt) */
 #ifndef VECTOR_TOPICS
-#define VECTOR_TOPICS 63
+#define VECTOR_TOPICS 127
 #endif
 #define HAS_ON_LINE (VECTOR_TOPICS & 1)
 #define HAS_ROBUST (VECTOR_TOPICS & 2)
@@ -654,6 +656,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 #define HAS_STATISTICS (VECTOR_TOPICS & 8)
 #define HAS_STEADY (VECTOR_TOPICS & 16)
 #define HAS_ADAPTATION (VECTOR_TOPICS & 32)
+#define HAS_EXTENDED (VECTOR_TOPICS & 64)
 
 static const struct {
     const char *name;
@@ -710,6 +713,12 @@ static const struct {
     [VECTOR_ADAPTATION] = {"adaptation", HAS_ADAPTATION ? set_adaptation : NULL},
     [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict_adapted : NULL},
     [VECTOR_ADAPTED_UPDATE] = {"adapted update", HAS_ADAPTATION ? update_adapted : NULL},
+    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps", HAS_EXTENDED ? attach_extended : NULL},
+    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process", HAS_EXTENDED ? change_process_jacobian : NULL},
+    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor", HAS_EXTENDED ? change_sensor_jacobian : NULL},
+    [VECTOR_PREDICT_EXTENDED] = {"extended predict", HAS_EXTENDED ? predict_extended : NULL},
+    [VECTOR_UPDATE_EXTENDED] = {"extended update", HAS_EXTENDED ? update_extended : NULL},
+    [VECTOR_MOVE] = {"move", HAS_EXTENDED ? move : NULL},
 };
 
 static int is_operation(int32_t operation)

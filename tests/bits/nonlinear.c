@@ -1,0 +1,284 @@
+/*
+ * The bits of nonlinear runs, a program of its own (KQ_BITS_NONLINEAR): the model's A and H with a bend in each row.
+ * f and h are made of + - * / alone, in `num`, so that they are the same bits on every machine.
+ */
+#include "digest.h"
+#include "model.h"
+
+enum { N = 9, C = 3, STEPS = 8, LAG = 3 };
+
+static const model_case cases[] = {
+    {"level", 1, 1, 0, 0, 1},
+    {"two", 2, 1, 0, 0, 1},
+    {"three", 3, 2, 0, CORRELATED, 4},
+    {"four", 4, 2, 0, 0, 100},
+    {"six", 6, 3, 0, CORRELATED, 1},
+    {"nine", 9, 3, 0, 0, (num)0.01},
+    {"exact", 3, 2, 0, EXACT, 1},
+    {"sharp", 4, 3, 0, SHARP, 10},
+    {"sharp and correlated", 2, 2, 0, SHARP | CORRELATED, 1},
+    {"small", 2, 1, 0, 0, SMALL},
+    {"large", 2, 2, 0, CORRELATED, LARGE},
+};
+
+enum { CASES = sizeof cases / sizeof cases[0] };
+
+static model M;
+static num scale; /* of states and measurements */
+static num z[C];
+static K(process) process, own;
+static K(sensor) sensor, found;
+static K(filter) filter, at;
+static K(history) history;
+static K(jacobians) jacobians;
+static K(process) processes[STEPS];
+static num process_memory[KQ_PROCESS_LEN(N)], own_memory[KQ_PROCESS_LEN(N)];
+static num sensor_memory[KQ_SENSOR_LEN(C)], found_memory[KQ_SENSOR_LEN(C)];
+static num filter_memory[FILTER_LEN(N)], at_memory[FILTER_LEN(N)];
+static num pool[LAG_LEN(N, C, LAG)]; /* of the history or the lag */
+static num kept_memory[JACOBIANS_LEN(N, STEPS, STEPS)];
+static num work[KQ_POINTS_LEN(N, C)];
+static num A[N * N], H[C * N], d[N], e[C], J[N * N], E[N * N], R[C * C];
+
+#define LENGTH(memory) (sizeof memory / sizeof memory[0])
+
+_Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
+
+/* ------------------------------------------------------------------ the model */
+
+/* s q^2 / (4 + 4 q^2), q = x / s: from 0 to s / 4 */
+static num bend(num x)
+{
+    const num q = x / scale;
+    return scale * (q * q / (4 + 4 * q * q));
+}
+
+static num slope(num x)
+{
+    const num q = x / scale, below = 1 + q * q;
+    return q / (2 * below * below);
+}
+
+/* f(x) - x */
+static void increment(void *context, const num *x, num *y)
+{
+    (void)context;
+    for (int i = 0; i < M.n; i++) {
+        y[i] = bend(x[(i + 1) % M.n]) - x[i];
+        for (int k = 0; k < M.n; k++) y[i] += M.A[i * M.n + k] * x[k];
+    }
+}
+
+/* z - h(x) */
+static void innovation(void *context, const num *x, num *y)
+{
+    (void)context;
+    for (int c = 0; c < M.m; c++) {
+        y[c] = z[c] - bend(x[c % M.n]);
+        for (int k = 0; k < M.n; k++) y[c] -= M.H[c * M.n + k] * x[k];
+    }
+}
+
+static void read_mean(num *x)
+{
+    for (int i = 0; i < M.n; i++) x[i] = K(mean)(&filter, i);
+}
+
+static void linearise_process(void)
+{
+    num x[N] = {0}; /* n > 0: of that some compilers are not sure */
+    read_mean(x);
+    increment(NULL, x, d);
+    for (int k = 0; k < M.n * M.n; k++) A[k] = M.A[k];
+    for (int i = 0; i < M.n; i++) A[i * M.n + (i + 1) % M.n] += slope(x[(i + 1) % M.n]);
+    put_status(K(process_change_transition)(&process, A));
+}
+
+static void linearise_sensor(void)
+{
+    num x[N] = {0}; /* n > 0: of that some compilers are not sure */
+    read_mean(x);
+    innovation(NULL, x, e);
+    for (int k = 0; k < M.m * M.n; k++) H[k] = M.H[k];
+    for (int c = 0; c < M.m; c++) H[c * M.n + c % M.n] += slope(x[c % M.n]);
+    put_status(K(sensor_change_measurement)(&sensor, H));
+}
+
+static void draw(int t)
+{
+    for (int c = 0; c < M.m; c++) z[c] = 4 * scale * model_draw();
+    if (t % 4 == 3) z[0] *= 16; /* an outlier */
+}
+
+static void prepare(const model_case *c)
+{
+    model_make(&M, c);
+    M.A[0] = digest_falsify(M.A[0]);
+    scale = c->scale;
+    put_status(K(process_assign)(&process, M.n, 0, process_memory, LENGTH(process_memory)));
+    put_status(K(process_assign)(&own, M.n, 0, own_memory, LENGTH(own_memory)));
+    put_status(K(sensor_assign)(&sensor, M.n, M.m, sensor_memory, LENGTH(sensor_memory)));
+    put_status(K(sensor_assign)(&found, M.n, M.m, found_memory, LENGTH(found_memory)));
+    put_status(K(filter_assign)(&filter, M.n, filter_memory, LENGTH(filter_memory)));
+    put_status(K(filter_assign)(&at, M.n, at_memory, LENGTH(at_memory)));
+}
+
+static void begin(void)
+{
+    put_status(K(process_init)(&process, M.A, NULL, M.Q));
+    put_status(K(sensor_init)(&sensor, M.H, M.R));
+    put_status(K(filter_init)(&filter, M.x0, M.P0));
+}
+
+static void record(void)
+{
+    put_status(K(history_assign)(&history, M.n, pool, LENGTH(pool)));
+    put_status(K(jacobians_assign)(&jacobians, M.n, processes, STEPS, kept_memory, LENGTH(kept_memory)));
+    put_status(K(history_attach_extended)(&history, &filter, &jacobians));
+}
+
+/* ------------------------------------------------------------------ what is digested */
+
+static void put_filter(const K(filter) * f)
+{
+    for (int i = 0; i < M.n; i++) {
+        put(K(mean)(f, i));
+        put(K(mean_low)(f, i));
+        put(K(sigma)(f, i));
+    }
+    put_status(K(covariance)(f, J));
+    put_all(J, M.n * M.n);
+    put_word(K(events)(f));
+    put_word((uint32_t)K(taken)(f));
+    put(K(nis)(f));
+    put(K(log_likelihood)(f));
+}
+
+static void smooth(const char *name)
+{
+    const kq_status status = K(smooth)(&history);
+    put_status(status);
+    for (size_t t = 0; !status && t < STEPS; t++) {
+        put_status(K(smoothed_copy)(&history, t, &at));
+        put_filter(&at);
+    }
+    check(name, STEPS);
+    put_status(K(history_detach)(&history));
+}
+
+/* ------------------------------------------------------------------ by Jacobians */
+
+static void update_extended(int t)
+{
+    K(gate) gate = {K(chi_square_limit)(M.m, KQ_LEVEL_99), 0, 0};
+    linearise_sensor();
+    if (t % 5 == 1) put_status(K(update_subset_extended)(&filter, &sensor, e, 1));
+    else if (t % 5 == 2) put_status(K(update_gated_extended)(&filter, &gate, &sensor, e, UINT32_MAX));
+    else if (t % 5 == 3) put_status(K(update_huber_extended)(&filter, &sensor, e, UINT32_MAX, (num)1.5, NULL));
+    else if (t % 5 == 4) put_status(K(update_student_extended)(&filter, &sensor, e, UINT32_MAX, 4, NULL));
+    else put_status(K(update_extended)(&filter, &sensor, e));
+}
+
+static void run_extended(void)
+{
+    num back[N] = {0};
+    begin();
+    record();
+    for (int t = 0; t < STEPS; t++) {
+        draw(t);
+        if (t) {
+            linearise_process();
+            put_status(K(predict_extended)(&filter, &process, d));
+        }
+        update_extended(t);
+        for (int i = 0; t == 4 && i < M.n; i++) back[i] = -K(mean)(&filter, i) / 2;
+        if (t == 4) put_status(K(move)(&filter, back));
+        put_filter(&filter);
+        check("extended", t);
+    }
+    smooth("extended, smoothed");
+}
+
+static void run_lag(void)
+{
+    static K(lag) lag;
+    begin();
+    put_status(K(lag_assign)(&lag, M.n, M.m, LAG, pool, LENGTH(pool)));
+    put_status(K(lag_attach)(&lag, &filter));
+    for (int t = 0; t < STEPS; t++) {
+        draw(t);
+        if (t) {
+            linearise_process();
+            put_status(K(predict_extended)(&filter, &process, d));
+        }
+        linearise_sensor();
+        put_status(K(update_extended)(&filter, &sensor, e));
+        put_status(K(lag_smooth)(&lag, K(lag_steps)(&lag)));
+        for (int i = 0; i < M.n; i++) {
+            put(K(lag_mean)(&lag, i));
+            put(K(lag_sigma)(&lag, i));
+        }
+    }
+    check("extended, lag", STEPS);
+}
+
+/* ------------------------------------------------------------------ by sigma points */
+
+static void run_points(int is_recorded, kq_points rule)
+{
+    begin();
+    if (is_recorded) record();
+    for (int t = 0; t < STEPS; t++) {
+        draw(t);
+        if (t) put_status(K(predict_points)(&filter, &process, increment, NULL, rule, work));
+        put_status(K(update_points)(&filter, &sensor, innovation, NULL, rule, work));
+        put_filter(&filter);
+        check(rule == KQ_POINTS_CUBATURE ? "cubature" : "central differences", t);
+    }
+    if (is_recorded) smooth("by points, smoothed");
+}
+
+/* The parts of the above, and an update linearised where the first one came out */
+static void run_parts(void)
+{
+    begin();
+    draw(0);
+    put_status(K(filter_copy)(&at, &filter));
+    for (int k = 0; k < 2; k++) {
+        put_status(K(linearise)(&at, innovation, NULL, M.m, KQ_POINTS_CUBATURE, e, J, E));
+        put_all(J, M.m * M.n);
+        put_all(E, M.m * M.n);
+        for (int i = 0; i < M.m * M.n; i++) H[i] = -J[i];
+        for (int c = 0; c < M.m; c++) {
+            for (int i = 0; i < M.n; i++) e[c] += J[c * M.n + i] * (K(mean)(&filter, i) - K(mean)(&at, i));
+        }
+        put_status(K(sensor_linearise)(&found, &sensor, H, E, R));
+        put_status(K(filter_copy)(&at, &filter));
+        put_status(K(update_extended)(&at, &found, e));
+        put_filter(&at);
+    }
+    put_status(K(linearise)(&at, increment, NULL, M.n, KQ_POINTS_CENTRAL, d, A, E));
+    for (int i = 0; i < M.n; i++) A[i * (M.n + 1)] += 1;
+    put_status(K(process_linearise)(&own, &process, A, E));
+    put_status(K(predict_extended)(&at, &own, d));
+    put_filter(&at);
+    check("iterated", 2);
+}
+
+static void run(const model_case *c)
+{
+    digest_begin(c->name);
+    prepare(c);
+    run_extended();
+    run_lag();
+    run_points(0, KQ_POINTS_CENTRAL);
+    run_points(1, KQ_POINTS_CUBATURE);
+    run_parts();
+    digest_end();
+}
+
+int main(void)
+{
+    for (int k = 0; k < CASES; k++) run(&cases[k]);
+    return digest_report(1);
+}
