@@ -44,52 +44,64 @@ static kq_status sampling_check(const sampling *q)
     return q->rule == KQ_POINTS_CUBATURE || q->rule == KQ_POINTS_CENTRAL ? KQ_OK : KQ_ERR_RANGE;
 }
 
-/* x = centre + c S_j */
-static void point_at(num *x, const num *centre, const num *S, int j, num c, int n)
+/* The first `count` entries of x: centre + c s */
+static void point_at(num *x, const num *centre, const num *s, num c, int count)
 {
-    copy(x, centre, n);
-    for (int i = 0; i <= j; i++) x[i] += c * S[column(j) + i];
+    for (int i = 0; i < count; i++) x[i] = centre[i] + c * s[i];
 }
 
-/* Pair j, h sigma out: its columns of D and of the bends, whose sum goes into y */
-static void sample_pair(const sampling *q, const num *centre, const num *middle, int j, num h, num *y, num *D,
+/* Pair j, h sigma out: its columns of D and of the bends.  x is at the centre from entry j on, and S is upper
+   triangular: entry j + 1 and those behind it stay. */
+static void sample_pair(const sampling *q, const num *centre, const num *middle, num *x, int j, num h, num *D,
                         num *bends, int stride)
 {
-    num x[KQ_SIZE_MAX], plus[KQ_SIZE_MAX], minus[KQ_SIZE_MAX];
-    const int n = q->at->states;
-    const num *S = filter_root(q->at), part = num_half / h;
-    point_at(x, centre, S, j, h, n);
+    num plus[KQ_SIZE_MAX], minus[KQ_SIZE_MAX];
+    const num *s = filter_root(q->at) + column(j), part = num_half / h;
+    point_at(x, centre, s, h, j + 1);
     q->g(q->context, x, plus);
-    point_at(x, centre, S, j, -h, n);
+    point_at(x, centre, s, -h, j + 1);
     q->g(q->context, x, minus);
     for (int c = 0; c < q->rows; c++) {
-        const num bend = (plus[c] - middle[c]) + (minus[c] - middle[c]);
-        D[c * stride + j] = part * (plus[c] - minus[c]);
-        bends[c * stride + j] = bend;
-        y[c] += bend;
+        D[j] = part * (plus[c] - minus[c]);
+        bends[j] = (plus[c] - middle[c]) + (minus[c] - middle[c]);
+        D += stride;
+        bends += stride;
     }
+}
+
+/* A row of bends becomes one of E, and y the mean.  Answers 0, or what is no number where one of them is not. */
+static num close_sample(const sampling *q, num *y, num middle, const num *D, num *E, num square, num h)
+{
+    const int n = q->at->states, cubature = q->rule == KQ_POINTS_CUBATURE;
+    const num share = cubature ? num_half / h : num_root(square - 1) / (2 * square);
+    num total = 0;
+    for (int j = 0; j < n; j++) total += E[j];
+    total /= 2 * square;
+    *y = middle + total;
+    const num common = cubature ? total / h : 0; /* the bends' own mean is no spread */
+    num none = *y - *y;
+    for (int j = 0; j < n; j++) {
+        E[j] = share * E[j] - common;
+        none += (E[j] - E[j]) + (D[j] - D[j]);
+    }
+    return none;
 }
 
 /* The mean of g into y; D and E, rows of `stride`.  Answers whether all of it is finite. */
 static int sample(const sampling *q, num *y, num *D, num *E, int stride)
 {
-    num centre[KQ_SIZE_MAX] = {0}, middle[KQ_SIZE_MAX];
-    const int n = q->at->states, cubature = q->rule == KQ_POINTS_CUBATURE;
-    const num square = cubature ? (num)n : 3, h = num_root(square);
-    const num share = cubature ? num_half / h : num_root(square - 1) / (2 * square);
-    int finite = 1;
+    num centre[KQ_SIZE_MAX], x[KQ_SIZE_MAX], middle[KQ_SIZE_MAX], none = 0;
+    x[0] = 0; /* n > 0: of that some compilers are not sure */
+    const int n = q->at->states;
+    const num square = q->rule == KQ_POINTS_CUBATURE ? (num)n : 3, h = num_root(square);
     mean_copy(centre, q->at->memory, n);
-    q->g(q->context, centre, middle);
-    for (int c = 0; c < q->rows; c++) y[c] = 0;
-    for (int j = 0; j < n; j++) sample_pair(q, centre, middle, j, h, y, D, E, stride);
+    copy(x, centre, n);
+    q->g(q->context, x, middle);
+    for (int j = 0; j < n; j++) sample_pair(q, centre, middle, x, j, h, D, E, stride);
     for (int c = 0; c < q->rows; c++) {
-        y[c] /= 2 * square;
-        const num common = cubature ? y[c] / h : 0; /* the bends' own mean is no spread */
-        for (int j = 0; j < n; j++) E[c * stride + j] = share * E[c * stride + j] - common;
-        y[c] += middle[c];
-        finite &= all_finite(D + c * stride, n) && all_finite(E + c * stride, n) && num_is_finite(y[c]);
+        none += close_sample(q, y + c, middle[c], D + c * stride, E + c * stride, square, h);
     }
-    return finite;
+    return none == 0;
 }
 
 /* D <- D S^-1, rows of n.  A pivot that is rounding of its row of S says nothing: the coefficient is 0, and the

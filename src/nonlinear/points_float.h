@@ -14,12 +14,10 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/hold.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
-#include "../model/advance.h"
 #include "../model/definitions.h"
 #include "../model/process.h"
 #include "../model/sensor.h"
@@ -32,6 +30,7 @@
 #include "../smoother/smoother.h"
 #include "../smoother/tape.h"
 #include "../linearised/mean.h"
+#include "../linearised/rows.h"
 #include "linearise_float.h"
 
 /* ------------------------------------------------------------------ models of what was found */
@@ -53,54 +52,41 @@ kq_status T(kq_process_linearise)(process *p, const process *base, const num *A,
     const int n = base->states;
     if (p->states != n || p == base || p->memory == base->noise_root) return KQ_ERR_MISMATCH;
     if (!all_finite(A, n * n) || !all_finite(E, n * n)) return KQ_ERR_NOT_FINITE;
-    triangularise(p->memory, E, n, base, n, pq, SHAPE_DENSE);
+    T(kq_root_of_rows)(p->memory, E, n, base, pq);
     p->noise_root = p->memory;
     p->controls = 0;
     p->control = 0;
-    process_set_transition(p, A);
-    return KQ_OK;
+    return T(kq_process_change_transition)(p, A);
 }
 
-/* R = U D U' by columns from the last, in place of R's upper triangle; what the other components leave of one is
-   none below 8 m eps of it (sensor.h). */
-static void take_apart(num *noise, const num *R, int m)
+/* The upper triangle of R + E E' */
+static void widen_noise(num *noise, const sensor *base, const num *E)
 {
-    for (int j = 0; j < m; j++) {
-        for (int i = 0; i <= j; i++) noise[column(j) + i] = R[i * m + j];
+    const int n = base->states;
+    for (int c = 0; c < base->components; c++) {
+        for (int j = 0; j <= c; j++) {
+            *noise++ = noise_covariance(base, j, c) + dot(0, E + j * n, E + c * n, n);
+        }
     }
+}
+
+/* noise = U D U', by columns from the last, in its place: D on the diagonal.  What the other components leave of one
+   is none below 8 m eps of it (sensor.h). */
+static void take_apart(num *noise, int m)
+{
+    const num rounding = (num)(8 * m) * num_epsilon;
+    num whole[KQ_SIZE_MAX];
+    for (int j = 0; j < m; j++) whole[j] = noise[column(j) + j];
     for (int j = m - 1; j >= 0; j--) {
         num *u = noise + column(j);
-        if (u[j] <= (num)(8 * m) * num_epsilon * R[j * m + j] || u[j] < num_tiny) u[j] = 0;
+        if (u[j] <= rounding * whole[j] || u[j] < num_tiny) u[j] = 0;
         const num inverse = u[j] > 0 ? 1 / u[j] : 0;
         for (int i = 0; i < j; i++) {
-            for (int k = 0; k <= i; k++) noise[column(i) + k] -= u[i] * u[k] * inverse;
+            const num share = u[i] * inverse;
+            for (int k = 0; k <= i; k++) noise[column(i) + k] -= share * u[k];
         }
         for (int i = 0; i < j; i++) u[i] *= inverse;
     }
-    invert_unit(noise, m);
-}
-
-/* R + E E' */
-static void widen_noise(num *R, const sensor *base, const num *E)
-{
-    const int m = base->components, n = base->states;
-    for (int c = 0; c < m; c++) {
-        for (int j = 0; j <= c; j++) {
-            R[j * m + c] = R[c * m + j] = noise_covariance(base, j, c) + dot(0, E + j * n, E + c * n, n);
-        }
-    }
-}
-
-/* s has room, and base fits: H and R are kept by reference. */
-static void sensor_set_linearised(sensor *s, const sensor *base, const num *H, const num *E, num *R)
-{
-    widen_noise(R, base, E);
-    take_apart(s->memory, R, base->components);
-    s->noise = s->memory;
-    s->covariance = R;
-    s->kind = &T(kq_sensor_correlated);
-    s->plain = 0;
-    sensor_set_measurement(s, H);
 }
 
 static kq_status sensor_room_check(const sensor *s)
@@ -120,8 +106,17 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     if (s->states != n || s->components != m || s == base || s->memory == base->noise) return KQ_ERR_MISMATCH;
     if (R == base->covariance) return KQ_ERR_MISMATCH;
     if (!all_finite(H, m * n) || !all_finite(E, m * n)) return KQ_ERR_NOT_FINITE;
-    sensor_set_linearised(s, base, H, E, R);
-    return KQ_OK;
+    widen_noise(s->memory, base, E);
+    for (int c = 0; c < m; c++) {
+        for (int j = 0; j <= c; j++) R[j * m + c] = R[c * m + j] = s->memory[column(c) + j];
+    }
+    take_apart(s->memory, m);
+    invert_unit(s->memory, m);
+    s->noise = s->memory;
+    s->covariance = R;
+    s->kind = &T(kq_sensor_correlated);
+    s->plain = 0;
+    return T(kq_sensor_change_measurement)(s, H);
 }
 
 /* ------------------------------------------------------------------ steps in one call */
@@ -146,9 +141,9 @@ static kq_status predict_explicitly(filter *f, const process *p, const num *y, n
     num *pq = E + n * n, *G = pq + 2 * n;
     divide_by_root(D, filter_root(f), n, n);
     for (int i = 0; i < n; i++) D[i * (n + 1)] += 1;
-    triangularise(G, E, n, p, n, pq, SHAPE_DENSE);
+    T(kq_root_of_rows)(G, E, n, p, pq);
     own.noise_root = G;
-    process_set_transition(&own, D);
+    T(kq_process_change_transition)(&own, D);
     return T(kq_predict_extended)(f, &own, y);
 }
 
@@ -160,11 +155,8 @@ static void advance_by_rows(filter *f, const process *p, const num *y, num *rows
     for (int j = 0; j < n; j++) {
         for (int i = 0; i <= j; i++) rows[2 * n * i + j] += S[column(j) + i];
     }
-    triangularise(S, rows, 2 * n, p, n, pq, SHAPE_DENSE);
-    renormalise(S, n);
-    T(kq_move)(f, y);
-    filter_note(f, state_held(f->memory, S, n));
-    filter_set_ready(f, FILTER_READY);
+    T(kq_root_of_rows)(S, rows, 2 * n, p, pq);
+    T(kq_predict_end)(f, y);
 }
 
 kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_points rule,
@@ -177,9 +169,30 @@ kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *incr
     num *y = work, *D = y + n, *E = is_recorder ? D + n * n : D + n;
     if (!sample(&q, y, D, E, is_recorder ? n : 2 * n)) return KQ_ERR_NOT_FINITE;
     if (is_recorder) return predict_explicitly(f, p, y, D, E);
-    filter_set_attached(f, 0); /* a start that is over */
+    f->attached = 0; /* a start that is over */
     advance_by_rows(f, p, y, D);
     return KQ_OK;
+}
+
+/* a - b; what is rounding of the two is 0 */
+static num difference(num a, num b)
+{
+    const num rest = a - b;
+    return num_magnitude(rest) <= 64 * num_epsilon * (num_magnitude(a) + num_magnitude(b)) ? 0 : rest;
+}
+
+/* e = J x + v: each component less what those after it say of its noise, which is U D U' in `noise`.  Then D, in its
+   first words, is all that there is of it.  A row that cancels is not to become one of rounding: D may be 0. */
+static void decorrelate_rows(num *e, num *J, num *noise, int m, int n)
+{
+    for (int i = m - 2; i >= 0; i--) {
+        for (int j = i + 1; j < m; j++) {
+            const num u = noise[column(j) + i];
+            e[i] -= u * e[j];
+            for (int k = 0; k < n; k++) J[i * n + k] = difference(J[i * n + k], u * J[j * n + k]);
+        }
+    }
+    for (int c = 1; c < m; c++) noise[c] = noise[column(c) + c];
 }
 
 kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innovation, void *context, kq_points rule,
@@ -192,12 +205,19 @@ kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innova
     if (status) return status;
     if (!work) return KQ_ERR_NULL;
     const int n = f->states, m = s->components;
-    num *e = work, *J = e + m, *E = J + m * n, *R = E + m * n, *noise = R + m * m;
+    num *e = work, *J = e + m, *E = J + m * n, *noise = E + m * n;
     if (!sample(&q, e, J, E, n)) return KQ_ERR_NOT_FINITE;
     divide_by_root(J, filter_root(f), m, n);
-    for (int k = 0; k < m * n; k++) J[k] = -J[k];
-    sensor own = {.states = (uint8_t)n, .components = (uint8_t)m, .memory = noise};
-    sensor_set_linearised(&own, s, J, E, R);
+    widen_noise(noise, s, E);
+    take_apart(noise, m);
+    decorrelate_rows(e, J, noise, m, n);
+    for (int c = 0; c < m; c++) e[c] = -e[c]; /* J is -H */
+    sensor own = *s;
+    own.kind = &T(kq_sensor_independent);
+    own.measurement = J;
+    own.noise = noise;
+    own.covariance = 0;
+    for (int c = 0; c < m; c++) own.selects[c] = 0;
     return T(kq_update_extended)(f, &own, e);
 }
 

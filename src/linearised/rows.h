@@ -1,0 +1,15 @@
+/* What predicts by sigma points share with linearised ones, compiled once for a program. */
+#ifndef KQ_SRC_LINEARISED_ROWS_H
+#define KQ_SRC_LINEARISED_ROWS_H
+
+#include "../arithmetic/arithmetic.h"
+#include "../model/types.h"
+
+/* root <- tria [rows, G], G the root of p's noise, in floating point.  rows: n of `width` words, not kept; pq: 2 n */
+void T(kq_root_of_rows)(num *root, num *rows, int width, const process *p, num *pq);
+
+/* Ends a predict, the root being predicted: x <- x + d, and what is beyond the numbers is held.  Answers the events
+   of the root, which have been told. */
+unsigned T(kq_predict_end)(filter *f, const num *d);
+
+#endif
