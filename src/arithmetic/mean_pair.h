@@ -61,7 +61,7 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 }
 
 /* x += d + low, of any size; low: NULL for none.  What the sum of the high parts leaves is exact. */
-KQ_SHARED unsigned mean_shift(num *x, int n, const num *d, const num *low)
+KQ_SHARED void pairs_add(num *x, int n, const num *d, const num *low)
 {
     for (int i = 0; i < n; i++) {
         const num sum = x[i] + d[i], part = sum - d[i];
@@ -70,6 +70,11 @@ KQ_SHARED unsigned mean_shift(num *x, int n, const num *d, const num *low)
         x[n + i] = rest - (high - sum);
         x[i] = high;
     }
+}
+
+static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
+{
+    pairs_add(x, n, d, low);
     return 0;
 }
 

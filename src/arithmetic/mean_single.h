@@ -47,7 +47,7 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 }
 
 /* x += d */
-KQ_SHARED unsigned mean_shift(num *x, int n, const num *d, const num *low)
+static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
 {
     (void)low;
     for (int i = 0; i < n; i++) x[i] += d[i];

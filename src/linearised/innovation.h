@@ -30,9 +30,10 @@ KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
 {
     const kq_status status = free_mean_check(f);
     if (status) return status;
+    num *x = f->memory;
     for (int k = 0; k < MEAN_PLANES * f->states; k++) {
-        mean->words[k] = f->memory[k];
-        f->memory[k] = 0;
+        mean->words[k] = x[k];
+        x[k] = 0;
     }
     return KQ_OK;
 }

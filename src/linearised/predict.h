@@ -34,22 +34,21 @@ typedef struct {
 
 /* ------------------------------------------------------------------ checks */
 
-static kq_status move_check(const filter *f, const num *d)
+KQ_KERNEL kq_status move_check(const filter *f, const num *d)
 {
-    const kq_status status = free_mean_check(f);
-    if (status) return status;
     return d ? increment_check(d, f->states) : KQ_ERR_NULL;
 }
 
+/* Of what takes part in a predict: 0, or RECORDS_... */
+KQ_KERNEL int recorder_of(const filter *f) { return f->attached ? f->attached->hooks->is_recorder : 0; }
+
 /* A tape that refers to processes would have nothing of an A that is gone. */
-static kq_status predict_extended_check(const filter *f, const process *p, const num *d)
+kq_status T(kq_predict_check)(const filter *f, const process *p)
 {
-    kq_status status = move_check(f, d);
-    if (!status) status = jacobian_check(p);
+    kq_status status = free_mean_check(f);
+    if (!status) status = jacobian_check(p, f);
     if (status) return status;
-    if (!process_fits(p, f)) return KQ_ERR_MISMATCH;
-    const int by_reference = f->attached && f->attached->hooks->is_recorder == RECORDS_BY_REFERENCE;
-    return by_reference ? KQ_ERR_RECORDING : KQ_OK;
+    return recorder_of(f) == RECORDS_BY_REFERENCE ? KQ_ERR_RECORDING : KQ_OK;
 }
 
 /* ------------------------------------------------------------------ predict */
@@ -122,10 +121,11 @@ KQ_NOINLINE static kq_status predict_by_maps(filter *f, const process *p, const 
 kq_status T(kq_predict_extended)(filter *f, const process *p, const num *d)
 {
     process own;
-    const kq_status status = predict_extended_check(f, p, d);
+    kq_status status = T(kq_predict_check)(f, p);
+    if (!status) status = move_check(f, d);
     if (status) return status;
     const process *m = jacobian_process(p, &own);
-    const int recorder = f->attached ? f->attached->hooks->is_recorder : 0;
+    const int recorder = recorder_of(f);
     if (recorder == RECORDS_MAPS) return predict_by_maps(f, m, d);
     if (recorder) {
         ((const linearised_hooks *)f->attached->hooks)->predict(f, m, d);
@@ -138,7 +138,8 @@ kq_status T(kq_predict_extended)(filter *f, const process *p, const num *d)
 
 kq_status T(kq_move)(filter *f, const num *d)
 {
-    const kq_status status = move_check(f, d);
+    kq_status status = free_mean_check(f);
+    if (!status) status = move_check(f, d);
     if (!status) move_by(f, d);
     return status;
 }

@@ -6,11 +6,14 @@
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"
+#include "../filter/checks.h"
 #include "rows.h"
 
-void T(kq_root_of_rows)(num *root, num *rows, int width, const process *p, num *pq)
+kq_status T(kq_update_check)(const filter *f, const sensor *s) { return sensor_check_for(f, s); }
+
+void T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq)
 {
-    triangularise(root, rows, width, p, p->states, pq, SHAPE_DENSE);
+    triangularise(root, rows, p->states, p, p->states, pq, SHAPE_DENSE);
 }
 
 #endif

@@ -35,73 +35,82 @@ typedef struct {
     kq_points rule;
 } sampling;
 
-static kq_status sampling_check(const sampling *q)
-{
-    const kq_status status = filter_check(q->at);
-    if (status) return status;
-    if (!q->g) return KQ_ERR_NULL;
-    if (!size_is_valid(q->rows)) return KQ_ERR_SIZE;
-    return q->rule == KQ_POINTS_CUBATURE || q->rule == KQ_POINTS_CENTRAL ? KQ_OK : KQ_ERR_RANGE;
-}
+/* What a rule is: pairs `h` sigma out, h^2 = `square`; of what bends E is `share`, less `common` of its mean */
+typedef struct {
+    num square, h, share, common;
+} weights;
 
-/* The first `count` entries of x: centre + c s */
-static void point_at(num *x, const num *centre, const num *s, num c, int count)
+/* The row of one component: values at the pairs, `plus` in D and `minus` in E, become half their difference over
+   h and a row of what a linear function leaves.  y: the value at the centre becomes the mean.  Answers 0, or no
+   number where one of them is none. */
+KQ_KERNEL num close_row_of(num *y, num *D, num *E, weights by, int n)
 {
-    for (int i = 0; i < count; i++) x[i] = centre[i] + c * s[i];
-}
-
-/* Pair j, h sigma out: its columns of D and of the bends.  x is at the centre from entry j on, and S is upper
-   triangular: entry j + 1 and those behind it stay. */
-static void sample_pair(const sampling *q, const num *centre, const num *middle, num *x, int j, num h, num *D,
-                        num *bends, int stride)
-{
-    num plus[KQ_SIZE_MAX], minus[KQ_SIZE_MAX];
-    const num *s = filter_root(q->at) + column(j), part = num_half / h;
-    point_at(x, centre, s, h, j + 1);
-    q->g(q->context, x, plus);
-    point_at(x, centre, s, -h, j + 1);
-    q->g(q->context, x, minus);
-    for (int c = 0; c < q->rows; c++) {
-        D[j] = part * (plus[c] - minus[c]);
-        bends[j] = (plus[c] - middle[c]) + (minus[c] - middle[c]);
-        D += stride;
-        bends += stride;
-    }
-}
-
-/* A row of bends becomes one of E, and y the mean.  Answers 0, or what is no number where one of them is not. */
-static num close_sample(const sampling *q, num *y, num middle, const num *D, num *E, num square, num h)
-{
-    const int n = q->at->states, cubature = q->rule == KQ_POINTS_CUBATURE;
-    const num share = cubature ? num_half / h : num_root(square - 1) / (2 * square);
-    num total = 0;
-    for (int j = 0; j < n; j++) total += E[j];
-    total /= 2 * square;
-    *y = middle + total;
-    const num common = cubature ? total / h : 0; /* the bends' own mean is no spread */
-    num none = *y - *y;
+    num shift = 0, none = 0;
     for (int j = 0; j < n; j++) {
-        E[j] = share * E[j] - common;
+        const num plus = D[j], minus = E[j];
+        D[j] = num_half / by.h * (plus - minus);
+        E[j] = (plus - *y) + (minus - *y);
+        shift += E[j];
+    }
+    shift /= by.square;
+    *y += num_half * shift;
+    for (int j = 0; j < n; j++) {
+        E[j] = by.share * (E[j] - by.common * shift);
         none += (E[j] - E[j]) + (D[j] - D[j]);
     }
-    return none;
+    return none + (*y - *y);
 }
 
-/* The mean of g into y; D and E, rows of `stride`.  Answers whether all of it is finite. */
-static int sample(const sampling *q, num *y, num *D, num *E, int stride)
+/* g at x, spread over a column of M, in rows of `stride` */
+static void sample_point(const sampling *q, const num *x, num *M, int stride)
 {
-    num centre[KQ_SIZE_MAX], x[KQ_SIZE_MAX], middle[KQ_SIZE_MAX], none = 0;
-    x[0] = 0; /* n > 0: of that some compilers are not sure */
+    num value[KQ_SIZE_MAX];
+    q->g(q->context, x, value);
+    for (int c = 0; c < q->rows; c++) M[c * stride] = value[c];
+}
+
+/* The values at all points: the centre's in y; at x + h S_j in D, at x - h S_j in E */
+static void sample_points(const sampling *q, num *y, num *D, num *E, num h)
+{
+    num centre[KQ_SIZE_MAX], x[KQ_SIZE_MAX];
     const int n = q->at->states;
-    const num square = q->rule == KQ_POINTS_CUBATURE ? (num)n : 3, h = num_root(square);
-    mean_copy(centre, q->at->memory, n);
-    copy(x, centre, n);
-    q->g(q->context, x, middle);
-    for (int j = 0; j < n; j++) sample_pair(q, centre, middle, x, j, h, D, E, stride);
-    for (int c = 0; c < q->rows; c++) {
-        none += close_sample(q, y + c, middle[c], D + c * stride, E + c * stride, square, h);
+    const num *s = filter_root(q->at);
+    x[0] = 0; /* n > 0: of that some compilers are not sure */
+    for (int i = 0; i < n; i++) x[i] = centre[i] = mean_get(q->at->memory, n, i);
+    sample_point(q, x, y, 1);
+    for (int j = 0; j < n; j++) {
+        num *M = D, c = h;
+        for (int sides = 0; sides < 2; sides++) {
+            for (int i = 0; i <= j; i++) x[i] = centre[i] + c * s[i]; /* behind j x is still at the centre */
+            sample_point(q, x, M + j, n);
+            M = E;
+            c = -h;
+        }
+        s += j + 1;
     }
-    return none == 0;
+}
+
+/* The mean of g into y; D and E, rows x n */
+static kq_status sample(const sampling *q, num *y, num *D, num *E)
+{
+    const int n = q->at->states;
+    weights by = {3, num_root(3), num_root(2) / 6, 0};
+    num none = 0;
+    if (!q->g) return KQ_ERR_NULL;
+    if (q->rule != KQ_POINTS_CUBATURE && q->rule != KQ_POINTS_CENTRAL) return KQ_ERR_RANGE;
+    if (q->rule == KQ_POINTS_CUBATURE) {
+        by.square = (num)n;
+        by.h = num_root(by.square);
+        by.share = num_half / by.h;
+        by.common = 1;
+    }
+    sample_points(q, y, D, E, by.h);
+    for (int c = 0; c < q->rows; c++) {
+        none += close_row_of(y + c, D, E, by, n);
+        D += n;
+        E += n;
+    }
+    return none == 0 ? KQ_OK : KQ_ERR_NOT_FINITE;
 }
 
 /* D <- D S^-1, rows of n.  A pivot that is rounding of its row of S says nothing: the coefficient is 0, and the
@@ -109,13 +118,14 @@ static int sample(const sampling *q, num *y, num *D, num *E, int stride)
 static void divide_by_root(num *D, const num *S, int rows, int n)
 {
     for (int j = 0; j < n; j++) {
-        const num pivot = S[column(j) + j];
+        const num *s = S + column(j), *entry = s + j, pivot = *entry;
         num size = 0;
-        for (int k = j; k < n; k++) size += num_magnitude(S[column(k) + j]);
+        for (int k = j; k < n; entry += ++k) size += num_magnitude(*entry);
         const num inverse = pivot <= 4 * num_epsilon * size ? 0 : 1 / pivot;
+        num *row = D;
         for (int c = 0; c < rows; c++) {
-            num *row = D + c * n;
-            row[j] = (row[j] - dot(0, row, S + column(j), j)) * inverse;
+            row[j] = (row[j] - dot(0, row, s, j)) * inverse;
+            row += n;
         }
     }
 }
@@ -124,12 +134,13 @@ kq_status T(kq_linearise)(const filter *at, T(kq_function) *g, void *context, in
                           num *J, num *E)
 {
     const sampling q = {at, g, context, rows, rule};
-    const kq_status status = sampling_check(&q);
+    kq_status status = filter_check(at);
     if (status) return status;
     if (!y || !J || !E) return KQ_ERR_NULL;
-    if (!sample(&q, y, J, E, at->states)) return KQ_ERR_NOT_FINITE;
-    divide_by_root(J, filter_root(at), rows, at->states);
-    return KQ_OK;
+    if (!size_is_valid(rows)) return KQ_ERR_SIZE;
+    status = sample(&q, y, J, E);
+    if (!status) divide_by_root(J, filter_root(at), rows, at->states);
+    return status;
 }
 
 #endif

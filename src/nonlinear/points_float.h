@@ -52,7 +52,7 @@ kq_status T(kq_process_linearise)(process *p, const process *base, const num *A,
     const int n = base->states;
     if (p->states != n || p == base || p->memory == base->noise_root) return KQ_ERR_MISMATCH;
     if (!all_finite(A, n * n) || !all_finite(E, n * n)) return KQ_ERR_NOT_FINITE;
-    T(kq_root_of_rows)(p->memory, E, n, base, pq);
+    T(kq_root_of_rows)(p->memory, E, base, pq);
     p->noise_root = p->memory;
     p->controls = 0;
     p->control = 0;
@@ -70,22 +70,31 @@ static void widen_noise(num *noise, const sensor *base, const num *E)
     }
 }
 
-/* noise = U D U', by columns from the last, in its place: D on the diagonal.  What the other components leave of one
-   is none below 8 m eps of it (sensor.h). */
-static void take_apart(num *noise, int m)
+/* a -= share b; what is rounding of the two is 0 */
+static void take_away(num *a, const num *b, num share, int count)
 {
-    const num rounding = (num)(8 * m) * num_epsilon;
-    num whole[KQ_SIZE_MAX];
-    for (int j = 0; j < m; j++) whole[j] = noise[column(j) + j];
+    for (int k = 0; k < count; k++) {
+        const num part = share * b[k], rest = a[k] - part;
+        a[k] = num_magnitude(rest) <= 128 * num_epsilon * num_magnitude(part) ? 0 : rest;
+    }
+}
+
+/* noise = U D U', by columns from the last, in its place, D on the diagonal; and what U^-1 makes of e and of the rows
+   of J, of n words.  What cancels, a variance or a row, is not to become one of rounding. */
+static void decorrelate_rows(num *noise, num *e, num *J, int m, int n)
+{
     for (int j = m - 1; j >= 0; j--) {
         num *u = noise + column(j);
-        if (u[j] <= rounding * whole[j] || u[j] < num_tiny) u[j] = 0;
-        const num inverse = u[j] > 0 ? 1 / u[j] : 0;
-        for (int i = 0; i < j; i++) {
+        num inverse = 0;
+        if (u[j] < num_tiny) u[j] = 0;
+        else inverse = 1 / u[j];
+        for (int i = j - 1; i >= 0; i--) {
             const num share = u[i] * inverse;
-            for (int k = 0; k <= i; k++) noise[column(i) + k] -= share * u[k];
+            take_away(noise + column(i), u, share, i + 1);
+            take_away(e + i, e + j, share, 1);
+            take_away(J + i * n, J + j * n, share, n);
+            u[i] = share;
         }
-        for (int i = 0; i < j; i++) u[i] *= inverse;
     }
 }
 
@@ -98,6 +107,7 @@ static kq_status sensor_room_check(const sensor *s)
 
 kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, const num *E, num *R)
 {
+    num rest[KQ_SIZE_MAX] = {0}; /* nothing is measured yet */
     kq_status status = sensor_check(base);
     if (!status) status = sensor_room_check(s);
     if (status) return status;
@@ -110,7 +120,7 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     for (int c = 0; c < m; c++) {
         for (int j = 0; j <= c; j++) R[j * m + c] = R[c * m + j] = s->memory[column(c) + j];
     }
-    take_apart(s->memory, m);
+    decorrelate_rows(s->memory, rest, 0, m, 0);
     invert_unit(s->memory, m);
     s->noise = s->memory;
     s->covariance = R;
@@ -121,103 +131,72 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
 
 /* ------------------------------------------------------------------ steps in one call */
 
-static kq_status predict_points_check(const sampling *q, const process *p, const num *work)
+/* What is attached asks for A: D becomes it.  own: all of the noise */
+static kq_status predict_explicitly(filter *f, process *own, const num *y, num *D)
 {
-    kq_status status = sampling_check(q);
-    if (!status) status = free_mean_check(q->at);
-    if (!status) status = process_check(p);
-    if (status) return status;
-    if (!work) return KQ_ERR_NULL;
-    if (!process_fits(p, q->at)) return KQ_ERR_MISMATCH;
-    const attached *with = q->at->attached;
-    return with && with->hooks->is_recorder == RECORDS_BY_REFERENCE ? KQ_ERR_RECORDING : KQ_OK;
-}
-
-/* What is attached asks for A and a noise: D becomes A, and the bends become a part of the noise. */
-static kq_status predict_explicitly(filter *f, const process *p, const num *y, num *D, num *E)
-{
-    process own = *p;
     const int n = f->states;
-    num *pq = E + n * n, *G = pq + 2 * n;
     divide_by_root(D, filter_root(f), n, n);
     for (int i = 0; i < n; i++) D[i * (n + 1)] += 1;
-    T(kq_root_of_rows)(G, E, n, p, pq);
-    own.noise_root = G;
-    T(kq_process_change_transition)(&own, D);
-    return T(kq_predict_extended)(f, &own, y);
+    T(kq_process_change_transition)(own, D);
+    return T(kq_predict_extended)(f, own, y);
 }
 
-/* S <- tria [S + D, E, G], the rows of D and E side by side */
-static void advance_by_rows(filter *f, const process *p, const num *y, num *rows)
+/* S <- tria [S + D, G] */
+static void predict_by_rows(filter *f, const process *own, const num *y, num *D, num *pq)
 {
     const int n = f->states;
-    num *S = filter_root(f), *pq = rows + 2 * n * n;
+    const num *s = filter_root(f);
     for (int j = 0; j < n; j++) {
-        for (int i = 0; i <= j; i++) rows[2 * n * i + j] += S[column(j) + i];
+        for (int i = 0; i <= j; i++) D[i * n + j] += *s++;
     }
-    T(kq_root_of_rows)(S, rows, 2 * n, p, pq);
+    T(kq_root_of_rows)(filter_root(f), D, own, pq);
+    f->attached = 0; /* a start that is over */
     T(kq_predict_end)(f, y);
 }
 
 kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_points rule,
                                num *work)
 {
-    const sampling q = {f, increment, context, f ? f->states : 0, rule};
-    const kq_status status = predict_points_check(&q, p, work);
+    kq_status status = T(kq_predict_check)(f, p);
     if (status) return status;
-    const int n = f->states, is_recorder = is_recorded(f);
-    num *y = work, *D = y + n, *E = is_recorder ? D + n * n : D + n;
-    if (!sample(&q, y, D, E, is_recorder ? n : 2 * n)) return KQ_ERR_NOT_FINITE;
-    if (is_recorder) return predict_explicitly(f, p, y, D, E);
-    f->attached = 0; /* a start that is over */
-    advance_by_rows(f, p, y, D);
+    if (!work) return KQ_ERR_NULL;
+    const int n = f->states;
+    const sampling q = {f, increment, context, n, rule};
+    num *y = work, *D = y + n, *E = D + n * n, *pq = E + n * n, *G = pq + 2 * n;
+    status = sample(&q, y, D, E);
+    if (status) return status;
+    process own = *p;
+    T(kq_root_of_rows)(G, E, p, pq);
+    own.noise_root = G;
+    if (is_recorded(f)) return predict_explicitly(f, &own, y, D);
+    predict_by_rows(f, &own, y, D, pq);
     return KQ_OK;
-}
-
-/* a - b; what is rounding of the two is 0 */
-static num difference(num a, num b)
-{
-    const num rest = a - b;
-    return num_magnitude(rest) <= 64 * num_epsilon * (num_magnitude(a) + num_magnitude(b)) ? 0 : rest;
-}
-
-/* e = J x + v: each component less what those after it say of its noise, which is U D U' in `noise`.  Then D, in its
-   first words, is all that there is of it.  A row that cancels is not to become one of rounding: D may be 0. */
-static void decorrelate_rows(num *e, num *J, num *noise, int m, int n)
-{
-    for (int i = m - 2; i >= 0; i--) {
-        for (int j = i + 1; j < m; j++) {
-            const num u = noise[column(j) + i];
-            e[i] -= u * e[j];
-            for (int k = 0; k < n; k++) J[i * n + k] = difference(J[i * n + k], u * J[j * n + k]);
-        }
-    }
-    for (int c = 1; c < m; c++) noise[c] = noise[column(c) + c];
 }
 
 kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innovation, void *context, kq_points rule,
                               num *work)
 {
-    const sampling q = {f, innovation, context, s ? s->components : 1, rule};
-    kq_status status = sensor_check_for(f, s);
-    if (!status) status = sampling_check(&q);
-    if (!status) status = free_mean_check(f);
+    kq_status status = T(kq_update_check)(f, s);
     if (status) return status;
     if (!work) return KQ_ERR_NULL;
     const int n = f->states, m = s->components;
+    const sampling q = {f, innovation, context, m, rule};
     num *e = work, *J = e + m, *E = J + m * n, *noise = E + m * n;
-    if (!sample(&q, e, J, E, n)) return KQ_ERR_NOT_FINITE;
+    status = sample(&q, e, J, E);
+    if (status) return status;
     divide_by_root(J, filter_root(f), m, n);
     widen_noise(noise, s, E);
-    take_apart(noise, m);
-    decorrelate_rows(e, J, noise, m, n);
-    for (int c = 0; c < m; c++) e[c] = -e[c]; /* J is -H */
+    decorrelate_rows(noise, e, J, m, n);
     sensor own = *s;
+    for (int c = 0; c < m; c++) {
+        e[c] = -e[c]; /* J is -H */
+        noise[c] = noise[column(c) + c];
+        own.selects[c] = 0;
+    }
     own.kind = &T(kq_sensor_independent);
     own.measurement = J;
     own.noise = noise;
     own.covariance = 0;
-    for (int c = 0; c < m; c++) own.selects[c] = 0;
     return T(kq_update_extended)(f, &own, e);
 }
 
