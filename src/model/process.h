@@ -34,7 +34,7 @@ static inline uint32_t fingerprint_join(uint32_t print, uint32_t word)
 /* Not for size: it is a part of every step whose A is another one. */
 KQ_SHARED uint32_t fingerprint_of(uint32_t print, const num *words, int count)
 {
-    for (int k = 0; k < count; k++) print = fingerprint_join(print, num_bits(words[k]));
+    for (; count > 0; count--) print = fingerprint_join(print, num_bits(*words++));
     return print;
 }
 

@@ -14,7 +14,7 @@
 KQ_SHARED int all_finite(const num *a, int count)
 {
     num total = 0;
-    for (int k = 0; k < count; k++) total += a[k] - a[k];
+    for (; count > 0; count--, a++) total += *a - *a;
     return total == 0;
 }
 

@@ -115,10 +115,10 @@ static kq_status sample(const sampling *q, num *y, num *D, num *E)
 
 /* D <- D S^-1, rows of n.  A pivot that is rounding of its row of S says nothing: the coefficient is 0, and the
    columns behind it say what there is to say. */
-static void divide_by_root(num *D, const num *S, int rows, int n)
+static void divide_by_root(num *D, const num *s, int rows, int n)
 {
     for (int j = 0; j < n; j++) {
-        const num *s = S + column(j), *entry = s + j, pivot = *entry;
+        const num *entry = s + j, pivot = *entry;
         num size = 0;
         for (int k = j; k < n; entry += ++k) size += num_magnitude(*entry);
         const num inverse = pivot <= 4 * num_epsilon * size ? 0 : 1 / pivot;
@@ -127,6 +127,7 @@ static void divide_by_root(num *D, const num *S, int rows, int n)
             row[j] = (row[j] - dot(0, row, s, j)) * inverse;
             row += n;
         }
+        s += j + 1;
     }
 }
 

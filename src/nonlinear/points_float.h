@@ -70,12 +70,12 @@ static void widen_noise(num *noise, const sensor *base, const num *E)
     }
 }
 
-/* a -= share b; what is rounding of the two is 0 */
+/* a -= share b; what is left in the last 7 bits of the two is rounding, and 0 */
 static void take_away(num *a, const num *b, num share, int count)
 {
     for (int k = 0; k < count; k++) {
         const num part = share * b[k], rest = a[k] - part;
-        a[k] = num_magnitude(rest) <= 128 * num_epsilon * num_magnitude(part) ? 0 : rest;
+        a[k] = part + rest / 128 == part ? 0 : rest;
     }
 }
 
