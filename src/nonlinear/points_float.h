@@ -137,8 +137,8 @@ static kq_status predict_explicitly(filter *f, process *own, const num *y, num *
     const int n = f->states;
     divide_by_root(D, filter_root(f), n, n);
     for (int i = 0; i < n; i++) D[i * (n + 1)] += 1;
-    T(kq_process_change_transition)(own, D);
-    return T(kq_predict_extended)(f, own, y);
+    const kq_status status = T(kq_process_change_transition)(own, D);
+    return status ? status : T(kq_predict_extended)(f, own, y);
 }
 
 /* S <- tria [S + D, G] */
