@@ -64,10 +64,10 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 KQ_SHARED void pairs_add(num *x, int n, const num *d, const num *low)
 {
     for (int i = 0; i < n; i++) {
-        const num sum = x[i] + d[i], part = sum - d[i];
-        const num left = (d[i] - (sum - part)) + (x[i] - part);
-        const num rest = left + (low ? x[n + i] + low[i] : x[n + i]), high = sum + rest;
-        x[n + i] = rest - (high - sum);
+        const num total = x[i] + d[i], part = total - d[i];
+        const num left = (d[i] - (total - part)) + (x[i] - part);
+        const num rest = left + (low ? x[n + i] + low[i] : x[n + i]), high = total + rest;
+        x[n + i] = rest - (high - total);
         x[i] = high;
     }
 }
