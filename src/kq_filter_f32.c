@@ -6,3 +6,4 @@
 #include "robust/api.h"
 #include "start/api.h"
 #include "linearised/api.h"
+#include "linearised/rows_float.h"

@@ -8,4 +8,5 @@
 #include "robust/api.h"
 #include "start/api.h"
 #include "linearised/api.h"
+#include "linearised/rows_float.h"
 #endif

@@ -1,4 +1,3 @@
-/* Nonlinear models in float. */
+/* Sigma points in float. */
 #include "arithmetic/f32.h"
-#include "nonlinear/api.h"
 #include "nonlinear/points_float.h"

@@ -1,7 +1,6 @@
-/* Nonlinear models in double. */
+/* Sigma points in double. */
 #include "arithmetic/has_double.h"
 #if KQ_HAS_DOUBLE
 #include "arithmetic/f64.h"
-#include "nonlinear/api.h"
 #include "nonlinear/points_float.h"
 #endif

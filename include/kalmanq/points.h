@@ -133,7 +133,7 @@ kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor_f64 *base, c
 
 /** Words of `work` of the two functions below, for n states and at most m components of a sensor. */
 #define KQ_PRIVATE_PREDICT_POINTS_LEN(n) (2 * (n) * (n) + 3 * (n) + KQ_TRIANGLE(n))
-#define KQ_PRIVATE_UPDATE_POINTS_LEN(n, m) ((m) + 2 * (m) * (n) + (m) * (m) + KQ_TRIANGLE(m))
+#define KQ_PRIVATE_UPDATE_POINTS_LEN(n, m) ((m) + 2 * (m) * (n) + KQ_TRIANGLE(m))
 #define KQ_POINTS_LEN(n, m)                                                                        \
     (KQ_PRIVATE_PREDICT_POINTS_LEN(n) > KQ_PRIVATE_UPDATE_POINTS_LEN(n, m)                         \
          ? KQ_PRIVATE_PREDICT_POINTS_LEN(n)                                                        \

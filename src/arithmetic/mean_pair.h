@@ -60,14 +60,22 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return 0;
 }
 
-/* x_i += d, of any size */
-static inline unsigned mean_shift(num *x, int n, int i, num d) { return mean_correct_exactly(x, n, i, d, 1); }
-
-/* x_i += t_i, both whole words */
-static inline unsigned mean_join(num *x, const num *t, int n, int i)
+/* x += d + low, of any size; low: NULL for none.  What the sum of the high parts leaves is exact. */
+KQ_SHARED void pairs_add(num *x, int n, const num *d, const num *low)
 {
-    mean_shift(x, n, i, t[i]);
-    return mean_shift(x, n, i, t[n + i]);
+    for (int i = 0; i < n; i++) {
+        const num total = x[i] + d[i], part = total - d[i];
+        const num left = (d[i] - (total - part)) + (x[i] - part);
+        const num rest = left + (low ? x[n + i] + low[i] : x[n + i]), high = total + rest;
+        x[n + i] = rest - (high - total);
+        x[i] = high;
+    }
+}
+
+static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
+{
+    pairs_add(x, n, d, low);
+    return 0;
 }
 
 static inline unsigned mean_hold(num *x, int n, int i)

@@ -162,16 +162,15 @@ static inline void mean_set(int32_t *x, int n, int i, int32_t value)
     x[n + i] = 0;
 }
 
-/* x_i += d words; x without carries */
-static inline unsigned mean_shift(int32_t *x, int n, int i, int32_t d)
+/* x += d words and low 2^-24 ones; low: NULL for none.  Both without carries */
+KQ_SHARED unsigned mean_shift(int32_t *x, int n, const int32_t *d, const int32_t *low)
 {
-    return wide_set_held(x, n, i, sum_of(wide_get(x, n, i), shift_up_wide(d, 24, 55), 57));
-}
-
-/* x_i += t_i, both whole words without carries */
-static inline unsigned mean_join(int32_t *x, const int32_t *t, int n, int i)
-{
-    return wide_set_held(x, n, i, sum_of(wide_get(x, n, i), wide_get(t, n, i), 57));
+    unsigned events = 0;
+    for (int i = 0; i < n; i++) {
+        const wide move = shift_up_wide(d[i], 24, 55) | (uint32_t)(low ? low[i] : 0);
+        events |= wide_set_held(x, n, i, sum_of(wide_get(x, n, i), move, 57));
+    }
+    return events;
 }
 
 KQ_KERNEL void mean_settle(int32_t *x, int n) { (void)x, (void)n; }

@@ -46,16 +46,13 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return mean_correct(x, n, i, b, w);
 }
 
-/* x_i += d */
-static inline unsigned mean_shift(num *x, int n, int i, num d)
+/* x += d */
+static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
 {
-    (void)n;
-    x[i] += d;
+    (void)low;
+    for (int i = 0; i < n; i++) x[i] += d[i];
     return 0;
 }
-
-/* x_i += t_i */
-static inline unsigned mean_join(num *x, const num *t, int n, int i) { return mean_shift(x, n, i, t[i]); }
 
 static inline unsigned mean_hold(num *x, int n, int i)
 {

@@ -1,8 +1,9 @@
-/* The public functions of linearised predicts. */
+/* The public functions of linearised steps. */
 #ifndef KQ_SRC_LINEARISED_API_H
 #define KQ_SRC_LINEARISED_API_H
 
 #include "history.h"
+#include "innovation.h"
 #include "predict.h"
 
 #endif

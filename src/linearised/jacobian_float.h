@@ -6,11 +6,12 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../model/process.h"
+#include "../filter/checks.h"
 #include "../model/types.h"
 #include "../model/units.h"
 
-static kq_status jacobian_check(const process *p) { return process_check(p); }
+/* Is it a process, and f's? */
+static kq_status jacobian_check(const process *p, const filter *f) { return predict_check(f, p, 0); }
 
 /* As the root is predicted by it */
 KQ_INLINE const process *jacobian_process(const process *p, process *own)

@@ -20,11 +20,20 @@
 #include "../model/process.h"
 #include "../model/sensor.h"
 #include "../model/types.h"
+#include "../model/units.h"
 
-static kq_status jacobian_check(const process *p)
+static kq_status jacobian_is_ready(const process *p)
 {
     if (!p) return KQ_ERR_NULL;
     return p->noise_root || (p->transition && p->control) ? KQ_OK : KQ_ERR_NOT_READY;
+}
+
+/* Is it a process, and f's? */
+static kq_status jacobian_check(const process *p, const filter *f)
+{
+    const kq_status status = jacobian_is_ready(p);
+    if (status) return status;
+    return process_fits(p, f) ? KQ_OK : KQ_ERR_MISMATCH;
 }
 
 /* In `plain`: of a Jacobian alone */
@@ -75,7 +84,7 @@ static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quanti
 
 KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_misfit_q31 *misfit)
 {
-    kq_status status = jacobian_check(p);
+    kq_status status = jacobian_is_ready(p);
     if (status) return status;
     if (!A) return KQ_ERR_NULL;
     status = rows_check(A, p->states, p->states, KQ_STATE, misfit);

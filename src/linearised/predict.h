@@ -23,6 +23,7 @@
 #include "../filter/filter.h"
 #include "jacobian.h"
 #include "mean.h"
+#include "rows.h"
 
 /* What is attached and keeps all of the process of a linearised predict begins its hooks with this; predict:
    of one that has been checked. */
@@ -33,73 +34,72 @@ typedef struct {
 
 /* ------------------------------------------------------------------ checks */
 
-static kq_status move_check(const filter *f, const num *d)
+KQ_KERNEL kq_status move_check(const filter *f, const num *d)
 {
-    const kq_status status = free_mean_check(f);
-    if (status) return status;
     return d ? increment_check(d, f->states) : KQ_ERR_NULL;
 }
 
+/* Of what takes part in a predict: 0, or RECORDS_... */
+KQ_KERNEL int recorder_of(const filter *f) { return f->attached ? f->attached->hooks->is_recorder : 0; }
+
 /* A tape that refers to processes would have nothing of an A that is gone. */
-static kq_status predict_extended_check(const filter *f, const process *p, const num *d)
+kq_status T(kq_predict_check)(const filter *f, const process *p)
 {
     kq_status status = free_mean_check(f);
-    if (!status) status = jacobian_check(p);
+    if (!status) status = jacobian_check(p, f);
     if (status) return status;
-    if (!process_fits(p, f)) return KQ_ERR_MISMATCH; /* d has as many entries as both */
-    if (f->attached && f->attached->hooks->is_recorder == RECORDS_BY_REFERENCE) return KQ_ERR_RECORDING;
-    return move_check(f, d);
+    return recorder_of(f) == RECORDS_BY_REFERENCE ? KQ_ERR_RECORDING : KQ_OK;
 }
 
 /* ------------------------------------------------------------------ predict */
 
-static void move_by(filter *f, const num *d)
-{
-    unsigned events = 0;
-    for (int i = 0; i < f->states; i++) events |= mean_shift(f->memory, f->states, i, d[i]);
-    filter_note(f, events);
-}
+static void move_by(filter *f, const num *d) { filter_note(f, mean_shift(f->memory, f->states, d, 0)); }
 
 /* P <- A P A' + Q.  One text for all sizes of scratch */
-KQ_NOINLINE static unsigned advance_root(filter *f, const process *p, num *scratch)
+KQ_NOINLINE static void advance_root(filter *f, const process *p, num *scratch)
 {
     const int n = f->states;
     num *S = filter_root(f);
     predict_root(S, S, p, scratch, scratch + n * ROW_LEN(n));
-    renormalise(S, n);
-    return state_held(f->memory, S, n);
 }
 
-KQ_NOINLINE static unsigned advance_root_to_4(filter *f, const process *p)
+KQ_NOINLINE static void advance_root_to_4(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(4)];
-    return advance_root(f, p, scratch);
+    advance_root(f, p, scratch);
 }
 
-KQ_NOINLINE static unsigned advance_root_to_9(filter *f, const process *p)
+KQ_NOINLINE static void advance_root_to_9(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(9)];
-    return advance_root(f, p, scratch);
+    advance_root(f, p, scratch);
 }
 
-KQ_NOINLINE static unsigned advance_root_to_16(filter *f, const process *p)
+KQ_NOINLINE static void advance_root_to_16(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(16)];
-    return advance_root(f, p, scratch);
+    advance_root(f, p, scratch);
+}
+
+unsigned T(kq_predict_end)(filter *f, const num *d)
+{
+    const int n = f->states;
+    move_by(f, d);
+    renormalise(filter_root(f), n);
+    const unsigned events = state_held(f->memory, filter_root(f), n);
+    filter_note(f, events);
+    filter_set_ready(f, FILTER_READY);
+    return events;
 }
 
 /* A predict that has been checked, of a filter that is not recorded or has been.  Answers the events of the
    root. */
 static unsigned predict_linearised(filter *f, const process *p, const num *d)
 {
-    move_by(f, d);
-    const int n = f->states;
-    const unsigned events = n <= 4   ? advance_root_to_4(f, p)
-                            : n <= 9 ? advance_root_to_9(f, p)
-                                     : advance_root_to_16(f, p);
-    filter_note(f, events);
-    if (f->ready != FILTER_READY) filter_set_ready(f, FILTER_READY);
-    return events;
+    if (f->states <= 4) advance_root_to_4(f, p);
+    else if (f->states <= 9) advance_root_to_9(f, p);
+    else advance_root_to_16(f, p);
+    return T(kq_predict_end)(f, d);
 }
 
 /* The smoothers on line take the whole predict in the place of the filter's.  Where it leaves the mean is not
@@ -121,20 +121,25 @@ KQ_NOINLINE static kq_status predict_by_maps(filter *f, const process *p, const 
 kq_status T(kq_predict_extended)(filter *f, const process *p, const num *d)
 {
     process own;
-    const kq_status status = predict_extended_check(f, p, d);
+    kq_status status = T(kq_predict_check)(f, p);
+    if (!status) status = move_check(f, d);
     if (status) return status;
     const process *m = jacobian_process(p, &own);
-    const int recorder = f->attached ? f->attached->hooks->is_recorder : 0;
+    const int recorder = recorder_of(f);
     if (recorder == RECORDS_MAPS) return predict_by_maps(f, m, d);
-    if (!recorder) filter_set_attached(f, 0); /* a start that is over */
-    if (recorder) ((const linearised_hooks *)f->attached->hooks)->predict(f, m, d);
-    else predict_linearised(f, m, d);
+    if (recorder) {
+        ((const linearised_hooks *)f->attached->hooks)->predict(f, m, d);
+    } else {
+        f->attached = 0; /* a start that is over */
+        predict_linearised(f, m, d);
+    }
     return KQ_OK;
 }
 
 kq_status T(kq_move)(filter *f, const num *d)
 {
-    const kq_status status = move_check(f, d);
+    kq_status status = free_mean_check(f);
+    if (!status) status = move_check(f, d);
     if (!status) move_by(f, d);
     return status;
 }

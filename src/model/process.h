@@ -26,22 +26,24 @@ static const uint32_t process_mixed = UINT32_C(1) << 31;
 
 /* Turned, so that a word's high bits count in low ones; times 2^32 / 1.618, which is odd: each of
    the two can be undone, and no word is lost. */
-KQ_COLD static uint32_t fingerprint_join(uint32_t print, uint32_t word)
+static inline uint32_t fingerprint_join(uint32_t print, uint32_t word)
 {
     return ((print << 5 | print >> 27) ^ word) * UINT32_C(0x9e3779b1);
+}
+
+/* Not for size: it is a part of every step whose A is another one. */
+KQ_SHARED uint32_t fingerprint_of(uint32_t print, const num *words, int count)
+{
+    for (; count > 0; count--) print = fingerprint_join(print, num_bits(*words++));
+    return print;
 }
 
 /* Of what the smoother reads, G and A, in 31 bits */
 KQ_COLD static uint32_t process_fingerprint(const process *p)
 {
     const int n = p->states;
-    uint32_t print = 0;
-    for (int k = 0; k < ROOT_LEN(n); k++) {
-        print = fingerprint_join(print, num_bits(p->noise_root[k]));
-    }
-    for (int k = 0; k < n * n; k++) {
-        print = fingerprint_join(print, scaled_bits(p->transition[k]));
-    }
+    const uint32_t noise = fingerprint_of(0, p->noise_root, ROOT_LEN(n));
+    const uint32_t print = fingerprint_of(noise, (const num *)p->transition, n * n * SCALED_WORDS);
     return (print ^ print >> 16) & ~process_mixed;
 }
 

@@ -10,12 +10,12 @@
 #include "../arithmetic/compiler.h"
 #include "types.h"
 
-static int all_finite(const num *a, int count)
+/* One sum tells it: of zeros, where all are numbers. */
+KQ_SHARED int all_finite(const num *a, int count)
 {
-    for (int k = 0; k < count; k++) {
-        if (!num_is_finite(a[k])) return 0;
-    }
-    return 1;
+    num total = 0;
+    for (; count > 0; count--, a++) total += *a - *a;
+    return total == 0;
 }
 
 static int process_fits(const process *p, const filter *f) { return p->states == f->states; }

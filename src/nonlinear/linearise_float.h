@@ -35,83 +35,100 @@ typedef struct {
     kq_points rule;
 } sampling;
 
-static kq_status sampling_check(const sampling *q)
+/* What a rule is: pairs `h` sigma out, h^2 = `square`; of what bends E is `share`, less `common` of its mean */
+typedef struct {
+    num square, h, share, common;
+} weights;
+
+/* The row of one component: values at the pairs, `plus` in D and `minus` in E, become half their difference over
+   h and a row of what a linear function leaves.  y: the value at the centre becomes the mean.  Answers 0, or no
+   number where one of them is none. */
+KQ_KERNEL num close_row_of(num *y, num *D, num *E, weights by, int n)
 {
-    const kq_status status = filter_check(q->at);
-    if (status) return status;
-    if (!q->g) return KQ_ERR_NULL;
-    if (!size_is_valid(q->rows)) return KQ_ERR_SIZE;
-    return q->rule == KQ_POINTS_CUBATURE || q->rule == KQ_POINTS_CENTRAL ? KQ_OK : KQ_ERR_RANGE;
+    num shift = 0, none = 0;
+    for (int j = 0; j < n; j++) {
+        const num plus = D[j], minus = E[j];
+        D[j] = num_half / by.h * (plus - minus);
+        E[j] = (plus - *y) + (minus - *y);
+        shift += E[j];
+    }
+    shift /= by.square;
+    *y += num_half * shift;
+    for (int j = 0; j < n; j++) {
+        E[j] = by.share * (E[j] - by.common * shift);
+        none += (E[j] - E[j]) + (D[j] - D[j]);
+    }
+    return none + (*y - *y);
 }
 
-/* x = centre + c S_j */
-static void point_at(num *x, const num *centre, const num *S, int j, num c, int n)
+/* g at x, what it does not write being no number, spread over a column of M, in rows of `stride` */
+static void sample_point(const sampling *q, const num *x, num *M, int stride)
 {
-    copy(x, centre, n);
-    for (int i = 0; i <= j; i++) x[i] += c * S[column(j) + i];
+    num value[KQ_SIZE_MAX];
+    for (int c = 0; c < q->rows; c++) value[c] = num_nan();
+    q->g(q->context, x, value);
+    for (int c = 0; c < q->rows; c++) M[c * stride] = value[c];
 }
 
-/* g at x.  What it does not write is no number. */
-static void value_at(const sampling *q, const num *x, num *y)
+/* The values at all points: the centre's in y; at x + h S_j in D, at x - h S_j in E */
+static void sample_points(const sampling *q, num *y, num *D, num *E, num h)
 {
-    for (int c = 0; c < q->rows; c++) y[c] = num_nan();
-    q->g(q->context, x, y);
-}
-
-/* Pair j, h sigma out: its columns of D and of the bends, whose sum goes into y */
-static void sample_pair(const sampling *q, const num *centre, const num *middle, int j, num h, num *y, num *D,
-                        num *bends, int stride)
-{
-    num x[KQ_SIZE_MAX], plus[KQ_SIZE_MAX], minus[KQ_SIZE_MAX];
+    num centre[KQ_SIZE_MAX], x[KQ_SIZE_MAX];
     const int n = q->at->states;
-    const num *S = filter_root(q->at), part = num_half / h;
-    point_at(x, centre, S, j, h, n);
-    value_at(q, x, plus);
-    point_at(x, centre, S, j, -h, n);
-    value_at(q, x, minus);
-    for (int c = 0; c < q->rows; c++) {
-        const num bend = (plus[c] - middle[c]) + (minus[c] - middle[c]);
-        D[c * stride + j] = part * (plus[c] - minus[c]);
-        bends[c * stride + j] = bend;
-        y[c] += bend;
+    const num *s = filter_root(q->at);
+    x[0] = 0; /* n > 0: of that some compilers are not sure */
+    for (int i = 0; i < n; i++) x[i] = centre[i] = mean_get(q->at->memory, n, i);
+    sample_point(q, x, y, 1);
+    for (int j = 0; j < n; j++) {
+        num *M = D, c = h;
+        for (int sides = 0; sides < 2; sides++) {
+            for (int i = 0; i <= j; i++) x[i] = centre[i] + c * s[i]; /* behind j x is still at the centre */
+            sample_point(q, x, M + j, n);
+            M = E;
+            c = -h;
+        }
+        s += j + 1;
     }
 }
 
-/* The mean of g into y; D and E, rows of `stride`.  Answers whether all of it is finite. */
-static int sample(const sampling *q, num *y, num *D, num *E, int stride)
+/* The mean of g into y; D and E, rows x n */
+static kq_status sample(const sampling *q, num *y, num *D, num *E)
 {
-    num centre[KQ_SIZE_MAX] = {0}, middle[KQ_SIZE_MAX];
-    const int n = q->at->states, cubature = q->rule == KQ_POINTS_CUBATURE;
-    const num square = cubature ? (num)n : 3, h = num_root(square);
-    const num share = cubature ? num_half / h : num_root(square - 1) / (2 * square);
-    int finite = 1;
-    mean_copy(centre, q->at->memory, n);
-    value_at(q, centre, middle);
-    for (int c = 0; c < q->rows; c++) y[c] = 0;
-    for (int j = 0; j < n; j++) sample_pair(q, centre, middle, j, h, y, D, E, stride);
-    for (int c = 0; c < q->rows; c++) {
-        y[c] /= 2 * square;
-        const num common = cubature ? y[c] / h : 0; /* the bends' own mean is no spread */
-        for (int j = 0; j < n; j++) E[c * stride + j] = share * E[c * stride + j] - common;
-        y[c] += middle[c];
-        finite &= all_finite(D + c * stride, n) && all_finite(E + c * stride, n) && num_is_finite(y[c]);
+    const int n = q->at->states;
+    weights by = {3, num_root(3), num_root(2) / 6, 0};
+    num none = 0;
+    if (!q->g) return KQ_ERR_NULL;
+    if (q->rule != KQ_POINTS_CUBATURE && q->rule != KQ_POINTS_CENTRAL) return KQ_ERR_RANGE;
+    if (q->rule == KQ_POINTS_CUBATURE) {
+        by.square = (num)n;
+        by.h = num_root(by.square);
+        by.share = num_half / by.h;
+        by.common = 1;
     }
-    return finite;
+    sample_points(q, y, D, E, by.h);
+    for (int c = 0; c < q->rows; c++) {
+        none += close_row_of(y + c, D, E, by, n);
+        D += n;
+        E += n;
+    }
+    return none == 0 ? KQ_OK : KQ_ERR_NOT_FINITE;
 }
 
 /* D <- D S^-1, rows of n.  A pivot that is rounding of its row of S says nothing: the coefficient is 0, and the
    columns behind it say what there is to say. */
-static void divide_by_root(num *D, const num *S, int rows, int n)
+static void divide_by_root(num *D, const num *s, int rows, int n)
 {
     for (int j = 0; j < n; j++) {
-        const num pivot = S[column(j) + j];
+        const num *entry = s + j, pivot = *entry;
         num size = 0;
-        for (int k = j; k < n; k++) size += num_magnitude(S[column(k) + j]);
+        for (int k = j; k < n; entry += ++k) size += num_magnitude(*entry);
         const num inverse = pivot <= 4 * num_epsilon * size ? 0 : 1 / pivot;
+        num *row = D;
         for (int c = 0; c < rows; c++) {
-            num *row = D + c * n;
-            row[j] = (row[j] - dot(0, row, S + column(j), j)) * inverse;
+            row[j] = (row[j] - dot(0, row, s, j)) * inverse;
+            row += n;
         }
+        s += j + 1;
     }
 }
 
@@ -119,12 +136,13 @@ kq_status T(kq_linearise)(const filter *at, T(kq_function) *g, void *context, in
                           num *J, num *E)
 {
     const sampling q = {at, g, context, rows, rule};
-    const kq_status status = sampling_check(&q);
+    kq_status status = filter_check(at);
     if (status) return status;
     if (!y || !J || !E) return KQ_ERR_NULL;
-    if (!sample(&q, y, J, E, at->states)) return KQ_ERR_NOT_FINITE;
-    divide_by_root(J, filter_root(at), rows, at->states);
-    return KQ_OK;
+    if (!size_is_valid(rows)) return KQ_ERR_SIZE;
+    status = sample(&q, y, J, E);
+    if (!status) divide_by_root(J, filter_root(at), rows, at->states);
+    return status;
 }
 
 #endif

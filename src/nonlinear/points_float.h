@@ -14,12 +14,10 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/hold.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
-#include "../model/advance.h"
 #include "../model/definitions.h"
 #include "../model/process.h"
 #include "../model/sensor.h"
@@ -32,6 +30,7 @@
 #include "../smoother/smoother.h"
 #include "../smoother/tape.h"
 #include "../linearised/mean.h"
+#include "../linearised/rows.h"
 #include "linearise_float.h"
 
 /* ------------------------------------------------------------------ models of what was found */
@@ -63,56 +62,50 @@ kq_status T(kq_process_linearise)(process *p, const process *base, const num *A,
     if (p->states != n || p == base || p->memory == base->noise_root) return KQ_ERR_MISMATCH;
     if (!all_finite(A, n * n) || !all_finite(E, n * n)) return KQ_ERR_NOT_FINITE;
     if (!left_over_fits(E, n * n)) return KQ_ERR_RANGE;
-    triangularise(p->memory, E, n, base, n, pq, SHAPE_DENSE);
+    T(kq_root_of_rows)(p->memory, E, base, pq);
     p->noise_root = p->memory;
     p->controls = 0;
     p->control = 0;
-    process_set_transition(p, A);
-    return KQ_OK;
+    return T(kq_process_change_transition)(p, A);
 }
 
-/* R = U D U' by columns from the last, in place of R's upper triangle; what the other components leave of one is
-   none below 8 m eps of it (sensor.h). */
-static void take_apart(num *noise, const num *R, int m)
+/* The upper triangle of R + E E' */
+static void widen_noise(num *noise, const sensor *base, const num *E)
 {
-    for (int j = 0; j < m; j++) {
-        for (int i = 0; i <= j; i++) noise[column(j) + i] = R[i * m + j];
+    const int n = base->states;
+    for (int c = 0; c < base->components; c++) {
+        for (int j = 0; j <= c; j++) {
+            *noise++ = noise_covariance(base, j, c) + dot(0, E + j * n, E + c * n, n);
+        }
     }
+}
+
+/* a -= share b; what is left in the last 7 bits of the two is rounding, and 0 */
+static void take_away(num *a, const num *b, num share, int count)
+{
+    for (int k = 0; k < count; k++) {
+        const num part = share * b[k], rest = a[k] - part;
+        a[k] = part + rest / 128 == part ? 0 : rest;
+    }
+}
+
+/* noise = U D U', by columns from the last, in its place, D on the diagonal; and what U^-1 makes of e and of the rows
+   of J, of n words.  What cancels, a variance or a row, is not to become one of rounding. */
+static void decorrelate_rows(num *noise, num *e, num *J, int m, int n)
+{
     for (int j = m - 1; j >= 0; j--) {
         num *u = noise + column(j);
-        const int is_none = u[j] <= (num)(8 * m) * num_epsilon * R[j * m + j] || u[j] < num_tiny;
-        const num inverse = is_none ? 0 : 1 / u[j];
-        if (is_none) u[j] = num_tiny; /* of a 0 an update would divide by 0 */
+        num inverse = 0;
+        if (u[j] < num_tiny) u[j] = num_tiny; /* of a 0 an update would divide by 0 */
+        else inverse = 1 / u[j];
         for (int i = j - 1; i >= 0; i--) {
             const num share = u[i] * inverse;
-            for (int k = 0; k <= i; k++) noise[column(i) + k] -= share * u[k];
+            take_away(noise + column(i), u, share, i + 1);
+            take_away(e + i, e + j, share, 1);
+            take_away(J + i * n, J + j * n, share, n);
             u[i] = share;
         }
     }
-    invert_unit(noise, m);
-}
-
-/* R + E E' */
-static void widen_noise(num *R, const sensor *base, const num *E)
-{
-    const int m = base->components, n = base->states;
-    for (int c = 0; c < m; c++) {
-        for (int j = 0; j <= c; j++) {
-            R[j * m + c] = R[c * m + j] = noise_covariance(base, j, c) + dot(0, E + j * n, E + c * n, n);
-        }
-    }
-}
-
-/* s has room, and base fits: H and R are kept by reference. */
-static void sensor_set_linearised(sensor *s, const sensor *base, const num *H, const num *E, num *R)
-{
-    widen_noise(R, base, E);
-    take_apart(s->memory, R, base->components);
-    s->noise = s->memory;
-    s->covariance = R;
-    s->kind = &T(kq_sensor_correlated);
-    s->plain = 0;
-    sensor_set_measurement(s, H);
 }
 
 static kq_status sensor_room_check(const sensor *s)
@@ -124,6 +117,7 @@ static kq_status sensor_room_check(const sensor *s)
 
 kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, const num *E, num *R)
 {
+    num rest[KQ_SIZE_MAX] = {0}; /* nothing is measured yet */
     kq_status status = sensor_check(base);
     if (!status) status = sensor_room_check(s);
     if (status) return status;
@@ -133,85 +127,88 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     if (R == base->covariance) return KQ_ERR_MISMATCH;
     if (!all_finite(H, m * n) || !all_finite(E, m * n)) return KQ_ERR_NOT_FINITE;
     if (!left_over_fits(E, m * n)) return KQ_ERR_RANGE;
-    sensor_set_linearised(s, base, H, E, R);
-    return KQ_OK;
+    widen_noise(s->memory, base, E);
+    for (int c = 0; c < m; c++) {
+        for (int j = 0; j <= c; j++) R[j * m + c] = R[c * m + j] = s->memory[column(c) + j];
+    }
+    decorrelate_rows(s->memory, rest, 0, m, 0);
+    invert_unit(s->memory, m);
+    s->noise = s->memory;
+    s->covariance = R;
+    s->kind = &T(kq_sensor_correlated);
+    s->plain = 0;
+    return T(kq_sensor_change_measurement)(s, H);
 }
 
 /* ------------------------------------------------------------------ steps in one call */
 
-static kq_status predict_points_check(const sampling *q, const process *p, const num *work)
+/* What is attached asks for A: D becomes it.  own: all of the noise */
+static kq_status predict_explicitly(filter *f, process *own, const num *y, num *D)
 {
-    kq_status status = sampling_check(q);
-    if (!status) status = free_mean_check(q->at);
-    if (!status) status = process_check(p);
-    if (status) return status;
-    if (!work) return KQ_ERR_NULL;
-    if (!process_fits(p, q->at)) return KQ_ERR_MISMATCH;
-    const attached *with = q->at->attached;
-    return with && with->hooks->is_recorder == RECORDS_BY_REFERENCE ? KQ_ERR_RECORDING : KQ_OK;
-}
-
-/* What is attached asks for A and a noise: D becomes A, and the bends become a part of the noise. */
-static kq_status predict_explicitly(filter *f, const process *p, const num *y, num *D, num *E)
-{
-    process own = *p;
     const int n = f->states;
-    num *pq = E + n * n, *G = pq + 2 * n;
     divide_by_root(D, filter_root(f), n, n);
     for (int i = 0; i < n; i++) D[i * (n + 1)] += 1;
-    triangularise(G, E, n, p, n, pq, SHAPE_DENSE);
-    own.noise_root = G;
-    process_set_transition(&own, D);
-    return T(kq_predict_extended)(f, &own, y);
+    const kq_status status = T(kq_process_change_transition)(own, D);
+    return status ? status : T(kq_predict_extended)(f, own, y);
 }
 
-/* S <- tria [S + D, E, G], the rows of D and E side by side */
-static void advance_by_rows(filter *f, const process *p, const num *y, num *rows)
+/* S <- tria [S + D, G] */
+static void predict_by_rows(filter *f, const process *own, const num *y, num *D, num *pq)
 {
     const int n = f->states;
-    num *S = filter_root(f), *pq = rows + 2 * n * n;
+    const num *s = filter_root(f);
     for (int j = 0; j < n; j++) {
-        for (int i = 0; i <= j; i++) rows[2 * n * i + j] += S[column(j) + i];
+        for (int i = 0; i <= j; i++) D[i * n + j] += *s++;
     }
-    triangularise(S, rows, 2 * n, p, n, pq, SHAPE_DENSE);
-    renormalise(S, n);
-    T(kq_move)(f, y);
-    filter_note(f, state_held(f->memory, S, n));
-    filter_set_ready(f, FILTER_READY);
+    T(kq_root_of_rows)(filter_root(f), D, own, pq);
+    f->attached = 0; /* a start that is over */
+    T(kq_predict_end)(f, y);
 }
 
 kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_points rule,
                                num *work)
 {
-    const sampling q = {f, increment, context, f ? f->states : 0, rule};
-    const kq_status status = predict_points_check(&q, p, work);
+    kq_status status = T(kq_predict_check)(f, p);
     if (status) return status;
-    const int n = f->states, is_recorder = is_recorded(f);
-    num *y = work, *D = y + n, *E = is_recorder ? D + n * n : D + n;
-    if (!sample(&q, y, D, E, is_recorder ? n : 2 * n)) return KQ_ERR_NOT_FINITE;
-    if (is_recorder) return predict_explicitly(f, p, y, D, E);
-    filter_set_attached(f, 0); /* a start that is over */
-    advance_by_rows(f, p, y, D);
+    if (!work) return KQ_ERR_NULL;
+    const int n = f->states;
+    const sampling q = {f, increment, context, n, rule};
+    num *y = work, *D = y + n, *E = D + n * n, *pq = E + n * n, *G = pq + 2 * n;
+    status = sample(&q, y, D, E);
+    if (status) return status;
+    process own = *p;
+    T(kq_root_of_rows)(G, E, p, pq);
+    own.noise_root = G;
+    if (is_recorded(f)) return predict_explicitly(f, &own, y, D);
+    predict_by_rows(f, &own, y, D, pq);
     return KQ_OK;
 }
 
 kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innovation, void *context, kq_points rule,
                               num *work)
 {
-    const sampling q = {f, innovation, context, s ? s->components : 1, rule};
-    kq_status status = sensor_check_for(f, s);
-    if (!status) status = sampling_check(&q);
-    if (!status) status = free_mean_check(f);
+    kq_status status = T(kq_update_check)(f, s);
     if (status) return status;
     if (!work) return KQ_ERR_NULL;
     const int n = f->states, m = s->components;
-    num *e = work, *J = e + m, *E = J + m * n, *R = E + m * n, *noise = R + m * m;
-    if (!sample(&q, e, J, E, n)) return KQ_ERR_NOT_FINITE;
-    if (!left_over_fits(E, m * n)) return KQ_ERR_RANGE;
+    const sampling q = {f, innovation, context, m, rule};
+    num *e = work, *J = e + m, *E = J + m * n, *noise = E + m * n;
+    status = sample(&q, e, J, E);
+    if (!status && !left_over_fits(E, m * n)) status = KQ_ERR_RANGE;
+    if (status) return status;
     divide_by_root(J, filter_root(f), m, n);
-    for (int k = 0; k < m * n; k++) J[k] = -J[k];
-    sensor own = {.states = (uint8_t)n, .components = (uint8_t)m, .memory = noise};
-    sensor_set_linearised(&own, s, J, E, R);
+    widen_noise(noise, s, E);
+    decorrelate_rows(noise, e, J, m, n);
+    sensor own = *s;
+    for (int c = 0; c < m; c++) {
+        e[c] = -e[c]; /* J is -H */
+        noise[c] = noise[column(c) + c];
+        own.selects[c] = 0;
+    }
+    own.kind = &T(kq_sensor_independent);
+    own.measurement = J;
+    own.noise = noise;
+    own.covariance = 0;
     return T(kq_update_extended)(f, &own, e);
 }
 

@@ -18,7 +18,7 @@ import emulators
 import plot
 import readme
 import table
-from cases import CLANG, FILTER, GCC, LEAN, MODULES, REGIONS, Choice, Own, own_programs, programs
+from cases import CLANG, FILTER, GCC, LEAN, MODULES, NONLINEAR, REGIONS, SMALL, Choice, Own, own_programs, programs
 from elf import LINE, Instruction, decoded
 from emulators import Counted, most
 from measure import stack_worst
@@ -184,6 +184,15 @@ class Programs(unittest.TestCase):
         wanted = {("m4f", "f32"), ("m7", "f64"), ("m0", "q31"), ("m3", "q31"), ("rv32", "q31")}
         self.assertEqual(taken, wanted)
 
+    def test_nonlinear_steps_are_measured_for_flash_too(self) -> None:
+        taken = {(p.core, p.arithmetic, p.profile) for p in programs(Choice(what=("extended",)))}
+        wanted = {(*on, profile) for on in (("m4f", "f32"), ("m3", "q31")) for profile in (GCC, SMALL)}
+        self.assertEqual(taken, wanted)
+        groups = {p.group for p in programs(Choice(profile=(SMALL,)))}
+        self.assertEqual(groups, {NONLINEAR})
+        (q31,) = programs(Choice(("m3",), what=("extended",), profile=(GCC,)))
+        self.assertNotIn("points", q31.what(4))
+
     def test_regions_are_those_of_the_program(self) -> None:
         (program,) = programs(Choice(("m3",), ("q31",), ("fixed",), (GCC,), (4,), ("steady",)))
         self.assertEqual(build.regions(program), {REGIONS.index("steady"): "user_steady_step_4_2"})
@@ -278,7 +287,7 @@ class Readme(unittest.TestCase):
 
     def test_every_function_has_a_line(self) -> None:
         named = {what for what, _, _ in readme.MODULE_ROWS}
-        self.assertLessEqual(set(MODULES), named)
+        self.assertLessEqual({*MODULES, *NONLINEAR}, named)
 
     def test_without_its_marks_it_is_refused(self) -> None:
         with tempfile.TemporaryDirectory() as folder:

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Sequence
 
 from cases import (
-    CALLS, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, REGIONS, ROOTS, RUNTIME, TEXTBOOK, Program,
+    CALLS, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, NONLINEAR, REGIONS, ROOTS, RUNTIME, TEXTBOOK,
+    Program,
 )  # fmt: skip
 from cores import BY_NAME, ROOT, Core, run, toolchain
 
@@ -17,6 +18,7 @@ TEXTBOOKS = ROOT / "tests" / "cost"
 FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the library's own
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 MODULE_HEADERS = ("adaptation.h", "em.h", "lag.h", "point.h", "robust.h", "steady.h")
+NONLINEAR_HEADERS = ("extended.h", "points.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
     "lean": "step",
@@ -32,13 +34,17 @@ CALLED = {
     "jump": "update_jump",
     "em": "em_iterate",
     "em_state": "em_iterate",
+    "extended_predict": "predict_extended",
+    "extended_update": "update_extended",
 }
 BEGINNINGS = {
     ROOTS: ("process.h", "kq_process_init_root_f32"),
     LEAN: ("sensor.h", "kq_sensor_init_lean_f32"),
 }
-PARTS = ("filter", "steady", "adaptation", "em")  # of an arithmetic
+PARTS = ("filter", "steady", "adaptation", "em", "nonlinear")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
+STEPS = ("changed", "extended", "points")  # and of target/nonlinear.inc
+TEXTS = {MODULES: "modules.inc", NONLINEAR: "nonlinear.inc"}  # beside the filter's
 OPTIONS = {FIXED: "KQ_FIXED_UPPER|KQ_FIXED_BARE", FIXED_DENSE: "KQ_FIXED_BARE"}
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
@@ -65,8 +71,11 @@ class Place:
 
     @property
     def has_modules(self) -> bool:
+        return self.has_headers(MODULE_HEADERS)
+
+    def has_headers(self, names: Sequence[str]) -> bool:
         folder = self.source / "include" / "kalmanq"
-        return all((folder / name).exists() for name in MODULE_HEADERS)
+        return all((folder / name).exists() for name in names)
 
     @property
     def lacks(self) -> tuple[str, ...]:
@@ -79,6 +88,8 @@ class Place:
 
     def has(self, wanted: Program) -> bool:
         if wanted.group == MODULES and not self.has_modules:
+            return False
+        if wanted.group == NONLINEAR and not self.has_headers(NONLINEAR_HEADERS):
             return False
         return wanted.sizes == RUNTIME or self.fixed_header(wanted.arithmetic).exists()
 
@@ -176,8 +187,8 @@ def objects(place: Place, wanted: Program) -> list[Path]:
 def program_text(place: Place, wanted: Program) -> str:
     """C that includes everything once for each size."""
     subject = "textbook" if wanted.arithmetic in TEXTBOOK else "library"
-    modules = ['#include "modules.inc"'] * (wanted.group == MODULES)
-    lines = ['#include "program.h"', *modules]
+    own = f'#include "{TEXTS.get(wanted.group, "run.inc")}"'
+    lines = ['#include "program.h"', *[own] * (wanted.group == MODULES)]
     for index, (n, m) in enumerate(wanted.dimensions):
         lines += [
             f"#define N {n}",
@@ -186,7 +197,7 @@ def program_text(place: Place, wanted: Program) -> str:
             run([str(place.model), numbers(wanted), *map(str, (n, m, wanted.controls))]),
             f'#include "{subject}.inc"',
             '#include "use.inc"',
-            *(modules or ['#include "run.inc"']),
+            own,
             *(f"#undef {name}" for name in ("N", "M", "REGION")),
         ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)
@@ -205,6 +216,7 @@ def defined(wanted: Program) -> list[str]:
         "KQ_COST_TEXTBOOK": wanted.arithmetic in TEXTBOOK,
         "KQ_COST_FIXED": wanted.sizes != RUNTIME,
         "KQ_COST_MODULES": wanted.group == MODULES,
+        "KQ_COST_NONLINEAR": wanted.group == NONLINEAR,
         "KQ_COST_ROOTS": wanted.has(ROOTS),
         "KQ_COST_LEAN": wanted.has(LEAN),
     }
@@ -231,7 +243,7 @@ def function(wanted: Program, what: str, n: int, m: int) -> str:
     name = CALLED.get(what, what)
     if what in SAMPLES:
         return f"user_{name}_{wanted.arithmetic}"
-    if wanted.sizes != RUNTIME:
+    if wanted.sizes != RUNTIME or what in STEPS:
         return f"user_{name}_{n}_{m}"
     if wanted.arithmetic in TEXTBOOK:
         return f"{TEXTBOOK_PREFIX[wanted.arithmetic]}_{name}"

@@ -15,8 +15,9 @@ MODULES = (
     "steady", "settling", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
     "adapted", "em", "em_state",
 )  # fmt: skip
-FLOAT_ONLY = ("em", "em_state")
-WHAT = (*FILTER, *MODULES)
+NONLINEAR = ("changed", "extended", "extended_predict", "extended_update", "points")
+FLOAT_ONLY = ("em", "em_state", "points")
+WHAT = (*FILTER, *MODULES, *NONLINEAR)
 # the worst of these, over hard inputs; and whole programs, for their stack
 HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
 CALLS = {
@@ -33,14 +34,16 @@ SIZES = ((1, 1), (2, 1), (3, 1), (4, 2), (6, 3), (9, 3))
 TEXTBOOK = ("textbook-f32", "textbook-q16")
 RUNTIME, FIXED, FIXED_DENSE = "runtime", "fixed", "fixed-dense"
 KINDS = (RUNTIME, FIXED, FIXED_DENSE)
-GCC, CLANG = "gcc-O2", "clang-Oz"  # with the library's own flags (CMakeLists.txt)
-PROFILES = (GCC, CLANG)
+# with the library's own flags (CMakeLists.txt); the third for what is promised of nonlinear models
+GCC, CLANG, SMALL = "gcc-O2", "clang-Oz", "gcc-Os"
+PROFILES = (GCC, CLANG, SMALL)
 
 # Fixed sizes where one would choose them: float where there is an FPU for it, q31 where there is
 # none, and not in an AVR's flash.
 FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
 # What is beside the filter, on one core of each kind.
 MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}
+NONLINEAR_ON = {"f32": ("m4f",), "q31": ("m3",)}
 
 
 # ---- programs --------------------------------------------------------------------------------
@@ -55,7 +58,7 @@ class Program:
     sizes: str
     profile: str
     dimensions: tuple[tuple[int, int], ...]  # (n, m)
-    group: tuple[str, ...] = FILTER  # or MODULES: so the filter's program is what it always was
+    group: tuple[str, ...] = FILTER  # or another: so the filter's program is what it always was
     controls: int = 0
     lacks: tuple[str, ...] = ()  # of ROOTS and LEAN, the library that is measured
 
@@ -72,7 +75,7 @@ class Program:
             return tuple(what for what in every if self.has(what))
         if self.sizes != RUNTIME:
             return MODULES[:1]
-        return tuple(w for w in MODULES if self.arithmetic != "q31" or w not in FLOAT_ONLY)
+        return tuple(w for w in self.group if self.arithmetic != "q31" or w not in FLOAT_ONLY)
 
     def has(self, what: str) -> bool:
         """A program that begins otherwise; q31's tables are roots always."""
@@ -85,7 +88,7 @@ class Program:
     def regions(self, n: int) -> tuple[str, ...]:
         """What is counted at n states."""
         own = tuple(what for what in self.what(n) if what != ROOTS)
-        if self.group == MODULES or self.arithmetic in TEXTBOOK:
+        if self.group != FILTER or self.arithmetic in TEXTBOOK:
             return own
         left_out = tuple(CALLS[what] for what in (ROOTS, LEAN) if not self.has(what))
         return own + tuple(each for each in HIDDEN if each not in left_out)
@@ -104,22 +107,28 @@ def programs(choice: Choice) -> list[Program]:
         for arithmetic in (*core.arithmetics, *TEXTBOOK)
         for sizes in sizes_of(core, arithmetic)
         for profile in profiles_of(core, arithmetic, sizes)
-        for group in groups_of(core, arithmetic, profile)
+        for group in groups_of(core, arithmetic, sizes, profile)
         if any(choice.takes("what", what) for what in group)
     ]
     names = ("core", "arithmetic", "sizes", "profile")
     return [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
 
 
-def groups_of(core: Core, arithmetic: str, profile: str) -> tuple[tuple[str, ...], ...]:
-    all_of_it = profile == GCC and core.name in MODULES_ON.get(arithmetic, ())
-    return (FILTER, MODULES) if all_of_it else (FILTER,)
+def groups_of(
+    core: Core, arithmetic: str, sizes: str, profile: str
+) -> tuple[tuple[str, ...], ...]:
+    groups = (FILTER,) if profile != SMALL else ()
+    if profile == GCC and core.name in MODULES_ON.get(arithmetic, ()):
+        groups += (MODULES,)
+    if sizes == RUNTIME and profile != CLANG and core.name in NONLINEAR_ON.get(arithmetic, ()):
+        groups += (NONLINEAR,)
+    return groups
 
 
 def profiles_of(core: Core, arithmetic: str, sizes: str) -> tuple[str, ...]:
     """clang beside gcc for what is on the card; its AVR code crashes."""
     on_card = sizes == RUNTIME and arithmetic in ("f32", "q31") and core.family != "avr"
-    return (GCC, CLANG) if on_card else (GCC,)
+    return PROFILES if on_card else (GCC,)
 
 
 def sizes_of(core: Core, arithmetic: str) -> tuple[str, ...]:

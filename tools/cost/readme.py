@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Iterable, Iterator, Mapping, Sequence
 
-from cases import CLANG, FIXED, GCC, LEAN, ROOTS, RUNTIME, SIZES
+from cases import CLANG, FIXED, GCC, LEAN, ROOTS, RUNTIME, SIZES, SMALL
 from cores import BY_NAME
 from errors import FileError
 from table import Row
@@ -20,7 +20,8 @@ def section(rows: tuple[Row, ...]) -> str:
     """All of it, for tools/cost/README.md"""
     by_key = {row.key: row for row in rows}
     instructions = (STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
-    return "\n\n".join((card_table(rows), *instructions))
+    nonlinear = (NONLINEAR_TITLE, nonlinear_table(by_key))
+    return "\n\n".join((card_table(rows), *instructions, *nonlinear))
 
 
 Part = Callable[[tuple[Row, ...]], str]
@@ -200,8 +201,23 @@ MODULE_ROWS = (
     ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
     ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"),
     ("em_state", RUNTIME, "... A, Q and R free"),
+    ("changed", RUNTIME, "`kq_predict` and `kq_update`, another A and another H"),
+    ("extended_predict", RUNTIME, "`kq_predict_extended`"),
+    ("extended_update", RUNTIME, "`kq_update_extended`"),
+    ("extended", RUNTIME, "an extended step, f and h in it, another A and another H"),
+    ("points", RUNTIME, "`kq_predict_points` and `kq_update_points`, 4n + 2 calls in it"),
 )
 
+NONLINEAR = ("changed", "extended", "points")
+NONLINEAR_SIZES = ((4, 2), (6, 3), (9, 3))
+NONLINEAR_TITLE = """\
+A nonlinear model: a linear step with another A and H; an extended one; one by sigma points (cubature). Instructions
+with the user's f and h, plain loops over dense rows (`target/nonlinear.inc`); bytes of stack of that call; flash of
+the linear program, and what the other two add to it without f and h, at `-O2` and at `-Os`:"""
+NONLINEAR_TITLES = (
+    "core", "", "n, m", "linear", "extended", "points", "stack", "extended", "points",
+    "flash `-O2`", "extended", "points", "flash `-Os`", "extended", "points",
+)  # fmt: skip
 STEPS_TITLE = "Instructions of one settled predict and one full update (`kq_step`) at n, m:"
 MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
 Rows = Mapping[tuple[object, ...], Row]
@@ -223,6 +239,31 @@ def module_table(by_key: Rows) -> str:
             cells = [name, *(cell for core in cells for cell in core or [""] * len(MODULE_SIZES))]
             lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
+
+
+def nonlinear_table(by_key: Rows) -> str:
+    """Markdown: what a nonlinear model takes, a line for each size; what is not there has none."""
+    lines = ["| " + " | ".join(NONLINEAR_TITLES) + " |"]
+    lines.append("|---|---|---|" + "---:|" * (len(NONLINEAR_TITLES) - 3))
+    for core, arithmetic in MODULE_CORES:
+        for n, m in NONLINEAR_SIZES:
+            of = [
+                [by_key.get((core, arithmetic, n, m, RUNTIME, profile, what)) for what in NONLINEAR]
+                for profile in (GCC, SMALL)
+            ]
+            if of[0][0] and of[1][0]:
+                cells = [BY_NAME[core].description, arithmetic, f"{n}, {m}", *nonlinear_cells(*of)]
+                lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def nonlinear_cells(fast: Sequence[Row | None], small: Sequence[Row | None]) -> list[str]:
+    figures = [row and row.instructions for row in fast]
+    figures += [row and row.stack_bytes for row in fast]
+    for rows in (fast, small):
+        flash = [row and row.flash_program for row in rows]
+        figures += [flash[0], *(bytes_ and bytes_ - (flash[0] or 0) for bytes_ in flash[1:])]
+    return ["" if figure is None else str(figure) for figure in figures]
 
 
 def module_cells(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:

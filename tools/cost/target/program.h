@@ -27,6 +27,11 @@ enum {
     COST_ADAPTED,
     COST_EM,
     COST_EM_STATE,
+    COST_CHANGED,
+    COST_EXTENDED,
+    COST_EXTENDED_PREDICT,
+    COST_EXTENDED_UPDATE,
+    COST_POINTS,
     COST_HARD_UPDATE,
     COST_HARD_STEP,
     COST_HARD_SMOOTH,
@@ -78,7 +83,7 @@ typedef double word;
 typedef int32_t word;
 #endif
 
-#if !defined(KQ_COST_TEXTBOOK) && !defined(KQ_COST_MODULES)
+#if !defined(KQ_COST_TEXTBOOK) && !defined(KQ_COST_MODULES) && !defined(KQ_COST_NONLINEAR)
 #define HAS_SMOOTHER
 #endif
 

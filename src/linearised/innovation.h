@@ -2,8 +2,8 @@
  * Updates of a nonlinear model.  An update takes an innovation where it takes a measurement if the mean is 0.  So the
  * mean is set aside, the plain update finds where it moves, and that is added to what was set aside.
  */
-#ifndef KQ_SRC_NONLINEAR_INNOVATION_H
-#define KQ_SRC_NONLINEAR_INNOVATION_H
+#ifndef KQ_SRC_LINEARISED_INNOVATION_H
+#define KQ_SRC_LINEARISED_INNOVATION_H
 
 #include <stdint.h>
 
@@ -22,7 +22,7 @@
 #include "../model/types.h"
 #include "../filter/attached.h"
 #include "../filter/filter.h"
-#include "../linearised/mean.h"
+#include "mean.h"
 
 typedef struct {
     num words[MEAN_PLANES * KQ_SIZE_MAX];
@@ -32,8 +32,11 @@ KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
 {
     const kq_status status = free_mean_check(f);
     if (status) return status;
-    copy(mean->words, f->memory, MEAN_PLANES * f->states);
-    for (int i = 0; i < f->states; i++) mean_set(f->memory, f->states, i, 0);
+    num *x = f->memory;
+    for (int k = 0; k < MEAN_PLANES * f->states; k++) {
+        mean->words[k] = x[k];
+        x[k] = 0;
+    }
     return KQ_OK;
 }
 
@@ -48,13 +51,11 @@ KQ_COLD KQ_NOINLINE static void mean_hold_lost(filter *f)
 KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_status status)
 {
     const int n = f->states;
-    unsigned events = 0;
     if (status < KQ_OK) {
         copy(f->memory, mean->words, MEAN_PLANES * n);
         return status;
     }
-    for (int i = 0; i < n; i++) events |= mean_join(f->memory, mean->words, n, i);
-    filter_note(f, events);
+    filter_note(f, mean_shift(f->memory, n, mean->words, mean->words + n));
     if (!state_is_finite(f->memory, filter_root(f), n)) mean_hold_lost(f);
     return status;
 }

@@ -1,3 +1,0 @@
-/* Nonlinear models in fixed point. */
-#include "arithmetic/q31.h"
-#include "nonlinear/api.h"
