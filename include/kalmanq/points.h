@@ -160,7 +160,8 @@ kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  *   s           its R alone is read
  *   innovation  z - h(x): m numbers
  *   work        KQ_POINTS_LEN(n, m) words, written
- * Cost: 2n + 1 calls, 5 n m + m n^2 / 2 multiplications, kq_update with a correlated R.
+ * The components are decorrelated by R + E E' first: what is left of one in the last 7 bits of its terms is nothing.
+ * Cost: 2n + 1 calls, 6 n m + m n^2 / 2 + m^2 n multiplications, kq_update.
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
  * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update_extended.
  */
