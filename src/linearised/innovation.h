@@ -15,13 +15,13 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/hold.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
-#include "../filter/attached.h"
 #include "../filter/filter.h"
+#include "../filter/sharp.h"
+#include "jacobian.h"
 #include "mean.h"
 
 typedef struct {
@@ -40,14 +40,8 @@ KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
     return KQ_OK;
 }
 
-/* A mean that had left the numbers: nobody has looked at it in the update.  It is held as by a plain one. */
-KQ_COLD KQ_NOINLINE static void mean_hold_lost(filter *f)
-{
-    filter_note(f, KQ_EVENT_OVERFLOW | state_hold(f->memory, filter_root(f), f->states));
-    if (f->attached) f->attached->hooks->record_end(f);
-}
-
-/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused. */
+/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused.  One that had left
+   the numbers nobody has looked at in the update: it is held as by a plain one. */
 KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_status status)
 {
     const int n = f->states;
@@ -56,7 +50,7 @@ KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_sta
         return status;
     }
     filter_note(f, mean_shift(f->memory, n, mean->words, mean->words + n));
-    if (!state_is_finite(f->memory, filter_root(f), n)) mean_hold_lost(f);
+    if (!mean_is_finite(f->memory, n)) refuse_overflow(f);
     return status;
 }
 

@@ -61,7 +61,7 @@ KQ_KERNEL num close_row_of(num *y, num *D, num *E, weights by, int n)
     return none + (*y - *y);
 }
 
-/* g at x, what it does not write being no number, spread over a column of M, in rows of `stride` */
+/* g at x, spread over a column of M, in rows of `stride`.  What it does not write is no number. */
 static void sample_point(const sampling *q, const num *x, num *M, int stride)
 {
     num value[KQ_SIZE_MAX];

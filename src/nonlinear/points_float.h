@@ -96,7 +96,7 @@ static void decorrelate_rows(num *noise, num *e, num *J, int m, int n)
     for (int j = m - 1; j >= 0; j--) {
         num *u = noise + column(j);
         num inverse = 0;
-        if (u[j] < num_tiny) u[j] = num_tiny; /* of a 0 an update would divide by 0 */
+        if (u[j] <= num_tiny) u[j] = num_tiny; /* of a 0 an update would divide by 0 */
         else inverse = 1 / u[j];
         for (int i = j - 1; i >= 0; i--) {
             const num share = u[i] * inverse;
@@ -194,8 +194,8 @@ kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innova
     const sampling q = {f, innovation, context, m, rule};
     num *e = work, *J = e + m, *E = J + m * n, *noise = E + m * n;
     status = sample(&q, e, J, E);
-    if (!status && !left_over_fits(E, m * n)) status = KQ_ERR_RANGE;
     if (status) return status;
+    if (!left_over_fits(E, m * n)) return KQ_ERR_RANGE;
     divide_by_root(J, filter_root(f), m, n);
     widen_noise(noise, s, E);
     decorrelate_rows(noise, e, J, m, n);
