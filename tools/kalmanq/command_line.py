@@ -144,15 +144,15 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
         _stop(f"{problem.filename}: {problem.strerror}" if problem.filename else str(problem))
     except KeyboardInterrupt as interrupt:
         print(f"kalmanq: {interrupt if str(interrupt) else 'interrupted'}", file=sys.stderr)
-        raise SystemExit(TERMINATED if signal.SIGTERM in heard else INTERRUPTED) from None
+        raise SystemExit(TERMINATED if signal.SIGTERM in _heard else INTERRUPTED) from None
 
 
-heard: list[int] = []
+_heard: list[int] = []
 
 
 def _terminate(number: int, _: object) -> None:
     """As an interrupt, which leaves nothing behind"""
-    heard.append(number)
+    _heard.append(number)
     signal.raise_signal(signal.SIGINT)
 
 

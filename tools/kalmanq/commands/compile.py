@@ -73,6 +73,7 @@ def _told(product: Product, written: list[Path]) -> dict:
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
         "rounding": proof.rounding, "ends": proof.ends.worst if proof.ends else None,
+        "warnings": narrow_ranges(product),
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
         "operations": operations(plan),
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
