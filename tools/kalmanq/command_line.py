@@ -144,7 +144,7 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
         _stop(f"{problem.filename}: {problem.strerror}" if problem.filename else str(problem))
     except KeyboardInterrupt as interrupt:
         print(f"kalmanq: {interrupt if str(interrupt) else 'interrupted'}", file=sys.stderr)
-        raise SystemExit(TERMINATED if signal.SIGTERM in _heard else INTERRUPTED) from None
+        raise SystemExit(INTERRUPTED) from None
 
 
 _heard: list[int] = []
@@ -395,8 +395,11 @@ def study(
 def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # it is ignored in the background of a script
         signal.signal(signal.SIGTERM, _terminate)
-    with told_in_one_line():
-        app()
+    try:
+        with told_in_one_line():
+            app()
+    except SystemExit as ended:
+        raise SystemExit(TERMINATED if _heard and ended.code == INTERRUPTED else ended.code) from None
 
 
 if __name__ == "__main__":
