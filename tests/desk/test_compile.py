@@ -356,6 +356,12 @@ def test_where_innovations_are_large_a_mean_keeps_to_its_bound(arithmetic: str, 
     assert re.search(r"at the ends of ranges +means .*; more than 1e-03: smaller ranges", text) or arithmetic == "f32"
 
 
+def test_the_ends_of_ranges_are_no_step_beyond_them() -> None:
+    model = changed(R=1.0, measurements=[Quantity("range", "m", 60.5, fraction=0)])
+    ends = compiled(model, Wanted("q31", "x")).proof.ends
+    assert ends is not None and not ends.refused and ends.worst < 1e-3
+
+
 def at_the_ends(model: Model, seed: int, rows: int = 900) -> tuple[np.ndarray, np.ndarray]:
     """z and u"""
     random = np.random.default_rng(seed)

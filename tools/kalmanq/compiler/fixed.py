@@ -195,6 +195,10 @@ class Fixed:
         """The largest word of a measurement (z) or a control (u)"""
         return str(rounded(Decimal(span) * TWO ** getattr(self.formats, which)[j]))
 
+    def end(self, which: str, j: int, span: float) -> float:
+        """What the largest word is of: not quite the end of a range that is no multiple of a step"""
+        return float(int(self.door(which, j, span)) * TWO ** -getattr(self.formats, which)[j])
+
     def is_outside(self, value: str, limit: str) -> str:
         return f"{value} < -{limit} || {value} > {limit}"
 

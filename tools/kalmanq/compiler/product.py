@@ -191,8 +191,9 @@ class Maker:
         return Plan(
             self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
             self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
-            most=[one or 1e30 for one in ranges],
-            pushes=[one.range or 1.0 for one in self.model.controls], stops=stops, partial=self.wanted.partial,
+            most=[subject.words.end("z", j, one) if one else 1e30 for j, one in enumerate(ranges)],
+            pushes=[subject.words.end("u", k, one.range) if one.range else 1.0
+                    for k, one in enumerate(self.model.controls)], stops=stops, partial=self.wanted.partial,
             nis=self.wanted.nis, lag=self.wanted.lag)
 
     def of_constant_gain(self) -> tuple[Plan, Proof]:
