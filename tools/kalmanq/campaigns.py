@@ -31,6 +31,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from kalmanq.errors import KalmanqError
+from kalmanq.files import telling_where
 
 try:
     import fcntl
@@ -137,7 +138,8 @@ class Journal:
             raise KalmanqError(f"{self.path}: there is no such folder") from None
         try:
             self._lock()
-            self._begin()
+            with telling_where(self.path):
+                self._begin()
         except BaseException:
             self._file.close()
             raise
@@ -149,7 +151,8 @@ class Journal:
             self.path.unlink(missing_ok=True)
 
     def add(self, task: int, result: str) -> None:
-        self._file.write(f"[{task}, {result}]\n".encode())
+        with telling_where(self.path):
+            self._file.write(f"[{task}, {result}]\n".encode())
         self._has_results = True
         self.results[task] = json.loads(result)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import warnings
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ app = typer.Typer(
     help=__doc__, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]})
 
-REFUSED, NO_MAXIMUM, INTERRUPTED = 1, 3, 130
+REFUSED, NO_MAXIMUM, INTERRUPTED, TERMINATED = 1, 3, 130, 143
 
 
 class Arithmetic(str, Enum):
@@ -144,6 +145,15 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
     except KeyboardInterrupt as interrupt:
         print(f"kalmanq: {interrupt if str(interrupt) else 'interrupted'}", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
+
+
+_heard: list[int] = []
+
+
+def _terminate(number: int, _: object) -> None:
+    """As an interrupt, which leaves nothing behind"""
+    _heard.append(number)
+    signal.raise_signal(signal.SIGINT)
 
 
 def _stop(line: str, code: int = REFUSED) -> None:
@@ -383,8 +393,13 @@ def study(
 
 
 def main() -> None:
-    with told_in_one_line():
-        app()
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # it is ignored in the background of a script
+        signal.signal(signal.SIGTERM, _terminate)
+    try:
+        with told_in_one_line():
+            app()
+    except SystemExit as ended:
+        raise SystemExit(TERMINATED if _heard and ended.code == INTERRUPTED else ended.code) from None
 
 
 if __name__ == "__main__":

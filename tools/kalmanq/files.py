@@ -13,6 +13,17 @@ from kalmanq.errors import KalmanqError
 
 
 @contextmanager
+def telling_where(path: Path) -> Iterator[None]:
+    """An error of what is written there names it: a full disk says nothing of whose file it was."""
+    try:
+        yield
+    except OSError as problem:
+        if problem.filename is not None or not problem.strerror:
+            raise
+        raise KalmanqError(f"{path}: {problem.strerror}") from None
+
+
+@contextmanager
 def whole(path: Path, inputs: Sequence[Path] = ()) -> Iterator[Path]:
     """Where to write what will be called `path`; gone after an error.  An input is never overwritten.  A link is
     followed, a file's mode stays; to a device or a pipe what was written is copied."""
@@ -22,13 +33,15 @@ def whole(path: Path, inputs: Sequence[Path] = ()) -> Iterator[Path]:
         raise KalmanqError(f"{path}: is a folder")
     if path.exists() and not path.is_file():
         with tempfile.TemporaryDirectory() as folder:
-            yield Path(folder) / f"copy{path.suffix}"
+            with telling_where(Path(folder)):
+                yield Path(folder) / f"copy{path.suffix}"
             _copy(Path(folder) / f"copy{path.suffix}", path)
         return
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
-        yield temporary
+        with telling_where(path):
+            yield temporary
         if target.exists():
             shutil.copymode(target, temporary)
         os.replace(temporary, target)

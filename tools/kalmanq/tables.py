@@ -193,5 +193,9 @@ class Writer:
 
     def __exit__(self, kind: Optional[type[BaseException]], problem: Optional[BaseException],
                  trace: Optional[TracebackType]) -> None:
-        self._text.close()
+        try:
+            self._text.close()
+        except OSError as last:  # what was still to be written
+            self._whole.__exit__(type(last), last, last.__traceback__)
+            raise
         self._whole.__exit__(kind, problem, trace)

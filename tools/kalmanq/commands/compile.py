@@ -15,7 +15,7 @@ from kalmanq.c_source import WORDS, identifier
 from kalmanq.compiler.costs import operations
 from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proof_file import large_states, lines_of_class, losses, record
+from kalmanq.compiler.proof_file import at_their_ranges, lines_of_class, losses, narrow_ranges, record
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 
@@ -72,7 +72,8 @@ def _told(product: Product, written: list[Path]) -> dict:
         "losses": proof.losses,
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
-        "rounding": proof.rounding,
+        "rounding": proof.rounding, "ends": proof.ends.worst if proof.ends else None,
+        "warnings": narrow_ranges(product),
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
         "operations": operations(plan),
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
@@ -91,8 +92,10 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
                       f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
     console.print(f"  means within {proof.track.worst:.1e} sigma over {record(product)}, {proof.track.last:.1e} "
                   "settled")
-    for line in large_states(product):
-        console.print(f"  a float has 24 bits: {line}")
+    for what, said in at_their_ranges(product):
+        console.print(f"  {what}: {said}")
+    for line in narrow_ranges(product):
+        console.print(f"  {line}")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")
     for path in written:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Optional
@@ -86,9 +87,9 @@ def _write(asked: Asked, made: Designs, chosen: Way) -> list[Path]:
 def _written(asked: Asked, text: Source) -> list[Path]:
     assert asked.out is not None
     files = [(asked.out / f"{text.name}.h", text.header), (asked.out / f"{text.name}.c", text.text)]
-    with whole(files[0][0], [asked.model]) as header, whole(files[1][0], [asked.model]) as code:
-        header.write_text(files[0][1], encoding="utf-8")
-        code.write_text(files[1][1], encoding="utf-8")
+    with ExitStack() as stack:
+        for path, content in files:
+            stack.enter_context(whole(path, [asked.model])).write_text(content, encoding="utf-8")
     return [path for path, _ in files]
 
 

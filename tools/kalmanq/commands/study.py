@@ -14,7 +14,7 @@ from rich.console import Console
 
 from kalmanq.campaigns import journal_of, progress_bar, run_campaign, versions
 from kalmanq.errors import KalmanqError
-from kalmanq.files import whole
+from kalmanq.files import telling_where, whole
 from kalmanq.pictures import save
 from kalmanq.studies.heavy_tails import claims
 from kalmanq.studies.heavy_tails.collected import HEADER, Collected
@@ -71,7 +71,7 @@ def collect(asked: Asked, journal: Path) -> Collected:
 
 def write(collected: Collected, asked: Asked) -> list[str]:
     """All files, or none: they are made elsewhere first."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, telling_where(Path(folder)):
         made = Path(folder)
         for name, draw in figures().items():
             save(draw(collected), made / f"{name}.png")

@@ -14,6 +14,7 @@ from typing import Iterator, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, Settled, taken
+from kalmanq.errors import KalmanqError
 
 ROOM = 1.01
 FADED = 1e-6  # what is left of a mean that counts as forgotten, well within ROOM
@@ -346,6 +347,35 @@ def losses(of: Numbers, state: Settled, settling: int, max_gap: int) -> tuple[fl
     begun = _loss(d, K, d.P0, 0, settling, measured_first=True)
     gaps = [_loss(d, K, state.filtered.astype(float), gap, settling) for gap in range(1, max_gap + 1)]
     return begun, max(gaps, default=1.0)
+
+
+def rows_to_forget(of: Numbers, state: Settled, max_gap: int, most: int) -> int:
+    """Measured rows after which the mean of a filter of constant gain is within FADED sigma of the optimal one's, from
+    the start and from a gap: by the covariance of what is between them, which each gain's difference adds to."""
+    d, K = of.doubles(), state.gain.astype(float)
+    P = state.filtered.astype(float)
+    starts = [d.P0]
+    for _ in range(max_gap):
+        P = d.A @ P @ d.A.T + d.Q
+    starts += [d.A @ P @ d.A.T + d.Q] if max_gap else []
+    return max(_rows_to_forget(d, K, state, P, most) for P in starts)
+
+
+def _rows_to_forget(d: Numbers, K: np.ndarray, state: Settled, P: np.ndarray, most: int) -> int:
+    """P: before the first row"""
+    closed, between = np.eye(len(P)) - K @ d.H, np.zeros_like(P)
+    near = FADED**2 * np.diag(state.filtered.astype(float))
+    for row in range(1, most + 1):
+        S = d.H @ P @ d.H.T + np.diag(d.R)
+        gain = np.linalg.solve(S, d.H @ P).T
+        between = closed @ between @ closed.T + (gain - K) @ S @ (gain - K).T
+        if np.all(np.diag(between) <= near):
+            return row
+        left = np.eye(len(P)) - gain @ d.H
+        P = d.A @ (left @ P @ left.T + gain * d.R @ gain.T) @ d.A.T + d.Q
+        between = d.A @ between @ d.A.T
+    raise KalmanqError(f"--lag: a constant gain takes more than {most} rows to forget how it began: a larger Q, or "
+                       "leave out --form gain")
 
 
 def _loss(d: Numbers, K: np.ndarray, P: np.ndarray, gap: int, rows: int, measured_first: bool = False) -> float:

@@ -195,6 +195,10 @@ class Fixed:
         """The largest word of a measurement (z) or a control (u)"""
         return str(rounded(Decimal(span) * TWO ** getattr(self.formats, which)[j]))
 
+    def end(self, which: str, j: int, span: float) -> float:
+        """What the largest word is of: not quite the end of a range that is no multiple of a step"""
+        return float(int(self.door(which, j, span)) * TWO ** -getattr(self.formats, which)[j])
+
     def is_outside(self, value: str, limit: str) -> str:
         return f"{value} < -{limit} || {value} > {limit}"
 
@@ -318,16 +322,29 @@ class WideMean:
         return "int32_t", _narrowed(mean, self.x[i] - self.readings[i])
 
 
-def times(c: Decimal, x: str) -> list[tuple[bool, str]]:
-    """c x of a 64-bit x: whole times of it, and a part by a shift, or by its high and its low word"""
+def parts_of(c: Decimal) -> tuple[int, Decimal, int]:
+    """A coefficient of a 64-bit word: whole times of it, and a part: by a shift, or else in units of 2^-32"""
     whole = rounded(c)
     part = c - whole
     shift = -need(exponent(part)) if part and exponent(part) is not None else 0
     if 0 < shift < 32:
+        return whole, part, shift
+    return whole, rounded(part * TWO ** 32) * TWO ** -32, 0
+
+
+def held(c: Decimal) -> Decimal:
+    """What `times` multiplies by"""
+    whole, part, _ = parts_of(c)
+    return whole + part
+
+
+def times(c: Decimal, x: str) -> list[tuple[bool, str]]:
+    """c x of a 64-bit x: whole times of it, and a part by a shift, or by its high and its low word"""
+    whole, part, shift = parts_of(c)
+    if shift:
         terms = [(part < 0, f"({x} >> {shift})")]
     else:
-        word = rounded(abs(part) * TWO ** 32)
-        terms = [(part < 0, f"wide({word}, {x})")] if word else []
+        terms = [(part < 0, f"wide({rounded(abs(part) * TWO ** 32)}, {x})")] if part else []
     if whole:
         terms.insert(0, (whole < 0, x if abs(whole) == 1 else f"{abs(whole)} * {x}"))
     return terms

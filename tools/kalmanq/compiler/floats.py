@@ -95,6 +95,10 @@ class Floats:
         """The largest word of a measurement (z) or a control (u)"""
         return literal(Decimal(span))
 
+    def end(self, which: str, j: int, span: float) -> float:
+        """What the largest word is of"""
+        return float(np.float32(span))
+
     def is_outside(self, value: str, limit: str) -> str:
         return f"!({value} >= -{limit} && {value} <= {limit})"
 

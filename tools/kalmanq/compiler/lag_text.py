@@ -43,10 +43,11 @@ def struct(plan: Plan) -> list[str]:
 def calls(plan: Plan) -> list[str]:
     if not plan.lag:
         return []
+    since = f"settled for {plan.lag} samples" if plan.carries_covariance else \
+        f"given {plan.forgets + plan.lag} samples in a row"
     lines = ["/** Before the first sample. */", f"void {plan.name}_lag_start({plan.name}_lag *l);", "",
              "/** After each step, update and predict of a missing sample: 1 where the filter has been",
-             f" *  settled for {plan.lag} samples, so that the mean {plan.lag} samples ago is given all up to now; "
-             "else 0. */",
+             f" *  {since}, so that the mean {plan.lag} samples ago is given all up to now; else 0. */",
              f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f);", ""]
     for i, state in enumerate(plan.subject.states):
         type_, text = plan.subject.mean.lagged(i, f"l->x_{state}_{plan.lag}")
@@ -71,8 +72,10 @@ def step(plan: Plan) -> list[str]:
                 change = change + Sum.named(f"f->y_{measured}") * steady[k - 1][i, j]
             lines.append(f"l->x_{state}_{k} = {s.mean.corrected(i, f'l->x_{state}_{k - 1}', change)};")
     lines += [f"l->x_{state}_0 = {s.mean.whole(i)};" for i, state in enumerate(s.states)]
-    unsettled = f"f->rows != {plan.rows if plan.carries_covariance else plan.min_run}"
+    full, count = (plan.rows, plan.lag) if plan.carries_covariance else \
+        (plan.min_run, plan.forgets + plan.lag - plan.min_run)
+    unsettled = f"f->rows != {full}"
     return function(f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f)", [
-        *lines, f"if ({unsettled}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {plan.lag}) {{", "    l->rows++;",
+        *lines, f"if ({unsettled}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {count}) {{", "    l->rows++;",
         "}",
-        f"return l->rows > {plan.lag};"])
+        f"return l->rows > {count};"])

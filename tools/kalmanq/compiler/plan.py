@@ -41,6 +41,7 @@ class Plan:
     partial: bool = False  # samples of some components
     nis: bool = False
     lag: int = 0  # samples
+    forgets: int = 0  # samples in a row, after which a constant gain's mean is the optimal one
 
     @property
     def type(self) -> str:

@@ -23,9 +23,11 @@ SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled
 MOST_ROWS = {"f32": 2000, "q31": 200}  # to settle; q31's ranges are sums over all ways there
 QUICK_ROWS = 60  # to settle, where a plan in q31 takes a second or two
 MOST_GAP = 250
+MOST_TO_FORGET = 60_000  # rows, which a lag counts in 16 bits
 MOST_MEMORY = 500_000_000  # bytes of the search
 MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
 RECORD = 2000  # rows that are tried
+RECORDS = 10  # of so many rows in all, at the ends of ranges
 START = "what is better known at first (P0)"  # a cure
 FORMS = {"f32": (forms.Covariance, forms.PlainCovariance, Root), "q31": (forms.Covariance,)}
 
@@ -56,7 +58,8 @@ class Proof:
     found: dict[str, Found]
     track: Track
     means: Optional[classes.Means]
-    rounding: Optional[float] = None  # of a mean in sigma, where states of f32 are at their ranges
+    rounding: float  # of a settled mean in sigma, where states and innovations are at their ranges: a bound
+    ends: Optional[Track] = None  # the worst at the ends of the ranges, where there are ranges
     losses: Optional[tuple[float, float]] = None  # of a constant gain: of sigma, at the start and after gaps
 
     @property
@@ -142,7 +145,7 @@ class Maker:
         try:
             return exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP, most)
         except KalmanqError as problem:
-            cure = f"f32 takes {MOST_ROWS['f32']}, a larger Q settles sooner" if self.wanted.arithmetic == "q31" else \
+            cure = f"a larger Q settles sooner; f32 may do, with up to {MOST_ROWS['f32']}" if self.wanted.arithmetic == "q31" else \
                 "a larger Q settles sooner, or kalmanq design"
             raise KalmanqError(f"{problem}: {cure}") from None
 
@@ -188,42 +191,53 @@ class Maker:
         return Plan(
             self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
             self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
-            most=[one or 1e30 for one in ranges],
-            pushes=[one.range or 1.0 for one in self.model.controls], stops=stops, partial=self.wanted.partial,
+            most=[subject.words.end("z", j, one) if one else 1e30 for j, one in enumerate(ranges)],
+            pushes=[subject.words.end("u", k, one.range) if one.range else 1.0
+                    for k, one in enumerate(self.model.controls)], stops=stops, partial=self.wanted.partial,
             nis=self.wanted.nis, lag=self.wanted.lag)
 
     def of_constant_gain(self) -> tuple[Plan, Proof]:
         plan = self.plan(forms.ConstantGain(), self.subject)
+        if self.wanted.lag:
+            plan = replace(plan, forgets=max(self.rows, classes.rows_to_forget(self.of, self.settled, self.gaps.max_gap,
+                                                                              MOST_TO_FORGET)))
         with Runner(plan) as runner:
-            track = runner.record(RECORD, self.gaps.max_gap)
+            track, ends = self._records(runner)
         self._judge_means(track)
         loss = classes.losses(self.of, self.settled, self.rows, self.gaps.max_gap)
-        return plan, Proof({}, track, self.means, self._rounding(), loss)
+        return plan, Proof({}, track, self.means, self._rounding(), ends, loss)
 
     def proven(self, form: Any) -> tuple[Plan, Proof]:
         plan = self.plan(form, self.subject)
-        found, track = self._run(plan)
+        found, track, ends = self._run(plan)
         all_found = {"": found}
         if self.wanted.arithmetic == "f32":
-            fused, _ = self._run(self.plan(form, self._floats(True)))
+            fused, *_ = self._run(self.plan(form, self._floats(True)))
             all_found = {"products rounded": found, "fused multiply-add": fused}
         for how, one in all_found.items():
             self._judge(one, how)
         self._judge_means(track)
         return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, self.means,
-                                                                     self._rounding())
+                                                                     self._rounding(), ends)
 
-    def _rounding(self) -> Optional[float]:
-        if self.wanted.arithmetic == "q31":
-            return None
-        return rounding.of_means(self.model, self.of, self.settled)
+    def _rounding(self) -> float:
+        if self.means is None:
+            return rounding.of_floats(self.model, self.of, self.settled)
+        return rounding.of_words(self.model, self.of, self.settled, self.subject.words.formats, self.means)
 
-    def _run(self, plan: Plan) -> tuple[Found, Track]:
+    def _records(self, runner: Runner) -> tuple[Track, Optional[Track]]:
+        """Of what is drawn of the model; the worst of several at the ends of the ranges"""
+        gap = self.gaps.max_gap
+        seeds = range(1, 1 + RECORDS) if all(runner.plan.doors) else ()
+        ends = [runner.record(RECORD // RECORDS, gap, ends=seed) for seed in seeds]
+        return runner.record(RECORD, gap), max(ends, key=lambda one: one.worst, default=None)
+
+    def _run(self, plan: Plan) -> tuple[Found, Track, Optional[Track]]:
         entries = self.of.n * (self.of.n + 1) // 2
         limit = MOST_MEMORY // (16 * entries + 8 * entries + 48 * self.of.n + 64)
         try:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
-                return runner.search(limit), runner.record(RECORD, self.gaps.max_gap)
+                return (runner.search(limit), *self._records(runner))
         except Overflow:
             raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
                             "covariance settles to", START) from None
@@ -254,10 +268,12 @@ class Maker:
         if not plan.subject.words.is_fixed:
             return {}
         made = {}
+        weighed = [f"n_{measured}" for measured in plan.subject.measurements]  # 0 in a search: it measures nothing
         for place, (least, greatest) in zip(probes_of(replace(plan, probes=True)), found.ranges):
             if max(-least, greatest) > 2**31 - 1:
                 raise NotProven(f"a word overflows: {place.split()[-1]}")
-            made[place] = self._range(plan, place, least, greatest)
+            if place.split()[-1] not in weighed:
+                made[place] = self._range(plan, place, least, greatest)
         return made
 
     def _range(self, plan: Plan, place: str, least: int, greatest: int) -> str:

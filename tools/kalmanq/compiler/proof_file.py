@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import decimal
 
+import numpy as np
+
 from kalmanq.compiler import costs
-from kalmanq.compiler.product import MARGIN, RECORD, Product, ram_of
+from kalmanq.compiler.product import MARGIN, RECORD, RECORDS, Product, ram_of
 from kalmanq.compiler.rounding import FAR
 from kalmanq.costs import CORES
 from kalmanq.designs import TOLERABLE
+
+FEW = 3  # sigma
 
 
 def lines_of_class(product: Product) -> list[str]:
@@ -30,7 +34,8 @@ def remarks(product: Product) -> list[str]:
         lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the "
                      f"least scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
     lines += [f"Means within {proof.track.worst:.1e} sigma over {record(product)}.",
-              *(f"A float has 24 bits: {one}." for one in large_states(product))]
+              *(f"{what[0].upper()}{what[1:]}: {said}." for what, said in at_their_ranges(product)),
+              *(f"{one}." for one in narrow_ranges(product))]
     lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
     return [*lines, "", *flags(product)]
 
@@ -39,15 +44,33 @@ def record(product: Product) -> str:
     return f"{RECORD} rows of the damped model{' with gaps' if product.plan.max_gap else ''}"
 
 
-def large_states(product: Product) -> list[str]:
-    """f32: what rounding costs where states are large"""
-    loss, model = product.proof.rounding, product.model
-    if loss is None:
-        return []
-    where = "states at their ranges" if all(one.range for one in model.states) else \
-        f"states at their ranges, or {FAR} sigma where they have none"
-    cure = f"; more than {TOLERABLE:.0e}: smaller ranges, or q31" if loss > TOLERABLE else ""
-    return [f"{no_less(loss)} sigma of a settled mean at most, {where}{cure}"]
+def at_their_ranges(product: Product) -> list[tuple[str, str]]:
+    """What words cost where states and innovations are large, and what that is"""
+    proof, model, is_float = product.proof, product.model, product.wanted.arithmetic == "f32"
+    where = "any measurements and controls within their ranges"
+    if is_float:
+        where = "states and innovations at their ranges"
+        where += "" if all(one.range for one in model.states) else f", or {FAR} sigma where they have none"
+    lines = [("a float has 24 bits" if is_float else "words of coefficients",
+              f"{no_less(proof.rounding)} sigma of a settled mean at most, {where}"
+              f"{_cure(proof.rounding, 'smaller ranges, or q31' if is_float else 'smaller ranges')}")]
+    if proof.ends:
+        lines.append(("at the ends of ranges", f"means {proof.ends.worst:.1e} sigma over {RECORDS} records of "
+                      f"{RECORD // RECORDS} rows of measurements and controls there, rows before the covariance has "
+                      f"settled among them{_cure(proof.ends.worst, 'smaller ranges')}"))
+    return lines
+
+
+def _cure(loss: float, cure: str) -> str:
+    return f"; more than {TOLERABLE:.0e}: {cure}" if loss > TOLERABLE else ""
+
+
+def narrow_ranges(product: Product) -> list[str]:
+    """Measurements that will be refused however well the filter knows the states"""
+    sigmas = [float(value.sqrt()) for value in np.diag(product.plan.settled.variance)]
+    return [f"range of {one.name}: {one.range:g} is less than {FEW:g} sigma of its innovation, {FEW * sigma:.3g}: what "
+            "is beyond is refused at run time" for one, sigma in zip(product.model.measurements, sigmas)
+            if one.range and one.range < FEW * sigma]
 
 
 def no_less(value: float) -> str:
@@ -91,7 +114,8 @@ def proof_text(product: Product) -> str:
                         " (on every core)"))
     lines += [f"means                        {proof.track.worst:.1e} sigma at most over {record(product)}, "
               f"{proof.track.last:.1e} settled",
-              *(f"a float has 24 bits          {one}" for one in large_states(product)),
+              *(f"{what:<28} {said}" for what, said in at_their_ranges(product)),
+              *narrow_ranges(product),
               f"RAM                          {ram_of(plan)} bytes", ""]
     lines += [*means(product), *costs_of(product)]
     lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]

@@ -2,7 +2,8 @@
  * Runs a compiled filter beside an exact one on the host.
  *
  *     search LIMIT               every covariance that the filter can come to, whatever samples are missing
- *     run ROWS LONGEST PRINTS    one record with gaps: errors of means; the words that come of it
+ *     run ROWS LONGEST PRINTS ENDS    one record with gaps, of what is drawn, or, from a seed ENDS that is not 0, of
+ *         measurements and controls at the ends of their ranges: errors of means; the words that come of it
  *
  * subject.h has the filter, its model and the type exact (search.py writes it).  The exact filter has numbers of two
  * doubles, 106 bits; compiled without contraction it is the same on every host.
@@ -411,6 +412,13 @@ static double seen(const double *truth, int j)
     return value;
 }
 
+/* An end of a range, the same one for some rows */
+static double end_of(double most, double *side)
+{
+    if (uniform() > 0.5) *side = -*side;
+    return *side * most;
+}
+
 /* By what a record is made smaller to be within the ranges */
 static double shrinking(long rows)
 {
@@ -427,11 +435,12 @@ static double shrinking(long rows)
     return share;
 }
 
-static void measure(reference *f, const double *truth, double share, unsigned present, subject_word *z)
+static void measure(reference *f, const double *truth, double share, double *sides, unsigned present, subject_word *z)
 {
     exact values[M];
     for (int j = 0; j < M; j++) {
-        const double value = share * seen(truth, j) + sqrt(model_R[j].high) * normal();
+        const double value = sides ? end_of(most_of[j], &sides[j])
+                                   : share * seen(truth, j) + sqrt(model_R[j].high) * normal();
         z[j] = subject_measured(j, within(value, most_of[j]));
         values[j] = (exact){subject_value(j, z[j]), 0};
     }
@@ -467,15 +476,16 @@ static void print_row(unsigned present, const subject_word *u, const subject_wor
     printf("\n");
 }
 
-static int run(long rows, int longest, bool prints)
+static int run(long rows, int longest, bool prints, int ends)
 {
     subject f;
     reference exactly;
     track t = {0, 0, 0};
     int missing = 0, measured = 0;
-    double truth[N];
-    const double share = shrinking(rows);
-    state = 1; /* the same numbers once more */
+    double truth[N], sides[M + L];
+    for (int k = 0; k < M + L; k++) sides[k] = 1;
+    const double share = ends ? 1 : shrinking(rows);
+    state = ends ? (unsigned)ends : 1; /* the same numbers once more */
     begin(truth);
     memset(&f, 0, sizeof f);
     subject_begin(&f);
@@ -484,7 +494,7 @@ static int run(long rows, int longest, bool prints)
         subject_word z[M + 1] = {0}, u[L + 1] = {0};
         exact u_of[L + 1];
         for (int k = 0; k < L; k++) {
-            u[k] = subject_control(k, control_of[k] * uniform());
+            u[k] = subject_control(k, ends ? end_of(control_of[k], &sides[M + k]) : control_of[k] * uniform());
             u_of[k] = (exact){subject_control_value(k, u[k]), 0};
         }
         if (row > 0) move(truth, u_of);
@@ -498,7 +508,7 @@ static int run(long rows, int longest, bool prints)
             predict_mean(&exactly, u_of);
             predict_covariance(&exactly);
         }
-        if (present) measure(&exactly, truth, share, present, z);
+        if (present) measure(&exactly, truth, share, ends ? sides : NULL, present, z);
         if (row == 0) subject_update_by(&f, z);
         else if (present == 0) subject_predict_by(&f, u);
         else subject_step_by(&f, u, z, present);
@@ -513,6 +523,8 @@ static int run(long rows, int longest, bool prints)
 int main(int count_of_words, char **words)
 {
     if (count_of_words == 3 && !strcmp(words[1], "search")) return search(atol(words[2]));
-    if (count_of_words == 5 && !strcmp(words[1], "run")) return run(atol(words[2]), atoi(words[3]), atoi(words[4]));
+    if (count_of_words == 6 && !strcmp(words[1], "run")) {
+        return run(atol(words[2]), atoi(words[3]), atoi(words[4]), atoi(words[5]));
+    }
     return 2;
 }

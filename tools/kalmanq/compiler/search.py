@@ -19,6 +19,7 @@ from kalmanq.compiler.header import header
 from kalmanq.compiler.plan import Plan
 from kalmanq.compiler.text import code, probes_of
 from kalmanq.errors import KalmanqError
+from kalmanq.files import telling_where
 
 SEARCH = Path(__file__).with_name("search.c")
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
@@ -57,14 +58,15 @@ class Runner:
 
     def __init__(self, plan: Plan):
         self.plan = plan
-        self.folder = Path(tempfile.mkdtemp(prefix="kalmanq-compile-"))
 
     def __enter__(self) -> Runner:
         name = self.plan.name
-        for file, text in ((f"{name}.c", code(self.plan)), (f"{name}.h", header(self.plan)),
-                           ("subject.h", subject(self.plan))):
-            (self.folder / file).write_text(text, encoding="utf-8")
+        texts = {f"{name}.c": code(self.plan), f"{name}.h": header(self.plan), "subject.h": subject(self.plan)}
+        self.folder = Path(tempfile.mkdtemp(prefix="kalmanq-compile-"))
         try:
+            with telling_where(self.folder):
+                for file, text in texts.items():
+                    (self.folder / file).write_text(text, encoding="utf-8")
             self._compile([str(self.folder / f"{name}.c"), str(SEARCH)])
         except BaseException:
             self.__exit__()
@@ -84,8 +86,9 @@ class Runner:
     def search(self, limit: int) -> Found:
         return Found(**json.loads(self._run("search", str(limit))))
 
-    def record(self, rows: int, longest: int, prints: bool = False) -> Track:
-        lines = self._run("run", str(rows), str(longest), str(int(prints))).splitlines()
+    def record(self, rows: int, longest: int, prints: bool = False, ends: int = 0) -> Track:
+        """ends: a seed, of measurements and controls at the ends of their ranges"""
+        lines = self._run("run", str(rows), str(longest), str(int(prints)), str(ends)).splitlines()
         return Track(**json.loads(lines[-1]), lines=lines[:-1])
 
     def _run(self, *words: str) -> str:
