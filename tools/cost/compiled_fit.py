@@ -4,8 +4,8 @@
     compiled_fit.py FOLDER --fit FITTED.csv... --check CHECKED.csv... -o costs.csv
 
 tests/desk/compiled_plans.py has written FOLDER, with the operations of each filter, and compiled.py --csv what was
-measured of FOLDER/fit and of FOLDER/check.  Printed: the worst differences for filters that were not fitted, with
-their names, of the five models and of random ones.
+measured of FOLDER/fit and of FOLDER/check.  Printed: how far off the sums are for those that were fitted, and for
+others, with the worst one's name, and for the five models.
 """
 
 from __future__ import annotations
@@ -72,15 +72,18 @@ def main(folder: Path = typer.Argument(...), fitted: list[Path] = typer.Option(.
     table, beside = [("core", "arithmetic", "level", "measure", "off", *kinds)], grouped(checked)
     for group, rows in sorted(grouped(fitted).items()):
         for measure in MEASURES:
-            factor = fit(*table_of(rows, told, measure, kinds), kinds)
+            X, y = table_of(rows, told, measure, kinds)
+            factor = fit(X, y, kinds)
+            most = np.abs(X @ factor / y - 1).max()
             X, y = table_of(beside[group], told, measure, kinds)
             off = X @ factor / y - 1
             worst = int(np.abs(off).argmax())
-            table.append((*group, measure, f"{math.ceil(100 * abs(off[worst])) / 100:.2f}",  # type: ignore[arg-type]
+            table.append((*group, measure,
+                          f"{math.ceil(100 * max(abs(off[worst]), most)) / 100:.2f}",  # type: ignore[arg-type]
                           *(f"{value:g}" if value else "" for value in factor)))
             five = max(abs(one) for one, row in zip(off, beside[group]) if row["name"].startswith("m"))
-            print(f"{' '.join(group)} {measure}: {len(rows)} fitted, {len(y)} checked: {100 * off.std():.1f} % rms, "
-                  f"{100 * off[worst]:+.1f} % at most ({beside[group][worst]['name']}), {100 * five:.1f} % of the five")
+            print(f"{' '.join(group)} {measure}: {len(rows)} fitted, {100 * most:.1f} % off at most; {len(y)} checked, "
+                  f"{100 * math.sqrt(np.mean(off**2)):.1f} % rms, {100 * off[worst]:+.1f} % at most ({beside[group][worst]['name']}), {100 * five:.1f} % of the five")
     write(out, "# factors of operations, fitted to emulated cores (tools/cost/compiled_fit.py)\n" + csv_text(table))
 
 

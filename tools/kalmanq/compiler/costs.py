@@ -1,8 +1,8 @@
 """What a compiled filter costs on a core: sums over the operations of its C, with factors that were measured.
 
 costs.csv has a row for each core, arithmetic, level and measure: the factors of operations.KINDS, which
-tools/cost/compiled_fit.py fits to filters on emulated cores, and how far off the sums were at most (`off`, a share) for
-filters that were not fitted.
+tools/cost/compiled_fit.py fits to filters on emulated cores, and how far off the sums were at most (`off`, a share),
+for those and for others.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Cost:
 
     @property
     def cells(self) -> list[str]:
-        return [f"{getattr(self, measure)} \u00b1{100 * self.off[measure]:.0f} %" for measure in MEASURES]
+        return [f"{getattr(self, measure)} ±{100 * self.off[measure]:.0f} %" for measure in MEASURES]
 
 
 @dataclass(frozen=True)

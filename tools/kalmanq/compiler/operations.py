@@ -11,7 +11,7 @@ import ast
 import re
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import Iterator, Optional
 
 FUNCTION = re.compile(r"^(?:NEVER_INLINE )?(?:static )?void (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
 SETTLED = re.compile(r"^    if \(rows >= \d+\) \{ /\* settled \*/\n(.*?)\n    \}\n", re.S | re.M)
@@ -84,7 +84,16 @@ class Counting:
         if not name:
             constant = isinstance(tree, ast.Constant)
             self.made["constant_stores" if constant else "wide_stores" if is_wide else "stores"] += 1
-        self.lines.append((name, list(dict.fromkeys(one.id for one in ast.walk(tree) if isinstance(one, ast.Name)))))
+        self.lines.append((name, list(dict.fromkeys(self._reads(tree)))))
+
+    def _reads(self, tree: ast.expr) -> Iterator[str]:
+        """Names, and constants by their digits: both want registers"""
+        for one in ast.walk(tree):
+            if isinstance(one, ast.Name):
+                yield one.id
+            elif isinstance(one, ast.Constant) and self._is_loaded(one.value):
+                self.loaded.add(repr(one.value))
+                yield repr(one.value)
 
     # ---- expressions: each is counted, and is of 64 bits or not
 
@@ -108,11 +117,14 @@ class Counting:
         return self._fixed(tree) if self.is_fixed else self._floating(tree)
 
     def _literal(self, value: float) -> None:
-        if self.is_fixed and abs(value) < SMALL:
+        if not self._is_loaded(value):
             return
         self.made["literals"] += 1
         self.made["new_literals"] += value not in self.constants
         self.constants.add(value)
+
+    def _is_loaded(self, value: float) -> bool:
+        return not self.is_fixed or abs(value) >= SMALL
 
     def _call(self, tree: ast.Call) -> bool:
         called, (first, *_) = tree.func.id, tree.args  # type: ignore[attr-defined]
@@ -152,7 +164,8 @@ class Counting:
         left, right = self._value(tree.left), self._value(tree.right)
         is_wide, sides = left or right, (tree.left, tree.right)
         if isinstance(tree.op, ast.Mult):
-            self.made["whole_wide" if is_wide else "whole"] += 1
+            by = tree.left.value  # type: ignore[attr-defined]
+            self.made["whole" if not is_wide else "whole_wide" if by & (by - 1) else "wide_shifts"] += 1
         elif not is_wide:
             self.made["sums"] += 1
         elif any(map(_is_constant, sides)):
