@@ -5,7 +5,8 @@
 
 tests/desk/compiled_plans.py has written FOLDER, with the operations of each filter, and compiled.py --csv what was
 measured of FOLDER/fit and of FOLDER/check.  Printed: how far off the sums are for those that were fitted, and for
-others, with the worst one's name, and for the five models.
+others, with the worst one's name, and for the five models.  What is farther off than MOST_OFF has no row: it is not
+estimated.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import csv
 import json
 import math
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Iterable
 
@@ -24,6 +26,7 @@ from scipy.optimize import nnls
 from outputs import csv_text, write
 
 DIGITS = 3
+MOST_OFF = 0.25
 MEASURES = ("two_calls", "step_settled", "flash")
 SPILLS = "spills"
 Row = dict[str, str]
@@ -65,6 +68,27 @@ def fit(X: np.ndarray, y: np.ndarray, kinds: list[str]) -> np.ndarray:
     return np.array([float(f"{value:.{DIGITS}g}") for value in best])
 
 
+@dataclass(frozen=True)
+class Off:
+    """How far sums are off what was measured, as shares: of filters that were fitted, and of others"""
+
+    fitted: np.ndarray
+    checked: np.ndarray
+    names: list[str]  # of the others
+
+    @property
+    def most(self) -> float:
+        return math.ceil(100 * max(np.abs(self.fitted).max(), np.abs(self.checked).max())) / 100
+
+    def told(self) -> str:
+        worst = int(np.abs(self.checked).argmax())
+        five = [abs(off) for off, name in zip(self.checked, self.names) if name.startswith("m")]
+        return (f"{len(self.fitted)} fitted, {100 * np.abs(self.fitted).max():.1f} % off at most; {len(self.checked)} "
+                f"checked, {100 * math.sqrt(np.mean(self.checked**2)):.1f} % rms, {100 * self.checked[worst]:+.1f} % at "
+                f"most ({self.names[worst]}), {100 * max(five):.1f} % of the five" +
+                ("" if self.most <= MOST_OFF else ": not estimated"))
+
+
 def main(folder: Path = typer.Argument(...), fitted: list[Path] = typer.Option(..., "--fit"),
          checked: list[Path] = typer.Option(..., "--check"), out: Path = typer.Option(..., "-o")) -> None:
     told = told_of(folder)
@@ -74,16 +98,12 @@ def main(folder: Path = typer.Argument(...), fitted: list[Path] = typer.Option(.
         for measure in MEASURES:
             X, y = table_of(rows, told, measure, kinds)
             factor = fit(X, y, kinds)
-            most = np.abs(X @ factor / y - 1).max()
-            X, y = table_of(beside[group], told, measure, kinds)
-            off = X @ factor / y - 1
-            worst = int(np.abs(off).argmax())
-            table.append((*group, measure,
-                          f"{math.ceil(100 * max(abs(off[worst]), most)) / 100:.2f}",  # type: ignore[arg-type]
-                          *(f"{value:g}" if value else "" for value in factor)))
-            five = max(abs(one) for one, row in zip(off, beside[group]) if row["name"].startswith("m"))
-            print(f"{' '.join(group)} {measure}: {len(rows)} fitted, {100 * most:.1f} % off at most; {len(y)} checked, "
-                  f"{100 * math.sqrt(np.mean(off**2)):.1f} % rms, {100 * off[worst]:+.1f} % at most ({beside[group][worst]['name']}), {100 * five:.1f} % of the five")
+            X_others, y_others = table_of(beside[group], told, measure, kinds)
+            off = Off(X @ factor / y - 1, X_others @ factor / y_others - 1, [row["name"] for row in beside[group]])
+            print(f"{' '.join(group)} {measure}: {off.told()}")
+            if off.most <= MOST_OFF:
+                table.append((*group, measure, f"{off.most:.2f}",
+                              *(f"{value:g}" if value else "" for value in factor)))
     write(out, "# factors of operations, fitted to emulated cores (tools/cost/compiled_fit.py)\n" + csv_text(table))
 
 

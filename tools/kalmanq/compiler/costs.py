@@ -2,7 +2,7 @@
 
 costs.csv has a row for each core, arithmetic, level and measure: the factors of operations.KINDS, which
 tools/cost/compiled_fit.py fits to filters on emulated cores, and how far off the sums were at most (`off`, a share),
-for those and for others.
+for those and for others.  A measure that has no row there is not estimated.
 """
 
 from __future__ import annotations
@@ -11,28 +11,30 @@ import csv
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
-from typing import Mapping
+from typing import Mapping, Optional
 
 from kalmanq.compiler.operations import KINDS, operations
 from kalmanq.compiler.plan import Plan
 from kalmanq.compiler.text import code
 
 MEASURES = ("two_calls", "step_settled", "flash")
+NOT_ESTIMATED = "not estimated"
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Instructions of a row in two calls before it has settled, of one step after; bytes of the file.  off: how far off
-    an estimate of each was at most, a share"""
+    """Instructions of a row in two calls before it has settled, of one step after; bytes of the file; None: not
+    estimated.  off: how far off an estimate of each was at most, a share"""
 
-    two_calls: int
-    step_settled: int
-    flash: int
+    two_calls: Optional[int]
+    step_settled: Optional[int]
+    flash: Optional[int]
     off: Mapping[str, float]
 
     @property
     def cells(self) -> list[str]:
-        return [f"{getattr(self, measure)} ±{100 * self.off[measure]:.0f} %" for measure in MEASURES]
+        return [f"{getattr(self, measure)} ±{100 * self.off[measure]:.0f} %" if measure in self.off else NOT_ESTIMATED
+                for measure in MEASURES]
 
 
 @dataclass(frozen=True)
@@ -57,9 +59,12 @@ def factors() -> Mapping[tuple[str, str, str, str], Factors]:
 def estimates(plan: Plan) -> dict[tuple[str, str], Cost]:
     """On the cores that were measured in its arithmetic, by core and level"""
     counted, arithmetic = operations_of(plan), "q31" if plan.subject.words.is_fixed else "f32"
-    known = {(core, level): {measure: factors()[core, of, level, measure] for measure in MEASURES}
-             for core, of, level, _ in factors() if of == arithmetic}
-    return {where: Cost(**{measure: round(sum(one * counted[measure][kind] for kind, one in factor.of.items()))
-                           for measure, factor in by.items()},
-                        off={measure: factor.off for measure, factor in by.items()})
-            for where, by in known.items()}
+    places = dict.fromkeys((core, level) for core, of, level, _ in factors() if of == arithmetic)
+    return {(core, level): _cost({measure: factors().get((core, arithmetic, level, measure)) for measure in MEASURES},
+                                 counted) for core, level in places}
+
+
+def _cost(by: Mapping[str, Optional[Factors]], counted: Mapping[str, Mapping[str, int]]) -> Cost:
+    sums = {measure: round(sum(one * counted[measure][kind] for kind, one in factor.of.items())) if factor else None
+            for measure, factor in by.items()}
+    return Cost(**sums, off={measure: factor.off for measure, factor in by.items() if factor})

@@ -26,7 +26,7 @@ WIDE = """\
 static inline int64_t wide(int32_t c, int64_t x)
 {
     uint32_t factor = (uint32_t)c;
-#if defined __GNUC__ && defined __arm__ && !defined __ARM_ARCH_6M__
+#if defined __GNUC__ && !defined __CC_ARM && defined __ARM_ARCH_ISA_THUMB && __ARM_ARCH_ISA_THUMB == 2
     /* One instruction; of a constant such as 0x33333333 gcc makes twenty, shifts and sums. */
     __asm__("" : "+r"(factor));
 #endif
