@@ -10,7 +10,9 @@ from typing import Any, Mapping, Optional
 from kalmanq.compiler import exact
 from kalmanq.compiler.costs import Cost, estimates
 from kalmanq.compiler.plan import Plan
-from kalmanq.compiler.product import MARGIN, NotSearched, Wanted, compiled, ram_of
+from kalmanq.compiler.product import MARGIN, NotSearched, Product, Wanted, compiled, ram_of
+from kalmanq.compiler.proof_file import large_states, no_less
+from kalmanq.designs import TOLERABLE
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -21,10 +23,16 @@ COLUMNS = ("arithmetic", "form", "instructions in two calls", "of a settled step
 
 @dataclass(frozen=True)
 class Error:
-    """mean: over a record with gaps, in sigma; covariance: what the proof promises, in sigma_i sigma_j"""
+    """mean: over a record with gaps, in sigma; covariance: what the proof promises, in sigma_i sigma_j; rounding: of
+    means in f32, at most, in sigma"""
 
     mean: float
     covariance: float
+    rounding: Optional[float]
+
+    @property
+    def cells(self) -> list[str]:
+        return [f"{self.mean:.1e}", no_less(self.covariance)]
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ class Offer:
     def cells(self, core: str) -> list[str]:
         """Under COLUMNS"""
         paid = self.costs[core].cells if core in self.costs else [""] * 3
-        known = [f"{one:.1e}" for one in (self.error.mean, self.error.covariance)] if self.error else [""] * 2
+        known = self.error.cells if self.error else [""] * 2
         return [self.arithmetic, self.state, *paid, str(ram_of(self.plan)) if self.plan else "", *known]
 
     def told(self, core: str) -> dict[str, Any]:
@@ -75,9 +83,19 @@ def _offer(model: Model, arithmetic: str, condition: str = "") -> Offer:
         return Offer(arithmetic, problem.plan, _costs(problem.plan), remark="; ".join(filter(None, (condition, said))))
     except KalmanqError as problem:
         return Offer(arithmetic, remark=f"refused: {problem}")
+    remark = "; ".join(filter(None, (condition, _warning(product))))
+    return Offer(arithmetic, product.plan, _costs(product.plan), _error(product), remark)
+
+
+def _error(product: Product) -> Error:
     proof = product.proof
-    return Offer(arithmetic, product.plan, _costs(product.plan),
-                 Error(proof.track.worst, MARGIN[arithmetic] * proof.worst.error), condition)
+    return Error(proof.track.worst, MARGIN[product.wanted.arithmetic] * proof.worst.error, proof.rounding)
+
+
+def _warning(product: Product) -> str:
+    """Where states are so large that a float's 24 bits are too few"""
+    loss = product.proof.rounding
+    return f"a float has 24 bits: {large_states(product)[0]}" if loss is not None and loss > TOLERABLE else ""
 
 
 def _costs(plan: Plan) -> dict[str, Cost]:

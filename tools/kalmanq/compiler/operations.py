@@ -19,11 +19,12 @@ LINE = re.compile(r"^\s*(?:const (float|int32_t|int64_t) (\w+)|f->(\w+)) = (.*);
 COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
 KINDS = (
-    "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors",
+    "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors", "stops",
     "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
     "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "whole", "whole_wide", "highs",
     "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", *(f"spills{k}" for k in REGISTERS))
 ROUTINES = ("product", "wide", "inverse")
+ARGUMENTS = {"f", "z", "u"}  # which point to words
 SMALL = 256  # constants below are part of an instruction
 
 
@@ -88,9 +89,11 @@ class Counting:
 
     def _reads(self, tree: ast.expr) -> Iterator[str]:
         """Names, and constants by their digits: both want registers"""
+        called = {one.func.id for one in ast.walk(tree) if isinstance(one, ast.Call)}  # type: ignore[attr-defined]
         for one in ast.walk(tree):
             if isinstance(one, ast.Name):
-                yield one.id
+                if one.id not in called | ARGUMENTS:
+                    yield one.id
             elif isinstance(one, ast.Constant) and self._is_loaded(one.value):
                 self.loaded.add(repr(one.value))
                 yield repr(one.value)
@@ -135,6 +138,10 @@ class Counting:
         if called == "inverse":
             self.made["divisions"] += 1
             return False
+        if called == "within":
+            self.made["stops"] += 1
+            self._value(tree.args[2])
+            return self._value(tree.args[1])
         if called == "product":
             self._product(first)
         else:  # wide, INT64_C
@@ -200,7 +207,7 @@ class Counting:
         begun: set[str] = set()
         count = 0
         for place, (made, reads) in enumerate(self.lines):
-            for name in (name for name in reads if name in uses and name != "z"):
+            for name in (name for name in reads if name in uses):
                 if name not in held and name in begun:
                     count += self._words(name)
                 begun.add(name)
