@@ -19,12 +19,14 @@ LINE = re.compile(r"^\s*(?:const (float|int32_t|int64_t) (\w+)|f->(\w+)) = (.*);
 COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
 KINDS = (
-    "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors", "stops",
-    "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
-    "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "whole", "whole_wide", "highs",
-    "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", *(f"spills{k}" for k in REGISTERS))
+    "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors",
+    "stops", "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
+    "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
+    "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse",
+    *(f"spills{k}" for k in REGISTERS))
 ROUTINES = ("product", "wide", "inverse")
 ARGUMENTS = {"f", "z", "u"}  # which point to words
+INLINED = 10  # calls of wide(): of more, gcc -Os makes a function
 SMALL = 256  # constants below are part of an instruction
 
 
@@ -39,6 +41,8 @@ def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]
     whole.update({f"has_{routine}": bool(re.search(rf"\b{routine}\(", text)) for routine in ROUTINES})
     made = {"two_calls": counted.get("predict", Counter()) + counted.get("update", Counter()),
             "step_settled": counted["step"], "flash": whole}
+    for one in made.values():
+        one["called_wide"] = one["wide"] * (whole["wide"] > INLINED)
     return {measure: {kind: int(one[kind]) if kind != "calls" else 1 for kind in KINDS}
             for measure, one in made.items()}
 
