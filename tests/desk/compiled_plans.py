@@ -11,10 +11,10 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Iterable, Iterator
 
 import numpy as np
-from compiled_models import five, kinematic, random_model
+from compiled_models import CORRELATED, five, kinematic, random_model
 
 from kalmanq import Model
 from kalmanq.compiler import exact, forms
@@ -28,6 +28,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Gaps
 
 FITTED, CHECKED = range(100, 160), range(25)  # seeds of random models
+FITTED_DOORS, CHECKED_DOORS = range(160, 176), range(25, 33)  # of those in f32 that have ranges, as all in q31 have
 ROOTS = 4  # each fourth of them as a square root, too
 AXES = ((1, 1), (1, 2), (1, 3), (2, 2), (3, 2), (2, 3), (3, 3), (3, 1))  # and order
 STEPS = (0.1, 0.25, 0.4)  # not that of the five
@@ -35,18 +36,32 @@ STEPS = (0.1, 0.25, 0.4)  # not that of the five
 
 def fitted(arithmetic: str) -> Iterator[tuple[str, Model, Any]]:
     for step in STEPS:
-        for axes, order in AXES:
-            for name, mixing in (("mixed", None), ("apart", np.eye(3)))[:1 if axes == 1 else 2]:
-                options = {} if mixing is None else {"mixing": mixing}
-                model = kinematic(axes, order, step, ranged=arithmetic == "q31", gaps=Gaps(2, 400), **options)
-                yield f"{name}_{axes}_{order}_{round(100 * step)}", model, forms.Covariance()
+        for name, model in kinematics(step, arithmetic == "q31"):
+            yield f"{name}_{round(100 * step)}", model, forms.Covariance()
     yield from random_ones(arithmetic, FITTED)
+    if arithmetic == "f32":
+        yield from with_doors(kinematics(STEPS[1], True), FITTED_DOORS)
 
 
 def checked(arithmetic: str) -> Iterator[tuple[str, Model, Any]]:
     for model in five(arithmetic == "q31"):
         yield model.name, model, forms.Covariance()
     yield from random_ones(arithmetic, CHECKED)
+    if arithmetic == "f32":
+        yield from with_doors(((model.name, model) for model in five(True)), CHECKED_DOORS)
+
+
+def kinematics(step: float, ranged: bool) -> Iterator[tuple[str, Model]]:
+    for axes, order in AXES:
+        for name, mixing in (("mixed", CORRELATED), ("apart", np.eye(3)))[:1 if axes == 1 else 2]:
+            yield f"{name}_{axes}_{order}", kinematic(axes, order, step, mixing, ranged=ranged, gaps=Gaps(2, 400))
+
+
+def with_doors(models: Iterable[tuple[str, Model]], seeds: range) -> Iterator[tuple[str, Model, Any]]:
+    for name, model in models:
+        yield f"{name}_doors", model, forms.Covariance()
+    for seed in seeds:
+        yield f"random{seed}_doors", random_model(seed, True), forms.Covariance()
 
 
 def random_ones(arithmetic: str, seeds: range) -> Iterator[tuple[str, Model, Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,9 @@ from typer.testing import CliRunner
 
 from kalmanq import Model, Quantity, command_line, model_file
 from kalmanq.commands import design, report
-from kalmanq.compiler import costs, offers
+from kalmanq.compiler import costs, forms, offers
 from kalmanq.compiler.proof_file import no_less
+from kalmanq.compiler.structure import Structure
 
 ARITHMETICS = ("f32", "q31")
 MEASURES = ("two_calls", "step_settled", "flash")
@@ -153,3 +155,12 @@ def test_what_is_not_estimated_has_no_figure(ordinary: Model, found: list[offers
     assert made["m3", "O2"].step_settled is None and set(made["m3", "O2"].off) == {"two_calls"}
     assert "not estimated" not in made["m3", "Os"].cells
     assert {core for core, _ in made} == {core for core, arithmetic, *_ in known if arithmetic == "f32"}
+
+
+def test_options_are_not_estimated(found: list[offers.Offer]) -> None:
+    """None was measured with them; what they add is a fifth to a half"""
+    for one in found:
+        assert one.plan and costs.estimates(one.plan)
+        gain = {"form": forms.ConstantGain(), "structure": Structure({})}
+        for option in ({"nis": True}, {"lag": 2}, {"partial": True}, gain):
+            assert costs.estimates(replace(one.plan, **option)) == {}

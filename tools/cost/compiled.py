@@ -72,7 +72,7 @@ def flash(written: Path) -> int:
 
 def naming(what: dict[str, Any]) -> str:
     name, word = what["name"], "float" if what["arithmetic"] == "f32" else "int32_t"
-    one = "1" if word == "float" else "1024"  # within any range
+    one = "0x1p-10f" if word == "float" else "1024"  # twelve of them are within any range
     u = f"static const {word} pushes[{what['l']}];" if what["l"] else ""
     predict, step = ("f, pushes", "f, pushes, z") if what["l"] else ("f", "f, z")
     return "\n".join([f'#include "{name}.h"', f"typedef {word} word;", f"#define FILTER {name}_filter",

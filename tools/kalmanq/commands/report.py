@@ -288,7 +288,8 @@ def _compiled(model: Model) -> list[str]:
             for offer in offers(model) for core in offer.costs or ("",)]
     return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors are those of its proof: of means "
                            "over a record with gaps, and of P over all that it can ever be. Behind each cost is how far "
-                           "off such estimates were at most, of 120 filters or so on an emulated core (gcc 12, -O2)."),
+                           "off such an estimate was at most, of more than 100 filters on that emulated core (gcc 12, "
+                           "-O2)."),
             page.table("Compiled for this model alone", ["core", *COLUMNS, "remark"], rows, text_columns=(1, 2, 9))]
 
 

@@ -57,7 +57,10 @@ def factors() -> Mapping[tuple[str, str, str, str], Factors]:
 
 
 def estimates(plan: Plan) -> dict[tuple[str, str], Cost]:
-    """On the cores that were measured in its arithmetic, by core and level"""
+    """On the cores that were measured in its arithmetic, by core and level; of no filter with options, since none was
+    measured"""
+    if plan.nis or plan.lag or plan.partial or not plan.carries_covariance:
+        return {}
     counted, arithmetic = operations_of(plan), "q31" if plan.subject.words.is_fixed else "f32"
     places = dict.fromkeys((core, level) for core, of, level, _ in factors() if of == arithmetic)
     return {(core, level): _cost({measure: factors().get((core, arithmetic, level, measure)) for measure in MEASURES},
