@@ -5,7 +5,8 @@
 
 FOLDER has NAME.c, NAME.h and NAME.json (`kalmanq compile --json`).  Printed, or written to OUT.csv: instructions of a
 row in two calls before and after the covariance has settled, of one step before and after, bytes of the whole file,
-of the filter, and of stack.  Where NAME.json has promises (`must`), what is measured has to be within them.
+of the filter, and of stack.  Where NAME.json has promises (`must`), what is measured has to be within them, and as near
+to its estimate as that says.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def flash(written: Path) -> int:
 
 def naming(what: dict[str, Any]) -> str:
     name, word = what["name"], "float" if what["arithmetic"] == "f32" else "int32_t"
-    one = "1" if word == "float" else "1024"  # within any range
+    one = "0x1p-10f" if word == "float" else "1024"  # twelve of them are within any range
     u = f"static const {word} pushes[{what['l']}];" if what["l"] else ""
     predict, step = ("f, pushes", "f, pushes, z") if what["l"] else ("f", "f, z")
     return "\n".join([f'#include "{name}.h"', f"typedef {word} word;", f"#define FILTER {name}_filter",
@@ -81,10 +82,15 @@ def naming(what: dict[str, Any]) -> str:
 
 
 def broken_promises(made: dict[str, Any], folder: Path) -> list[str]:
+    """What is dearer than it may be, and of those filters what is farther from its estimate than is said of it"""
     what = told(folder)
-    promised = what.get("must", {}).get(f"{made['core']} {made['level']}", {})
-    return [f"{made['name']} on {made['core']} -{made['level']}: {measure} {made[measure]}, at most {most}"
-            for measure, most in promised.items() if made[measure] > most]
+    promised, where = what.get("must", {}), f"{made['core']} {made['level']}"
+    broken = [f"{made['name']} on {where}: {measure} {made[measure]}, at most {most}"
+              for measure, most in promised.get(where, {}).items() if made[measure] > most]
+    expected = what.get("costs", {}).get(where, {}) if promised else {}
+    return broken + [f"{made['name']} on {where}: {measure} {made[measure]}, estimated as {expected[measure]}"
+                     for measure, off in expected.get("off", {}).items()
+                     if abs(expected[measure] - made[measure]) > off * made[measure]]
 
 
 def main(folders: list[Path] = typer.Argument(...), core: list[str] = typer.Option(["m4f"], "--core"),

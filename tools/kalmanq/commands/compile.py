@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rich.console import Console
 
 from kalmanq import model_file
 from kalmanq.c_source import WORDS, identifier
-from kalmanq.compiler.costs import operations
+from kalmanq.compiler.costs import estimates
 from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
 from kalmanq.compiler.proof_file import at_their_ranges, lines_of_class, losses, narrow_ranges, record
@@ -75,7 +75,7 @@ def _told(product: Product, written: list[Path]) -> dict:
         "rounding": proof.rounding, "ends": proof.ends.worst if proof.ends else None,
         "warnings": narrow_ranges(product),
         "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
-        "operations": operations(plan),
+        "costs": {f"{core} {level}": asdict(cost) for (core, level), cost in estimates(plan).items()},
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
         "files": [str(path) for path in written]}
 

@@ -7,14 +7,14 @@ import math
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Sequence
 
 from rich.console import Console
 from rich.table import Table
 
 from kalmanq import model_file, tables
 from kalmanq.c_source import WAYS, Source, identifier, source
-from kalmanq.compiler.offers import offers
+from kalmanq.compiler.offers import COLUMNS, Offer, offers
 from kalmanq.costs import CORES
 from kalmanq.designs import PARTS, Designs, Part, Way, design
 from kalmanq.errors import KalmanqError
@@ -43,10 +43,11 @@ def design_file(asked: Asked, console: Console) -> None:
     made = _designs(asked, model)
     chosen = made.chosen(asked.arithmetic, asked.way)
     written = _write(asked, made, chosen) if chosen and asked.out else []
+    compiled = offers(model, made.model)
     if asked.json:
-        print(json.dumps(_told(made, chosen, written), indent=2))
+        print(json.dumps(_told(made, compiled, chosen, written), indent=2))
     else:
-        _tell(made, chosen, written, console)
+        _tell(made, compiled, chosen, written, console)
     if not chosen:
         raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(asked, made)}")
 
@@ -103,7 +104,7 @@ def _remarks(made: Designs, chosen: Way) -> list[str]:
 # ------------------------------------------------------------------------------ what is told
 
 
-def _told(made: Designs, chosen: Optional[Way], written: list[Path]) -> dict:
+def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], written: list[Path]) -> dict:
     return {
         "model": made.model.name, "core": made.part.core, "flash": made.part.flash, "ram": made.part.ram,
         "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.controls)
@@ -113,8 +114,7 @@ def _told(made: Designs, chosen: Optional[Way], written: list[Path]) -> dict:
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost)} for one in made.ways],
-        "compiled": {one.arithmetic: asdict(one.cost) if one.cost else one.refused
-                     for one in offers(made.model, made.part.core)},
+        "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": [str(path) for path in written]}
 
@@ -131,15 +131,15 @@ def _formats(made: Designs) -> list[tuple[str, str, float, float]]:
     return rows
 
 
-def _tell(made: Designs, chosen: Optional[Way], written: list[Path], console: Console) -> None:
+def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], written: list[Path],
+          console: Console) -> None:
     console.print(f"{made.model.name} on {CORES[made.part.core]}, {made.part.flash // 1024} kB of flash and "
                   f"{made.part.ram / 1024:g} kB of RAM", markup=False)
     for note in made.notes:
         console.print(f"  {note}", markup=False)
     _tell_formats(made, console)
     _tell_ways(made, chosen, console)
-    for offer in offers(made.model, made.part.core):
-        console.print(f"  {offer.said}", markup=False)
+    _tell_compiled(made, compiled, console)
     for trial in made.trials.values():
         for warning in trial.warnings:
             console.print(f"  warning: {warning}", markup=False)
@@ -169,3 +169,15 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
                       str(one.cost.flash), str(one.cost.ram), str(one.cost.stack), "yes" if one.fits else "no",
                       f"{one.trial.worst.max(initial=0):.1e}")
     console.print(table)
+
+
+def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
+    table = Table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)",
+                  title_justify="left")
+    for one in compiled:
+        table.add_row(*one.cells(made.part.core))
+    console.print(table)
+    for one in compiled:
+        unpaid = [] if not one.plan or made.part.core in one.costs else ["its cost was not measured on this core"]
+        for remark in filter(None, (one.remark, *unpaid)):
+            console.print(f"  compiled in {one.arithmetic}: {remark}", markup=False)

@@ -14,6 +14,7 @@ from kalmanq import charts, costs, model_file, page, tables, verdict
 from kalmanq.campaigns import versions
 from kalmanq.charts import NARROW, Canvas, buckets_for, chart
 from kalmanq.commands.compare import compare
+from kalmanq.compiler.offers import COLUMNS, offers
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.filters import Smoother
@@ -273,13 +274,23 @@ def _costs(model: Model) -> str:
     rows = cost_rows(model)
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
-                                        "`kalmanq design` says which way to run it is best on one of them, and "
-                                        "`kalmanq compile` writes C for this model alone, which takes a tenth of it."),
+                                        "`kalmanq design` says which way to run it is best on one of them."),
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
             [[one.core, one.arithmetic, *map(str, one[2:])] for one in rows],
-            text_columns=(1,)), name="costs")
+            text_columns=(1,)), *_compiled(model), name="costs")
+
+
+def _compiled(model: Model) -> list[str]:
+    """What kalmanq compile would write, on the cores where it was measured; of what is refused, why"""
+    rows = [[costs.CORES.get(core, ""), *offer.cells(core), offer.remark]
+            for offer in offers(model) for core in offer.costs or ("",)]
+    return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors are those of its proof: of means "
+                           "over a record with gaps, and of P over all that it can ever be. Behind each cost is how far "
+                           "off such an estimate was at most, of more than 100 filters on that emulated core (gcc 12, "
+                           "-O2)."),
+            page.table("Compiled for this model alone", ["core", *COLUMNS, "remark"], rows, text_columns=(1, 2, 9))]
 
 
 def _model(model: Model, asked: Asked) -> str:

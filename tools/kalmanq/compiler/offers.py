@@ -1,44 +1,103 @@
-"""What compiling a model would cost on a core, without the proof: for kalmanq design and report."""
+"""A model compiled, as one of the ways to run it: what it costs on a core and how exact it is, or why it is refused.
+For kalmanq design and report, which write no file of it."""
 
 from __future__ import annotations
 
 import decimal
-from dataclasses import dataclass
-from typing import Optional
+from dataclasses import asdict, dataclass, field
+from typing import Any, Mapping, Optional
 
-from kalmanq.compiler import costs, exact
-from kalmanq.compiler.product import planned, ram_of
+from kalmanq.compiler import exact
+from kalmanq.compiler.costs import Cost, estimates
+from kalmanq.compiler.plan import Plan
+from kalmanq.compiler.product import MARGIN, NotSearched, Product, Wanted, compiled, ram_of
+from kalmanq.compiler.proof_file import large_states, no_less
+from kalmanq.designs import TOLERABLE
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+
+MOST = 30_000  # covariances that are searched: some seconds; counted, so that the answer is the same everywhere
+COLUMNS = ("arithmetic", "form", "instructions in two calls", "of a settled step", "flash", "RAM", "mean, sigma",
+           "P, sigma_i sigma_j")
+
+
+@dataclass(frozen=True)
+class Error:
+    """mean: over a record with gaps, in sigma; covariance: what the proof promises, in sigma_i sigma_j; rounding: of
+    means in f32, at most, in sigma"""
+
+    mean: float
+    covariance: float
+    rounding: Optional[float]
+
+    @property
+    def cells(self) -> list[str]:
+        return [f"{self.mean:.1e}", no_less(self.covariance)]
 
 
 @dataclass(frozen=True)
 class Offer:
-    """cost, ram (bytes): about; refused: why there are none"""
+    """plan: of the form that was proven, or of the one whose search was given up; costs: by core, at -O2; error: only
+    of a proven one; remark: why one of them is missing"""
 
     arithmetic: str
-    cost: Optional[costs.Cost] = None
-    ram: int = 0
-    refused: str = ""
+    plan: Optional[Plan] = None
+    costs: Mapping[str, Cost] = field(default_factory=dict)
+    error: Optional[Error] = None
+    remark: str = ""
 
     @property
-    def said(self) -> str:
-        if self.cost is None:
-            return f"compiled in {self.arithmetic} (kalmanq compile): {self.refused}"
-        return f"compiled in {self.arithmetic} (kalmanq compile): about {self.cost.two_calls} instructions a row, " \
-               f"{self.cost.step_settled} once settled, {self.cost.flash} bytes of flash, {self.ram} of RAM; its " \
-               "error is proven when it is compiled"
+    def state(self) -> str:
+        """Its form, or that there is none"""
+        return self.plan.form.name if self.plan else "refused"
+
+    def cells(self, core: str) -> list[str]:
+        """Under COLUMNS"""
+        paid = self.costs[core].cells if core in self.costs else [""] * 3
+        known = self.error.cells if self.error else [""] * 2
+        return [self.arithmetic, self.state, *paid, str(ram_of(self.plan)) if self.plan else "", *known]
+
+    def told(self, core: str) -> dict[str, Any]:
+        """For machines"""
+        return {"form": self.state, **(asdict(self.costs[core]) if core in self.costs else {}),
+                **({"ram": ram_of(self.plan)} if self.plan else {}),
+                **(asdict(self.error) if self.error else {}), "remark": self.remark}
 
 
-def offers(model: Model, core: str) -> list[Offer]:
-    """In the arithmetics that were measured on the core"""
-    return [_offer(model, core, arithmetic) for arithmetic in ("f32", "q31") if costs.is_measured(core, arithmetic)]
+def offers(model: Model, ranged: Optional[Model] = None) -> list[Offer]:
+    """ranged: the same with ranges that were chosen for it, which q31 takes"""
+    made = [_offer(model, "f32")]
+    chosen = ranged is not None and any(one.range is None for which in (model.measurements, model.controls)
+                                        for one in which)
+    if not chosen:
+        return [*made, _offer(model, "q31")]
+    assert ranged is not None
+    return [*made, _offer(ranged, "q31", "with the chosen ranges in the model file")]
 
 
-def _offer(model: Model, core: str, arithmetic: str) -> Offer:
+def _offer(model: Model, arithmetic: str, condition: str = "") -> Offer:
     try:
-        plan = planned(model, arithmetic)
+        product = compiled(model, Wanted(arithmetic, "filter"), MOST)
+    except NotSearched as problem:
+        said = f"errors not searched: {problem}; run kalmanq compile"
+        return Offer(arithmetic, problem.plan, _costs(problem.plan), remark="; ".join(filter(None, (condition, said))))
     except KalmanqError as problem:
-        return Offer(arithmetic, refused=str(problem))
+        return Offer(arithmetic, remark=f"refused: {problem}")
+    remark = "; ".join(filter(None, (condition, _warning(product))))
+    return Offer(arithmetic, product.plan, _costs(product.plan), _error(product), remark)
+
+
+def _error(product: Product) -> Error:
+    proof = product.proof
+    return Error(proof.track.worst, MARGIN[product.wanted.arithmetic] * proof.worst.error, proof.rounding)
+
+
+def _warning(product: Product) -> str:
+    """Where states are so large that a float's 24 bits are too few"""
+    loss = product.proof.rounding
+    return f"a float has 24 bits: {large_states(product)[0]}" if loss is not None and loss > TOLERABLE else ""
+
+
+def _costs(plan: Plan) -> dict[str, Cost]:
     with decimal.localcontext(exact.DIGITS):
-        return Offer(arithmetic, costs.estimate(plan, core, "O2"), ram_of(plan))
+        return {core: cost for (core, level), cost in estimates(plan).items() if level == "O2"}

@@ -12,7 +12,7 @@ from kalmanq.compiler.names import named
 from kalmanq.compiler.plan import Plan, bookkeeping
 from kalmanq.compiler.refusals import refuse
 from kalmanq.compiler.roots import Root
-from kalmanq.compiler.search import Found, Overflow, Runner, Track
+from kalmanq.compiler.search import Found, NoCompiler, Overflow, Runner, Track
 from kalmanq.compiler.structure import Structure, structure
 from kalmanq.compiler.text import probes_of
 from kalmanq.designs import TOLERABLE
@@ -21,7 +21,6 @@ from kalmanq.model import Model
 
 SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled
 MOST_ROWS = {"f32": 2000, "q31": 200}  # to settle; q31's ranges are sums over all ways there
-QUICK_ROWS = 60  # to settle, where a plan in q31 takes a second or two
 MOST_GAP = 250
 MOST_TO_FORGET = 60_000  # rows, which a lag counts in 16 bits
 MOST_MEMORY = 500_000_000  # bytes of the search
@@ -76,13 +75,14 @@ class Product:
     refused: list[Refused] = field(default_factory=list)
 
 
-def compiled(model: Model, wanted: Wanted) -> Product:
-    """The first form whose proof holds; KalmanqError with the figures of all that do not."""
+def compiled(model: Model, wanted: Wanted, most: Optional[int] = None) -> Product:
+    """The first form whose proof holds; KalmanqError with the figures of all that do not.  most: covariances, after
+    which the search is given up (NotSearched)"""
     with decimal.localcontext(exact.DIGITS):
         refuse(model, wanted.arithmetic)
         if wanted.partial and wanted.form == "gain":
             raise KalmanqError("--partial: a constant gain takes samples as a whole; leave out --form gain")
-        maker = Maker(model, wanted)
+        maker = Maker(model, wanted, most)
         refused: list[Refused] = []
         cures: dict[str, None] = {}
         if wanted.form == "gain":
@@ -101,12 +101,12 @@ def compiled(model: Model, wanted: Wanted) -> Product:
                          "may do")
 
 
-def planned(model: Model, arithmetic: str) -> Plan:
-    """What would be compiled, without a proof."""
-    with decimal.localcontext(exact.DIGITS):
-        refuse(model, arithmetic)
-        maker = Maker(model, Wanted(arithmetic, "filter"), quick=True)
-        return maker.plan(forms.Covariance(), maker.subject)
+class NotSearched(KalmanqError):
+    """The search of this plan was given up, or could not begin: nothing is known of its error."""
+
+    def __init__(self, said: str, plan: Plan):
+        super().__init__(said)
+        self.plan = plan
 
 
 class NotProven(KalmanqError):
@@ -124,8 +124,8 @@ class NotClosed(NotProven):
 class Maker:
     """A model in an arithmetic, from which plans of several forms are made."""
 
-    def __init__(self, model: Model, wanted: Wanted, quick: bool = False):
-        self.model, self.wanted = model, wanted
+    def __init__(self, model: Model, wanted: Wanted, most: Optional[int] = None):
+        self.model, self.wanted, self.most = model, wanted, most
         self.gaps = model.gaps
         self.of = exact.numbers(model, wanted.arithmetic == "f32")
         self.settled = exact.settled(self.of)
@@ -135,8 +135,6 @@ class Maker:
             raise KalmanqError("--partial: a sample in part is one of a gap, and the model declares none: give [gaps] "
                                "max_gap, or leave out --partial")
         self.rows = self._rows_to_settle(MOST_ROWS[wanted.arithmetic])
-        if quick and wanted.arithmetic == "q31" and self.rows > QUICK_ROWS:
-            raise KalmanqError(f"the covariance takes {self.rows} rows to settle; what it costs is known once compiled")
         self.min_run = min(max(self.gaps.min_run, 1), self.rows)
         self.means: Optional[classes.Means] = None
         self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
@@ -235,9 +233,15 @@ class Maker:
     def _run(self, plan: Plan) -> tuple[Found, Track, Optional[Track]]:
         entries = self.of.n * (self.of.n + 1) // 2
         limit = MOST_MEMORY // (16 * entries + 8 * entries + 48 * self.of.n + 64)
+        given_up = self.most is not None and self.most < limit
         try:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
-                return (runner.search(limit), *self._records(runner))
+                found = runner.search(self.most if given_up else limit)
+                if given_up and not found.closed:
+                    raise NotSearched(f"more than {self.most} covariances", plan)
+                return (found, *self._records(runner))
+        except NoCompiler as problem:
+            raise NotSearched(str(problem), plan) from None
         except Overflow:
             raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
                             "covariance settles to", START) from None

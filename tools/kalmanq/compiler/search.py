@@ -113,11 +113,15 @@ class Overflow(KalmanqError):
     """An integer was larger than its word."""
 
 
+class NoCompiler(KalmanqError):
+    """The proof cannot run."""
+
+
 def compiler() -> str:
     for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
         if name and shutil.which(name):
             return name
-    raise KalmanqError("the proof runs the filter on this machine and needs a C compiler (cc, gcc, clang or CC)")
+    raise NoCompiler("the proof runs the filter on this machine and needs a C compiler (cc, gcc, clang or CC)")
 
 
 # ------------------------------------------------------------------------------ subject.h
