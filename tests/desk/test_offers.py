@@ -1,4 +1,4 @@
-"""A compiled filter as one of the ways to run: design and report show what kalmanq compile proves, or why it does not."""
+"""A compiled filter as one of the ways to run: design and report show what kalmanq compile proves, or that it is refused."""
 
 from __future__ import annotations
 
