@@ -1,4 +1,4 @@
-"""A compiled filter as one of the ways to run: design and report show what kalmanq compile proves, or that it is refused."""
+"""A compiled filter as a way to run: design and report show what kalmanq compile proves, or why it refuses."""
 
 from __future__ import annotations
 
