@@ -1,4 +1,4 @@
-"""A compiled filter as one of the ways to run: design and report show what kalmanq compile proves, or why it does not."""
+"""A compiled filter as a way to run: design and report show what kalmanq compile proves, or why it refuses."""
 
 from __future__ import annotations
 
@@ -98,8 +98,8 @@ def test_design_and_report_show_it(ordinary: Model, found: list[offers.Offer], g
         assert "" not in cells and row_of(text, one.arithmetic) == cells
         assert " ".join(["Cortex-M4F", *cells, one.remark]).strip() in shown
     assert f"compiled in f32: {found[0].remark}" in " ".join(text.split()) and found[1].remark == ""
-    assert re.fullmatch(r"a float has 24 bits: \S+ sigma of a settled mean at most, states at their ranges; "
-                        r"more than 1e-03: smaller ranges, or q31", found[0].remark)
+    assert re.fullmatch(r"a float has 24 bits: \S+ sigma of a settled mean at most, states and innovations at their "
+                        r"ranges; more than 1e-03: smaller ranges, or q31", found[0].remark)
 
 
 def page_of(model: Model) -> str:

@@ -84,8 +84,8 @@ class Off:
         worst = int(np.abs(self.checked).argmax())
         five = [abs(off) for off, name in zip(self.checked, self.names) if name.startswith("m")]
         return (f"{len(self.fitted)} fitted, {100 * np.abs(self.fitted).max():.1f} % off at most; {len(self.checked)} "
-                f"checked, {100 * math.sqrt(np.mean(self.checked**2)):.1f} % rms, {100 * self.checked[worst]:+.1f} % at "
-                f"most ({self.names[worst]}), {100 * max(five):.1f} % of the five" +
+                f"checked, {100 * math.sqrt(np.mean(self.checked**2)):.1f} % rms, {100 * self.checked[worst]:+.1f} % "
+                f"at most ({self.names[worst]}), {100 * max(five):.1f} % of the five" +
                 ("" if self.most <= MOST_OFF else ": not estimated"))
 
 

@@ -11,8 +11,7 @@ from kalmanq.compiler import exact
 from kalmanq.compiler.costs import Cost, estimates
 from kalmanq.compiler.plan import Plan
 from kalmanq.compiler.product import MARGIN, NotSearched, Product, Wanted, compiled, ram_of
-from kalmanq.compiler.proof_file import large_states, no_less
-from kalmanq.designs import TOLERABLE
+from kalmanq.compiler.proof_file import no_less, warnings
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -23,12 +22,13 @@ COLUMNS = ("arithmetic", "form", "instructions in two calls", "of a settled step
 
 @dataclass(frozen=True)
 class Error:
-    """mean: over a record with gaps, in sigma; covariance: what the proof promises, in sigma_i sigma_j; rounding: of
-    means in f32, at most, in sigma"""
+    """mean: over a record with gaps, in sigma; covariance: what the proof promises, in sigma_i sigma_j; rounding: of a
+    settled mean at most, in sigma, and ends: of means over records, at the ends of ranges"""
 
     mean: float
     covariance: float
-    rounding: Optional[float]
+    rounding: float
+    ends: Optional[float]
 
     @property
     def cells(self) -> list[str]:
@@ -83,19 +83,14 @@ def _offer(model: Model, arithmetic: str, condition: str = "") -> Offer:
         return Offer(arithmetic, problem.plan, _costs(problem.plan), remark="; ".join(filter(None, (condition, said))))
     except KalmanqError as problem:
         return Offer(arithmetic, remark=f"refused: {problem}")
-    remark = "; ".join(filter(None, (condition, _warning(product))))
+    remark = "; ".join(filter(None, (condition, *warnings(product))))
     return Offer(arithmetic, product.plan, _costs(product.plan), _error(product), remark)
 
 
 def _error(product: Product) -> Error:
     proof = product.proof
-    return Error(proof.track.worst, MARGIN[product.wanted.arithmetic] * proof.worst.error, proof.rounding)
-
-
-def _warning(product: Product) -> str:
-    """Where states are so large that a float's 24 bits are too few"""
-    loss = product.proof.rounding
-    return f"a float has 24 bits: {large_states(product)[0]}" if loss is not None and loss > TOLERABLE else ""
+    return Error(proof.track.worst, MARGIN[product.wanted.arithmetic] * proof.worst.error, proof.rounding,
+                 proof.ends.worst if proof.ends else None)
 
 
 def _costs(plan: Plan) -> dict[str, Cost]:

@@ -65,6 +65,14 @@ def _cure(loss: float, cure: str) -> str:
     return f"; more than {TOLERABLE:.0e}: {cure}" if loss > TOLERABLE else ""
 
 
+def warnings(product: Product) -> list[str]:
+    """What may be too much: losses at the ends of ranges, ranges that are too narrow"""
+    proof = product.proof
+    losses_there = [proof.rounding, *([proof.ends.worst] if proof.ends else [])]
+    return [f"{what}: {said}" for (what, said), loss in zip(at_their_ranges(product), losses_there)
+            if loss > TOLERABLE] + narrow_ranges(product)
+
+
 def narrow_ranges(product: Product) -> list[str]:
     """Measurements that will be refused however well the filter knows the states"""
     sigmas = [float(value.sqrt()) for value in np.diag(product.plan.settled.variance)]
