@@ -68,7 +68,7 @@ static inline int state_is_finite(const num *x, const num *S, int n)
 
 /* Is there nothing to hold in what predict made of the root?  One sum tells it: an infinity or a NaN
    of a row is one of its diagonal too, as the row's norm. */
-KQ_KERNEL int root_is_within(const num *S, int n)
+KQ_INLINE int root_is_within(const num *S, int n)
 {
     num total = *S;
     KQ_UNROLL
@@ -81,7 +81,7 @@ KQ_KERNEL int root_is_within(const num *S, int n)
 
 /* What predict made of the state, held within the numbers.  A mean that leaves the numbers alone,
    driven out of them by a control, is met at the next update. */
-KQ_KERNEL unsigned state_held(num *x, num *S, int n)
+KQ_INLINE unsigned state_held(num *x, num *S, int n)
 {
     return KQ_MOSTLY(root_is_within(S, n)) ? 0 : state_hold(x, S, n);
 }

@@ -27,7 +27,7 @@ static inline int state_is_finite(const int32_t *x, const int32_t *S, int n)
     return 1;
 }
 
-KQ_KERNEL int root_is_within(const int32_t *S, int n)
+KQ_INLINE int root_is_within(const int32_t *S, int n)
 {
     int32_t top = lowest_exponent;
     KQ_UNROLL
@@ -35,7 +35,7 @@ KQ_KERNEL int root_is_within(const int32_t *S, int n)
     return top <= high_exponent - 32;
 }
 
-KQ_KERNEL unsigned state_held(int32_t *x, int32_t *S, int n)
+KQ_INLINE unsigned state_held(int32_t *x, int32_t *S, int n)
 {
     (void)x; /* held at its word by mean_advance */
     return root_is_within(S, n) ? 0 : KQ_EVENT_OVERFLOW;

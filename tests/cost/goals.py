@@ -85,7 +85,7 @@ WORST = (("m4f", "f32", 4.2), ("m3", "q31", 8), ("m0", "q31", 8))
 # and what is not reached yet
 NONLINEAR = ((6, 5900, 18000), (9, 10600, 38000))
 NONLINEAR_STACK = 700
-NONLINEAR_FLASH = (("extended", 720), ("points", 2620))
+NONLINEAR_FLASH = (("extended", 760), ("points", 2660))
 NONLINEAR_FLASH_AHEAD = (("extended", 700), ("points", 2500))
 
 
