@@ -428,7 +428,7 @@ static void an_increment_has_no_more_entries_than_both_have_states(void)
 /* As by kq_update: an event says it, and the measurements that follow bring the state back. */
 static void a_mean_that_has_left_the_numbers_is_held_by_the_next_update(void)
 {
-    const num most = N(sizeof(num) == 4 ? 0x1p127 : 0x1p1023), far[] = {most, 0}, z[] = {2, -4};
+    const num most = NUM_MAX / 2, far[] = {most, 0}, z[] = {2, -4};
     ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
     for (int k = 0; k < 3; k++) ASSERT_OK(K(move)(&track, far));
     TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));

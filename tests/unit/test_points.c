@@ -447,7 +447,7 @@ static void what_is_not_written_is_no_number(void)
 /* A bend whose square is no number makes no noise; one of 2^40 does. */
 static void what_bends_beyond_the_numbers_is_refused(void)
 {
-    const num most = N(sizeof(num) == 4 ? 0x1p60 : 0x1p500), still = N(0x1p40);
+    const num most = MOST_SIGMA, still = N(0x1p40);
     num far = 32 * most, beyond[] = {1, 0, most, 0};
     ASSERT_REFUSED(KQ_ERR_RANGE, K(update_points)(&track, &radar, spread, &far, KQ_POINTS_CENTRAL, work));
     for (int k = 0; k < 4; k++) E[k] = beyond[k];
