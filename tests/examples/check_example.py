@@ -12,9 +12,10 @@ import subprocess
 import sys
 
 import numpy as np
-from scipy.special import chdtri
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools/examples"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tools/examples"), str(ROOT / "tests/reference")]
+from nonlinear_models import chance_band  # noqa: E402
 from plot import KINDS, draw, quantities, read_run  # noqa: E402
 
 # The options that each is run with
@@ -22,9 +23,6 @@ OPTIONS = {"attitude": [[]], "battery": [[]], "gps_imu": [[], ["points"]],
            "range_bearing": [[], ["iterated"], ["points"], ["iterated", "sharp"]]}
 # Of what a sharp sensor says all the smoother has nothing to add.
 AS_GOOD = {("iterated", "sharp"): ("east_m", "north_m")}
-# NEES/n over K runs of n states is chi-square (n K) / (n K) at one step where all is linear.  The mean over the steps
-# varies less, so this band is on the safe side.  It is missed by chance once in a thousand times.
-CHANCE = 1e-3
 # The RMS of an axis, filter and smoother, of 100 runs of a prototype in NumPy with such an attitude.  Not all of its
 # settings are known, hence the tolerance.
 ATTITUDE = {("roll_deg", "pitch_deg", "yaw_deg"): (1.376, 0.930),
@@ -68,12 +66,10 @@ def check_rms(runs, name, options) -> list[str]:
     return faults
 
 
-def band(freedom: int) -> tuple[float, float]:
-    return chdtri(freedom, 1 - CHANCE / 2) / freedom, chdtri(freedom, CHANCE / 2) / freedom
-
-
 def check_nees(runs, name) -> list[str]:
-    low, high = band(len(quantities(runs[0])) * len(runs))
+    """NEES/n over K runs of n states is chi-square (n K) / (n K) at one step where all is linear.  The mean over the
+    steps varies less, so the band is on the safe side."""
+    low, high = chance_band(len(quantities(runs[0])) * len(runs))
     faults = []
     for kind in KINDS:
         value = np.mean([run[f"nees_{kind}"] for run in runs])

@@ -11,10 +11,9 @@ import ctypes
 import sys
 
 import numpy as np
-from scipy.special import chdtri
 
-from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing, jacobian, linearise_cubature,
-                              linearise_extended, run, unwrapped, wrapped)
+from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing, chance_band, jacobian,
+                              linearise_cubature, linearise_extended, run, unwrapped, wrapped)
 
 
 class Library:
@@ -229,11 +228,6 @@ def compare_sharp(path, runs, near=0.2):
     told = ", ".join(f"{name} {value:.3g}" for name, value in scores.items())
     print("sharp RangeBearing f64  smoothed NEES/n: " + told + ("" if good else "  BEYOND ITS LIMIT"))
     return not good
-
-
-def chance_band(freedom, chance=1e-3):
-    """Where a chi-square of so much freedom, divided by it, is but for that chance"""
-    return chdtri(freedom, 1 - chance / 2) / freedom, chdtri(freedom, chance / 2) / freedom
 
 
 def compare_passes(path, runs):

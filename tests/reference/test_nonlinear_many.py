@@ -13,8 +13,9 @@ import sys
 
 import numpy as np
 
-from nonlinear_models import CoordinatedTurn, FallingBody, UnivariateGrowth, linearise_cubature, linearise_extended, run
-from test_nonlinear import Iterated, Library, Run, chance_band, compare_sharp, nees, squares
+from nonlinear_models import (CoordinatedTurn, FallingBody, UnivariateGrowth, chance_band, linearise_cubature,
+                              linearise_extended, run)
+from test_nonlinear import Iterated, Library, Run, compare_sharp, nees, squares
 
 EXTENDED, POINTS = ("step_extended", linearise_extended), ("step_points", linearise_cubature)
 # The other program's RMS over 200 runs of its own: filter and smoother; six passes of the posterior linearisation
