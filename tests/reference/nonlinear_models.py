@@ -135,8 +135,8 @@ class UnivariateGrowth(Model):
 
 
 class FallingBody(Model):
-    """Altitude, speed, ballistic coefficient (Athans, Wishner and Bertolini 1968); ft, s; a radar's range.  The
-    literature's P0 of the coefficient is 1e-4; 1e-3 was chosen because the RMS of test_nonlinear_many.py come out by it."""
+    """Altitude, speed, ballistic coefficient (Athans, Wishner and Bertolini 1968); ft, s; a radar's range.
+    The literature's P0 of the coefficient is 1e-4; with 1e-3 the RMS are those of test_nonlinear_many.py."""
     steps, parts = 60, 64
 
     def __init__(self):
