@@ -221,7 +221,7 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  * states (Q = 0) it tells 1 / N after N of them: in f32 sigma is off by 0.4 % at N = 4e5, by 4 %
  * at 5e6 and by 16 % at 1.5e7; soon after it stays where it is, twice too large at N = 1e8.  In f64
  * that begins beyond 1e13.  Give such states a process noise, or use f64 or q31 (below).
- * Events: KQ_EVENT_RESOLUTION: this is so of a component, H P H' was within the last four bits of
+ * Events: KQ_EVENT_PRECISION: this is so of a component, H P H' was within the last four bits of
  * S.  KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 64 eps of
  * the terms that H x is the sum of, where a noise-free or very sharp measurement came before,
  * or 8 times the sigma that rounding has left in those terms of a noise-free component before it in
@@ -458,7 +458,7 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
  * for a mean rounded to 2^-24 word.  Choose formats whose last bit is not far above the sigmas: a
  * sigma below 2^-20 word is nothing to the mean.  A process noise below 2^-15 sigma of its state
  * is lost; a noise-free measurement counts as one of 2^-24 word in every state.  With Q = 0 sigma is
- * off by 0.2 % after 5e6 measurements and by 0.7 % after 2e7; KQ_EVENT_RESOLUTION: H P H' was within
+ * off by 0.2 % after 5e6 measurements and by 0.7 % after 2e7; KQ_EVENT_PRECISION: H P H' was within
  * the last six bits of S, which is from there on.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A
  * correlated R is decorrelated at every update.  One with R below 2^-8 S, and those that follow it, are

@@ -107,15 +107,14 @@ enum {
     KQ_EVENT_REJECTIONS = 32,
     /** A measurement was taken for a jump of the state: P was raised before it was taken. */
     KQ_EVENT_JUMP = 64,
-    /** A measurement said so little of the state, in the last bits of its innovation variance, that
-        rounding is a visible part of what P has got of it: P is no longer narrowed as it should be
-        (filter.h, kq_update).  Of no consequence where other measurements say more of the same
-        states.  Or a sharp one (kq_update) is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma
-        from its prediction: it contradicts what was known, and what is left of its variance, or what it
-        makes of other states, may be rounding. */
-    KQ_EVENT_RESOLUTION = 128,
+    /** Precision lost: a sigma may be wrong by more than 5 %, because what a measurement says of the state
+        is within the rounding of P (filter.h, kq_update). */
+    KQ_EVENT_PRECISION = 128,
     /** A measurement was not taken, because it is sharp and its sensor lean (KQ_SHARP). */
-    KQ_EVENT_SHARP = 256
+    KQ_EVENT_SHARP = 256,
+    /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma
+        from its prediction.  What it makes of other states may be rounding. */
+    KQ_EVENT_CONTRADICTION = 512
 };
 
 #ifdef __cplusplus

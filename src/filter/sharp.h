@@ -135,7 +135,7 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, careful_scalar *m, const 
     if (f->attached) f->attached->hooks->record_update(f, 0, w->f, m->r, m->e, m->s);
     likelihood_add(&f->last, scaled_times(m->e, m->w),
                    physical_variance(m->z->sensor, m->component, m->s));
-    if (contradicts(m)) f->events |= KQ_EVENT_RESOLUTION;
+    if (contradicts(m)) f->events |= KQ_EVENT_CONTRADICTION;
 }
 
 /* Takes a scalar measurement, given h, r and e, into the root, the likelihood and the history, and

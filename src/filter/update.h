@@ -55,7 +55,7 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     move_mean(f, gain, S, w, n);
     renormalise_if_strong(S, r, s, n);
     if (mode == MODE_BARE) return 1;
-    if (is_faint(r, s)) f->events |= KQ_EVENT_RESOLUTION;
+    if (is_faint(r, s)) f->events |= KQ_EVENT_PRECISION;
     likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
     return 1;
 }

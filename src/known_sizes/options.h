@@ -21,7 +21,7 @@
  * or-ed:
  *     KQ_FIXED_UPPER   A is upper triangular (kinematic models in the order position, velocity, ...)
  *     KQ_FIXED_BARE    no likelihood is kept: kq_nis, kq_taken and the log-likelihoods stay as they were;
- *                where the step is not left to the library (below) KQ_EVENT_RESOLUTION is not looked
+ *                where the step is not left to the library (below) KQ_EVENT_PRECISION is not looked
  *                for
  * Errors, a history that records, a correlated or noise-free R, an A or a number of controls that is
  * not what was said: the linked library's function takes the step, at its own cost, and answers.  So

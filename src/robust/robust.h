@@ -181,7 +181,7 @@ static void robust_tell(filter *f, const reading *z, const robust_scalar *m, sca
     const scaled nis = scaled_times(m->e, scaled_over(m->e, s));
     likelihood_add(&f->last, nis, physical_variance(z->sensor, m->component, s));
     if (scaled_is_less(num_tiny, r) || !scaled_is_less(num_most_sure, nis)) return;
-    f->events |= KQ_EVENT_RESOLUTION;
+    f->events |= KQ_EVENT_CONTRADICTION;
 }
 
 /* Takes it with a noise or a P of its own, and answers its weight. */
@@ -196,7 +196,7 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
         return zero;
     }
     const likelihood before = f->last;
-    const unsigned others = f->events | ~(unsigned)KQ_EVENT_RESOLUTION;
+    const unsigned others = f->events | ~(unsigned)KQ_EVENT_PRECISION;
     if (!take_scalar(f, z, m->component, m->h, m->selected, *m->noise, m->e, f->states,
                      MODE_GENERAL)) {
         take_with_care(f, z, m->component, m->h, m->e);

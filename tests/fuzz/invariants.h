@@ -136,7 +136,8 @@ static void check_readers(const kq_filter_q31 *f, int n)
 static void check_filter(const kq_filter_q31 *f)
 {
     const unsigned known = KQ_EVENT_SATURATED | KQ_EVENT_FLOOR | KQ_EVENT_HISTORY_FULL |
-                           KQ_EVENT_RESOLUTION | KQ_EVENT_OVERFLOW;
+                           KQ_EVENT_PRECISION | KQ_EVENT_CONTRADICTION |
+                           KQ_EVENT_OVERFLOW;
     const int n = f->states;
     kq_scaled_q31 P[KQ_SIZE_MAX * KQ_SIZE_MAX];
     demand(!(kq_events_q31(f) & ~known), "event", kq_events_q31(f));

@@ -243,7 +243,7 @@ template <class T> Figures run(const Data &data, double lambda)
         figures.add("residual", std::abs(fit.residual() - residual) / (1 + residual));
     }
     // after 100,000 rows one that says little says less than the root's last bits
-    const unsigned others = ~unsigned{KQ_EVENT_RESOLUTION};
+    const unsigned others = ~unsigned{KQ_EVENT_PRECISION};
     if ((kq::Api<T>::events(filter.get()) & others) != 0) figures.add("mean", NAN);
     return figures;
 }

@@ -130,7 +130,7 @@ void checkSound(Verdict &verdict, const Figures &figures, const std::string &nam
 {
     verdict.expect(figures.sound, name + ": a NaN or a negative sigma");
     // where R varies a measurement beside far better ones may say less than the root's last bits
-    verdict.expect((figures.events & ~static_cast<unsigned>(KQ_EVENT_RESOLUTION)) == 0,
+    verdict.expect((figures.events & ~static_cast<unsigned>(KQ_EVENT_PRECISION)) == 0,
                    name + ": an event was raised");
     verdict.expectAtLeast(figures.eigenvalue, -slack, name + ": smallest eigenvalue of P");
 }

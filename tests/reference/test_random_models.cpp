@@ -92,7 +92,7 @@ template <class T> class Comparison
             library_.predict(filter_.get(), step);
         }
         // a sensor that says little, beside better ones, is no defect
-        figures_.add("events", Api::events(filter_.get()) & ~unsigned{KQ_EVENT_RESOLUTION});
+        figures_.add("events", Api::events(filter_.get()) & ~unsigned{KQ_EVENT_PRECISION});
         return figures_;
     }
 

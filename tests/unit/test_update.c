@@ -737,8 +737,8 @@ static void a_noise_free_measurement_that_contradicts_is_an_event(void)
     static const num one[] = {1};
     TEST_ASSERT_EQUAL_HEX(0, events_at(1, one));
     TEST_ASSERT_EQUAL_HEX(0, events_at(4 * EPS, one));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_at(EPS / 16, one));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_at(EPS * EPS, one));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_at(EPS / 16, one));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_at(EPS * EPS, one));
 }
 
 static void events_stay_until_they_are_cleared(void)
@@ -773,8 +773,8 @@ static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
 {
     TEST_ASSERT_EQUAL_HEX(0, events_of_share(1));
     TEST_ASSERT_EQUAL_HEX(0, events_of_share(20 * EPS));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_of_share(12 * EPS));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_RESOLUTION, events_of_share(2 * EPS));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_share(12 * EPS));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_share(2 * EPS));
     TEST_ASSERT_EQUAL_HEX(0, events_of_share(0));
 }
 

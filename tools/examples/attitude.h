@@ -44,7 +44,7 @@ kq_status attitude_smooth(void);
 kq_status attitude_read_smoothed(size_t step, attitude *estimate,
                                  float P[ATTITUDE_STATES * ATTITUDE_STATES]);
 
-/** KQ_EVENT_... of the run and of the smoother: 0 is as it should be.  So is KQ_EVENT_RESOLUTION here: of a body that
+/** KQ_EVENT_... of the run and of the smoother: 0 is as it should be.  So is KQ_EVENT_PRECISION here: of a body that
  * is level the accelerometer's z says next to nothing, and x and y say it. */
 unsigned attitude_events(void);
 

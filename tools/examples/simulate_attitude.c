@@ -172,6 +172,6 @@ void simulate(uint64_t seed, int count, char **options)
         need(attitude_read_smoothed((size_t)t, &estimate, P), "attitude_read_smoothed");
         note_attitude(t, SMOOTHED, estimate, P);
     }
-    need_no_events(attitude_events() & ~(unsigned)KQ_EVENT_RESOLUTION); /* attitude.h */
+    need_no_events(attitude_events() & ~(unsigned)KQ_EVENT_PRECISION); /* attitude.h */
     print_records(names, N, seconds, rows, STEPS);
 }

@@ -23,8 +23,8 @@ ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are wa
 BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: it refuses less than 2^-16
 WORTH = 0.9  # fewer instructions than that share are worth more code
 START_UP = 1024  # bytes of flash that a program has beside all this
-WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_RESOLUTION | lib.KQ_EVENT_SHARP
-         | lib.KQ_EVENT_FLOOR)
+WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_PRECISION | lib.KQ_EVENT_SHARP
+         | lib.KQ_EVENT_FLOOR | lib.KQ_EVENT_CONTRADICTION)
 # kB of flash and RAM of a part as one would take it; --flash and --ram say otherwise
 PARTS = {"m0": (32, 4), "m3": (128, 20), "m4f": (256, 64), "m7": (512, 128), "m33": (256, 64), "rv32": (128, 32),
          "avr": (32, 2)}
