@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -75,6 +76,63 @@ def test_the_c_file_does_what_the_twin_does(make, arithmetic, library, tmp_path)
                         *map(str, sorted(library.glob(f"*_{arithmetic}.o"))), "-lm", "-o", str(folder / "run")],
                        check=True)
         assert subprocess.run([str(folder / "run")], capture_output=True, text=True).stdout == "the same words\n", way
+
+
+CONVERTED = """
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include "written.h"
+int main(int count, char **given)
+{
+    for (int k = 1; k < count; k++) {
+        const double value = strtod(given[k], 0);
+        const int32_t raw = WRITTEN_Z_POSITION_RAW(value), small = WRITTEN_TILT_RAW((float)value);
+        printf("%ld %ld %.17g %.17g\\n", (long)raw, (long)small, WRITTEN_Z_POSITION_VALUE(raw), WRITTEN_TILT_VALUE(small));
+    }
+    if (WRITTEN_Z_POSITION_RANGE != 500.0 || WRITTEN_TILT_RANGE != 0.1 || WRITTEN_U_PUSH_RANGE != 1e12) return 1;
+    int32_t z[WRITTEN_MEASUREMENTS] = {WRITTEN_Z_POSITION_RAW(NAN)}, u[WRITTEN_CONTROLS] = {WRITTEN_U_PUSH_RAW(0)};
+    if (written_init() || written_update(z, WRITTEN_ALL) != KQ_ERR_RANGE) return 2;
+    z[0] = WRITTEN_Z_POSITION_RAW(500.1);
+    if (written_update(z, WRITTEN_ALL) != KQ_ERR_RANGE) return 3;
+    z[0] = WRITTEN_Z_POSITION_RAW(100);
+    if (written_update(z, WRITTEN_ALL) || written_step(u, z, WRITTEN_ALL)) return 4;
+    return fabs(WRITTEN_POSITION_VALUE(kq_mean_q31(written_filter(), WRITTEN_POSITION)) - 100) < 1 ? 0 : 5;
+}
+"""
+
+
+@pytest.mark.parametrize("language, flags", [("c", STRICT), ("c++", [
+    "-std=c++11", *(flag for flag in STRICT if not flag.startswith("-std"))])])
+def test_values_in_units_and_back(language, flags, library, tmp_path):
+    """The header is C and C++; its macros round, saturate and have no undefined behaviour, at any fraction."""
+    model = Model(np.eye(2), [[1, 0]], 1, np.eye(2), B=[1, 0], P0=[1e4, 1], states=[
+        Quantity("position", range=1000), Quantity("tilt", range=0.1)], measurements=[Quantity("position", range=500)],
+        controls=[Quantity("push", range=1e12)], name="written")
+    parts = Parts(model, "q31")
+    made = source(parts, "lean")
+    assert min(parts.fractions("controls")) < 0 and max(parts.fractions("states")) > 31
+    (tmp_path / "written.h").write_text(made.header)
+    (tmp_path / "written.c").write_text(made.text)
+    (tmp_path / "main").write_text(CONVERTED)
+    subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-c", str(tmp_path / "written.c"), "-o",
+                    str(tmp_path / "written.o")], check=True)
+    subprocess.run(["c++" if language == "c++" else "cc", *flags, "-fsanitize=undefined", "-fno-sanitize-recover=all",
+                    f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-x", language, str(tmp_path / "main"), "-x", "none",
+                    str(tmp_path / "written.o"), *map(str, sorted(library.glob("*_q31.o"))), "-lm", "-o",
+                    str(tmp_path / "run")], check=True)
+    values = [0.0, 1.5, -499.999, 0.1, -1 / 3, 2.0**-40, -0.4999, 1e30, -1e30, math.inf, -math.inf, math.nan, 1e-300]
+    done = subprocess.run([str(tmp_path / "run"), *map(repr, values)], capture_output=True, text=True)
+    assert done.returncode == 0, (done.returncode, done.stderr)
+    end, no_word = 2**31 - 1, -(2**31)
+    for value, line in zip(values, done.stdout.splitlines()):
+        for k, fraction in ((0, parts.fractions("measurements")[0]), (1, parts.fractions("states")[1])):
+            given = float(np.float32(value)) if k else value
+            raw = int(line.split()[k])
+            exact = no_word if math.isnan(given) else max(-end, min(end, given * 2.0**fraction))
+            assert raw == exact or abs(raw - exact) <= 0.5, (value, line)
+            back = float(line.split()[2 + k])
+            assert math.isnan(back) if math.isnan(given) else back == raw * 2.0**-fraction
 
 
 def test_names_are_identifiers():
@@ -213,7 +271,7 @@ def test_a_model_without_ranges_is_no_fixed_point():
 
 
 @pytest.mark.parametrize("name, states", [
-    ("small", ["h", "v"]), ("kq", ["states", "v"]), ("t", ["x", "x_fraction"]), ("kalmanq/kalmanq", ["all", "b"]),
+    ("small", ["h", "v"]), ("kq", ["states", "v"]), ("t", ["x", "x_fraction"]), ("t", ["x_raw", "x"]), ("t", ["x_range", "x"]), ("kalmanq/kalmanq", ["all", "b"]),
     ("t", ["*/ int x; /*", "a??/"]), ("stdint", ["a\nb", "ß"]), ("while", ["", " "]), ("main", ["x", "X"])])
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_any_names_make_c(name, states, arithmetic, tmp_path):
