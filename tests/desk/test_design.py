@@ -106,7 +106,7 @@ int main(int count, char **given)
     "-std=c++11", *(flag for flag in STRICT if not flag.startswith("-std"))])])
 def test_values_in_units_and_back(language, flags, library, tmp_path):
     """The header is C and C++; its macros round, saturate and have no undefined behaviour, at any fraction."""
-    model = Model(np.eye(2), [[1, 0]], 1, np.eye(2), B=[1, 0], P0=[1e4, 1], states=[
+    model = Model(np.eye(2), [[1, 0]], 1, [1, 1e-6], B=[1e-10, 0], P0=[1e4, 1e-4], states=[
         Quantity("position", range=1000), Quantity("tilt", range=0.1)], measurements=[Quantity("position", range=500)],
         controls=[Quantity("push", range=1e12)], name="written")
     parts = Parts(model, "q31")
@@ -227,6 +227,28 @@ def test_estimates_are_near_what_was_measured():
 def test_the_stack_is_never_less_than_what_was_measured():
     for row in costs.measured():
         assert costs.deepest(row["core"], row["arithmetic"], row["way"], row) >= row["stack"]
+
+
+@pytest.mark.parametrize("core", sorted(PARTS))
+def test_the_flags_of_a_cost_are_those_it_was_measured_with(core):
+    described = subprocess.run(["sh", str(ROOT / "tests" / "target" / "cores.sh"), "describe", core, "gcc"], check=True,
+                               capture_output=True, text=True).stdout
+    of = dict(line.split("=", 1) for line in described.splitlines())
+    level = set() if core == "avr" else {"-O2"}
+    assert {*of["user_profile"].split(), "-ffp-contract=off", *level} == set(costs.flags(core).split())
+    assert set(of["profile"].split()) == {*of["user_profile"].split(), costs.COMPACT}
+    assert costs.include_path(core, "sizes").split() == [*([f"-Iport/{of['port']}"] if of["port"] else []), "-Iinclude",
+                                                         "-Isrc/known_sizes"]
+
+
+def test_every_estimate_says_its_flags(tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "-o", tmp_path)
+    printed, header = " ".join(done.stdout.split()), (tmp_path / "track.h").read_text()
+    comment = " ".join(header[: header.index("*/")].replace(" * ", " ").split())
+    for text in (printed, comment):
+        assert f"gcc {costs.flags('m3')}" in text and "-Iport/armv7m -Iinclude" in text and costs.COMPACT in text
+    told = json.loads(kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--json").stdout)
+    assert all(one["flags"] == costs.flags("m3") and one["include"].startswith("-Iport/armv7m") for one in told["ways"])
 
 
 # ------------------------------------------------------------------------------ the command

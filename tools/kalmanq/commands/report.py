@@ -275,6 +275,9 @@ def _costs(model: Model) -> str:
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
                                         "`kalmanq design` says which way to run it is best on one of them."),
+        page.paragraph(f"With gcc `{costs.flags('m3')}` (the library's files: `{costs.COMPACT}`, too; AVR: "
+                       "`-Os -mcall-prologues` for `-O2`) and the core's own folder of port/ first on the include path. "
+                       "Other flags cost more."),
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
