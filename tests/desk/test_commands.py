@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kalmanq import Filter, Smoother, model_file
+from kalmanq import Filter, LagSmoother, Smoother, model_file, pictures, tables
 
 EXAMPLES = Path(model_file.__file__).parent / "examples"
 NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
@@ -65,6 +65,22 @@ def test_lag_robust_and_an_unknown_start(tmp_path):
     assert done.returncode == 0, done.stderr
     rows = rows_of(out)
     assert [row["level_lagged"] == "" for row in rows[:5]] == [True, True, True, False, False]
+
+
+def test_the_picture_of_a_lag_has_the_lagged_estimate(tmp_path):
+    """At the rows that it is of: where it is drawn, later rows have been taken."""
+    kalmanq("simulate", EXAMPLES / "track.toml", "-n", 60, "--seed", 2, "--out", tmp_path / "z.csv")
+    pictures_of = [tmp_path / name for name in ("plain.png", "lag.png")]
+    for path, options in zip(pictures_of, ((), ("--lag", 7))):
+        assert kalmanq("run", EXAMPLES / "track.toml", tmp_path / "z.csv", *options, "--plot", path).returncode == 0
+    assert pictures_of[0].read_bytes() != pictures_of[1].read_bytes()
+    model = model_file.read(EXAMPLES / "track.toml")
+    z, _ = tables.measurements_and_controls(tmp_path / "z.csv", model)
+    run = LagSmoother(model, 7).run(z)
+    axis = pictures.draw_run(run, z).axes[1]
+    line = next(line for line in axis.get_lines() if line.get_label() == "7 rows later, 95 %")
+    assert np.array_equal(line.get_xdata(), np.arange(53)) and np.array_equal(line.get_ydata(), run.lagged[7:, 1])
+    pictures.draw_run(LagSmoother(model, 60).run(z), z)  # nothing is known that late
 
 
 def test_two_columns_that_measure_one_level(tmp_path):

@@ -99,6 +99,8 @@ def _tell(asked: Asked, found: Fit, free: list[str], console: Console) -> None:
     for row in _rows(found, free):
         table.add_row(*row)
     console.print(table)
+    if any(np.any(np.isfinite(errors)) for errors in found.standard_errors.values()):
+        console.print("standard errors: from the exact Hessian of the log-likelihood")
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
     for path in (asked.out, asked.plot):

@@ -198,7 +198,8 @@ def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead:
     from kalmanq import pictures
 
     whole = summary.kept[0]
-    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "innovation", "innovation_sigma"):
+    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
+                 "innovation_sigma"):
         parts = [getattr(run, name) for run in summary.kept]
         setattr(whole, name, None if parts[0] is None else np.vstack(parts))
     band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
