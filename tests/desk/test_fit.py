@@ -148,7 +148,7 @@ def test_a_form_that_the_model_has_not_is_named(method, tmp_path):
                   Model(np.eye(2), np.eye(2), np.eye(2), G=[[1, 0.5], [0, 1]])):
         with pytest.raises(KalmanqError, match=r"^Q of the model is not diagonal, Q\[1,0\] is 0.5, .*--q-form multiple"):
             kalmanq.fit(model, [z], Q_form="diagonal", method=method)
-    with pytest.raises(KalmanqError, match=r"^R of the model is not diagonal, R\[1,0\] is -0.25, .*--r-form full"):
+    with pytest.raises(KalmanqError, match=r"^R of the model is not diagonal, R\[1,0\] is -0.25, .*--r-form multiple .* or full"):
         kalmanq.fit(Model(np.eye(2), np.eye(2), [[1, -0.25], [-0.25, 1]], np.eye(2)), [z], R_form="diagonal", method=method)
     assert command("fit", EXAMPLES / "track.toml", NILE, "--q-form", "diagonal").stderr.count("Q[1,0] is 0.025") == 1
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -183,10 +185,64 @@ def test_a_hundred_thousand_rows_stay_small(tmp_path):
     assert len(page.raw) < 1e6 and "100000 rows" in page.text and "lowest and highest" in page.text
 
 
+def track(folder: Path) -> Path:
+    """Rows that the track's model has drawn"""
+    data = folder / "track.csv"
+    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 40, "--out", data).returncode == 0
+    return data
+
+
 def test_what_each_core_pays_is_told(tmp_path):
     text = reported(MODEL, NILE, tmp_path).text
+    assert "gcc -O2 -ffp-contract=off" in text and "include path" in text
     assert "cost of a step" in text and "Cortex-M4F" in text and "ATmega328P" in text
     assert len(report.cost_rows(model_file.read(MODEL))) == 14
+
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "google-chrome"))), None)
+
+
+def printed_style(raw: str) -> str:
+    return raw[raw.index("@media print"):raw.index("</style>")]
+
+
+def test_a_number_is_printed_in_one_line(tmp_path):
+    """No cell of a table holds a sentence, which would leave no room for the others, and no number is broken."""
+    page = reported(EXAMPLES / "track.toml", track(tmp_path), tmp_path)
+    style = printed_style(page.raw)
+    assert "anywhere" not in style and not re.search(r"\btd\b[^{]*{[^}]*white-space: normal", style)
+    cells = re.findall(r"<td[^>]*>([^<]*)</td>", page.raw)
+    assert any("±" in cell for cell in cells) and max(map(len, cells)) < 30
+    assert "Compiled in q31: refused: min_run" in page.text
+
+
+@pytest.mark.skipif(not (CHROMIUM and shutil.which("pdftotext")), reason="needs Chromium and pdftotext")
+@pytest.mark.parametrize("states", [4, 16])
+def test_the_print_has_all_of_its_tables(states, tmp_path):
+    """Every cell of every table is within the page, in one line."""
+    if states == 4:
+        model, data = EXAMPLES / "track.toml", track(tmp_path)
+    else:
+        model, data = tmp_path / "wide.toml", tmp_path / "wide.csv"
+        rows = ", ".join(f"[{', '.join(f'{0.0123456 * (i + j + 1):.6g}' if i != j else '0.5' for j in range(16))}]"
+                         for i in range(16))
+        first = [float(i == 0) for i in range(16)]
+        model.write_text(f"[model]\nA = [{rows.replace('0.5', '0.123456')}]\nH = [{first}]\nR = 1.0\nG = {[[1.0]] * 16}\nP0 = {[1.0] * 16}\n")
+        data.write_text("z1\n" + "0.5\n" * 20)
+    page = reported(model, data, tmp_path)
+    cells = [cell.replace("&#x27;", "'") for cell in re.findall(r"<td[^>]*>([^<]+)</td>", page.raw)]
+    subprocess.run([CHROMIUM, "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'browser'}",
+                    f"--print-to-pdf={tmp_path / 'out.pdf'}", (tmp_path / "report.html").as_uri()], check=True,
+                   capture_output=True, timeout=120)
+    text = subprocess.run(["pdftotext", "-layout", str(tmp_path / "out.pdf"), "-"], check=True, capture_output=True,
+                          text=True).stdout
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    there = "\n".join(lines)
+    missing = [cell for cell in cells if cell not in there]
+    assert not missing, missing[:5]
+    whole_rows = [" ".join(one) for one in (re.findall(r"<t[dh][^>]*>([^<]*)</t[dh]>", row)
+                                            for row in re.findall(r"<tr>(.*?)</tr>", page.raw, re.S)) if "±" in "".join(one)]
+    assert all(" ".join(row.split()) in there for row in whole_rows)
 
 
 # ------------------------------------------------------------------------------ what is refused

@@ -287,13 +287,14 @@ def _costs(model: Model) -> str:
 
 def _compiled(model: Model) -> list[str]:
     """What kalmanq compile would write, on the cores where it was measured; of what is refused, why"""
-    rows = [[costs.CORES.get(core, ""), *offer.cells(core), offer.remark]
-            for offer in offers(model) for core in offer.costs or ("",)]
+    made = offers(model)
+    rows = [[costs.CORES[core], *offer.cells(core)] for offer in made for core in offer.costs]
+    table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1, 2))] if rows else []
     return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors are those of its proof: of means "
                            "over a record with gaps, and of P over all that it can ever be. Behind each cost is how far "
                            "off such an estimate was at most, of more than 100 filters on that emulated core (gcc 12, "
-                           "-O2)."),
-            page.table("Compiled for this model alone", ["core", *COLUMNS, "remark"], rows, text_columns=(1, 2, 9))]
+                           "-O2)."), *table,
+            *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
 
 
 def _model(model: Model, asked: Asked) -> str:
