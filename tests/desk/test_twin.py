@@ -11,7 +11,7 @@ import pytest
 
 import kalmanq
 import models
-from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, Quantity, Robust, Smoother
+from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, PointSmoother, Quantity, Robust, Smoother
 
 ROOT = Path(__file__).resolve().parents[2]
 NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
@@ -233,3 +233,49 @@ def test_a_start_that_is_never_known_has_no_covariance(arithmetic):
                           measurements=[Quantity("z", range=50)])
     run = Smoother(model, arithmetic).run([1.0, 2.0, 3.0], covariance=True)
     assert np.all(np.isnan(run.smoothed_covariance)) and np.all(np.isnan(run.smoothed[:, 1]))
+
+
+# ------------------------------------------------------------------------------ sigmas of q31
+
+
+def wide() -> kalmanq.Model:
+    """Its prior is twice as wide as the range that the velocity declares, and it settles at 1e-4 of a range."""
+    return kalmanq.Model(
+        [[1, 1], [0, 1]], [1, 0], 1.0, [1e-10, 1e-13], P0=[100, 100],
+        states=[kalmanq.Quantity("position", range=1e5), kalmanq.Quantity("velocity", range=5)],
+        measurements=[kalmanq.Quantity("z", range=1e5)])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_sigma_of_q31_is_that_of_its_covariance(seed):
+    """A word of sigma ends at the range, and near 0 it has few bits."""
+    model = wide()
+    z = np.random.default_rng(seed).normal(size=(400, 1))
+    z[50:60] = np.nan
+    exact, limit = models.textbook(model, z, None), 1e-6
+    sigma, smoothed = (np.sqrt(np.einsum("tii->ti", exact[name])) for name in ("covariance", "smoothed_covariance"))
+    with pytest.warns(KalmanqWarning, match="sigma of velocity is 10, beyond its declared range of 5: raise"):
+        f = Filter(model, "q31")
+        run = f.run(z)
+    assert np.max(np.abs(run.sigma / sigma - 1)) < limit and np.max(np.abs(f.sigma / sigma[-1] - 1)) < limit
+    with pytest.warns(KalmanqWarning, match="velocity"):
+        run = Smoother(model, "q31").run(z)
+    assert np.max(np.abs(run.smoothed_sigma / smoothed - 1)) < 10 * limit
+    with pytest.warns(KalmanqWarning, match="velocity"):
+        run = LagSmoother(model, 3, "q31").run(z)
+    assert np.max(np.abs(run.lagged_sigma[-1] / LagSmoother(model, 3).run(z).lagged_sigma[-1] - 1)) < 10 * limit
+    with pytest.warns(KalmanqWarning, match="velocity"):
+        run = PointSmoother(model, 0, "q31").run(z, covariance=True)
+    assert np.array_equal(run.point_sigma, np.sqrt(np.einsum("tii->ti", run.point_covariance)))
+
+
+def test_a_sigma_within_its_range_is_not_warned_of():
+    model = wide().changed(P0=[100, 24])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Filter(model, "q31").run(np.zeros((5, 1)))
+        Filter(wide(), "f32").run(np.zeros((5, 1)))
+    lost = np.full((3000, 1), np.nan)  # it grows beyond its range without a measurement
+    with pytest.warns(KalmanqWarning, match="the sigma of position"):
+        Filter(model.changed(states=[Quantity("position", range=1e3), model.states[1]],
+                                     P0=[100, 20]), "q31").run(lost)

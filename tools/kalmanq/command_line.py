@@ -132,7 +132,8 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
     file is about the model."""
     warnings.simplefilter("ignore", RuntimeWarning)  # of numbers that are NaN, which is what they are to say
     warnings.simplefilter("always", KalmanqWarning)
-    warnings.showwarning = lambda message, *_: print(f"kalmanq: {message}", file=sys.stderr)  # type: ignore
+    said: set[str] = set()
+    warnings.showwarning = lambda message, *_: _say_once(str(message), said)  # type: ignore
     try:
         yield
     except KalmanqError as problem:
@@ -147,6 +148,13 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
         raise SystemExit(INTERRUPTED) from None
 
 
+def _say_once(line: str, said: set[str]) -> None:
+    """Blocks of rows repeat what is said of the whole run."""
+    if line not in said:
+        print(f"kalmanq: {_shown(line)}", file=sys.stderr)
+    said.add(line)
+
+
 _heard: list[int] = []
 
 
@@ -157,9 +165,12 @@ def _terminate(number: int, _: object) -> None:
 
 
 def _stop(line: str, code: int = REFUSED) -> None:
-    shown = "".join(c if c.isprintable() else " " for c in line)
-    print(f"kalmanq: {shown}", file=sys.stderr)
+    print(f"kalmanq: {_shown(line)}", file=sys.stderr)
     raise SystemExit(code)
+
+
+def _shown(line: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in line)
 
 
 def console() -> Console:

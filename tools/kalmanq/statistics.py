@@ -114,6 +114,7 @@ class LeastSquares:
         coefficients, variances = a.made_of(rows, own - states), a.made_of(noise, 2 * own)
         out, done = Results(f, len(given), False), ffi.new("size_t *")
         results = [f._pointer(out.numbers.get(name)) for name in ("mean", "mean_low", "sigma")]
+        results += [f._pointer(out.any_size.get("variance"), f._any_size)]
         results += [f._scores(out.scores[name]) for name in ("nis", "log_likelihood")]
         status = a.function("least_squares_run")(
             self._handle, len(given), f._pointer(coefficients, f._any_size), f._pointer(words),
