@@ -106,8 +106,8 @@ def test_fit_simulate_compare_steady_check(tmp_path):
 BAD_DATA = {
     "no such file": None, "empty": "", "there is no column flow": "year,level\n1,2\n", "no data": "flow\n",
     "'ten' is not a number": "flow\n1\nten\n", "2 fields, not 1": "flow\n1\n2,3\n", "beyond the numbers": "flow\ninf\n",
-    "separated by ';'": "year;flow\n1;2\n", "twice": "flow,flow\n1,2\n", "row 3, column flow": "flow\n1\nx\n",
-    "decimal point": 'a,flow\n1,"2,5"\n', "1 field, not 2": "a,flow\n1,2\n3\n",
+    "--separator says which": "a,b;c\n1,2;3\n", "twice": "flow,flow\n1,2\n", "row 3, column flow": "flow\n1\nx\n",
+    "decimal point": 'a,flow\n1,"2,500"\n', "1 field, not 2": "a,flow\n1,2\n3\n",
 }
 
 

@@ -214,7 +214,7 @@ def test_a_range_that_does_not_fit_is_one_line(tmp_path):
     data = tmp_path / "data.csv"
     data.write_text("flow\n1000\n5000\n")
     done = kalmanq("report", MODEL, data, "-o", tmp_path / "out.html", "--arith", "q31")
-    refused(done, "row 1: flow = 5000", tmp_path)
+    refused(done, "row 3: flow = 5000", tmp_path)
 
 
 # ------------------------------------------------------------------------------ the verdict

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 import signal
 import sys
 import warnings
 from contextlib import contextmanager
 from enum import Enum
+from functools import wraps
 from pathlib import Path
-from typing import Iterator, List, Optional, Tuple
+from typing import Any, Callable, Iterator, List, Optional, Tuple, get_type_hints
 
 import typer
 from rich.console import Console
@@ -121,9 +123,43 @@ class NonlinearMethod(str, Enum):
 
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
-DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
+DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
 ARITHMETIC = typer.Option(Arithmetic.f64, "--arith", help="The numbers that the chip will have.")
+
+
+SEPARATOR = typer.Option(None, "--separator", metavar="LETTER", help="Between the fields of data, or tab; found if left out.")
+DECIMAL = typer.Option(None, "--decimal", metavar=". or ,", help="Of the numbers of data; found if left out.")
+MISSING = typer.Option([], "--missing", metavar="CELL", help="What stands for nothing, such as -9999; may be given again.")
+RENAME = typer.Option([], "--rename", metavar="NAME=COLUMN", help="The model's name of a column of data; may be given again.")
+
+
+def reads_data(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose `data` may be written in any way: its options say how, and it is given a Source of each file."""
+    kinds = get_type_hints(command)
+    added = {"separator": (Optional[str], SEPARATOR), "decimal": (Optional[str], DECIMAL),
+             "missing": (List[str], MISSING), "rename": (List[str], RENAME)}
+
+    @wraps(command)
+    def reading(**given: Any) -> None:
+        from kalmanq.layouts import Source, layout_of
+
+        with told_in_one_line():
+            layout = layout_of(*(given.pop(name) for name in added))
+        data = given[name_of_data]
+        given[name_of_data] = [Source(one, layout) for one in data] if isinstance(data, (list, tuple)) else \
+            None if data is None else Source(data, layout)
+        command(**given)
+
+    parameters = inspect.signature(command).parameters
+    name_of_data = "data" if "data" in parameters else "controls"
+    own = [one.replace(annotation=kinds[one.name]) for one in parameters.values()]
+    own[-1:-1] = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+                  for name, (kind, default) in added.items()]
+    made = inspect.Signature([one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in own])
+    reading.__signature__ = made  # type: ignore[attr-defined]
+    reading.__annotations__ = {one.name: one.annotation for one in made.parameters.values()}
+    return reading
 
 
 @contextmanager
@@ -178,6 +214,7 @@ def console() -> Console:
 
 
 @app.command()
+@reads_data
 def run(
     model: Path = ANY_MODEL,
     data: Path = DATA,
@@ -202,6 +239,7 @@ def run(
 
 
 @app.command()
+@reads_data
 def check(
     model: Path = ANY_MODEL,
     data: Optional[Path] = typer.Argument(None, metavar="[DATA.csv]", help="Of a nonlinear model: what to look along."),
@@ -222,6 +260,7 @@ def check(
 
 
 @app.command()
+@reads_data
 def design(
     model: Path = MODEL,
     core: Core = typer.Option(..., "--core", help="What it will run on."),
@@ -302,6 +341,7 @@ def simulate(
 
 
 @app.command()
+@reads_data
 def compare(
     model: Path = ANY_MODEL,
     data: Path = DATA,
@@ -317,6 +357,7 @@ def compare(
 
 
 @app.command()
+@reads_data
 def report(
     model: Path = MODEL,
     data: Path = DATA,
@@ -331,6 +372,7 @@ def report(
 
 
 @app.command()
+@reads_data
 def fit(
     model: Path = MODEL,
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file."),

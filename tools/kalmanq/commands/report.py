@@ -32,7 +32,7 @@ MATRICES = {
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    data: Path
+    data: tables.AnySource
     arithmetic: str
     out: Path
 
@@ -77,7 +77,7 @@ def cost_rows(model: Model) -> list[CostRow]:
 def report_file(asked: Asked, console: Console) -> None:
     _refuse(asked)
     model = model_file.read(asked.model)
-    z, u = tables.measurements_and_controls(asked.data, model)
+    z, u = tables.measurements_and_controls(asked.data, model, has_to_fit=asked.arithmetic == "q31")
     study = made_of(model, z, u, asked.arithmetic)
     text = page_of(study, asked)
     with whole(asked.out, [asked.model, asked.data]) as path:

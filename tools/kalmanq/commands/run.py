@@ -16,6 +16,7 @@ from rich.table import Table
 from kalmanq import tables
 from kalmanq.core import names_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.files import refuse_one_output
 from kalmanq.filters import Filter, LagSmoother, Robust, Smoother
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
@@ -34,7 +35,7 @@ AnyModel = Union[Model, NonlinearModel]
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    data: Path
+    data: tables.AnySource
     arithmetic: str
     smooth: bool
     lag: Optional[int]
@@ -112,6 +113,7 @@ def _refuse(asked: Asked, model: AnyModel) -> None:
         raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
     if asked.robust in ("jump", "step-student") and asked.lag is not None:
         raise KalmanqError(f"--lag and --robust {asked.robust}: a lag cannot follow it")
+    refuse_one_output(asked.out, asked.plot)
     for path in (asked.out, asked.plot):
         if path and not path.parent.is_dir():
             raise KalmanqError(f"{path}: there is no such folder")
@@ -144,18 +146,12 @@ def _filter(asked: Asked, model: AnyModel) -> Any:
 
 def _blocks(asked: Asked, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
     """First step, its row in the file, measurements and controls; a smoother takes all rows at once."""
-    measurements = [one.name for one in model.measurements]
-    controls = [one.name for one in model.controls]
-    blocks = tables.read(asked.data, measurements + controls, BLOCK)
+    blocks = tables.read(asked.data, [*model.measurements, *model.controls], BLOCK, has_to_fit=asked.arithmetic == "q31")
     if asked.smooth:
         blocks = iter([tables.joined(list(blocks))])
     first = 0
     for block in blocks:
-        z = np.column_stack([block.columns[name] for name in measurements])
-        u = np.column_stack([block.columns[name] for name in controls]) if controls else None
-        if u is not None and np.any(np.isnan(u)):
-            row, column = map(int, np.argwhere(np.isnan(u))[0])
-            raise KalmanqError(f"{asked.data}: row {block.first_row + row}: the control {controls[column]} is missing")
+        z, u = tables.split(block, model, asked.data)
         yield first, block.first_row, z, u
         first += len(z)
 
