@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import arithmetic_of, ffi, require
-from kalmanq.data import index_of, rows_of
+from kalmanq.data import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter, Robust
 from kalmanq.model import Model, Quantities, Quantity
@@ -106,7 +106,7 @@ class LeastSquares:
         given, rows = rows_of(z, self.model.measurements, "z"), rows_of(H, self.model.states, "H")
         if len(rows) != len(given) or np.ndim(r) and np.shape(r) != (len(given),):
             raise KalmanqError(f"H is {len(rows)} rows, z {len(given)}, r {np.shape(r)}: one for each row")
-        noise = np.broadcast_to(np.asarray(r, np.float64), len(given))
+        noise = np.broadcast_to(row_of(r, np.size(r), "r")[0] if np.ndim(r) else float(r), len(given))
         if not all(np.all(np.isfinite(one)) for one in (rows, given, noise)):
             raise KalmanqError("H, z or r has an entry that is not finite")
         words = np.ascontiguousarray(f.parts.words(given, "measurements"))
