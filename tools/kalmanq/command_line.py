@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import signal
 import sys
 import warnings
@@ -21,7 +22,7 @@ app = typer.Typer(
     help=__doc__, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]})
 
-REFUSED, NO_MAXIMUM, INTERRUPTED, TERMINATED = 1, 3, 130, 143
+REFUSED, NO_MAXIMUM, INTERRUPTED, PIPE_CLOSED, TERMINATED = 1, 3, 130, 141, 143
 
 
 class Arithmetic(str, Enum):
@@ -175,6 +176,11 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
     except KalmanqError as problem:
         named = str(problem).startswith("--") or any(str(path) in str(problem) for path in (model, *others) if path)
         _stop(str(problem) if named or model is None else f"{model}: {problem}")
+    except BrokenPipeError as problem:
+        if problem.filename is not None:
+            _stop(f"{problem.filename}: {problem.strerror}")
+        _leave_the_output()
+        raise SystemExit(PIPE_CLOSED) from None
     except MemoryError:
         _stop("not enough memory for all rows at once")
     except OSError as problem:
@@ -182,6 +188,11 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
     except KeyboardInterrupt as interrupt:
         print(f"kalmanq: {interrupt if str(interrupt) else 'interrupted'}", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
+
+
+def _leave_the_output() -> None:
+    """Nobody reads it any more, `head` for one: what is left of it goes nowhere, without a word."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _say_once(line: str, said: set[str]) -> None:
@@ -310,14 +321,16 @@ def steady(model: Path = MODEL, json_: bool = JSON) -> None:
 
 
 @app.command()
+@reads_data
 def simulate(
     model: Path = ANY_MODEL,
-    rows: int = typer.Option(200, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw."),
+    rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv has."),
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
     truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true."),
     gap: Optional[Tuple[int, int]] = typer.Option(
         None, "--gap", metavar="FIRST END", help="Rows without measurements."),
+    controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="Controls, by name; 0 if left out."),
     runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run."),
     arith: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out."),
     smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too."),
@@ -327,16 +340,16 @@ def simulate(
     json_: bool = JSON,
 ) -> None:
     """Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."""
-    with told_in_one_line(model, out):
+    with told_in_one_line(model, out, controls):
         from kalmanq.commands import simulate as one, simulate_runs as many
 
         if runs is None:
             given = {"--arith": arith, "--smooth": smooth, "--workers": workers, "--dask": dask, "--fresh": fresh,
                      "--json": json_}
             many.refuse_without_runs([name for name, value in given.items() if value])
-            one.simulate_file(model, rows, seed, out, truth, gap)
+            one.simulate_file(model, rows, seed, out, truth, gap, controls)
         else:
-            many.simulate_runs(many.Asked(model, rows, seed, out, truth, gap, runs, arith.value if arith else "f64",
+            many.simulate_runs(many.Asked(model, rows, seed, out, truth, gap, controls, runs, arith.value if arith else "f64",
                                           smooth, workers, dask, fresh, json_), console())
 
 
@@ -450,7 +463,10 @@ def main() -> None:
         signal.signal(signal.SIGTERM, _terminate)
     try:
         with told_in_one_line():
-            app()
+            try:
+                app()
+            finally:
+                sys.stdout.flush()
     except SystemExit as ended:
         raise SystemExit(TERMINATED if _heard and ended.code == INTERRUPTED else ended.code) from None
 
