@@ -126,11 +126,15 @@ class Readable:
     def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
         """A new object with its memory, assigned."""
         made = self.arithmetic.struct(stem)
-        memory = self.arithmetic.empty(self._length(stem, *sizes))
+        memory = self._space(stem, self._length(stem, *sizes))
         status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
         require(status, stem)
         self._kept.append(memory)
         return made
+
+    def _space(self, stem: str, length: int) -> np.ndarray:
+        """Memory for what is called so"""
+        return self.arithmetic.empty(length)
 
     def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
         """A reading of every state, of the filter or of what follows it"""
