@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
 import threading
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from kalmanq import KalmanqError, KalmanqWarning, Quantity, model_file, tables
+from kalmanq import KalmanqError, KalmanqWarning, Quantity, tables
 from test_commands import EXAMPLES, MODEL, NILE, kalmanq, refused
 
 FLOW = [1.5, np.nan, -2.25, 1000.0]
@@ -76,6 +72,7 @@ UNCERTAIN = {  # and what is said
     "a;flow\nx;1,234\nx;2,345\n": "row 2, column flow: '1,234' is not a number; .*--decimal ,",
     "a;flow\nx;1,5\nx;2.5\n": "row 2, column flow: '1,5' is not a number",
     "a;flow\nx;1\nx;2\nx;1,5\n": "row 4, column flow: '1,5' is not a number; .*--decimal ,",  # after the first block
+    "a;flow\nx;1.234,5\nx;2.000,5\n": "'1.234,5' is not a number; digits are not grouped here",
     "flow\n1_000\n": "row 2, column flow: '1_000' is not a number",
     "flow\n1\n2,5\n": "row 3: 2 fields, not 1; .*--decimal ,",
     "flow\n1\n?\n": "row 3, column flow: '\\?' is not a number; if it is missing: --missing",

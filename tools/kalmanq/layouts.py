@@ -275,6 +275,8 @@ class Numbers:
     def hint(self, cell: str) -> str:
         if ";" in cell:
             return "; --separator says what is between fields"
+        if "," in cell and ("." in cell or " " in cell):
+            return "; digits are not grouped here: leave the marks of thousands out"
         if self.decimal == "," and "." in cell:
             return "; decimals have a comma here (--decimal)"
         if "," in cell:
