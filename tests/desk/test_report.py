@@ -271,7 +271,7 @@ def test_a_range_that_does_not_fit_is_one_line(tmp_path):
     data = tmp_path / "data.csv"
     data.write_text("flow\n1000\n5000\n")
     done = kalmanq("report", MODEL, data, "-o", tmp_path / "out.html", "--arith", "q31")
-    refused(done, "row 1: flow = 5000", tmp_path)
+    refused(done, "row 3: flow = 5000", tmp_path)
 
 
 # ------------------------------------------------------------------------------ the verdict
@@ -327,3 +327,42 @@ def test_figures_are_those_of_the_books():
     assert ljung_box(correlation, pairs, T) == pytest.approx(chi2.sf(statistic, 10), rel=1e-9)
     assert mean_bounds(50) == pytest.approx(tuple(chi2.ppf([0.025, 0.975], 50) / 50))
     assert share_bounds(100) == pytest.approx(tuple(binom.ppf([0.025, 0.975], 100, 0.05) / 100))
+
+
+# ------------------------------------------------------------------------------ ranges that are too narrow
+
+
+def narrow(tmp_path):
+    """A track whose velocity goes beyond its range, and nothing else is wrong."""
+    model = tmp_path / "m.toml"
+    model.write_text("[model]\nA = [[1.0, 1.0], [0.0, 1.0]]\nH = [[1.0, 0.0]]\nG = [0.5, 1.0]\nR = [[1.0]]\nP0 = [100.0, 4.0]\n"
+                     '[states]\nnames = ["position", "velocity"]\nranges = [1e5, 6]\n[measurements]\nranges = [1e5]\n')
+    x, z = simulate(model_file.read(model), 400, 3)
+    data = tmp_path / "z.csv"
+    data.write_text("z1\n" + "".join(f"{value}\n" for value in z[:, 0]))
+    return model, data, float(np.abs(x[:, 1]).max())
+
+
+def test_saturation_comes_first_with_the_range_that_would_do(tmp_path):
+    model, data, most = narrow(tmp_path)
+    out = tmp_path / "r.html"
+    done = kalmanq("report", model, data, "-o", out, "--arith", "q31")
+    assert done.returncode == 0 and done.stdout.startswith("A state was held at the end of its word"), done.stdout
+    page = out.read_text()
+    assert not re.search("outliers|larger Q|larger R|an offset", page)
+    found = re.search(r"give it a range of (\d+) for velocity, which reaches ([\d.]+) and declares 6\.", page)
+    assert found and page.index(found.group()) < page.index("Autocorrelation"), page[:3000]
+    model.write_text(model.read_text().replace("1e5, 6]", f"1e5, {found.group(1)}]"))
+    done = kalmanq("report", model, data, "-o", out, "--arith", "q31")
+    assert done.stdout.startswith("The data fit the model")
+    assert 1.2 * most < float(found.group(1)) < 3 * most
+
+
+def test_a_design_says_which_range_would_do(tmp_path):
+    model, data, _ = narrow(tmp_path)
+    done = kalmanq("design", model, "--core", "m3", "--data", data)
+    found = re.search(r"q31 would do with a range of (\d+) for velocity, which reaches", " ".join(done.stdout.split()))
+    assert done.returncode == 0 and found, done.stdout
+    model.write_text(model.read_text().replace("1e5, 6]", f"1e5, {found.group(1)}]"))
+    done = kalmanq("design", model, "--core", "m3", "--data", data)
+    assert "would do" not in done.stdout and "recommended: q31" in done.stdout

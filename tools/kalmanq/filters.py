@@ -160,6 +160,7 @@ class Filter(Readable):
         run = self._sequence(given, controls, robust, watch, covariance=covariance)
         run.index = index
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
+        self.warn_of_wide()
         return run
 
     def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None,
@@ -174,6 +175,7 @@ class Filter(Readable):
         q.steps, q.begins = T, self.begins or not moves
         q.z, q.u = self._pointer(words), self._pointer(carried)
         q.is_upper = not np.any(np.tril(self.model.A, -1))
+        q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
         q.watch = ffi.NULL if watch is None else watch.of(self, robust)
         kept = self._way(q, robust)
         out.ask(q)
@@ -246,11 +248,13 @@ class LagSmoother(Filter):
         for name in ("lagged", "lagged_low", "lagged_sigma"):
             out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
             setattr(q, name, self._pointer(out.numbers[name]))
+        self._lagged_variance = self._variances_of_any_size(int(q.steps))
+        q.lagged_variance = self._pointer(self._lagged_variance, self._any_size)
 
     def _tell(self, run: Run, out: Results) -> None:
         run.lag = self.lag
         run.lagged = self._values(out.numbers["lagged"], out.numbers["lagged_low"])
-        run.lagged_sigma = self._values(out.numbers["lagged_sigma"])
+        run.lagged_sigma = self._sigmas(out.numbers["lagged_sigma"], self._lagged_variance)
 
     def _end(self, q: Any) -> None:
         self._follows = bool(q.lag_follows)

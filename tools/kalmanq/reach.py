@@ -118,6 +118,20 @@ def with_ranges(model: Model, records: Sequence[Record]) -> tuple[Model, list[st
     return model.changed(**changed), notes
 
 
+def widened(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
+    """The model with wider ranges where the records, in double, go beyond those that it declares; what was widened"""
+    found, said = reach(model, records), []
+    changed = {}
+    for which in ("states", "measurements", "controls"):
+        changed[which] = list(getattr(model, which))
+        for k, (one, span) in enumerate(zip(changed[which], getattr(found, which))):
+            if one.range is not None and span > one.range and np.isfinite(span):
+                made = _rounded_up(MARGIN * span)
+                changed[which][k] = replace(one, range=made, fraction=None)
+                said.append(f"a range of {made:g} for {one.name}, which reaches {span:.3g} and declares {one.range:g}")
+    return (model.changed(**changed), said) if said else (model, said)
+
+
 def _ranged(one: Quantity, span: float, notes: list[str]) -> Quantity:
     if one.range is not None:
         return one

@@ -29,7 +29,7 @@ from kalmanq.reach import Record, draw, with_ranges
 class Asked:
     model: Path
     core: str
-    data: Optional[Path]
+    data: Optional[tables.AnySource]
     arithmetic: Optional[str]
     way: Optional[str]
     flash: Optional[float]  # kB

@@ -20,6 +20,7 @@ from kalmanq.files import whole
 from kalmanq.filters import Smoother
 from kalmanq.model import Model, Quantity
 from kalmanq.pictures import measured_states
+from kalmanq.reach import Record, widened
 from kalmanq.results import Run
 from kalmanq.verdict import Finding, Whiteness
 
@@ -32,7 +33,7 @@ MATRICES = {
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    data: Path
+    data: tables.AnySource
     arithmetic: str
     out: Path
 
@@ -77,7 +78,7 @@ def cost_rows(model: Model) -> list[CostRow]:
 def report_file(asked: Asked, console: Console) -> None:
     _refuse(asked)
     model = model_file.read(asked.model)
-    z, u = tables.measurements_and_controls(asked.data, model)
+    z, u = tables.measurements_and_controls(asked.data, model, has_to_fit=asked.arithmetic == "q31")
     study = made_of(model, z, u, asked.arithmetic)
     text = page_of(study, asked)
     with whole(asked.out, [asked.model, asked.data]) as path:
@@ -100,8 +101,9 @@ def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: st
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
         run = Smoother(model, arithmetic).run(z, u)
         _, compared = compare(model, z, u)
+        wider = widened(model, [Record(z, u)])[1] if run.events & verdict.HELD else []
     white = [verdict.whiteness(column) for column in verdict.standardised(run).T]
-    return Study(model, run, z, verdict.findings(run, z), white, compared, buckets_for(7 * model.n + 2 * model.m + 3))
+    return Study(model, run, z, verdict.findings(run, z, wider), white, compared, buckets_for(7 * model.n + 2 * model.m + 3))
 
 
 # ------------------------------------------------------------------------------ the page
