@@ -241,7 +241,7 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
 
 #define KQ_PRIVATE_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
 #define KQ_START_LEN_Q31(n, early)                                                                 \
-    ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 2 +                                               \
+    ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 4 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 4) * (kq_length)(n) +                                   \
      (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_Q31(n))
 
