@@ -4,8 +4,8 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/scaled.h"
-#include "../filter/likelihood.h"
 #include "../model/types.h"
+#include "../filter/likelihood.h"
 #include "unknown.h"
 
 static const num range_sigma = 1;

@@ -2,7 +2,7 @@
  * The unknown start within declared ranges.  delta is counted in the ranges of the unknown states, so
  * that x^, which is as near to x0 as the measurements allow, is as near in shares of the ranges.  A
  * direction of delta has sigma range_sigma, which is a third, by the ranges alone.  Where a measurement
- * would tell less of it than a quarter of that, it is given this prior, and the measurement is then
+ * would tell less of it than half of that, it is given this prior, and the measurement is then
  * an ordinary one: the exact estimate would be beyond the words.  ranges_float.h is the twin.
  */
 #ifndef KQ_SRC_START_RANGES_Q31_H
@@ -11,10 +11,10 @@
 #include <stdint.h>
 
 #include "../arithmetic/q31.h"
-#include "../arithmetic/rows.h"
+#include "../arithmetic/coordinates.h"
 #include "../arithmetic/scaled.h"
-#include "../filter/likelihood.h"
 #include "../model/types.h"
+#include "../filter/likelihood.h"
 #include "unknown.h"
 
 static const scaled range_sigma = {INT32_C(0x55555555), -32}; /* 1/3 */
@@ -35,7 +35,7 @@ static scaled unknown_unit(const start *s, const filter *f, int i)
 /* Of a direction that a measurement of that variance sees by phi */
 static int range_says_more(scaled phi, scaled variance)
 {
-    const scaled seen = scaled_shift(scaled_times(phi, range_sigma), -2);
+    const scaled seen = scaled_shift(scaled_times(phi, range_sigma), -1);
     return scaled_is_less(scaled_times(seen, seen), variance);
 }
 
