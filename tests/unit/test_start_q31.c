@@ -26,7 +26,8 @@ FILTER(track_f64, 2);
 HISTORY(tape_f64, 2, 2, STEPS, STEPS);
 START(start_f64, 2, EARLY);
 
-static const double range[] = {100, 10, 10}, drive_range[] = {5}, measured_range[] = {100, 100};
+/* so wide that what is measured tells more than they do */
+static const double range[] = {400, 80, 10}, drive_range[] = {5}, measured_range[] = {100, 100};
 static const double A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5}, I[] = {1, 0, 0, 1};
 static const double Q[] = {0.25, 0.125, 0.125, 0.5}, zero[4];
 static const double H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
@@ -35,9 +36,11 @@ static const double x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1};
 static const double identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static kq_scaled_q31 P_words[4];
+static int was_known; /* before the step that is looked at */
 
 static void begin(uint32_t unknown)
 {
+    was_known = 0;
     ASSERT_OK(kq_start_init_q31(&start, &track, &prior.table, unknown, NULL));
     ASSERT_OK(kq_history_attach_q31(&tape, &track));
     ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, P0, unknown));
@@ -104,10 +107,14 @@ static void assert_like_double(UNITY_LINE_TYPE line)
         assert_within(LIKE * (sigma + 10), sigma, word_value(kq_sigma_q31(&track, i), 0, i),
                       line);
     }
+    if (kq_start_count_q31(&start) > 0) return; /* counted in ranges so far */
     assert_within(1e-5, K(log_likelihood)(&track_f64),
                   score_value(kq_log_likelihood_q31(&track)), line);
-    assert_within(1e-5, K(log_likelihood_last)(&track_f64),
-                  score_value(kq_log_likelihood_last_q31(&track)), line);
+    if (was_known) {
+        assert_within(1e-5, K(log_likelihood_last)(&track_f64),
+                      score_value(kq_log_likelihood_last_q31(&track)), line);
+    }
+    was_known = 1;
 }
 
 #define ASSERT_LIKE_DOUBLE() assert_like_double(__LINE__)
