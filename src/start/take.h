@@ -59,13 +59,14 @@ static void start_row(sight *by, const reading *z, int c)
     }
 }
 
-/* g = D'h; answers whether it is not 0. */
+/* g = D'h; answers whether it is not 0.  Where that is within 4 to 32 standard errors of rounding, it is hard
+   to tell, or phi is uncertain by more than 3 %: precision is lost. */
 static int start_sees(const start *s, sight *by)
 {
     static const scaled zero;
     const start_memory v = start_memory_of(s);
     const int n = s->states;
-    int sees = 0;
+    int sees = 0, may_see = 0, surely = 0;
     by->error = rounding_seen(by->w, v.rounding, by->h, n);
     for (int j = 0; j < s->unknowns; j++) {
         terms t = terms_begin();
@@ -77,8 +78,12 @@ static int start_sees(const start *s, sight *by)
         }
         by->g[j] = t.value;
         by->fresh[j] = size;
-        sees |= is_significant(t.value, hypotenuse(by->error, size));
+        const scaled error = hypotenuse(by->error, size);
+        sees |= is_significant(t.value, error);
+        may_see |= is_significant(scaled_shift(t.value, 2), error);
+        surely |= is_significant(scaled_shift(t.value, -1), error);
     }
+    if (may_see && !surely) s->filter->events |= KQ_EVENT_PRECISION;
     return sees;
 }
 
