@@ -220,15 +220,32 @@ static void noise_free(void)
     ASSERT_WITHIN(1e-6, 3, 0.75 * mean_value(&track, 0) + 0.5 * mean_value(&track, 1));
 }
 
-static void a_state_beyond_its_word_is_held(void)
+/* Of what is hardly seen the ranges say more: x0 and a third of the range. */
+static void what_says_less_than_the_ranges_takes_their_prior(void)
 {
     static const double z[] = {100};
     static const kq_scaled_q31 small[] = {{INT32_C(1) << 30, -60}, {0, 0}};
     ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small));
     ASSERT_OK(
         kq_update_q31(&track, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
-    TEST_ASSERT_EQUAL_INT(KQ_EVENT_SATURATED, kq_events_q31(&track));
+    TEST_ASSERT_EQUAL_INT(0, kq_events_q31(&track));
     TEST_ASSERT_EQUAL_INT(1, kq_start_count_q31(&start));
+    ASSERT_WITHIN(1e-3, 1, mean_value(&track, 0));
+    ASSERT_WITHIN(1e-3, range[0] / 3, word_value(kq_sigma_q31(&track, 0), 0, 0));
+}
+
+/* A state that is larger than declared */
+static void the_smoother_says_that_a_state_was_held(void)
+{
+    static const double z[] = {95}, h[] = {0.0625, 0};
+    put_sensor(&ranger, 2, 1, range, measured_range, h, r);
+    for (int t = 0; t < 4; t++) {
+        ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+    }
+    TEST_ASSERT_EQUAL_INT(0, kq_start_count_q31(&start));
+    TEST_ASSERT_TRUE((kq_events_q31(&track) & KQ_EVENT_SATURATED) != 0);
+    TEST_ASSERT_EQUAL_INT(KQ_SATURATED, kq_start_smooth_q31(&start));
 }
 
 static void it_decays_without_end(void)
@@ -370,7 +387,8 @@ SUITE(start, set_up)
     RUN_TEST(nothing_but_gaps);
     RUN_TEST(what_is_not_seen_stays_unknown);
     RUN_TEST(noise_free);
-    RUN_TEST(a_state_beyond_its_word_is_held);
+    RUN_TEST(what_says_less_than_the_ranges_takes_their_prior);
+    RUN_TEST(the_smoother_says_that_a_state_was_held);
     RUN_TEST(it_decays_without_end);
     RUN_TEST(init_refuses);
     RUN_TEST(steps_refuse);
