@@ -112,6 +112,8 @@ def with_ranges(model: Model, records: Sequence[Record]) -> tuple[Model, list[st
     if not lacking:
         return model, []
     found = reach(model, records) if records else _stationary(model, lacking[0])
+    if records and np.any(model.unknown):
+        found = replace(found, states=np.fmax(found.states, FAR * _first_sigmas(model, records)))
     notes: list[str] = []
     changed = {which: [_ranged(one, span, notes) for one, span in zip(getattr(model, which), getattr(found, which))]
                for which in ("states", "measurements", "controls")}
@@ -130,6 +132,12 @@ def widened(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
                 changed[which][k] = replace(one, range=made, fraction=None)
                 said.append(f"a range of {made:g} for {one.name}, which reaches {span:.3g} and declares {one.range:g}")
     return (model.changed(**changed), said) if said else (model, said)
+
+
+def _first_sigmas(model: Model, records: Sequence[Record]) -> np.ndarray:
+    """The largest sigma of each state once it is known: ranges that leave room for it do not act as a prior of q31."""
+    runs = [Filter(model, "f64").run(record.z, record.u) for record in records if len(record.z)]
+    return np.max([np.nanmax(run.sigma, axis=0, initial=0.0) for run in runs], axis=0, initial=0.0)
 
 
 def _ranged(one: Quantity, span: float, notes: list[str]) -> Quantity:
