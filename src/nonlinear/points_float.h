@@ -131,7 +131,7 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     for (int c = 0; c < m; c++) {
         for (int j = 0; j <= c; j++) R[j * m + c] = R[c * m + j] = s->memory[column(c) + j];
     }
-    decorrelate_rows(s->memory, rest, 0, m, 0);
+    decorrelate_rows(s->memory, rest, rest, m, 0); /* rows of 0 words, but not of NULL */
     invert_unit(s->memory, m);
     s->noise = s->memory;
     s->covariance = R;
