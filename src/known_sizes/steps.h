@@ -283,16 +283,11 @@ KQ_KERNEL unsigned fixed_smooth_in(num *scratch, const history *h, num *state, c
 {
     const workspace kept = workspace_at(h->memory, n);
     workspace v = workspace_at(scratch, n);
-    const int is_short = root_is_short(kept.T, n);
     v.a = kept.a;
     v.T = kept.T;
     predict_root_of(v.predicted, state + MEAN_PLANES * n, m, v.W, v.pq, n, shape);
-    unsigned events = theta_times_root(m, &v, n, shape);
+    const unsigned events = theta_times_root(m, &v, n, shape);
     take_coordinates(&v, n);
-    if (is_short) {
-        const num *after = history_slot(h, n, (size_t)h->step) + MEAN_PLANES * n;
-        events |= smoothing_events(m->transition, state, v.predicted, after, n);
-    }
     return events | smoothed_state(state, v.a, v.T, n);
 }
 
