@@ -20,4 +20,8 @@ void T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq);
    of the root, which have been told. */
 unsigned T(kq_predict_end)(filter *f, const num *d);
 
+/* The update by a sensor whose rows are S'h, its components independent, and the innovation e, in floating point:
+   that of a state of mean 0 and root I, by which S is multiplied.  own: FILTER_LEN(n) words, of that state */
+kq_status T(kq_update_by_rows)(filter *f, const sensor *s, const num *e, num *own);
+
 #endif
