@@ -139,15 +139,18 @@ kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const fl
 kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /**
- * The same for a program without flash to spare: the careful path for sharp measurements is not linked
+ * The same for a program without flash to spare: the careful path for low-noise measurements is not linked
  * (2 kB f32, 4 kB q31; kq_update in filter.h), nor what sums the log-likelihood.
- * A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), S = H P H' + r, or without
- * noise, is not taken: kq_update, kq_update_subset and kq_step, and what calls them, answer KQ_SHARP and
- * set KQ_EVENT_SHARP; the others are taken.  Nor is one taken whose innovation is beyond the numbers, that
- * comes after a sharp one of another sensor at the same instant, or, in q31, after a component that has
- * led a state out of its word.  Choose P0 below 2^16 r (2^48 r) in the units of z.
- * Accuracy where it is taken: as kq_update, q31: 2^-22 of S.  kq_nis is as ever, kq_log_likelihood knows
- * nothing of its measurements.
+ * S = H P H' + r.  A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), or without
+ * noise, is taken coarsely: r is raised to 2^-15 S (f64: 2^-47 S), and KQ_EVENT_SHARP is set.  NIS, the
+ * likelihood and a history have the raised noise: what was done.  So after an outage of any length each
+ * measurement lowers the sigma of H x by at least 2^7 (f64: 2^23), until r is no longer raised.
+ * For P0 below 2^16 r (2^48 r), in the units of z, and without outages nothing is raised.
+ * As any other sensor it does not take what is beyond the numbers (KQ_EVENT_OVERFLOW).  In q31 a state that
+ * a component leads out of its word is held there before the next component (KQ_EVENT_SATURATED).  Rounding
+ * is not looked for: after a noise-free measurement of another sensor at the same instant, r must be above
+ * 2^-32 of what H P H' was before that one.
+ * Accuracy: as kq_update, q31: 2^-22 of S.  kq_log_likelihood knows nothing of its measurements.
  * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, start.h while a state is unknown, which
  * take what is sharp with care; to kq_gain and steady.h, whose gain has it taken.  The functions for known
  * sizes (src/known_sizes/) leave it to those here.

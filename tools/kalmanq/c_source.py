@@ -15,7 +15,7 @@ from kalmanq.model import Model
 from kalmanq.parts import Parts, is_diagonal, known_prior
 
 WAYS = {
-    "lean": "process and sensor are constants in flash; a sharp measurement is refused: the least code",
+    "lean": "process and sensor are constants in flash; a low-noise measurement is taken coarsely: the least code",
     "tables": "process and sensor are constants in flash",
     "init": "process and sensor are prepared at the start: fewer instructions where A or H has zeros",
     "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
