@@ -144,7 +144,9 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
  * S = H P H' + r.  A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), or without
  * noise, is taken coarsely: r is raised to 2^-15 S (f64: 2^-47 S), and KQ_EVENT_SHARP is set.  NIS, the
  * likelihood and a history have the raised noise: what was done.  So after an outage of any length each
- * measurement lowers the sigma of H x by at least 2^7 (f64: 2^23), until r is no longer raised.
+ * measurement lowers the sigma of H x by at least 2^7 (f64: 2^23), until r is no longer raised.  Observed on
+ * chains of 1 to 4 integrators, outages of up to 1e5 steps: its sigmas are at most 4 n measurements (f64: n)
+ * behind those by an ordinary sensor.
  * For P0 below 2^16 r (2^48 r), in the units of z, and without outages nothing is raised.
  * As any other sensor it does not take what is beyond the numbers (KQ_EVENT_OVERFLOW).  In q31 a state that
  * a component leads out of its word is held there before the next component (KQ_EVENT_SATURATED).  Rounding
