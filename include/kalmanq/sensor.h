@@ -69,23 +69,26 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
  * (kq_sensor_init_lean_f32):
  *   H        m x n
  *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
- * Nothing of it is checked, and H is taken for dense.
+ * One more argument may name the components that measure one state as it is (H_ck = 1, and 0 elsewhere),
+ * and a step then costs what it costs by init: m numbers in parentheses, 1 + k for such a component and 0 for
+ * any other.  For positions at states 0 and 2:
+ *
+ *     KQ_SENSOR_TABLE_F32(4, 2, H, r, (1, 3));
+ *
+ * Without it H is taken for dense.  kalmanq design writes it.  Nothing of a table is checked.
  */
-#define KQ_SENSOR_TABLE_F32(n, m, H, r)                                                            \
+#define KQ_SENSOR_TABLE_F32(n, m, H, ...)                                                          \
+    KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f32, __VA_ARGS__)
+#define KQ_SENSOR_TABLE_F64(n, m, H, ...)                                                          \
+    KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f64, __VA_ARGS__)
+#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, ...)                                                     \
+    KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f32, __VA_ARGS__)
+#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, ...)                                                     \
+    KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f64, __VA_ARGS__)
+#define KQ_PRIVATE_SENSOR(n, m, H, plain, kind, ...)                                               \
     {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f32                 \
-    }
-#define KQ_SENSOR_TABLE_F64(n, m, H, r)                                                            \
-    {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f64                 \
-    }
-#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, r)                                                       \
-    {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, 0, &kq_sensor_lean_f32                                     \
-    }
-#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, r)                                                       \
-    {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, 0, &kq_sensor_lean_f64                                     \
+        n, m, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__),       \
+            plain, kind                                                                            \
     }
 
 /** The same with the memory of a diagonal R only. */
@@ -231,17 +234,19 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
 
 /**
  * A sensor with independent noises as a constant, in flash, that is not checked where it runs
- * (KQ_PROCESS_TABLE_Q31), and a lean one: kq_sensor_init_diagonal_q31 must accept the same arrays.  H is
- * taken for dense.
+ * (KQ_PROCESS_TABLE_Q31), and a lean one: kq_sensor_init_diagonal_q31 must accept the same arrays.  One more
+ * argument may name the components that measure one state as it is in raw values, both of one fraction
+ * (KQ_SENSOR_TABLE_F32).  With it the raw values are those by init.
  */
-#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, r)                          \
+#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                        \
     {                                                                                              \
-        n, m, 0, state_format, measurement_format, H, r, {0}, (n) | (m) << 8,                      \
-            &kq_sensor_independent_q31                                                             \
+        n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, &kq_sensor_independent_q31               \
     }
-#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, r)                     \
+#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                   \
     {                                                                                              \
-        n, m, 0, state_format, measurement_format, H, r, {0}, 0, &kq_sensor_lean_q31               \
+        n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), 0, &kq_sensor_lean_q31                                   \
     }
 
 /**

@@ -349,6 +349,32 @@ static void a_const_table_is_a_lean_sensor(void)
     TEST_ASSERT_EQUAL_UINT(0, K(events)(&twin));
 }
 
+static const K(process) table_of_zeros = KQ_PROCESS_TABLE(2, 0, table_A, NULL, table_G, (0, 1));
+static const num table_H[] = {1, 0, 0.5, 1, 0, 1};
+static const K(sensor) lean_of_zeros = SENSOR_LEAN_TABLE(2, 3, table_H, table_r, (1, 0, 2));
+static const K(sensor) full_of_zeros = SENSOR_TABLE(2, 3, table_H, table_r, (1, 0, 2));
+
+/* With what is known of A and H: what init finds there, and the same state */
+static void a_const_table_knows_where_zeros_are(void)
+{
+    uint32_t seed = 1;
+    ASSERT_OK(K(process_init)(&motion, table_A, NULL, table_Q));
+    ASSERT_OK(K(sensor_init_lean)(&lean, table_H, table_r));
+    TEST_ASSERT_EQUAL_MEMORY(motion.first, table_of_zeros.first, sizeof motion.first);
+    TEST_ASSERT_EQUAL_MEMORY(lean.selects, lean_of_zeros.selects, sizeof lean.selects);
+    TEST_ASSERT_EQUAL_MEMORY(lean.selects, full_of_zeros.selects, sizeof lean.selects);
+    for (int t = 0; t < STEPS; t++) {
+        for (int c = 0; c < 3; c++) z[c] = noise(&seed);
+        const K(sensor) *const s = t % 2 ? &lean_of_zeros : &full_of_zeros;
+        ASSERT_OK(K(step)(&track, &motion, NULL, &lean, z));
+        ASSERT_OK(K(step)(&twin, &table_of_zeros, NULL, s, z));
+        for (int i = 0; i < 2; i++) {
+            ASSERT_CLOSE(K(mean)(&track, i), K(mean)(&twin, i), 4);
+            ASSERT_CLOSE(K(sigma)(&track, i), K(sigma)(&twin, i), 2);
+        }
+    }
+}
+
 static void bad_inputs(void)
 {
     const num negative[] = {1, -1, 1}, nan[] = {1, (num)NAN, 1};
@@ -374,6 +400,7 @@ SUITE(lean, set_up)
     RUN_TEST(the_raised_noise_is_recorded);
     RUN_TEST(robust_updates_take_it);
     RUN_TEST(a_const_table_is_a_lean_sensor);
+    RUN_TEST(a_const_table_knows_where_zeros_are);
     RUN_TEST(what_is_far_off_is_found_again);
     RUN_TEST(what_contradicts_is_told);
     RUN_TEST(an_adaptation_takes_it);

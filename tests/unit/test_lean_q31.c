@@ -199,6 +199,27 @@ static void robust_updates_take_it(void)
     ASSERT_SAME_Q31(&track, &twin);
 }
 
+/* With what is known of A and H: the very state of the same model by init */
+static void const_tables_with_zeros(void)
+{
+    const kq_process_q31 table = KQ_PROCESS_TABLE_Q31(2, 0, motion.state_format, NULL, motion.transition, NULL,
+                                                      motion.noise_root, (0, 1));
+    const kq_sensor_q31 lean_table =
+        KQ_SENSOR_LEAN_TABLE_Q31(2, 2, lean.state_format, lean.measurement_format, lean.measurement, lean.noise,
+                                 (1, 0)); /* component 0: of as many fraction bits as state 0 */
+    TEST_ASSERT_EQUAL_MEMORY(motion.process.first, table.first, sizeof table.first);
+    TEST_ASSERT_EQUAL_MEMORY(lean.sensor.selects, lean_table.selects, sizeof lean_table.selects);
+    uint32_t seed = 1;
+    begin();
+    for (int t = 0; t < 12; t++) {
+        double values[2];
+        random_words(values, &seed);
+        ASSERT_OK(kq_step_q31(&twin, &table, NULL, &lean_table, measured(values)));
+        ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &lean.sensor, measured(values)));
+        ASSERT_SAME_Q31(&track, &twin);
+    }
+}
+
 /* The arrays as constants' initialisers, with the careful path and without */
 static void const_tables(void)
 {
@@ -245,5 +266,6 @@ SUITE(lean, set_up)
     RUN_TEST(after_any_outage_it_comes_back);
     RUN_TEST(robust_updates_take_it);
     RUN_TEST(const_tables);
+    RUN_TEST(const_tables_with_zeros);
     RUN_TEST(bad_inputs);
 }
