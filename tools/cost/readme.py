@@ -70,7 +70,7 @@ A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and
 Bytes. Flash is code, constants and initial values with what libc and libgcc add, less the same program without
 a filter: gcc `-O2` (AVR `-Os`), then clang `-Oz`; all other columns are gcc's. From roots: where Q and P0 are given by
 their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. Lean: process and
-sensor are constant tables, P0 is given by its root, and the sensor is one that refuses sharp measurements
+sensor are constant tables, P0 is given by its root, and the sensor is one that takes low-noise measurements coarsely
 (`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). RAM: the objects and the tape, on AVR also the constants.
 Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements included.
 Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R from 0 to P0,

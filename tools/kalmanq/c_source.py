@@ -12,22 +12,14 @@ from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter
 from kalmanq.model import Model
-from kalmanq.parts import Parts, is_diagonal, known_prior
+from kalmanq.parts import CONSTANT, WAYS, Parts, is_diagonal, known_prior, ways_of
 
-WAYS = {
-    "lean": "process and sensor are constants in flash; a sharp measurement is refused: the least code",
-    "tables": "process and sensor are constants in flash",
-    "init": "process and sensor are prepared at the start: fewer instructions where A or H has zeros",
-    "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
-}
-CONSTANT = ("lean", "tables")  # the ways in which process and sensor are constants
 WORDS = frozenset("""auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     bool class delete new template this namespace main kalmanq assert complex ctype errno fenv float inttypes iso646
     limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string
     tgmath threads time uchar wchar wctype""".split())
 SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
-LEAST_VARIANCE = 2.0**-120  # of a measurement in a constant sensor, kq_sensor_f32
 
 
 @dataclass(frozen=True)
@@ -73,17 +65,6 @@ class Writer:
     @property
     def is_unknown(self) -> bool:
         return bool(np.any(self.model.unknown))
-
-
-def ways_of(parts: Parts) -> list[str]:
-    """The ways in which a filter can be written."""
-    made = ["init"]
-    has_tables = is_diagonal(parts.model.R) and not np.any(parts.model.unknown)
-    if has_tables and np.all(np.diag(parts.model.R) > LEAST_VARIANCE):
-        made = ["lean", "tables", "init"]
-    if is_diagonal(parts.model.R):
-        made.append("sizes")
-    return made
 
 
 def identifier(text: str) -> str:
@@ -364,14 +345,16 @@ def _tables_to_init(w: Writer) -> list[str]:
 def _objects_constant(w: Writer) -> list[str]:
     n, m, l = w.model.n, w.model.m, w.model.l
     control, kind = ("control" if l else "NULL"), ("SENSOR_LEAN_TABLE" if w.way == "lean" else "SENSOR_TABLE")
+    of_A, of_H = (f"({', '.join(map(str, numbers))})" for numbers in w.parts.zeros)
     if w.is_fixed:
         controls = "control_format" if l else "NULL"
         return [f"static const kq_process_q31 model_process = KQ_PROCESS_TABLE_Q31(\n    {n}, {l}, state_format, {controls}, "
-                f"transition, {control}, noise_root);",
+                f"transition, {control}, noise_root, {of_A});",
                 f"static const kq_sensor_q31 model_sensor = KQ_{kind}_Q31(\n    {n}, {m}, state_format, measurement_format, "
-                "measurement, variance);"]
-    return [f"static const kq_process_f32 model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, noise_root);",
-            f"static const kq_sensor_f32 model_sensor = KQ_{kind}_F32({n}, {m}, measurement, variance);"]
+                f"measurement, variance, {of_H});"]
+    return [f"static const kq_process_f32 model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, "
+            f"noise_root,\n    {of_A});",
+            f"static const kq_sensor_f32 model_sensor = KQ_{kind}_F32({n}, {m}, measurement, variance, {of_H});"]
 
 
 def _objects(w: Writer) -> list[str]:

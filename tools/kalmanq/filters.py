@@ -62,12 +62,15 @@ class Filter(Readable):
         f.update(z); f.predict(u); ...      one row at a time
         run = f.run(z, u)                   or a sequence in one call, which may be called again for more
 
+    way   of f32 and q31, "lean", "tables", "init" or "sizes": the numbers are those of the chip with the C file that
+          `design` writes in that way
+
     What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
     `nis`, `taken`, `log_likelihood`, `events`.
     """
 
-    def __init__(self, model: Model, arithmetic: str = "f64", *, parts: Optional[Parts] = None):
-        super().__init__(model, parts or Parts(model, arithmetic))
+    def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
+        super().__init__(model, parts or Parts(model, arithmetic, way))
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
