@@ -93,6 +93,7 @@ typedef struct {
     float determinant;
     int32_t exponent;
     int32_t count;
+    uint32_t faint; /* measurements that were within the last bits of S */
 } kq_likelihood_run_f32;
 
 typedef struct {
@@ -100,6 +101,7 @@ typedef struct {
     double determinant;
     int32_t exponent;
     int32_t count;
+    uint32_t faint;
 } kq_likelihood_run_f64;
 
 typedef struct {
@@ -130,11 +132,11 @@ typedef struct {
 #define KQ_FILTER_F32(name, n)                                                                     \
     static float name##_memory[KQ_FILTER_LEN_F32(n)];                                              \
     static kq_filter_f32 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0, 0}}
 #define KQ_FILTER_F64(name, n)                                                                     \
     static double name##_memory[KQ_FILTER_LEN_F64(n)];                                             \
     static kq_filter_f64 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -402,6 +404,7 @@ typedef struct {
     int32_t carried;
     int32_t count;
     kq_scaled_q31 determinant;
+    uint32_t faint;
 } kq_likelihood_run_q31;
 
 typedef struct {
@@ -429,7 +432,7 @@ typedef struct {
                                  NULL,                                                             \
                                  NULL,                                                             \
                                  {0, {0, 0}, 0},                                                   \
-                                 {0, 0, 0, {0, 0}}}
+                                 {0, 0, 0, {0, 0}, 0}}
 
 /** As kq_filter_assign_f32; KQ_FILTER_LEN_Q31(n) words. */
 kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t length);

@@ -76,6 +76,8 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
+static const uint32_t num_most_faint = UINT32_C(1) << 19; /* after so many, sigma may be off by 1 % */
+
 /* Is s above r > 0, by less than 16 of its last bits? */
 static inline int is_faint(num r, num s)
 {

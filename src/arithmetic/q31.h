@@ -34,6 +34,8 @@ static inline uint32_t num_bits(num a) { return (uint32_t)a; }
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
 static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
 
+static const uint32_t num_most_faint = UINT32_C(1) << 24; /* after so many, sigma may be off by 1 % */
+
 /* Is s above r > 0, by less than 64 of its last bits? */
 static inline int is_faint(scaled r, scaled s)
 {

@@ -207,7 +207,7 @@ static void what_contradicts_is_told(void)
     const num away[] = {EPS > 1e-10 ? N(1e5) : N(1e9)};
     ASSERT_OK(K(sensor_init_diagonal)(&sharp, one_state, noise_now));
     ASSERT_OK(K(update)(&track, &sharp, away));
-    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, K(events)(&track));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_CONTRADICTION, K(events)(&track));
 }
 
 ADAPTATION(taught, 2, 3);
