@@ -105,8 +105,9 @@ enum {
     KQ_EVENT_REJECTIONS = 32,
     /** A measurement was taken for a jump of the state: P was raised before it was taken. */
     KQ_EVENT_JUMP = 64,
-    /** Precision lost: a sigma may be wrong by more than 5 %, because what a measurement says of the state
-        is within the rounding of P (filter.h, kq_update). */
+    /** Precision lost: a sigma may be wrong by more than 5 %.  What a sharp measurement said is within the
+        rounding of P after a predict (filter.h, kq_predict), or very many said less than its last bits
+        (kq_update). */
     KQ_EVENT_PRECISION = 128,
     /** A lean sensor took a low-noise measurement coarsely: its noise was raised (kq_sensor_init_lean_<T>). */
     KQ_EVENT_SHARP = 256,

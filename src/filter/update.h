@@ -31,6 +31,16 @@ KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
     filter_note_move(f, events);
 }
 
+/* A measurement that is rounded off in part.  One takes no more than its last bits from P: it needs so many of
+   them before the sum of that shows in a sigma. */
+enum { EVENT_FAINT = 0x8000 }; /* in a copy of a filter: to be counted, and told to nobody */
+
+KQ_COLD KQ_NOINLINE static void count_faint(filter *f)
+{
+    if (f->run.faint < num_most_faint) f->run.faint++;
+    else f->events |= KQ_EVENT_PRECISION;
+}
+
 /* Takes component c of a reading, of row h, noise r and innovation e, into the filter.  selected: 1
    + the state that h takes alone, as it is, or 0.  Answers 0 where there is something unusual about
    it (sharp.h), or, for a lean sensor, it is beyond the numbers: then nothing has been done. */
@@ -58,8 +68,10 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     move_mean(f, gain, S, w, n);
     renormalise_if_strong(S, r, s, n);
     if (mode == MODE_BARE) return 1;
-    if (is_faint(r, s)) f->events |= KQ_EVENT_PRECISION;
     likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
+    if (!is_faint(r, s)) return 1;
+    if (is_copy) f->events |= EVENT_FAINT;
+    else count_faint(f);
     return 1;
 }
 
