@@ -1,6 +1,6 @@
 """compiled_table.py FOLDER: the five models compiled in both arithmetics, with what each may cost at most.
 
-f32 without ranges, that is without doors; q31 with a range of 64.  Where `others` is given, too, the same with a
+f32 without ranges; q31 with a range of 64.  Where `others` is given, too, the same with a
 step of 0.1, axes that have nothing to do with each other, a constant gain, the options, and a square root.
 """
 

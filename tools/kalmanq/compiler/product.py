@@ -9,7 +9,7 @@ from typing import Any, Optional, Sequence
 
 from kalmanq.compiler import classes, exact, fixed, floats, formats, forms, rounding
 from kalmanq.compiler.names import named
-from kalmanq.compiler.plan import Plan, bookkeeping
+from kalmanq.compiler.plan import LARGEST, Plan, bookkeeping
 from kalmanq.compiler.refusals import refuse
 from kalmanq.compiler.roots import Root
 from kalmanq.compiler.search import Found, NoCompiler, Overflow, Runner, Track
@@ -182,14 +182,13 @@ class Maker:
         return structure(subject, form, self.wanted.partial)
 
     def plan(self, form: Any, subject: forms.Subject) -> Plan:
-        ranges = [one.range for one in self.model.measurements]
-        doors = [subject.words.door("z", j, one) if one else None for j, one in enumerate(ranges)]
-        stops = [subject.words.door("u", k, one.range) if one.range else None
-                 for k, one in enumerate(self.model.controls)]
+        ranges = [one.range or LARGEST for one in self.model.measurements]
+        doors = [subject.words.door("z", j, one) for j, one in enumerate(ranges)]
+        stops = [subject.words.door("u", k, one.range or LARGEST) for k, one in enumerate(self.model.controls)]
         return Plan(
             self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
             self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
-            most=[subject.words.end("z", j, one) if one else 1e30 for j, one in enumerate(ranges)],
+            most=[subject.words.end("z", j, one) for j, one in enumerate(ranges)],
             pushes=[subject.words.end("u", k, one.range) if one.range else 1.0
                     for k, one in enumerate(self.model.controls)], stops=stops, partial=self.wanted.partial,
             nis=self.wanted.nis, lag=self.wanted.lag)
@@ -226,7 +225,7 @@ class Maker:
     def _records(self, runner: Runner) -> tuple[Track, Optional[Track]]:
         """Of what is drawn of the model; the worst of several at the ends of the ranges"""
         gap = self.gaps.max_gap
-        seeds = range(1, 1 + RECORDS) if all(runner.plan.doors) else ()
+        seeds = range(1, 1 + RECORDS) if all(one.range for one in self.model.measurements) else ()
         ends = [runner.record(RECORD // RECORDS, gap, ends=seed) for seed in seeds]
         return runner.record(RECORD, gap), max(ends, key=lambda one: one.worst, default=None)
 
