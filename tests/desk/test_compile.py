@@ -570,7 +570,7 @@ def test_a_control_that_is_no_number_is_none(tmp_path: Path) -> None:
             assert np.array_equal(ours["mean"], told["mean"]) and np.all(np.isfinite(ours["mean"]))
             z[rows + 1] = np.nan
             assert np.array_equal(made.run(z, u)["mean"], made.run(z, none)["mean"])
-    assert "A control beyond 1e30, or NaN, is" in (tmp_path / "filter_x.h").read_text()
+    assert "A control beyond 1e18, or NaN, is" in (tmp_path / "filter_x.h").read_text()
 
 
 @pytest.mark.skipif(not shutil.which("g++"), reason="no C++ compiler")

@@ -9,7 +9,7 @@ from typing import Sequence
 from kalmanq.compiler.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
 from kalmanq.compiler.lines import Line, Lines, indented
-from kalmanq.compiler.plan import Plan
+from kalmanq.compiler.plan import LARGEST, Plan
 from kalmanq.compiler.sums import Sum
 
 WIDTH = 110
@@ -110,7 +110,10 @@ def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
 
 def outside_of(plan: Plan) -> list[str]:
     """Whether a measurement is outside its range, or no number, of each"""
-    return [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors)]
+    ranged = [bool(one.range) for one in plan.model.measurements]
+    squares = " + ".join(f"z[{j}] * z[{j}]" for j in range(len(ranged)) if not ranged[j])  # one comparison of them all
+    return [*(plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if ranged[j]),
+            *([f"!({squares} <= {LARGEST**2:.0e}f)"] if squares else [])]
 
 
 def door(plan: Plan, refused: Sequence[str], *others: str) -> list[str]:

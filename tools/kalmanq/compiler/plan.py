@@ -12,7 +12,7 @@ from kalmanq.compiler.structure import Structure
 from kalmanq.model import Model
 
 
-LARGEST = 1e30  # float that is taken where no range is declared: what comes of it stays a number
+LARGEST = 1e18  # taken where no range is declared; its square is a float, and what comes of it stays a number
 
 
 @dataclass(frozen=True)
