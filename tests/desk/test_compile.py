@@ -455,6 +455,21 @@ def test_what_is_refused_is_what_was_not_proven(arithmetic: str, axes: int, gaps
     assert min(ends) < 10 and len(set(ends)) > 30
 
 
+@pytest.mark.parametrize("model", (kinematic(1, 2, ranged=True), kinematic(1, 3, ranged=True),
+                                   kinematic(2, 2, ranged=True), random_model(2, True)))
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_without_min_run_it_is_what_the_covariance_takes_to_settle(arithmetic: str, model: Model,
+                                                                   tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(re.sub(r"\[gaps\][^[]*", "", model_file.text_of(model)) + "\n[gaps]\nmax_gap = 3\n")
+    alone = model_file.read(path)
+    assert alone.gaps == Gaps(3) and model_file.text_of(alone).count("min_run") == 0
+    plan = compiled(alone, Wanted(arithmetic, "x")).plan
+    assert plan.min_run == plan.rows > 1
+    said = compiled(model.changed(gaps=Gaps(3, plan.rows)), Wanted(arithmetic, "x")).plan
+    assert (said.min_run, said.rows) == (plan.min_run, plan.rows)
+
+
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_the_door(arithmetic: str, tmp_path: Path) -> None:
     """What is outside its range is as good as missing."""

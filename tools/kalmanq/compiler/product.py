@@ -135,7 +135,8 @@ class Maker:
             raise KalmanqError("--partial: a sample in part is one of a gap, and the model declares none: give [gaps] "
                                "max_gap, or leave out --partial")
         self.rows = self._rows_to_settle(MOST_ROWS[wanted.arithmetic])
-        self.min_run = min(max(self.gaps.min_run, 1), self.rows)
+        least = self.gaps.min_run or (self.rows if self.gaps.max_gap else 1)
+        self.min_run = min(least, self.rows)
         self.means: Optional[classes.Means] = None
         self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
 
@@ -161,7 +162,7 @@ class Maker:
             raise KalmanqError(f"--partial: {gap.count(self.of.m)} gaps of any components of {self.of.m} over "
                                f"{self.gaps.max_gap} rows, and q31's ranges are proven for at most "
                                f"{classes.MOST_WAYS}: a smaller max_gap")
-        if self.gaps.max_gap and self.gaps.min_run < self.rows:
+        if self.gaps.max_gap and self.min_run < self.rows:
             raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
                                f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z = formats.ranges_of("measurements", self.model.measurements)
