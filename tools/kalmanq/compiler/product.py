@@ -102,11 +102,7 @@ def compiled(model: Model, wanted: Wanted, most: Optional[int] = None) -> Produc
 
 
 class NotSearched(KalmanqError):
-    """The search of this plan was given up, or could not begin: nothing is known of its error."""
-
-    def __init__(self, said: str, plan: Plan):
-        super().__init__(said)
-        self.plan = plan
+    """The search was given up, or could not begin: nothing is known of the filter."""
 
 
 class NotProven(KalmanqError):
@@ -238,10 +234,10 @@ class Maker:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
                 found = runner.search(self.most if given_up else limit)
                 if given_up and not found.closed:
-                    raise NotSearched(f"more than {self.most} covariances", plan)
+                    raise NotSearched(f"more than {self.most} covariances")
                 return (found, *self._records(runner))
         except NoCompiler as problem:
-            raise NotSearched(str(problem), plan) from None
+            raise NotSearched(str(problem)) from None
         except Overflow:
             raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
                             "covariance settles to", START) from None
