@@ -10,14 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compiled_models import kinematic
+from products import PRODUCTS
 from test_commands import EXAMPLES
 from typer.testing import CliRunner
 
 from kalmanq import Model, Quantity, command_line, model_file
 from kalmanq.commands import design, report
+from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import costs, forms, offers
+from kalmanq.compiler.product import Wanted, compiled
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.compiler.structure import Structure
+from kalmanq.errors import KalmanqError
+from kalmanq.reach import Record, with_ranges
 
 ARITHMETICS = ("f32", "q31")
 MEASURES = ("two_calls", "step_settled", "flash")
@@ -121,24 +126,39 @@ def test_what_is_refused_says_why() -> None:
 
 
 def test_a_search_that_is_too_long_is_not_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Counted, not timed: the same everywhere.  The cost is known, the errors are not.  design chooses ranges where
-    there are none; only with them in the file kalmanq compile comes to the same, and that is said, too."""
+    """Counted, not timed: the same everywhere.  Nothing is listed that kalmanq compile may refuse.  design chooses
+    ranges where there are none; only with them in the file kalmanq compile comes to the same, and that is said, too."""
     monkeypatch.setattr(offers, "MOST", 100)
     one = kinematic(1, 1)
     told = json.loads(called("design", file_of(one, tmp_path), "--data", data_of(one, tmp_path), "--core", "m4f",
                              "--json"))["compiled"]
-    said = "errors not searched: more than 100 covariances; run kalmanq compile"
-    assert told["f32"]["remark"] == said
-    assert told["q31"]["remark"] == f"with the chosen ranges in the model file; {said}"
-    assert all(one["two_calls"] > one["step_settled"] > 10 and "mean" not in one for one in told.values())
+    said = "not tried: more than 100 covariances; run kalmanq compile"
+    assert told["f32"] == {"form": "not tried", "remark": said}
+    assert told["q31"] == {"form": "not tried", "remark": f"{said} with the chosen ranges in the model file"}
 
 
-def test_without_a_compiler_there_is_a_cost(ordinary: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("make", PRODUCTS)
+def test_what_is_listed_of_a_product_is_compiled(make) -> None:
+    """And what is refused is refused: of each arithmetic, with the ranges that design chooses"""
+    model = make()
+    u = np.zeros((500, model.l)) if model.l else None
+    ranged, _ = with_ranges(model, [Record(simulate(model, 500, 1, u)[1], u)])
+    for one in offers.offers(model, ranged):
+        of = ranged if one.arithmetic == "q31" else model
+        try:
+            form = compiled(of, Wanted(one.arithmetic, "x")).plan.form.name
+        except KalmanqError:
+            form = "refused"
+        assert one.state in (form, "not tried") and bool(one.plan or one.costs) == (one.state == form != "refused")
+        assert one.state != "not tried" or "run kalmanq compile" in one.remark
+
+
+def test_without_a_compiler_nothing_is_listed(ordinary: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
     for one in offers.offers(ordinary):
-        assert one.costs and one.error is None and "needs a C compiler" in one.remark
-        assert one.cells("m4f")[-2:] == ["", ""]
+        assert not one.costs and one.error is None and "needs a C compiler" in one.remark
+        assert one.cells("m4f")[1:] == ["not tried", *[""] * 6]
     refused = "refused: measurements: range has no range; q31 needs one, f32 does not"
     assert offers.offers(kinematic(1, 2))[1].remark == refused
 

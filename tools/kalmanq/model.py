@@ -36,10 +36,11 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Gaps:
-    """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps."""
+    """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps (None: any
+    number, but for a compiled filter as many as its covariance takes to settle)."""
 
     max_gap: int = 0
-    min_run: int = 1
+    min_run: Optional[int] = None
 
 
 Quantities = Optional[Sequence[Union[Quantity, str]]]

@@ -224,13 +224,12 @@ def quantities(which: str, given: Mapping[str, Any], size: int, default: Optiona
 
 
 def _gaps(given: Mapping[str, Any]) -> Gaps:
-    values = {"max_gap": 0, "min_run": 1, **given}
     for key, least in (("max_gap", 0), ("min_run", 1)):
-        if _typed(values[key], int, "gaps", f"right: {key} is a whole number") < least:
+        if key in given and _typed(given[key], int, "gaps", f"right: {key} is a whole number") < least:
             raise ModelError("gaps", f"{key} is at least {least}")
-        if values[key] > ROWS_MAX:
+        if given.get(key, least) > ROWS_MAX:
             raise ModelError("gaps", f"{key} is at most {ROWS_MAX}")
-    return Gaps(values["max_gap"], values["min_run"])
+    return Gaps(**given)
 
 
 # ------------------------------------------------------------------------------ writing
@@ -247,7 +246,8 @@ def text_of(model: Model) -> str:
     for which in ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
     if model.gaps != Gaps():
-        lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}", f"min_run = {model.gaps.min_run}"]
+        lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
+        lines += [] if model.gaps.min_run is None else [f"min_run = {model.gaps.min_run}"]
     return "\n".join(lines) + "\n"
 
 

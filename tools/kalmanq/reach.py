@@ -61,11 +61,12 @@ def _inside(values: np.ndarray, quantities: Sequence[Quantity]) -> int:
 def _leave_gaps(model: Model, z: np.ndarray, random: np.random.Generator) -> None:
     if not model.gaps.max_gap:
         return
-    row = model.gaps.min_run
+    run = model.gaps.min_run or 1
+    row = run
     while row < len(z):
         end = row + int(random.integers(1, model.gaps.max_gap + 1))
         z[row:end] = np.nan
-        row = end + model.gaps.min_run + int(random.integers(0, 20))
+        row = end + run + int(random.integers(0, 20))
 
 
 def reach(model: Model, records: Sequence[Record]) -> Reach:
