@@ -33,7 +33,7 @@ KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
 
 /* A measurement that is rounded off in part.  One takes no more than its last bits from P: it needs so many of
    them before the sum of that shows in a sigma. */
-enum { EVENT_FAINT = 0x8000 }; /* in a copy of a filter: to be counted, and told to nobody */
+enum { EVENT_FAINT = 0x4000 }; /* in a copy of a filter: to be counted, and told to nobody */
 
 KQ_COLD KQ_NOINLINE static void count_faint(filter *f)
 {

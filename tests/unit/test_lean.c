@@ -212,7 +212,7 @@ static int is_late_by(int late, int n)
     return 1;
 }
 
-static void assert_comes_back(int n, int outage, num noise_now)
+static void assert_comes_back(int n, int32_t outage, num noise_now)
 {
     PROCESS(chain, CHAIN_MAX, 0);
     SENSOR_DIAGONAL(chain_full, CHAIN_MAX, 1);
@@ -236,7 +236,7 @@ static void assert_comes_back(int n, int outage, num noise_now)
     ASSERT_OK(K(sensor_init_lean)(&chain_lean, h, r_n));
     ASSERT_OK(K(filter_init)(&full_track, mean, P_n));
     ASSERT_OK(K(filter_init)(&lean_track, mean, P_n));
-    for (int t = 0; t < outage; t++) {
+    for (int32_t t = 0; t < outage; t++) {
         ASSERT_OK(K(predict)(&full_track, &chain, NULL));
         ASSERT_OK(K(predict)(&lean_track, &chain, NULL));
     }
@@ -259,7 +259,7 @@ static void assert_comes_back(int n, int outage, num noise_now)
 
 static void after_any_outage_it_comes_back(void)
 {
-    static const int outages[] = {10, 100, 3000, 100000};
+    static const int32_t outages[] = {10, 100, 3000, 100000};
     static const num noises[] = {1, N(0.01), N(1e-4)};
     for (int n = 1; n <= CHAIN_MAX; n++) {
         for (int k = 0; k < COUNT(outages); k++) {

@@ -324,12 +324,14 @@ static int run_trend(double noise, int from)
         ASSERT_OK(K(update)(&track_f64, &line_f64, z));
         within &= is_within();
     }
-    ASSERT_OK(kq_start_smooth_q31(&start));
+    const kq_status smoothed = kq_start_smooth_q31(&start);
     ASSERT_OK(K(start_smooth)(&start_f64));
     for (size_t t = 0; t < 16; t++) {
         within &= fabs(K(start_smoothed_mean)(&start_f64, t, 0)) < 85;
         within &= fabs(K(start_smoothed_mean)(&start_f64, t, 1)) < 85;
     }
+    if (within) ASSERT_OK(smoothed);
+    TEST_ASSERT_EQUAL_INT(kq_events_q31(&track) & KQ_EVENT_SATURATED ? KQ_SATURATED : KQ_OK, smoothed);
     return within;
 }
 
