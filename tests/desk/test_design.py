@@ -290,25 +290,20 @@ def test_why_lean_is_not_offered_is_said(model, why):
 
 
 def test_random_lean_designs_come_back_from_their_outage():
-    """What is offered is within 2 % of the full sensor, by another program than the design's; some are not offered."""
+    """What is offered is within 2 % of the full sensor, by another program than the design's."""
     random, offered, coarse = np.random.default_rng(23), 0, 0
-    for k in range(60):
-        n = int(random.integers(1, 5))
-        model = random_model(random, n, int(random.integers(1, min(n, 2) + 1)))
-        if model.l or np.any(model.unknown):
-            continue
-        model = model.changed(R=model.R * 10.0 ** random.uniform(-4, 0))
-        try:
-            model, _ = with_ranges(model, draw(model, seeds=[k]))
-        except KalmanqError:
-            continue  # a state that nothing moves
-        for arithmetic, found in design(model, LARGE, draw(model, seeds=[k])).lean.items():
+    for k in range(40):
+        n = int(random.integers(1, 5)) if k % 4 else 1
+        given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-2, 1)}
+        gaps = Gaps(int(10 ** random.uniform(0, 3)), 100)
+        model = velocity(**given, n=n, gaps=gaps) if n > 1 else Model(random.uniform(1, 1.2), 1, given["R"], given["q"], P0=1, gaps=gaps,
+            states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)])
+        for arithmetic, found in design(model, LARGE, [type(draw(five.level())[0])(np.zeros((300, 1)))]).lean.items():
             if not found.refused:
                 far = sigmas_after(model, arithmetic, found.outage, SOON * n)
                 assert far[found.rows - 1:].max() <= NEAR, (k, arithmetic, found, far)
                 offered, coarse = offered + 1, coarse + (found.rows > 1)
-    assert offered >= 20 and coarse >= 5, (offered, coarse)
-    print(offered, coarse)
+    assert offered >= 20 and coarse >= 10, (offered, coarse)
 
 
 def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path):

@@ -197,8 +197,9 @@ def _recovery(model: Model, arithmetic: str, outage: int) -> Optional[int]:
     z = np.zeros((begin + 2 * soon, model.m))  # sigmas do not depend on what is measured
     z[SETTLED:begin] = np.nan
     centred = model.changed(x0=np.zeros(model.n))
-    lean, full = (_run(centred, arithmetic, Record(z), way).sigma[begin:] for way in ("lean", "tables"))
-    far = np.flatnonzero(np.any(~(np.abs(lean - full) <= NEAR * full), axis=1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        lean, full = (_run(centred, arithmetic, Record(z), way).sigma[begin:] for way in ("lean", "tables"))
+        far = np.flatnonzero(np.any(~(np.abs(lean - full) <= NEAR * full), axis=1))
     rows = int(far[-1]) + 2 if len(far) else 1
     return rows if rows <= soon else None
 
