@@ -296,7 +296,8 @@ def test_random_lean_designs_come_back_from_their_outage():
         n = int(random.integers(1, 5)) if k % 4 else 1
         given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-2, 1)}
         gaps = Gaps(int(10 ** random.uniform(0, 3)), 100)
-        model = velocity(**given, n=n, gaps=gaps) if n > 1 else Model(random.uniform(1, 1.2), 1, given["R"], given["q"], P0=1, gaps=gaps,
+        model = velocity(**given, n=n, gaps=gaps) if n > 1 else Model(
+            random.uniform(1, 1.2), 1, given["R"], given["q"], P0=1, gaps=gaps,
             states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)])
         for arithmetic, found in design(model, LARGE, [type(draw(five.level())[0])(np.zeros((300, 1)))]).lean.items():
             if not found.refused:

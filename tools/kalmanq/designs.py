@@ -20,7 +20,7 @@ from kalmanq.reach import Reach, Record, reach, widened
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
-BLUNT = 2.0**-14  # R / S from which on a lean sensor takes all of a measurement: what is less than 2^-16 it takes coarsely
+BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than 2^-16 it takes coarsely
 GAP = 10  # rows, where a model declares no gap
 OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
 NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
@@ -95,8 +95,9 @@ class Lean:
 
     @property
     def said(self) -> str:
-        return self.refused or f"after {self.outage} rows without measurements all sigmas are within {100 * NEAR:g} % of " \
-                               f"the full sensor's in {self.rows} row{'s' if self.rows != 1 else ''}"
+        rows = "1 row" if self.rows == 1 else f"{self.rows} rows"
+        return self.refused or f"after {self.outage} rows without measurements all sigmas are within " \
+                               f"{100 * NEAR:g} % of the full sensor's in {rows}"
 
 
 @dataclass
@@ -182,7 +183,8 @@ def _lean(model: Model, arithmetic: str, runs: Sequence[Run]) -> Lean:
     if "lean" not in ways_of(Parts(model, arithmetic)):
         return Lean(outage, refused="R is correlated or too small, or the start is unknown")
     if not _is_blunt(model, runs):
-        return Lean(outage, refused=f"on the records R is less than 2^{np.log2(BLUNT):g} S: it would take measurements coarsely")
+        return Lean(outage, refused=f"on the records R is less than 2^{np.log2(BLUNT):g} S: it would take "
+                                    "measurements coarsely")
     try:
         rows = _recovery(model, arithmetic, outage)
     except KalmanqError as problem:
