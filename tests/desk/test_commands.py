@@ -68,6 +68,26 @@ def test_lag_robust_and_an_unknown_start(tmp_path):
     assert [row["level_lagged"] == "" for row in rows[:5]] == [True, True, True, False, False]
 
 
+@pytest.mark.parametrize("arithmetic, way", [("q31", "lean"), ("q31", "tables"), ("f32", "lean"), ("q31", "sizes")])
+def test_run_as_a_design_has_its_very_words(arithmetic, way, tmp_path):
+    """With gaps and rows in part; of q31 lean not those of init."""
+    model, data, out = model_file.read(EXAMPLES / "track.toml"), tmp_path / "data.csv", tmp_path / "out.csv"
+    z = simulate(model, 300, 1)[1]
+    z[40:60], z[5::7, 0] = np.nan, np.nan
+    data.write_text("\n".join([",".join(one.name for one in model.measurements), *(",".join(
+        "" if np.isnan(value) else repr(float(value)) for value in row) for row in z)]))
+    done = kalmanq("run", EXAMPLES / "track.toml", data, "--arith", arithmetic, "--as", way, "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    columns = [f"{state.name}_{what}" for what in ("mean", "sigma") for state in model.states]
+    written = np.array([[float(row[name]) for name in columns] for row in rows_of(out)])
+    read = tables.measurements_and_controls(data, model)[0]
+    runs = [Filter(model, arithmetic, way=one).run(read) for one in (way, "init")]
+    expected, of_init = (np.hstack([run.mean, run.sigma]) for run in runs)
+    assert written.tolist() == expected.tolist()
+    assert ((arithmetic, way) == ("q31", "lean")) == bool(np.any(expected != of_init))
+    assert json.loads(done.stdout)["way"] == way
+
+
 def test_the_picture_of_a_lag_has_the_lagged_estimate(tmp_path):
     """At the rows that it is of: where it is drawn, later rows have been taken."""
     kalmanq("simulate", EXAMPLES / "track.toml", "-n", 60, "--seed", 2, "--out", tmp_path / "z.csv")
@@ -150,6 +170,10 @@ def refused(done, said, folder):
     (["--smooth", "--lag", "3"], "one of them"),
     (["--smooth", "--robust", "gate"], "plain updates"),
     (["--lag", "2", "--robust", "jump"], "a lag cannot follow"),
+    (["--as", "init"], "--as init and --arith f64"),
+    (["--as", "init", "--arith", "q31", "--smooth"], "--as init and --smooth"),
+    (["--as", "init", "--arith", "f32", "--lag", "0"], "--as init and --lag"),
+    (["--as", "lean", "--arith", "q31"], "cannot run as lean, but as init, sizes"),
 ])
 def test_bad_options_are_one_line(options, said, tmp_path):
     refused(kalmanq("run", MODEL, NILE, *options, folder=tmp_path), said, tmp_path)

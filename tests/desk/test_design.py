@@ -15,8 +15,9 @@ import five
 from kalmanq import KalmanqError, Model, ModelError, Quantity, costs
 from kalmanq.c_source import WAYS, source, ways_of
 from kalmanq.core import lib
-from kalmanq.designs import ACCURATE, PARTS, Part, design, errors_of
+from kalmanq.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
 from kalmanq.filters import Filter
+from kalmanq.model import Gaps
 from kalmanq.parts import Parts
 from kalmanq.reach import draw, reach, with_ranges
 
@@ -231,6 +232,97 @@ def test_saturating_ranges_are_warned_of():
     records = [type(draw(model)[0])(np.cumsum(np.full((400, 1), 0.5), axis=0))]
     trial = design(model, LARGE, records).trials["q31"]
     assert not trial.is_good and trial.warnings
+
+
+# ------------------------------------------------------------------------------ lean after an outage
+
+
+def velocity(q=0.1, R=0.01, n=2, **given):
+    """Position and velocity; after 30 rows without a measurement R < 2^-16 S"""
+    A, Q = np.eye(n) + np.eye(n, k=1), np.zeros((n, n))
+    Q[-2:, -2:] = q * np.array([[1 / 3, 1 / 2], [1 / 2, 1]])
+    return Model(A, np.eye(1, n), R, Q, P0=np.ones(n), name="velocity", **{
+        "states": [Quantity(f"x{i}", range=1e6) for i in range(n)], "measurements": [Quantity("z", range=1e6)], **given})
+
+
+def sigmas_after(model, arithmetic, outage, rows):
+    """Of lean beside the full sensor, a row at a time; measurements are other than the design's"""
+    made, z = [], np.random.default_rng(1).uniform(-1e-3, 1e-3, (100 + rows, model.m))
+    for way in ("lean", "init"):
+        one, sigmas = Filter(model, arithmetic, way=way), []
+        for row in range(100 + rows):
+            if row:
+                one.predict()
+            for _ in range(outage if row == 100 else 0):
+                one.predict()
+            one.update(z[row])
+            sigmas.append(one.sigma)
+        made.append(np.array(sigmas[100:]))
+    return np.abs(made[0] / made[1] - 1).max(axis=1)
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+@pytest.mark.parametrize("gap, outage", [(0, 100), (3, 30), (400, 4000)])
+def test_lean_is_offered_where_it_comes_back_from_an_outage(arithmetic, gap, outage):
+    """Ten times the declared gap, 100 rows where none is declared: in how many rows is what the design says."""
+    model = velocity(gaps=Gaps(gap, 100) if gap else Gaps())
+    record = type(draw(model)[0])(np.zeros((300, 1)))  # without gaps
+    made = design(model, LARGE, [record])
+    found = made.lean[arithmetic]
+    assert not found.refused and found.outage == outage and found.rows <= SOON * model.n
+    far = sigmas_after(model, arithmetic, outage, 30)
+    assert far[found.rows - 1:].max() <= NEAR < far[found.rows - 2], (found.rows, far)
+    assert (arithmetic, "lean") in [(one.arithmetic, one.way) for one in made.ways]
+
+
+@pytest.mark.parametrize("model, why", [
+    (Model(1.5, 1, 1, 1, P0=1, states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)]),
+     "after 100 rows without measurements a sigma is not within 2 % of the full sensor's in 4 rows"),
+    (velocity(R=1e-9), "on the records R is less than 2^-14 S"),
+    (velocity(gaps=Gaps(30, 10)), "on the records R is less than 2^-14 S"),
+    (velocity(unknown=[0]), "the start is unknown"),
+    (velocity(B=[1e-10, 0], controls=[Quantity("u", range=1)], R=1e-40), "R is correlated or too small")])
+def test_why_lean_is_not_offered_is_said(model, why):
+    made = design(model, LARGE, draw(model))
+    assert why in made.lean["f32"].refused
+    assert ("f32", "lean") not in [(one.arithmetic, one.way) for one in made.ways]
+    assert ("f32", "init") in [(one.arithmetic, one.way) for one in made.ways]
+
+
+def test_random_lean_designs_come_back_from_their_outage():
+    """What is offered is within 2 % of the full sensor, by another program than the design's."""
+    random, offered, coarse = np.random.default_rng(23), 0, 0
+    for k in range(40):
+        n = int(random.integers(1, 5)) if k % 4 else 1
+        given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-2, 1)}
+        gaps = Gaps(int(10 ** random.uniform(0, 3)), 100)
+        model = velocity(**given, n=n, gaps=gaps) if n > 1 else Model(
+            random.uniform(1, 1.2), 1, given["R"], given["q"], P0=1, gaps=gaps,
+            states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)])
+        for arithmetic, found in design(model, LARGE, [type(draw(five.level())[0])(np.zeros((300, 1)))]).lean.items():
+            if not found.refused:
+                far = sigmas_after(model, arithmetic, found.outage, SOON * n)
+                assert far[found.rows - 1:].max() <= NEAR, (k, arithmetic, found, far)
+                offered, coarse = offered + 1, coarse + (found.rows > 1)
+    assert offered >= 20 and coarse >= 10, (offered, coarse)
+
+
+def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path):
+    model_file_ = tmp_path / "velocity.toml"
+    model_file_.write_text("[model]\nA = [[1.0, 1.0], [0.0, 1.0]]\nH = [1.0, 0.0]\nR = 0.01\nP0 = [1.0, 1.0]\n"
+                           "Q = [[0.0333, 0.05], [0.05, 0.1]]\n[states]\nranges = [1e6, 1e6]\n[measurements]\nranges = [1e6]\n")
+    (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
+    said = "after 100 rows without measurements all sigmas are within 2 % of the full sensor's in 4 rows"
+    asked = ("design", model_file_, "--core", "m0", "--data", tmp_path / "z.csv", "--way", "lean", "-o", tmp_path)
+    done = kalmanq(*asked, "--arith", "f32")
+    header = " ".join((tmp_path / "velocity.h").read_text().replace(" * ", " ").split())
+    assert done.returncode == 0 and f"lean in f32: {said}" in " ".join(done.stdout.split()) and f"lean: {said}." in header
+    told = json.loads(kalmanq(*asked, "--json").stdout)
+    assert told["lean"]["f32"] == {"outage": 100, "rows": 4, "refused": ""}
+    model_file_.write_text(model_file_.read_text().replace("R = 0.01", "R = 1e-9"))
+    done = kalmanq(*asked)
+    assert done.returncode == 1 and "lean: on the records R is less than 2^-14 S" in done.stderr
+    assert "no lean in f32: on the records R is less than 2^-14 S" in " ".join(done.stdout.split())
 
 
 # ------------------------------------------------------------------------------ costs

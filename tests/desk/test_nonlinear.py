@@ -735,6 +735,7 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "no such file": ("run", tmp_path / "none.py", TRACK_DATA, *out),
         "--lag: of a linear model": ("run", TRACK, TRACK_DATA, "--lag", 3, *out),
         "--robust: of a linear model": ("run", TRACK, TRACK_DATA, "--robust", "huber", *out),
+        "--as: of a linear model": ("run", TRACK, TRACK_DATA, "--as", "init", *out),
         "--forecast: of a linear model": ("run", TRACK, TRACK_DATA, "--forecast", 3, *out),
         "--iterate: of --method iterated and posterior": ("run", TRACK, TRACK_DATA, "--iterate", 3, *out),
         "--passes: of --smooth": ("run", TRACK, TRACK_DATA, "--passes", 3, *out),

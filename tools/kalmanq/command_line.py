@@ -234,6 +234,7 @@ def run(
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too."),
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one."),
     robust: Optional[Way] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps."),
+    as_: Optional[WayToRun] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way."),
     method: Optional[NonlinearMethod] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out."),
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out."),
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states."),
@@ -246,7 +247,7 @@ def run(
 
     with told_in_one_line(model, data, out, plot):
         run_file(Asked(model, data, arith.value, smooth, lag, forecast, robust.value if robust else None, out,
-                       plot, json_, method.value if method else None, iterate, passes), console())
+                       plot, json_, method.value if method else None, iterate, passes, as_.value if as_ else None), console())
 
 
 @app.command()

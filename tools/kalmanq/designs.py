@@ -20,7 +20,11 @@ from kalmanq.reach import Reach, Record, reach, widened
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
-BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: it refuses less than 2^-16
+BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than 2^-16 it takes coarsely
+GAP = 10  # rows, where a model declares no gap
+OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
+NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
+SETTLED = 100  # rows before the outage
 WORTH = 0.9  # fewer instructions than that share are worth more code
 START_UP = 1024  # bytes of flash that a program has beside all this
 WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_PRECISION | lib.KQ_EVENT_SHARP
@@ -81,15 +85,31 @@ class Way:
         return self.fits and self.trial.is_good
 
 
+@dataclass(frozen=True)
+class Lean:
+    """A lean sensor after an outage of so many rows, beside the full one."""
+
+    outage: int
+    rows: Optional[int] = None  # with measurements, after which it is NEAR the full one and stays so; None: not soon
+    refused: str = ""  # why lean is not offered
+
+    @property
+    def said(self) -> str:
+        rows = "1 row" if self.rows == 1 else f"{self.rows} rows"
+        return self.refused or f"after {self.outage} rows without measurements all sigmas are within " \
+                               f"{100 * NEAR:g} % of the full sensor's in {rows}"
+
+
 @dataclass
 class Designs:
-    """model: with all ranges; notes: what was chosen for them."""
+    """model: with all ranges; lean: of each arithmetic that may do; notes: what was chosen for ranges."""
 
     model: Model
     part: Part
     reached: Reach
     trials: dict[str, Trial]
     ways: list[Way]
+    lean: dict[str, Lean] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
@@ -109,21 +129,22 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
     runs = [_run(model, "f64", record) for record in records]
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
-    made = Designs(model, part, reach(model, records), trials, [], list(notes))
+    made = Designs(model, part, reach(model, records), trials, [], notes=list(notes))
     for name, trial in trials.items():
         if trial.refused:
             continue
+        made.lean[name] = _lean(model, name, runs)
         for way in ways_of(Parts(model, name)):
-            if costs.is_measured(part.core, name, way) and (way != "lean" or _is_blunt(model, runs)):
+            if costs.is_measured(part.core, name, way) and not (way == "lean" and made.lean[name].refused):
                 cost = costs.estimate(model, part.core, name, way)
                 made.ways.append(Way(name, way, cost, part.holds(cost), trial))
     return made
 
 
-def _run(model: Model, arithmetic: str, record: Record) -> Run:
+def _run(model: Model, arithmetic: str, record: Record, way: str = "") -> Run:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # events are told of the trial
-        return Filter(model, arithmetic).run(record.z, record.u)
+        return Filter(model, arithmetic, way=way).run(record.z, record.u)
 
 
 def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run]) -> Trial:
@@ -156,8 +177,37 @@ def errors_of(run: Run, exact: Run) -> np.ndarray:
     return (run.mean - exact.mean) / sigma
 
 
+def _lean(model: Model, arithmetic: str, runs: Sequence[Run]) -> Lean:
+    """May measurements be taken coarsely?  Not on the records, and after an outage for some rows alone."""
+    outage = min(OUTAGE * (model.gaps.max_gap or GAP), LONGEST)
+    if "lean" not in ways_of(Parts(model, arithmetic)):
+        return Lean(outage, refused="R is correlated or too small, or the start is unknown")
+    if not _is_blunt(model, runs):
+        return Lean(outage, refused=f"on the records R is less than 2^{np.log2(BLUNT):g} S: it would take "
+                                    "measurements coarsely")
+    try:
+        rows = _recovery(model, arithmetic, outage)
+    except KalmanqError as problem:
+        return Lean(outage, refused=f"an outage of {outage} rows: {problem}")
+    return Lean(outage, rows, "" if rows else f"after {outage} rows without measurements a sigma is not within "
+                f"{100 * NEAR:g} % of the full sensor's in {SOON * model.n} rows")
+
+
+def _recovery(model: Model, arithmetic: str, outage: int) -> Optional[int]:
+    """Rows after an outage until lean's sigmas are NEAR the full sensor's for good; None: that is not SOON."""
+    soon, begin = SOON * model.n, SETTLED + outage
+    z = np.zeros((begin + 2 * soon, model.m))  # sigmas do not depend on what is measured
+    z[SETTLED:begin] = np.nan
+    centred = model.changed(x0=np.zeros(model.n))
+    with np.errstate(over="ignore", invalid="ignore"):
+        lean, full = (_run(centred, arithmetic, Record(z), way).sigma[begin:] for way in ("lean", "tables"))
+        far = np.flatnonzero(np.any(~(np.abs(lean - full) <= NEAR * full), axis=1))
+    rows = int(far[-1]) + 2 if len(far) else 1
+    return rows if rows <= soon else None
+
+
 def _is_blunt(model: Model, runs: Sequence[Run]) -> bool:
-    """Is no measurement so sharp that a lean sensor might refuse it?"""
+    """Is no measurement of so little noise that a lean sensor might take it coarsely?"""
     for run in runs:
         assert run.innovation_sigma is not None
         with np.errstate(invalid="ignore", divide="ignore"):

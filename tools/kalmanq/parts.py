@@ -44,7 +44,7 @@ class Parts:
     def _take_as(self, way: str) -> None:
         model, a = self.model, self.arithmetic
         if way not in WAYS or way not in ways_of(self):
-            raise KalmanqError(f"{model.name} cannot run as {way}: {', '.join(ways_of(self))}")
+            raise KalmanqError(f"{model.name} cannot run as {way}, but as {', '.join(ways_of(self))}")
         if way == "lean":
             given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(np.diag(model.R)))
             require(a.function("sensor_init_lean")(self.sensor, *given), "H, R")

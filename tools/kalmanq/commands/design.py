@@ -65,7 +65,9 @@ def _reason(asked: Asked, made: Designs) -> str:
     ways = [one for one in made.ways if asked.arithmetic in (None, one.arithmetic) and asked.way in (None, one.way)]
     if not ways:
         refused = [trial.refused for trial in made.trials.values() if trial.refused]
-        return refused[0] if refused else "there is no such way to run it"
+        lean = [f"lean: {one.refused}" for name, one in made.lean.items()
+                if asked.way == "lean" and asked.arithmetic in (None, name) and one.refused]
+        return (lean or refused or ["there is no such way to run it"])[0]
     fitting = [one for one in ways if one.fits]
     if not fitting:
         least = min(one.cost.flash for one in ways)
@@ -100,14 +102,18 @@ def _remarks(made: Designs, chosen: Way) -> list[str]:
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
             f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack; means within",
             f"{chosen.trial.worst.max():.1g} sigma of double's, {chosen.trial.rms.max():.1g} in the mean square.",
+            *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
             *_built(made.part.core, chosen.way)]
 
 
 def _built(core: str, way: str) -> list[str]:
     """What a cost was measured with, in lines for a comment"""
-    return textwrap.wrap(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
-                         f"{include_path(core, way)} in this order. Other flags, or another path, cost more.", 100,
-                         break_on_hyphens=False, break_long_words=False)
+    return _in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
+                     f"{include_path(core, way)} in this order. Other flags, or another path, cost more.")
+
+
+def _in_lines(text: str) -> list[str]:
+    return textwrap.wrap(text, 100, break_on_hyphens=False, break_long_words=False)
 
 
 # ------------------------------------------------------------------------------ what is told
@@ -124,6 +130,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost), "flags": flags(made.part.core), "library_flags": COMPACT,
                   "include": include_path(made.part.core, one.way)} for one in made.ways],
+        "lean": {name: asdict(one) for name, one in made.lean.items()},
         "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": [str(path) for path in written]}
@@ -182,6 +189,8 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     ways = "; sizes: -Isrc/known_sizes, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
                   f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.", markup=False)
+    for name, lean in made.lean.items():
+        console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}", markup=False)
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:

@@ -49,6 +49,7 @@ class Asked:
     method: Optional[str] = None  # of a nonlinear model, as the two below
     iterate: Optional[int] = None
     passes: Optional[int] = None
+    way: Optional[str] = None  # of a linear one: to run as the C file of a design
 
 
 @dataclass
@@ -92,7 +93,7 @@ def run_file(asked: Asked, console: Console) -> None:
 def _refuse(asked: Asked, model: AnyModel) -> None:
     if isinstance(model, NonlinearModel):
         for name, is_given in (("--lag", asked.lag is not None), ("--forecast", asked.forecast > 0),
-                               ("--robust", asked.robust is not None)):
+                               ("--robust", asked.robust is not None), ("--as", asked.way is not None)):
             if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
         if asked.iterate is not None and asked.method not in ("iterated", "posterior"):
@@ -103,6 +104,7 @@ def _refuse(asked: Asked, model: AnyModel) -> None:
         for name, given in (("--method", asked.method), ("--iterate", asked.iterate), ("--passes", asked.passes)):
             if given is not None:
                 raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
+        _refuse_way(asked)
     if asked.smooth and asked.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
     if asked.smooth and asked.robust:
@@ -113,6 +115,14 @@ def _refuse(asked: Asked, model: AnyModel) -> None:
     for path in (asked.out, asked.plot):
         if path and not path.parent.is_dir():
             raise KalmanqError(f"{path}: there is no such folder")
+
+
+def _refuse_way(asked: Asked) -> None:
+    """A design is a filter in numbers of a chip: what it has not, cannot be run as it."""
+    for name, is_given in (("--arith f64", asked.arithmetic == "f64"), ("--smooth", asked.smooth),
+                           ("--lag", asked.lag is not None)):
+        if asked.way and is_given:
+            raise KalmanqError(f"--as {asked.way} and {name}: a design is a filter in f32 or q31")
 
 
 def _refuse_picture(rows: int) -> None:
@@ -135,7 +145,7 @@ def _filter(asked: Asked, model: AnyModel) -> Any:
         return NonlinearFilter(model, asked.arithmetic, method, count)
     if asked.lag is not None:
         return LagSmoother(model, asked.lag, asked.arithmetic)
-    return Filter(model, asked.arithmetic)
+    return Filter(model, asked.arithmetic, way=asked.way or "")
 
 
 def _runs(asked: Asked, model: AnyModel, summary: Summary, _: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
@@ -235,7 +245,7 @@ def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead:
 def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
     source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
     told = {
-        "model": model.name, "arithmetic": asked.arithmetic, "rows": summary.rows, "taken": summary.taken,
+        "model": model.name, "arithmetic": asked.arithmetic, "way": asked.way, "rows": summary.rows, "taken": summary.taken,
         "missing": summary.missing, "log_likelihood": summary.log_likelihood,
         "nis_per_measurement": summary.nis / summary.taken if summary.taken else None,
         "events": names_of(summary.events), "states": [state.name for state in model.states],
@@ -247,7 +257,7 @@ def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: 
     if asked.json:
         print(json.dumps(_no_nan(told), indent=2))
         return
-    arithmetic = f"{asked.arithmetic}, {told['method']}" if "method" in told else asked.arithmetic
+    arithmetic = ", ".join(filter(None, (asked.arithmetic, told.get("method"), asked.way)))
     table = Table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
                   title=f"{model.name}: after {summary.rows} rows, {arithmetic}", title_justify="left")
     for i, state in enumerate(model.states):
