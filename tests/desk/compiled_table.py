@@ -49,8 +49,9 @@ def write(folder: Path, model: Model, arithmetic: str, name: str, must: dict, op
 
 def judge(told: dict) -> None:
     """Errors of means in sigma, of covariances in sigma_i sigma_j"""
-    made, most = told["means"], {"worst": 5e-6, "covariance": 1e-5, **({"settled": 2e-7} if told["fractions"] else {})}
-    print(told["name"], told["arithmetic"], *(f"{which} {made[which]}" for which in ("worst", "settled", "covariance")))
+    most = {"damped": 5e-6, "covariance": 1e-5, **({"damped_settled": 2e-7} if told["fractions"] else {})}
+    made = told["means"]
+    print(told["name"], told["arithmetic"], *(f"{which} {value}" for which, value in made.items()))
     for which, limit in most.items():
         if not made[which] <= limit:
             raise SystemExit(f"{told['name']} in {told['arithmetic']}: {which} {made[which]}, at most {limit}")

@@ -22,6 +22,7 @@ from compiled_models import factorial, five, kinematic, random_model
 
 import kalmanq
 from kalmanq import Model, Quantity, model_file
+from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import exact, fixed, forms
 from kalmanq.compiler.names import named
 from kalmanq.compiler.product import Maker, NotProven, Wanted, compiled, ram_of
@@ -329,6 +330,25 @@ def test_where_states_are_large_a_mean_of_floats_keeps_to_its_bound(seed: int, t
     proof = made.product.proof
     assert 10 * proof.track.worst < error < proof.rounding
     assert "more than 1e-03: smaller ranges, or q31" in (tmp_path / "filter_x_proof.txt").read_text()
+
+
+@pytest.mark.parametrize("model", (kinematic(1, 3), kinematic(1, 3, dt=2.0), kinematic(3, 3)))
+def test_the_larger_error_of_a_mean_is_said_first(model: Model, tmp_path: Path) -> None:
+    """Of a record that is not damped, where it is so: as large as in other records of the model"""
+    model = model.changed(gaps=Gaps())
+    made, seen = Compiled(model, tmp_path, "f32"), []
+    for seed in SEEDS:
+        _, z = simulate(single(model), 2000, seed)
+        z = z.astype(np.float32).astype(float)
+        double = kalmanq.Filter(single(model), "f64").run(z)
+        error = np.abs(made.run(z)["mean"] - double.mean) - np.abs(double.mean) * 2.0**-24
+        seen.append(np.max(error / double.sigma))
+    proof = made.product.proof
+    assert proof.wandering.worst > 10 * proof.track.worst and max(seen) / 5 < proof.wandering.worst < max(seen) * 5
+    assert proof.mean is proof.wandering
+    for file, pattern in (("filter_x_proof.txt", r"^means +(\S+) sigma"), ("filter_x.c", r"^ \* Means: (\S+) sigma")):
+        figures = [float(one) for one in re.findall(pattern, (tmp_path / file).read_text(), re.M)]
+        assert len(figures) == 2 and figures[0] == float(f"{proof.wandering.worst:.1e}") > figures[1]
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)

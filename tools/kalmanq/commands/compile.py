@@ -15,7 +15,7 @@ from kalmanq.c_source import WORDS, identifier
 from kalmanq.compiler.costs import estimates
 from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proof_file import at_their_ranges, lines_of_class, losses, narrow_ranges, record
+from kalmanq.compiler.proof_file import lines_of_class, losses, narrow_ranges, of_means
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 
@@ -74,7 +74,8 @@ def _told(product: Product, written: list[Path]) -> dict:
                   for how, one in proof.found.items()},
         "rounding": proof.rounding, "ends": proof.ends.worst if proof.ends else None,
         "warnings": narrow_ranges(product),
-        "means": {"worst": proof.track.worst, "settled": proof.track.last, "covariance": proof.track.covariance},
+        "means": {"worst": proof.mean.worst, "settled": proof.mean.last, "damped": proof.track.worst,
+                  "damped_settled": proof.track.last, "covariance": proof.track.covariance},
         "costs": {f"{core} {level}": asdict(cost) for (core, level), cost in estimates(plan).items()},
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
         "files": [str(path) for path in written]}
@@ -90,9 +91,7 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
     for how, one in proof.found.items():
         console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, "
                       f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
-    console.print(f"  means within {proof.track.worst:.1e} sigma over {record(product)}, {proof.track.last:.1e} "
-                  "settled")
-    for what, said in at_their_ranges(product):
+    for what, said in of_means(product):
         console.print(f"  {what}: {said}")
     for line in narrow_ranges(product):
         console.print(f"  {line}")

@@ -23,7 +23,7 @@ COLUMNS = ("arithmetic", "form", "instructions in two calls", "of a settled step
 
 @dataclass(frozen=True)
 class Error:
-    """mean: over a record with gaps, in sigma; covariance: what the proof promises, in sigma_i sigma_j; rounding: of a
+    """mean: over records with gaps, damped and not, in sigma; covariance: what the proof promises, in sigma_i sigma_j; rounding: of a
     settled mean at most, in sigma, and ends: of means over records, at the ends of ranges"""
 
     mean: float
@@ -90,7 +90,7 @@ def _offer(model: Model, arithmetic: str, condition: str = "") -> Offer:
 
 def _error(product: Product) -> Error:
     proof = product.proof
-    return Error(proof.track.worst, MARGIN[product.wanted.arithmetic] * proof.worst.error, proof.rounding,
+    return Error(proof.mean.worst, MARGIN[product.wanted.arithmetic] * proof.worst.error, proof.rounding,
                  proof.ends.worst if proof.ends else None)
 
 

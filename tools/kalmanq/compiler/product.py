@@ -52,14 +52,20 @@ class Refused:
 
 @dataclass(frozen=True)
 class Proof:
-    """found: by the way products are added; track: of a record with gaps; means, for q31: their bounds"""
+    """found: by the way products are added; track: of a damped record with gaps; means, for q31: their bounds"""
 
     found: dict[str, Found]
     track: Track
+    wandering: Track  # the worst of records that are not damped: as far as the model goes, within the ranges
     means: Optional[classes.Means]
     rounding: float  # of a settled mean in sigma, where states and innovations are at their ranges: a bound
     ends: Optional[Track] = None  # the worst at the ends of the ranges, where there are ranges
     losses: Optional[tuple[float, float]] = None  # of a constant gain: of sigma, at the start and after gaps
+
+    @property
+    def mean(self) -> Track:
+        """The worse of both records"""
+        return max(self.track, self.wandering, key=_worst)
 
     @property
     def worst(self) -> Found:
@@ -196,14 +202,14 @@ class Maker:
             plan = replace(plan, forgets=max(self.rows, classes.rows_to_forget(self.of, self.settled, self.gaps.max_gap,
                                                                               MOST_TO_FORGET)))
         with Runner(plan) as runner:
-            track, ends = self._records(runner)
+            track, wandering, ends = self._records(runner)
         self._judge_means(track)
         loss = classes.losses(self.of, self.settled, self.rows, self.gaps.max_gap)
-        return plan, Proof({}, track, self.means, self._rounding(), ends, loss)
+        return plan, Proof({}, track, wandering, self.means, self._rounding(), ends, loss)
 
     def proven(self, form: Any) -> tuple[Plan, Proof]:
         plan = self.plan(form, self.subject)
-        found, track, ends = self._run(plan)
+        found, track, wandering, ends = self._run(plan)
         all_found = {"": found}
         if self.wanted.arithmetic == "f32":
             fused, *_ = self._run(self.plan(form, self._floats(True)))
@@ -211,7 +217,7 @@ class Maker:
         for how, one in all_found.items():
             self._judge(one, how)
         self._judge_means(track)
-        return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, self.means,
+        return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, wandering, self.means,
                                                                      self._rounding(), ends)
 
     def _rounding(self) -> float:
@@ -219,14 +225,15 @@ class Maker:
             return rounding.of_floats(self.model, self.of, self.settled)
         return rounding.of_words(self.model, self.of, self.settled, self.subject.words.formats, self.means)
 
-    def _records(self, runner: Runner) -> tuple[Track, Optional[Track]]:
-        """Of what is drawn of the model; the worst of several at the ends of the ranges"""
+    def _records(self, runner: Runner) -> tuple[Track, Track, Optional[Track]]:
+        """Of what is drawn of the model, damped; the worst of several that are not, and at the ends of the ranges"""
         gap = self.gaps.max_gap
         seeds = range(1, 1 + RECORDS) if all(one.range for one in self.model.measurements) else ()
         ends = [runner.record(RECORD // RECORDS, gap, ends=seed) for seed in seeds]
-        return runner.record(RECORD, gap), max(ends, key=lambda one: one.worst, default=None)
+        free = [runner.record(RECORD, gap, wanders=seed) for seed in range(1, 1 + RECORDS)]
+        return runner.record(RECORD, gap), max(free, key=_worst), max(ends, key=_worst, default=None)
 
-    def _run(self, plan: Plan) -> tuple[Found, Track, Optional[Track]]:
+    def _run(self, plan: Plan) -> tuple[Found, Track, Track, Optional[Track]]:
         entries = self.of.n * (self.of.n + 1) // 2
         limit = MOST_MEMORY // (16 * entries + 8 * entries + 48 * self.of.n + 64)
         given_up = self.most is not None and self.most < limit
@@ -285,6 +292,10 @@ class Maker:
             most = (self.means.settled if constant else self.means.y)[j]
             return f"at most {most * 2.0**(formats.settled if constant else formats.y)[j]:.2g}"
         return f"{least} to {greatest}"
+
+
+def _worst(track: Track) -> float:
+    return track.worst
 
 
 def ram_of(plan: Plan) -> int:

@@ -34,15 +34,22 @@ def remarks(product: Product) -> list[str]:
     for how, found in proof.found.items():
         lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the "
                      f"least scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
-    lines += [f"Means within {proof.track.worst:.1e} sigma over {record(product)}.",
-              *(f"{what[0].upper()}{what[1:]}: {said}." for what, said in at_their_ranges(product)),
+    lines += [*(f"{what[0].upper()}{what[1:]}: {said}." for what, said in of_means(product)),
               *(f"{one}." for one in narrow_ranges(product))]
     lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
     return [*lines, "", *flags(product)]
 
 
-def record(product: Product) -> str:
-    return f"{RECORD} rows of the damped model{' with gaps' if product.plan.max_gap else ''}"
+def of_means(product: Product) -> list[tuple[str, str]]:
+    """What was seen of records of the model, and at the ends of the ranges: the largest figure first"""
+    proof, gaps = product.proof, " with gaps" if product.plan.max_gap else ""
+    cure = "declare ranges, or take q31" if product.wanted.arithmetic == "f32" else "smaller ranges"
+    seen = [(track.worst, ("means", f"{track.worst:.1e} sigma at most over {which} model{gaps}, "
+                           f"{track.last:.1e} settled{_cure(track.worst, cure)}"))
+            for track, which in ((proof.wandering, f"{RECORDS} records of {RECORD} rows of the"),
+                                 (proof.track, f"{RECORD} rows of the damped"))]
+    known = zip([proof.rounding, *([proof.ends.worst] if proof.ends else [])], at_their_ranges(product))
+    return [line for _, line in sorted([*known, *seen], key=lambda one: -one[0])]
 
 
 def at_their_ranges(product: Product) -> list[tuple[str, str]]:
@@ -67,11 +74,8 @@ def _cure(loss: float, cure: str) -> str:
 
 
 def warnings(product: Product) -> list[str]:
-    """What may be too much: losses at the ends of ranges, ranges that are too narrow"""
-    proof = product.proof
-    losses_there = [proof.rounding, *([proof.ends.worst] if proof.ends else [])]
-    return [f"{what}: {said}" for (what, said), loss in zip(at_their_ranges(product), losses_there)
-            if loss > TOLERABLE] + narrow_ranges(product)
+    """What may be too much: errors of means, ranges that are too narrow"""
+    return [f"{what}: {said}" for what, said in of_means(product) if "; more than " in said] + narrow_ranges(product)
 
 
 def narrow_ranges(product: Product) -> list[str]:
@@ -121,9 +125,7 @@ def proof_text(product: Product) -> str:
         lines.append(f"promise                      {no_less(margin * proof.worst.error)} sigma_i sigma_j"
                      + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else
                         " (on every core)"))
-    lines += [f"means                        {proof.track.worst:.1e} sigma at most over {record(product)}, "
-              f"{proof.track.last:.1e} settled",
-              *(f"{what:<28} {said}" for what, said in at_their_ranges(product)),
+    lines += [*(f"{what:<28} {said}" for what, said in of_means(product)),
               *narrow_ranges(product),
               f"RAM                          {ram_of(plan)} bytes", ""]
     lines += [*means(product), *costs_of(product)]

@@ -2,8 +2,9 @@
  * Runs a compiled filter beside an exact one on the host.
  *
  *     search LIMIT               every covariance that the filter can come to, whatever samples are missing
- *     run ROWS LONGEST PRINTS ENDS    one record with gaps, of what is drawn, or, from a seed ENDS that is not 0, of
- *         measurements and controls at the ends of their ranges: errors of means; the words that come of it
+ *     run ROWS LONGEST PRINTS ENDS WANDERS    one record with gaps, of what is drawn and damped, or, from a seed that is
+ *         not 0, of measurements and controls at the ENDS of their ranges, or not damped: errors of means; the words that
+ *         come of it
  *
  * subject.h has the filter, its model and the type exact (search.py writes it).  The exact filter has numbers of two
  * doubles, 106 bits; compiled without contraction it is the same on every host.
@@ -385,6 +386,9 @@ static double within(double value, double most)
     return value > most ? most : value < -most ? -most : value;
 }
 
+static int wanders;       /* a seed: no damping */
+static double largest[M]; /* |measurement| without noise, of a record that is not made smaller */
+
 /* What is measured moves as the model does, but damped, so that it stays in reach. */
 static void move(double *truth, const exact *u)
 {
@@ -393,7 +397,7 @@ static void move(double *truth, const exact *u)
     for (int i = 0; i < N; i++) {
         x[i] = 0;
         for (int k = 0; k < N; k++) {
-            x[i] += damped[0] * model_A[i * N + k].high * truth[k] + root_of_Q[i * N + k] * w[k];
+            x[i] += damped[wanders > 0] * model_A[i * N + k].high * truth[k] + root_of_Q[i * N + k] * w[k];
         }
         for (int k = 0; k < L; k++) x[i] += model_B[i * L + k].high * u[k].high;
     }
@@ -439,8 +443,9 @@ static void measure(reference *f, const double *truth, double share, double *sid
 {
     exact values[M];
     for (int j = 0; j < M; j++) {
-        const double value = sides ? end_of(most_of[j], &sides[j])
-                                   : share * seen(truth, j) + sqrt(model_R[j].high) * normal();
+        const double free = seen(truth, j);
+        const double value = sides ? end_of(most_of[j], &sides[j]) : share * free + sqrt(model_R[j].high) * normal();
+        if (fabs(free) > largest[j]) largest[j] = fabs(free);
         z[j] = subject_measured(j, within(value, most_of[j]));
         values[j] = (exact){subject_value(j, z[j]), 0};
     }
@@ -476,7 +481,17 @@ static void print_row(unsigned present, const subject_word *u, const subject_wor
     printf("\n");
 }
 
-static int run(long rows, int longest, bool prints, int ends)
+/* Of a record that wanders: by what its own numbers are made smaller */
+static double shrunk(void)
+{
+    double share = 1;
+    for (int j = 0; j < M; j++) {
+        if (share * largest[j] > 0.8 * most_of[j]) share = 0.8 * most_of[j] / largest[j];
+    }
+    return share;
+}
+
+static int run(long rows, int longest, bool prints, int ends, double share)
 {
     subject f;
     reference exactly;
@@ -484,20 +499,21 @@ static int run(long rows, int longest, bool prints, int ends)
     int missing = 0, measured = 0;
     double truth[N], sides[M + L];
     for (int k = 0; k < M + L; k++) sides[k] = 1;
-    const double share = ends ? 1 : shrinking(rows);
-    state = ends ? (unsigned)ends : 1; /* the same numbers once more */
+    state = ends ? (unsigned)ends : wanders ? (unsigned)wanders : 1; /* the same numbers once more */
     begin(truth);
     memset(&f, 0, sizeof f);
     subject_begin(&f);
     reference_start(&exactly);
     for (long row = 0; row < rows; row++) {
         subject_word z[M + 1] = {0}, u[L + 1] = {0};
-        exact u_of[L + 1];
+        exact u_of[L + 1], push[L + 1];
         for (int k = 0; k < L; k++) {
-            u[k] = subject_control(k, ends ? end_of(control_of[k], &sides[M + k]) : control_of[k] * uniform());
+            const double given = ends ? end_of(control_of[k], &sides[M + k]) : control_of[k] * uniform();
+            u[k] = subject_control(k, wanders ? share * given : given);
             u_of[k] = (exact){subject_control_value(k, u[k]), 0};
+            push[k] = wanders ? (exact){given, 0} : u_of[k];
         }
-        if (row > 0) move(truth, u_of);
+        if (row > 0) move(truth, push);
         if (!missing && row > 0 && begins_gap(row, rows, longest, row > 30 ? measured : LEAST_RUN - 1)) {
             missing = 1 + (int)((uniform() + 1) / 2 * longest) % longest;
         }
@@ -515,6 +531,7 @@ static int run(long rows, int longest, bool prints, int ends)
         compare(&t, &f, &exactly, row >= rows - 100);
         if (prints) print_row(present, u, z, &f);
     }
+    if (wanders && share == 1 && shrunk() < 1) return run(rows, longest, prints, ends, shrunk());
     printf("{\"worst\": %.3e, \"last\": %.3e, \"covariance\": %.3e, \"refused\": %d}\n", t.worst, t.last, t.covariance,
            subject_refused(&f));
     return 0;
@@ -523,8 +540,10 @@ static int run(long rows, int longest, bool prints, int ends)
 int main(int count_of_words, char **words)
 {
     if (count_of_words == 3 && !strcmp(words[1], "search")) return search(atol(words[2]));
-    if (count_of_words == 6 && !strcmp(words[1], "run")) {
-        return run(atol(words[2]), atoi(words[3]), atoi(words[4]), atoi(words[5]));
+    if (count_of_words == 7 && !strcmp(words[1], "run")) {
+        const int ends = atoi(words[5]);
+        wanders = atoi(words[6]);
+        return run(atol(words[2]), atoi(words[3]), atoi(words[4]), ends, ends || wanders ? 1 : shrinking(atol(words[2])));
     }
     return 2;
 }

@@ -86,9 +86,9 @@ class Runner:
     def search(self, limit: int) -> Found:
         return Found(**json.loads(self._run("search", str(limit))))
 
-    def record(self, rows: int, longest: int, prints: bool = False, ends: int = 0) -> Track:
-        """ends: a seed, of measurements and controls at the ends of their ranges"""
-        lines = self._run("run", str(rows), str(longest), str(int(prints)), str(ends)).splitlines()
+    def record(self, rows: int, longest: int, prints: bool = False, ends: int = 0, wanders: int = 0) -> Track:
+        """ends: a seed, of measurements and controls at the ends of their ranges; wanders: a seed, nothing is damped"""
+        lines = self._run("run", str(rows), str(longest), str(int(prints)), str(ends), str(wanders)).splitlines()
         return Track(**json.loads(lines[-1]), lines=lines[:-1])
 
     def _run(self, *words: str) -> str:
@@ -210,7 +210,7 @@ def mean(plan: Plan) -> list[str]:
 def outside(plan: Plan) -> list[str]:
     """What measurements and controls of the record can be, and their words."""
     s = plan.subject
-    given = {"damped": [damping(s.of)], "root_of_Q": floats(root(s.of.Q)), "most_of": plan.most,
+    given = {"damped": [damping(s.of), damping(s.of, 1.0)], "root_of_Q": floats(root(s.of.Q)), "most_of": plan.most,
              "control_of": plan.pushes}
     tables = [f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
               for name, values in given.items()]
@@ -226,10 +226,10 @@ def floats(values: np.ndarray) -> list[float]:
     return [float(value) for value in values.ravel()]
 
 
-def damping(of: Numbers) -> float:
-    """With what A fades by a thirtieth a row at least"""
+def damping(of: Numbers, most: float = 0.97) -> float:
+    """With what A fades by a thirtieth a row at least, or does not grow by a power"""
     largest = float(np.abs(np.linalg.eigvals(of.A.astype(float))).max())
-    return round(min(1.0, 0.97 / max(largest, 1e-9)), 3)
+    return round(min(1.0, most / max(largest, 1e-9)), 3)
 
 
 def running(plan: Plan) -> list[str]:
