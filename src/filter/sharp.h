@@ -91,9 +91,7 @@ KQ_COLD static int is_at_floor(const filter *f, const careful_scalar *m, scaled 
 static void refuse_overflow(filter *f)
 {
     f->events |= KQ_EVENT_OVERFLOW;
-    if (state_is_finite(f->memory, filter_root(f), f->states)) return;
-    filter_note(f, state_hold(f->memory, filter_root(f), f->states));
-    if (f->attached) f->attached->hooks->record_end(f);
+    if (state_hold(f->memory, filter_root(f), f->states) && f->attached) f->attached->hooks->record_end(f);
 }
 
 /* Does the innovation say something?  If not, there is an event. */

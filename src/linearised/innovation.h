@@ -15,12 +15,12 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/hold.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
-#include "../filter/sharp.h"
 #include "jacobian.h"
 #include "mean.h"
 
@@ -40,8 +40,7 @@ KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
     return KQ_OK;
 }
 
-/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused.  One that had left
-   the numbers nobody has looked at in the update: it is held as by a plain one. */
+/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused. */
 KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_status status)
 {
     const int n = f->states;
@@ -49,8 +48,10 @@ KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_sta
         copy(f->memory, mean->words, MEAN_PLANES * n);
         return status;
     }
-    filter_note(f, mean_shift(f->memory, n, mean->words, mean->words + n));
-    if (!mean_is_finite(f->memory, n)) refuse_overflow(f);
+    const unsigned events =
+        mean_held(f->memory, filter_root(f), n, mean_shift(f->memory, n, mean->words, mean->words + n));
+    filter_note(f, events);
+    if ((events & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
     return status;
 }
 

@@ -11,9 +11,9 @@
 
 kq_status T(kq_update_check)(const filter *f, const sensor *s) { return sensor_check_for(f, s); }
 
-void T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq)
+extent T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq)
 {
-    triangularise(root, rows, p->states, p, p->states, pq, SHAPE_DENSE);
+    return triangularise(root, rows, p->states, p, p->states, pq, SHAPE_DENSE);
 }
 
 #endif

@@ -75,11 +75,10 @@ static void student_predict(filter *f, const student_step *t, const student_room
     const process *m = t->target;
     const int n = f->states;
     const workspace v = {.W = room->reflectors, .pq = room->reflectors + n * ROW_LEN(n)};
-    const unsigned events =
-        predict_mean(f->memory, m, m->controls ? t->u : 0, v.W, n, SHAPE_AS_FOUND);
-    f->events = (uint16_t)(f->events | events);
-    predict_root(S, S, m, v.W, v.pq);
+    const extent of_mean = predict_mean(f->memory, m, m->controls ? t->u : 0, v.W, n, SHAPE_AS_FOUND);
+    const extent far = extent_join(of_mean, predict_root(S, S, m, v.W, v.pq));
     renormalise(S, n);
+    f->events = (uint16_t)(f->events | state_held(f->memory, S, n, far));
     if (f->ready == FILTER_SHARP) filter_set_ready(f, FILTER_READY);
     for (int k = 0; k < n; k++) {
         theta_noise_row(row, m, &v, k);
