@@ -18,9 +18,9 @@ kq_setup desk
 site="$root/build/desk/site"
 if [ ! -d "$site" ] || [ -n "$(find "$root/src" "$root/include" "$root/tools/kalmanq" "$root/tools/CMakeLists.txt" \
     "$root/tools/pyproject.toml" -newer "$site" -type f -not -name '*.pyc' -print -quit)" ]; then
-    echo "== building the Python package"
+    echo "== building the Python package: less than a minute of one processor"
     rm -rf "$site"
-    kq_quietly "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation \
+    kq_with_progress "$KQ_DESK_PYTHON" -m pip install -v --disable-pip-version-check --no-deps --no-build-isolation \
         --target "$site" "$root/tools"
 fi
 kalmanq() { PYTHONPATH="$site" "$KQ_DESK_PYTHON" -m kalmanq.command_line "$@"; }

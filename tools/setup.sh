@@ -192,3 +192,14 @@ kq_quietly() {
     rm -f "$log"
     return "$status"
 }
+
+# kq_with_progress COMMAND...: the same of a build, whose steps are shown as they are done
+kq_with_progress() {
+    local log status=0
+    log=$(mktemp)
+    { "$@" 2>&1 || touch "$log.failed"; } | tee "$log" |
+        sed -un 's|^ *\(\[[0-9]*/[0-9]*\]\) .*/\([^/ ]*\)\.o\(bj\)*$|   \1 \2|p; s|^ *\(\[[0-9]*/[0-9]*\]\) \(Linking .*\)|   \1 \2|p'
+    [ ! -e "$log.failed" ] || { status=1 && cat "$log" >&2; }
+    rm -f "$log" "$log.failed"
+    return "$status"
+}

@@ -29,8 +29,8 @@ groups_of() { # [NAME]
     unit.msan*) echo clang ;;
     unit* | fuzz* | bits.host.* | bits.falsified* | bits.generator*) ;;
     vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
-    package.port) echo cores ;;
-    package*) echo package ;;
+    package.port | package.levels | package.fixed_sizes) echo cores ;;
+    package*) echo package cores ;;
     flags*) echo clang ;;
     readme*) echo python ;;
     desk.shared) echo python ;;

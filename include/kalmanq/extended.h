@@ -78,7 +78,7 @@ kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, con
  * Cost: kq_update's, and 4n additions.  Stack: 32 words more (f64: 16).
  * Accuracy, events: as kq_update.  A mean that d or a kq_move has driven out of the numbers is held here, with
  * KQ_EVENT_OVERFLOW (filter.h).
- * KQ_SHARP, KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
  * settling is attached).
  */
 kq_status kq_update_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e);

@@ -133,7 +133,7 @@ kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor_f64 *base, c
 
 /** Words of `work` of the two functions below, for n states and at most m components of a sensor. */
 #define KQ_PRIVATE_PREDICT_POINTS_LEN(n) (2 * (n) * (n) + 3 * (n) + KQ_TRIANGLE(n))
-#define KQ_PRIVATE_UPDATE_POINTS_LEN(n, m) ((m) + 2 * (m) * (n) + KQ_TRIANGLE(m))
+#define KQ_PRIVATE_UPDATE_POINTS_LEN(n, m) ((m) + 2 * (m) * (n) + KQ_TRIANGLE(m) + 1)
 #define KQ_POINTS_LEN(n, m)                                                                        \
     (KQ_PRIVATE_PREDICT_POINTS_LEN(n) > KQ_PRIVATE_UPDATE_POINTS_LEN(n, m)                         \
          ? KQ_PRIVATE_PREDICT_POINTS_LEN(n)                                                        \
@@ -156,12 +156,13 @@ kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
                                 double *work);
 
 /**
- * kq_linearise, kq_sensor_linearise and kq_update_extended in one.
+ * kq_linearise, kq_sensor_linearise and kq_update_extended in one.  H is never formed, and the update is as sound where S
+ * is singular.
  *   s           its R alone is read
  *   innovation  z - h(x): m numbers
  *   work        KQ_POINTS_LEN(n, m) words, written
  * The components are decorrelated by R + E E' first: what is left of one in the last 7 bits of its terms is nothing.
- * Cost: 2n + 1 calls, 6 n m + m n^2 / 2 + m^2 n multiplications, kq_update.
+ * Cost: 2n + 1 calls, 6 n m + m^2 n + n^3 / 6 multiplications, kq_update.
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
  * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update_extended.
  */

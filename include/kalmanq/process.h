@@ -73,12 +73,20 @@ typedef struct {
  *     static const float A[] = {1, 0.01f, 0, 1}, G[] = {1e-4f, 5e-4f, 0.1f};
  *     static const kq_process_f32 motion = KQ_PROCESS_TABLE(2, 0, A, NULL, G);
  *
- * Nothing of it is checked, no history and no settling sees that one table was assigned over another, and
- * A is taken for dense: a triangular one costs more than by init.
+ * One more argument may say where A is 0, and a step then costs what it costs by init: n numbers in
+ * parentheses, number i for the column left of which all rows from i on are 0.  For an upper triangular A of
+ * three states that is
+ *
+ *     KQ_PROCESS_TABLE(3, 0, A, NULL, G, (0, 1, 2));
+ *
+ * Without it A is taken for dense.  A number too small costs time; one too large leaves out coefficients.
+ * kalmanq design writes them.  Nothing of a table is checked, and no history and no settling sees that one
+ * table was assigned over another.
  */
-#define KQ_PROCESS_TABLE(n, l, A, B, G)                                                            \
+#define KQ_PROCESS_TABLE(n, l, A, B, ...)                                                          \
     {                                                                                              \
-        n, l, 0, NULL, G, A, B, {0}, (n) + 64, 0                                                   \
+        n, l, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), A, B, KQ_PRIVATE_LIST(__VA_ARGS__),          \
+            (n) + 64, 0                                                                            \
     }
 
 /**
@@ -205,11 +213,12 @@ kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *tab
  * arrays, which kq_process_init_q31 must accept: let a test on the host call it.  What it refuses may
  * overflow here unseen.
  *   l, control_format, B    0, NULL, NULL where there is no control
- * A is taken for dense: a triangular one costs more than by init.
+ * One more argument may say where A is 0 (KQ_PROCESS_TABLE).  With it the raw values are those by init.
  */
-#define KQ_PROCESS_TABLE_Q31(n, l, state_format, control_format, A, B, G)                          \
+#define KQ_PROCESS_TABLE_Q31(n, l, state_format, control_format, A, B, ...)                        \
     {                                                                                              \
-        n, l, {0}, n, 0, state_format, control_format, A, B, G                                     \
+        n, l, KQ_PRIVATE_LIST(__VA_ARGS__), n, 0, state_format, control_format, A, B,              \
+            KQ_PRIVATE_GIVEN(__VA_ARGS__)                                                          \
     }
 
 /**

@@ -69,23 +69,26 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
  * (kq_sensor_init_lean_f32):
  *   H        m x n
  *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
- * Nothing of it is checked, and H is taken for dense.
+ * One more argument may name the components that measure one state as it is (H_ck = 1, and 0 elsewhere),
+ * and a step then costs what it costs by init: m numbers in parentheses, 1 + k for such a component and 0 for
+ * any other.  For positions at states 0 and 2:
+ *
+ *     KQ_SENSOR_TABLE_F32(4, 2, H, r, (1, 3));
+ *
+ * Without it H is taken for dense.  kalmanq design writes it.  Nothing of a table is checked.
  */
-#define KQ_SENSOR_TABLE_F32(n, m, H, r)                                                            \
+#define KQ_SENSOR_TABLE_F32(n, m, H, ...)                                                          \
+    KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f32, __VA_ARGS__)
+#define KQ_SENSOR_TABLE_F64(n, m, H, ...)                                                          \
+    KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f64, __VA_ARGS__)
+#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, ...)                                                     \
+    KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f32, __VA_ARGS__)
+#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, ...)                                                     \
+    KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f64, __VA_ARGS__)
+#define KQ_PRIVATE_SENSOR(n, m, H, plain, kind, ...)                                               \
     {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f32                 \
-    }
-#define KQ_SENSOR_TABLE_F64(n, m, H, r)                                                            \
-    {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, (n) | (m) << 8, &kq_sensor_independent_f64                 \
-    }
-#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, r)                                                       \
-    {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, 0, &kq_sensor_lean_f32                                     \
-    }
-#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, r)                                                       \
-    {                                                                                              \
-        n, m, 0, NULL, r, H, NULL, {0}, 0, &kq_sensor_lean_f64                                     \
+        n, m, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__),       \
+            plain, kind                                                                            \
     }
 
 /** The same with the memory of a diagonal R only. */
@@ -139,15 +142,20 @@ kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const fl
 kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /**
- * The same for a program without flash to spare: the careful path for sharp measurements is not linked
+ * The same for a program without flash to spare: the careful path for low-noise measurements is not linked
  * (2 kB f32, 4 kB q31; kq_update in filter.h), nor what sums the log-likelihood.
- * A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), S = H P H' + r, or without
- * noise, is not taken: kq_update, kq_update_subset and kq_step, and what calls them, answer KQ_SHARP and
- * set KQ_EVENT_SHARP; the others are taken.  Nor is one taken whose innovation is beyond the numbers, that
- * comes after a sharp one of another sensor at the same instant, or, in q31, after a component that has
- * led a state out of its word.  Choose P0 below 2^16 r (2^48 r) in the units of z.
- * Accuracy where it is taken: as kq_update, q31: 2^-22 of S.  kq_nis is as ever, kq_log_likelihood knows
- * nothing of its measurements.
+ * S = H P H' + r.  A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), or without
+ * noise, is taken coarsely: r is raised to 2^-15 S (f64: 2^-47 S), and KQ_EVENT_SHARP is set.  NIS, the
+ * likelihood and a history have the raised noise: what was done.  So after an outage of any length each
+ * measurement lowers the sigma of H x by at least 2^7 (f64: 2^23), until r is no longer raised.  Observed on
+ * chains of 1 to 4 integrators, outages of up to 1e5 steps: its sigmas are at most 4 n measurements (f64: n)
+ * behind those by an ordinary sensor.
+ * For P0 below 2^16 r (2^48 r), in the units of z, and without outages nothing is raised.
+ * As any other sensor it does not take what is beyond the numbers (KQ_EVENT_OVERFLOW).  In q31 a state that
+ * a component leads out of its word is held there before the next component (KQ_EVENT_SATURATED).  Rounding
+ * is not looked for: after a noise-free measurement of another sensor at the same instant, r must be above
+ * 2^-32 of what H P H' was before that one.
+ * Accuracy: as kq_update, q31: 2^-22 of S.  kq_log_likelihood knows nothing of its measurements.
  * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, start.h while a state is unknown, which
  * take what is sharp with care; to kq_gain and steady.h, whose gain has it taken.  The functions for known
  * sizes (src/known_sizes/) leave it to those here.
@@ -226,17 +234,19 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
 
 /**
  * A sensor with independent noises as a constant, in flash, that is not checked where it runs
- * (KQ_PROCESS_TABLE_Q31), and a lean one: kq_sensor_init_diagonal_q31 must accept the same arrays.  H is
- * taken for dense.
+ * (KQ_PROCESS_TABLE_Q31), and a lean one: kq_sensor_init_diagonal_q31 must accept the same arrays.  One more
+ * argument may name the components that measure one state as it is in raw values, both of one fraction
+ * (KQ_SENSOR_TABLE_F32).  With it the raw values are those by init.
  */
-#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, r)                          \
+#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                        \
     {                                                                                              \
-        n, m, 0, state_format, measurement_format, H, r, {0}, (n) | (m) << 8,                      \
-            &kq_sensor_independent_q31                                                             \
+        n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, &kq_sensor_independent_q31               \
     }
-#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, r)                     \
+#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                   \
     {                                                                                              \
-        n, m, 0, state_format, measurement_format, H, r, {0}, 0, &kq_sensor_lean_q31               \
+        n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), 0, &kq_sensor_lean_q31                                   \
     }
 
 /**

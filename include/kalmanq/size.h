@@ -59,4 +59,12 @@ typedef size_t kq_length;
 /** Words of a triangular n x n matrix, diagonal included. */
 #define KQ_TRIANGLE(n) ((n) * ((n) + 1) / 2)
 
+/* Of the tables' arguments `array` or `array, (numbers)`: the array, and the numbers in braces, {0} if none. */
+#define KQ_PRIVATE_GIVEN(...) KQ_PRIVATE_FIRST(__VA_ARGS__, 0)
+#define KQ_PRIVATE_LIST(...) KQ_PRIVATE_APPLY(KQ_PRIVATE_BRACES, KQ_PRIVATE_SECOND(__VA_ARGS__, (0), 0))
+#define KQ_PRIVATE_FIRST(a, ...) a
+#define KQ_PRIVATE_SECOND(a, b, ...) b
+#define KQ_PRIVATE_APPLY(macro, list) macro list
+#define KQ_PRIVATE_BRACES(...) {__VA_ARGS__}
+
 #endif

@@ -23,7 +23,8 @@
  * What is 0 has to be told from what rounding leaves of it: the start follows the covariance of D's
  * rounding errors through every step, and h'D within 16 standard errors of it is 0.  A component
  * counts as determined when its row of D is 0.  What is determined by so little that rounding shows
- * in it is as uncertain as that: about eps over its share of the terms.
+ * in it is as uncertain as that: about eps over its share of the terms.  KQ_EVENT_PRECISION: what a
+ * measurement saw was 4 to 32 standard errors, so sigmas of states just determined may be wrong.
  *     Measured against ranks in exact arithmetic, all of up to 16 states unknown: seasons of 4 to 15
  * steps with a level or a trend, as sums or in harmonics, permutations and chains of up to 4 sums,
  * with 10 to 80 % of 150 steps missing, are determined at the right step (1200 patterns of each of 3
@@ -203,6 +204,7 @@ size_t kq_start_first_f64(const kq_start_f64 *s);
  * smoothed that all the data determine.  The start goes on from there without a history: what has
  * been smoothed stays as it is, until kq_history_attach.
  * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
+ * q31: KQ_SATURATED where a state was held (event KQ_EVENT_SATURATED, not cleared): the results may be wrong.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to
  * another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL,
  * KQ_ERR_CHANGED (smoother.h; the processes of early steps may change).
@@ -231,9 +233,13 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
- * D is in numbers of any size, {mantissa, exponent}; x^ is in words.  A move beyond a state's word
- * is held there with KQ_EVENT_SATURATED; what is still unknown of a state moves too, so give an x0
- * in the middle of the range.  The early instants may be up to 64 words from 0 until they are
+ * D is in numbers of any size, {mantissa, exponent}; x^ is in words.  The declared ranges are knowledge:
+ * a direction of the unknown has a sigma of one third of the range by them.  A measurement that tells
+ * more than half of that defines the direction exactly, as in f32.  One that tells less would move the
+ * state beyond its word: the direction gets that prior, with mean x0, and the measurement is an ordinary
+ * one.  So give an x0 in the middle of the range, and a range 10 times sigma where the start has to be
+ * exact.  While d > 0 the log-likelihood counts the unknown in ranges, from d = 0 on in physical units.
+ * A state that is larger than its range is held with KQ_EVENT_SATURATED.  The early instants may be up to 64 words from 0 until they are
  * smoothed; only what can be read of them then is held, with KQ_EVENT_SATURATED in the filter.
  * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes; an
  * observability below 2^-26 counts as none.
@@ -241,7 +247,7 @@ kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, doub
 
 #define KQ_PRIVATE_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
 #define KQ_START_LEN_Q31(n, early)                                                                 \
-    ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 2 +                                               \
+    ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 4 +                                               \
      ((early) > 0) * (2 * (kq_length)(n) + 4) * (kq_length)(n) +                                   \
      (kq_length)(early) * (kq_length)KQ_PRIVATE_START_PAST_LEN_Q31(n))
 

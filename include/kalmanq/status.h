@@ -18,8 +18,6 @@ extern "C" {
 #endif
 
 typedef enum {
-    /** A measurement of a lean sensor is sharp (kq_sensor_init_lean_<T>) and was not taken. */
-    KQ_SHARP = 3,
     /** q31: a result that no object keeps events for was held at the end of its word. */
     KQ_SATURATED = 2,
     /** EM: the free parameters are not all determined by data. */
@@ -107,10 +105,11 @@ enum {
     KQ_EVENT_REJECTIONS = 32,
     /** A measurement was taken for a jump of the state: P was raised before it was taken. */
     KQ_EVENT_JUMP = 64,
-    /** Precision lost: a sigma may be wrong by more than 5 %, because what a measurement says of the state
-        is within the rounding of P (filter.h, kq_update). */
+    /** Precision lost: a sigma may be wrong by more than 5 %.  What a sharp measurement said is within the
+        rounding of P after a predict (filter.h, kq_predict), or very many said less than its last bits
+        (kq_update). */
     KQ_EVENT_PRECISION = 128,
-    /** A measurement was not taken, because it is sharp and its sensor lean (KQ_SHARP). */
+    /** A lean sensor took a low-noise measurement coarsely: its noise was raised (kq_sensor_init_lean_<T>). */
     KQ_EVENT_SHARP = 256,
     /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma
         from its prediction.  What it makes of other states may be rounding. */

@@ -30,6 +30,7 @@ static const num num_row_rounding = 0x1p-21f;   /* of what a row was: entries be
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
 static const num num_most_nis = 0x1p124f;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p24f;      /* NIS that says that the sigma is rounding */
+static const num num_lost_share = 0x1.9p-44f;  /* of a variance: (5/2 eps)^2, what predict's rounding takes */
 static const num num_zero_variance = 0x1p-96f; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p96f;  /* fading raises no variance beyond it */
 static const num num_most_sigma = 0x1p60f;     /* the largest of a state; a mean's is its square */
@@ -79,6 +80,8 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
+static const uint32_t num_most_faint = UINT32_C(1) << 19; /* after so many, sigma may be off by 1 % */
+
 /* Is s above r > 0, by less than 16 of its last bits? */
 static inline int is_faint(num r, num s)
 {
@@ -124,6 +127,7 @@ typedef num score;
 #define POINT_COLUMNS_LEN KQ_PRIVATE_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F32
 #define START_LEN KQ_START_LEN_F32
+#define START_RANGE_LEN 0
 #define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F32
 #define EM_LEN KQ_EM_LEN_F32
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32

@@ -30,6 +30,7 @@ static const num num_row_rounding = 0x1p-50;  /* of what a row was: entries belo
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_most_nis = 0x1p1020;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p53;        /* NIS that says that the sigma is rounding */
+static const num num_lost_share = 0x1.9p-102; /* of a variance: (5/2 eps)^2, what predict's rounding takes */
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */
 static const num num_most_sigma = 0x1p500;     /* the largest of a state; a mean's is its square */
@@ -86,14 +87,13 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
-/* Is s above r > 0, by less than 16 of its last bits? */
+static const uint32_t num_most_faint = UINT32_MAX; /* is not reached */
+
+/* It takes 1e13 measurements within the last bits of s before that shows. */
 static inline int is_faint(num r, num s)
 {
-    union {
-        num value;
-        uint64_t bits;
-    } lower = {r}, upper = {s};
-    return upper.bits - lower.bits - 1 < 15;
+    (void)r, (void)s;
+    return 0;
 }
 
 /* a without the lower 27 of its 53 bits */
@@ -131,6 +131,7 @@ typedef num score;
 #define POINT_COLUMNS_LEN KQ_PRIVATE_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_F64
 #define START_LEN KQ_START_LEN_F64
+#define START_RANGE_LEN 0
 #define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
 #define EM_LEN KQ_EM_LEN_F64
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64

@@ -22,6 +22,8 @@ static const scaled num_left_over = {0, 0};
 static const scaled num_row_rounding = {INT32_C(1) << 30, -58}; /* 2^-28 of what a row was: entries below it are rounding */
 static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says that the sigma is
                                                               rounding */
+static const scaled num_lost_share = {INT32_C(25) << 26, -86}; /* of a variance, 25 2^-60: what predict's
+                                                                rounding takes */
 static const scaled num_zero_variance = {INT32_C(1) << 30,
                                          -230}; /* 2^-200 words squared counts as 0 */
 static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fading stops there */
@@ -31,6 +33,8 @@ static inline uint32_t num_bits(num a) { return (uint32_t)a; }
 
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
 static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
+
+static const uint32_t num_most_faint = UINT32_C(1) << 24; /* after so many, sigma may be off by 1 % */
 
 /* Is s above r > 0, by less than 64 of its last bits? */
 static inline int is_faint(scaled r, scaled s)
@@ -61,6 +65,7 @@ typedef int64_t score;
 #define POINT_COLUMNS_LEN KQ_PRIVATE_POINT_COLUMNS_LEN
 #define POINT_LEN KQ_POINT_LEN_Q31
 #define START_LEN KQ_START_LEN_Q31
+#define START_RANGE_LEN SCALED_WORDS
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_Q31
 #define START_PAST_LEN KQ_PRIVATE_START_PAST_LEN_Q31
 

@@ -22,6 +22,16 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
 /* May a sensor without the careful path take it? */
 static inline int is_blunt(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
 
+/* Raises the noise r of what is not, to twice the least that is: s grows with it.  Answers 0 where r is
+   that large: then it is beyond the numbers. */
+static inline int raise_noise(scaled *r, scaled s)
+{
+    const num least = 2 * (sharp_share(s) + num_zero_variance);
+    if (!(least > *r)) return 0;
+    *r = least;
+    return 1;
+}
+
 /* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
 static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
 

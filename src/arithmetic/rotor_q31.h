@@ -42,6 +42,14 @@ static inline int is_blunt(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent >= s.exponent - 16 && s.exponent > num_zero_variance.exponent;
 }
 
+/* Raises the noise r of what is not, to twice the least that is: s grows with it. */
+static inline int raise_noise(scaled *r, scaled s)
+{
+    const int counts = s.mantissa && s.exponent > num_zero_variance.exponent;
+    *r = counts ? scaled_shift(s, -15) : scaled_shift(num_zero_variance, 1);
+    return 1;
+}
+
 static inline int noise_is_ordinary(scaled r) { return r.mantissa > 0; }
 
 static inline int is_surely_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }

@@ -21,8 +21,9 @@ static num *filter_root(const filter *f) { return f->memory + MEAN_PLANES * f->s
 
 /* Bits of `ready`, beside which an unusual update may be in progress or done.  SHARP: one has been
    sharp since the last predict.  WIDE: the mean has carries (mean_q31.h), until the call ends.
-   OPEN: the call that will end it is the caller's. */
-enum { FILTER_READY = 1, FILTER_SHARP = 2, FILTER_WIDE = 4, FILTER_OPEN = 8 };
+   OPEN: the call that will end it is the caller's.  NARROW: a sharp one had noise: what it tells has to
+   outlive the next predict. */
+enum { FILTER_READY = 1, FILTER_SHARP = 2, FILTER_WIDE = 4, FILTER_OPEN = 8, FILTER_NARROW = 16 };
 
 /* plain is what the steps of known sizes look at. */
 KQ_INLINE void filter_set_ready(filter *f, int ready)

@@ -49,21 +49,22 @@ static kq_status take_independent(filter *f, const sensor *s, const num *z, uint
 
 const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .plain = 1};
 
-/* Without the careful path: what would need it is not taken, and told. */
+/* Without the careful path: what is sharp is taken with more noise, and a mean that has left its words is
+   held between components. */
 static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t present)
 {
     const reading now = {s, s->noise, z, present};
     const int n = s->states, m = s->components;
-    kq_status status = KQ_OK;
     likelihood_clear(&f->last);
     for (int c = 0; c < m; c++) {
-        if (!(present >> c & 1) || take_component(f, &now, c, n, MODE_LEAN)) continue;
+        if (!(present >> c & 1)) continue;
+        if (filter_is_wide(f)) filter_hold(f);
+        if (take_component(f, &now, c, n, MODE_LEAN)) continue;
+        refuse_overflow(f);
         if (f->attached) f->attached->hooks->record_nothing(f);
-        f->events |= KQ_EVENT_SHARP;
-        status = KQ_SHARP;
     }
     settle(f, n);
-    return status;
+    return KQ_OK;
 }
 
 const sensor_kind T(kq_sensor_lean) = {.take = take_lean};

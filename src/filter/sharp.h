@@ -147,7 +147,7 @@ KQ_COLD static int update_root(filter *f, careful_scalar *m, const sharp_work *w
     }
     tell_scalar(f, m, w);
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
-    if (m->sharp) filter_set_ready(f, f->ready | FILTER_SHARP);
+    if (m->sharp) filter_set_ready(f, f->ready | FILTER_SHARP | (m->exact ? 0 : FILTER_NARROW));
     return 1;
 }
 

@@ -203,6 +203,10 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
         }
     }
     copy_state(f->memory, state, task.n);
+    if (copy.events & EVENT_FAINT) {
+        copy.events ^= EVENT_FAINT;
+        count_faint(f);
+    }
     filter_note(f, copy.events);
     return KQ_OK;
 }

@@ -21,6 +21,7 @@
 #include "../model/units.h"
 #include "../filter/attached.h"
 #include "../filter/filter.h"
+#include "../filter/step.h"
 #include "jacobian.h"
 #include "mean.h"
 #include "rows.h"
@@ -96,7 +97,7 @@ unsigned T(kq_predict_end)(filter *f, const num *d, extent of_root)
     renormalise(filter_root(f), n);
     const unsigned events = state_held(f->memory, filter_root(f), n, far);
     filter_note(f, events);
-    filter_set_ready(f, FILTER_READY);
+    predict_ends_sharp(f);
     return events;
 }
 

@@ -22,4 +22,8 @@ extent T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq);
    events, which have been told. */
 unsigned T(kq_predict_end)(filter *f, const num *d, extent of_root);
 
+/* The update by a sensor whose rows are S'h, its components independent, and the innovation e, in floating point:
+   that of a state of mean 0 and root I, by which S is multiplied.  own: FILTER_LEN(n) words, of that state */
+kq_status T(kq_update_by_rows)(filter *f, const sensor *s, const num *e, num *own);
+
 #endif

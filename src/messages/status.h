@@ -7,7 +7,6 @@
 const char *kq_status_text(kq_status status)
 {
     switch (status) {
-    case KQ_SHARP: return "done, but a sharp measurement of a lean sensor was not taken";
     case KQ_SATURATED: return "done, but a result was held at the end of its word";
     case KQ_NOT_IDENTIFIED: return "done, but data do not determine all free parameters";
     case KQ_OK: return "done";

@@ -93,11 +93,4 @@ static num physical_variance(const sensor *s, int c, num variance)
     return variance;
 }
 
-/* What 1 in the unit of state i is here */
-static num physical_unit(const filter *f, int i)
-{
-    (void)f, (void)i;
-    return 1;
-}
-
 #endif

@@ -96,10 +96,4 @@ static scaled physical_variance(const sensor *s, int c, scaled variance)
     return scaled_shift(variance, -2 * s->measurement_format[c].fraction);
 }
 
-/* What 1 in the unit of state i is in words */
-static scaled physical_unit(const filter *f, int i)
-{
-    return scaled_shift(scaled_one, f->state_format[i].fraction);
-}
-
 #endif

@@ -131,7 +131,7 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     for (int c = 0; c < m; c++) {
         for (int j = 0; j <= c; j++) R[j * m + c] = R[c * m + j] = s->memory[column(c) + j];
     }
-    decorrelate_rows(s->memory, rest, 0, m, 0);
+    decorrelate_rows(s->memory, rest, rest, m, 0); /* rows of 0 words, but not of NULL */
     invert_unit(s->memory, m);
     s->noise = s->memory;
     s->covariance = R;
@@ -192,24 +192,23 @@ kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innova
     if (!work) return KQ_ERR_NULL;
     const int n = f->states, m = s->components;
     const sampling q = {f, innovation, context, m, rule};
-    num *e = work, *J = e + m, *E = J + m * n, *noise = E + m * n;
-    status = sample(&q, e, J, E);
+    num *e = work, *noise = e + m, *D = noise + KQ_TRIANGLE(m), *E = D + m * n, *own = E; /* where E is used up */
+    status = sample(&q, e, D, E);
     if (status) return status;
     if (!left_over_fits(E, m * n)) return KQ_ERR_RANGE;
-    divide_by_root(J, filter_root(f), m, n);
     widen_noise(noise, s, E);
-    decorrelate_rows(noise, e, J, m, n);
-    sensor own = *s;
+    decorrelate_rows(noise, e, D, m, n);
+    sensor rows = *s;
     for (int c = 0; c < m; c++) {
-        e[c] = -e[c]; /* J is -H */
+        e[c] = -e[c]; /* D is -(S'H')' */
         noise[c] = noise[column(c) + c];
-        own.selects[c] = 0;
+        rows.selects[c] = 0;
     }
-    own.kind = &T(kq_sensor_independent);
-    own.measurement = J;
-    own.noise = noise;
-    own.covariance = 0;
-    return T(kq_update_extended)(f, &own, e);
+    rows.kind = &T(kq_sensor_independent);
+    rows.measurement = D;
+    rows.noise = noise;
+    rows.covariance = 0;
+    return T(kq_update_by_rows)(f, &rows, e, own);
 }
 
 /* ------------------------------------------------------------------ a smoothed step to linearise at */

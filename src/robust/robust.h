@@ -196,7 +196,7 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
         return zero;
     }
     const likelihood before = f->last;
-    const unsigned others = f->events | ~(unsigned)KQ_EVENT_PRECISION;
+    const unsigned others = f->events | ~(unsigned)KQ_EVENT_CONTRADICTION;
     if (!take_scalar(f, z, m->component, m->h, m->selected, *m->noise, m->e, f->states,
                      MODE_GENERAL)) {
         take_with_care(f, z, m->component, m->h, m->e);

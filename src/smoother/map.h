@@ -17,6 +17,7 @@
 #include "../model/process.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
+#include "../filter/step.h"
 #include "tape.h"
 #include "whitened.h"
 
@@ -229,7 +230,7 @@ KQ_KERNEL void predict_by_map(filter *f, const process *p, const num *u, backwar
     const unsigned events = state_held(f->memory, S, n, far);
     f->events = (uint16_t)(f->events | events);
     if (!KQ_MOSTLY(!(events & KQ_EVENT_OVERFLOW))) f->attached->hooks->record_end(f);
-    if (f->ready != FILTER_READY) filter_set_ready(f, FILTER_READY);
+    if (f->ready != FILTER_READY) predict_ends_sharp(f);
     map_set_predict(map, p, v, n);
 }
 

@@ -185,8 +185,10 @@ static void smooth_back(history *h, const process *p, undo_predict *undo, const 
     num *state = history_pop_predict(h, &before, n), *S = state + MEAN_PLANES * n;
     const num *after = history_slot(h, n, (size_t)h->step) + MEAN_PLANES * n;
     const process *m = p ? p : h->process;
+    const int is_short = !states_only && root_is_short(v.T, n);
     h->process = before;
     history_note(h, undo(m, S, after, &v, extras));
+    if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, n));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));
     keep_state(h, state, n);
 }

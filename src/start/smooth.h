@@ -67,6 +67,13 @@ static void past_finish(const start *s, uint32_t t, const num *a, const num *T)
     root_of_rows(q.root, v.joined, 2 * n, n, v.spare);
 }
 
+/* Was a state held at its word, in a step or now?  What was recorded is then not what was. */
+static kq_status start_held(const start *s)
+{
+    const unsigned events = s->filter->events | (s->tape ? s->tape->events : 0u);
+    return events & KQ_EVENT_SATURATED ? KQ_SATURATED : KQ_OK;
+}
+
 /* Has the tape been smoothed, or can it be now? */
 static kq_status start_smooth_tape(history *h, const filter *f)
 {
@@ -98,7 +105,7 @@ kq_status T(kq_start_smooth)(start *s)
     }
     for (uint32_t t = start_first(s); t < s->steps; t++) past_finish(s, t, a, T);
     s->phase = phase;
-    return KQ_OK;
+    return start_held(s);
 }
 
 static int past_is_valid(const start *s, size_t t, int i)

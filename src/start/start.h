@@ -27,6 +27,7 @@
 #include "columns.h"
 #include "entries.h"
 #include "past.h"
+#include "ranges.h"
 #include "rounding.h"
 #include "take.h"
 #include "unknown.h"
@@ -113,6 +114,7 @@ static kq_status start_update(filter *f, const sensor *by, const num *z, uint32_
     likelihood_clear(&f->last);
     if (noise_is_of_others(by, present)) start_take_present(s, &now);
     else start_take(s, &now);
+    if (s->unknowns == 0) likelihood_to_units(s, &f->last);
     settle(f, s->states);
     likelihood_run_add(&f->run, &f->last);
     start_close(s);
@@ -197,6 +199,7 @@ static void start_begin(start *s, filter *f, uint32_t unknown)
     s->unknowns = 0;
     s->ready = FILTER_READY;
     store_scaled(v.volume, scaled_one);
+    ranges_clear(s);
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
             entry_set(unknown_row(v.unknown, n, i), j, zero);
@@ -205,7 +208,7 @@ static void start_begin(start *s, filter *f, uint32_t unknown)
     }
     for (int i = 0; i < n; i++) {
         if (!(unknown >> i & 1)) continue;
-        entry_set(unknown_row(v.unknown, n, i), s->unknowns++, physical_unit(f, i));
+        entry_set(unknown_row(v.unknown, n, i), s->unknowns++, unknown_unit(s, f, i));
     }
     filter_set_attached(f, &s->attached);
     start_close(s);

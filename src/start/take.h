@@ -27,6 +27,7 @@
 #include "columns.h"
 #include "entries.h"
 #include "past.h"
+#include "ranges.h"
 #include "rounding.h"
 #include "unknown.h"
 
@@ -58,13 +59,14 @@ static void start_row(sight *by, const reading *z, int c)
     }
 }
 
-/* g = D'h; answers whether it is not 0. */
+/* g = D'h; answers whether it is not 0.  Where that is within 4 to 32 standard errors of rounding, it is hard
+   to tell, or phi is uncertain by more than 3 %: precision is lost. */
 static int start_sees(const start *s, sight *by)
 {
     static const scaled zero;
     const start_memory v = start_memory_of(s);
     const int n = s->states;
-    int sees = 0;
+    int sees = 0, may_see = 0, surely = 0;
     by->error = rounding_seen(by->w, v.rounding, by->h, n);
     for (int j = 0; j < s->unknowns; j++) {
         terms t = terms_begin();
@@ -76,8 +78,12 @@ static int start_sees(const start *s, sight *by)
         }
         by->g[j] = t.value;
         by->fresh[j] = size;
-        sees |= is_significant(t.value, hypotenuse(by->error, size));
+        const scaled error = hypotenuse(by->error, size);
+        sees |= is_significant(t.value, error);
+        may_see |= is_significant(scaled_shift(t.value, 2), error);
+        surely |= is_significant(scaled_shift(t.value, -1), error);
     }
+    if (may_see && !surely) s->filter->events |= KQ_EVENT_PRECISION;
     return sees;
 }
 
@@ -173,8 +179,31 @@ static scaled start_reflect(start *s, sight *by, scaled *k)
     return phi;
 }
 
-/* Component c of z, of innovation e, defines what it sees. */
-KQ_NOINLINE static void start_define(start *s, const reading *z, int c, sight *by, scaled e)
+/* One dimension less */
+static void start_close_dimension(start *s)
+{
+    start_drop(s, 0);
+    start_forget(s);
+    if (s->unknowns == 0) start_end(s);
+}
+
+/* What is seen is as large as the ranges let it be: S <- tria [S, D_1 range_sigma]. */
+static void start_bound(start *s, definition *m, const sight *by, const scaled *k)
+{
+    static const scaled zero;
+    const int n = s->states;
+    for (int i = 0; i < n; i++) {
+        m->f[i] = zero;
+        rounding_add(start_memory_of(s).rounding, n, i, by->turned[i]);
+    }
+    m->sigma = scaled_times(m->phi, range_sigma);
+    start_define_root(s, m, k);
+    start_close_dimension(s);
+}
+
+/* Component c of z, of innovation e, defines what it sees.  0: it is still to be taken, as one that sees
+   nothing unknown. */
+KQ_NOINLINE static int start_define(start *s, const reading *z, int c, sight *by, scaled e)
 {
     static const scaled zero;
     filter *f = s->filter;
@@ -185,6 +214,12 @@ KQ_NOINLINE static void start_define(start *s, const reading *z, int c, sight *b
     definition m;
     m.phi = start_reflect(s, by, k);
     m.sigma = scaled_root(r);
+    project(row, filter_root(f), by->h, n);
+    const scaled variance = scaled_plus(r, row_product(row, row, n));
+    if (range_says_more(m.phi, variance)) {
+        start_bound(s, &m, by, k);
+        return 0;
+    }
     int finite = scaled_is_finite(e);
     for (int i = 0; i < n; i++) finite &= scaled_is_finite(scaled_times(k[i], e));
     if (!finite) {
@@ -192,10 +227,9 @@ KQ_NOINLINE static void start_define(start *s, const reading *z, int c, sight *b
             rounding_add(start_memory_of(s).rounding, n, i, by->turned[i]);
         }
         f->events |= KQ_EVENT_OVERFLOW;
-        return;
+        return 1;
     }
     rounding_define(start_memory_of(s).rounding, n, k, by);
-    project(row, filter_root(f), by->h, n);
     for (int j = 0; j < n; j++) m.f[j] = row_entry(row, n, j);
     start_define_root(s, &m, k);
     start_move(s, &m, k, e);
@@ -203,12 +237,9 @@ KQ_NOINLINE static void start_define(start *s, const reading *z, int c, sight *b
     const scaled size = scaled_magnitude(m.phi);
     likelihood_add(&f->last, zero, physical_variance(z->sensor, c, size));
     likelihood_multiply(&f->last, size);
-    if (scaled_is_less(r, sharp_share(scaled_plus(r, row_product(row, row, n))))) {
-        filter_set_ready(f, f->ready | FILTER_SHARP);
-    }
-    start_drop(s, 0);
-    start_forget(s);
-    if (s->unknowns == 0) start_end(s);
+    if (scaled_is_less(r, sharp_share(variance))) filter_set_ready(f, f->ready | FILTER_SHARP);
+    start_close_dimension(s);
+    return 1;
 }
 
 /* One that sees nothing unknown.  The tape, which has not begun, takes its record for the past. */
@@ -229,6 +260,15 @@ static void start_take_known(start *s, const reading *z, int c, const scaled *h,
     }
 }
 
+/* Its prior's variance counts in the likelihood as in that of ever larger ones. */
+static void start_take_bounded(start *s, const reading *z, int c, const scaled *h, scaled e)
+{
+    if (s->unknowns == 0) take_with_care(s->filter, z, c, h, e);
+    else start_take_known(s, z, c, h, e);
+    const scaled sigma = scaled_over(scaled_one, range_sigma);
+    likelihood_multiply(&s->filter->last, scaled_times(sigma, sigma));
+}
+
 static void start_take(start *s, const reading *z)
 {
     sight by;
@@ -237,8 +277,8 @@ static void start_take(start *s, const reading *z)
         start_row(&by, z, c);
         const scaled e = scalar_innovation(s->filter, z, c);
         if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e);
-        else if (start_sees(s, &by)) start_define(s, z, c, &by, e);
-        else start_take_known(s, z, c, by.h, e);
+        else if (!start_sees(s, &by)) start_take_known(s, z, c, by.h, e);
+        else if (!start_define(s, z, c, &by, e)) start_take_bounded(s, z, c, by.h, e);
     }
 }
 

@@ -33,6 +33,7 @@ typedef struct {
     num *unknown;        /* D */
     num *rounding;       /* the covariance of a column of F, n x n numbers */
     num *volume;         /* the product of all |det A| */
+    num *ranges;         /* of what is unknown, where there are ranges (ranges_q31.h) */
     num *W, *pq;         /* reflectors: n rows of n + 1, 2 n */
     num *past;           /* the early instants, or NULL where there is no room for any */
     num *joined, *spare; /* of their roots: n rows of 2n + 1, 2 n */
@@ -45,7 +46,8 @@ static start_memory start_memory_of(const start *s)
     v.unknown = s->memory;
     v.rounding = v.unknown + n * n * SCALED_WORDS;
     v.volume = v.rounding + n * n * SCALED_WORDS;
-    v.W = v.volume + SCALED_WORDS;
+    v.ranges = v.volume + SCALED_WORDS;
+    v.W = v.ranges + START_RANGE_LEN;
     v.pq = v.W + n * ROW_LEN(n + 1);
     v.joined = v.spare = v.past = 0;
     if (s->early == 0) return v;

@@ -26,6 +26,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/matrix_float.h"
+#include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
@@ -511,6 +512,7 @@ kq_status T(kq_steady_solve)(const process *p, const sensor *s, num *memory, siz
     if (status) return status;
     const int n = p->states, m = s->components;
     const steady_work w = steady_work_at(memory, n, m);
+    for (int k = 0; k < MEAN_PLANES * n; k++) w.state[k] = 0; /* an update that overflows looks at the mean */
     status = T(kq_filter_assign)(&f, n, w.state, (size_t)FILTER_LEN(n));
     if (!status) status = check_lasting(p, s, &w);
     if (!status) status = doubling(p, s, &w);

@@ -230,14 +230,16 @@ class Cards(unittest.TestCase):
         smooth = replace(ROW, what="smooth", ram_program=5000, stack_worst=850, flash_program=16000)
         update = replace(ROW, what="update", instructions_worst=7777)
         clang = replace(ROW, profile=CLANG, flash_program=11000)
-        lean = replace(ROW, what=LEAN, flash_program=7000, ram_program=100, stack_worst=400)
+        lean = replace(ROW, what=LEAN, instructions=1300, flash_program=7000, ram_program=100, stack_worst=400)
         (line,) = readme.cards((ROW, lean, smooth, update, clang))
         self.assertEqual(
             line.cells(),
             ["Cortex-M3", "q31", "4, 2", "12000, 11000", "", "7000", "16000", "300", "100", "5000",
-             "800", "400", "850", "1000", "7777", "16 + 2 kB", "16 + 1 kB", "32 + 8 kB"],
+             "800", "400", "850", "1000", "1300", "7777", "16 + 2 kB", "16 + 1 kB", "32 + 8 kB"],
         )  # fmt: skip
         self.assertEqual(len(line.cells()), len(readme.TITLES))
+        self.assertEqual(line.short_cells()[3:], ["12000", "1000", "300", "800", "7000", "1300", "100", "400"])
+        self.assertEqual(len(line.short_cells()), len(readme.SUMMARY_TITLES))
         self.assertEqual(list(readme.cards((ROW, update))), [])
 
     def test_a_part_holds_the_start_up_and_the_stack(self) -> None:
@@ -254,6 +256,13 @@ class Cards(unittest.TestCase):
 
 
 class Readme(unittest.TestCase):
+    def test_the_lean_way_has_its_own_figures(self) -> None:
+        """On the page, beside those of the table: flash and instructions of one and the same program."""
+        row = next(row for row in table.read(ROOT / "tools" / "cost.csv").rows if row.key == readme.LEAN_ROW)
+        page = (ROOT / "README.md").read_text(encoding="utf-8")
+        self.assertIn(f"lean way takes {row.flash_program} and {row.instructions}.", page)
+        self.assertRegex(page, rf"(?m)^\| Cortex-M4F \| f32 \| 4, 2 \|.* {row.flash_program} \| {row.instructions} \|")
+
     def test_only_the_section_changes(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "README.md"
@@ -283,7 +292,7 @@ class Readme(unittest.TestCase):
         ]
         lines = readme.summary(tuple(rows)).splitlines()
         self.assertEqual(len(lines), 3)
-        self.assertIn("| Cortex-M3 | q31 | 4, 2 | 12000 | 7000 | 300 |", lines[2])
+        self.assertIn("| Cortex-M3 | q31 | 4, 2 | 12000 | 1000 | 300 | 800 | 7000 | 1000 |", lines[2])
 
     def test_every_function_has_a_line(self) -> None:
         named = {what for what, _, _ in readme.MODULE_ROWS}

@@ -1,6 +1,6 @@
 """compiled_table.py FOLDER: the five models compiled in both arithmetics, with what each may cost at most.
 
-f32 without ranges, that is without doors; q31 with a range of 64.  Where `others` is given, too, the same with a
+f32 without ranges; q31 with a range of 64.  Where `others` is given, too, the same with a
 step of 0.1, axes that have nothing to do with each other, a constant gain, the options, and a square root.
 """
 
@@ -19,8 +19,8 @@ from kalmanq import Model, model_file
 from kalmanq.model import Gaps
 
 MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two calls, a settled step; M0 the same
-    2: (64, 33, 450, 110, 38, 600, 155), 3: (112, 46, 800, 210, 60, 1150, 290), 4: (180, 66, 1200, 420, 80, 2050, 435),
-    6: (340, 112, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
+    2: (72, 33, 540, 110, 38, 600, 155), 3: (120, 46, 825, 210, 60, 1150, 290), 4: (183, 66, 1290, 420, 80, 2050, 435),
+    6: (344, 113, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
 
 
 def promises(n: int, arithmetic: str) -> dict[str, dict[str, int]]:

@@ -8,6 +8,7 @@ import numpy as np
 
 # UnobservedComponents of statsmodels 0.14, the maximum by BFGS: log-likelihood, R, variances of the state noises.
 NILE_EXACT = (-633.4645636, 15098.51826, 1469.176301)
+NILE_ERRORS = {"R": 3145.547780, "Q": 1280.375333}  # standard errors by the exact Hessian: cov_type "approx", complex steps
 NILE_KNOWN = (-641.5855783, 15099.68582, 1468.500254)
 TREND_EXACT = (-324.7311124, 0.9267381707, 0.04532407608, 0.007773471204)
 

@@ -22,6 +22,17 @@ def fitted(z: np.ndarray, level: str, known: bool = False) -> tuple[float, ...]:
     return (found.llf, *found.params)
 
 
+def standard_errors(z: np.ndarray, exact: dict[str, float]) -> float:
+    """Prints those of the Nile's Q and R as statsmodels has them; how far its exact ones are from what is recorded."""
+    model = UnobservedComponents(z, "local level", use_exact_diffuse=True)
+    at = fit_cases.NILE_EXACT[1:]
+    made = {kind: model.smooth(at, cov_type=kind, cov_kwds={"approx_complex_step": True}).bse for kind in ("oim", "approx")}
+    for kind, errors in made.items():
+        print(f"standard errors of R and Q, {kind}:", *(f"{error:.6g}" for error in errors))
+    assert np.all(np.abs(made["oim"] / made["approx"] - 1) > 0.1)
+    return max(abs(made["approx"][k] / exact[name] - 1) for k, name in enumerate(("R", "Q")))
+
+
 def main() -> None:
     warnings.simplefilter("ignore")
     nile = fit_cases.nile(Path(sys.argv[1]))
@@ -32,6 +43,7 @@ def main() -> None:
         expected = getattr(fit_cases, name)
         print(name, *(f"{figure:.10g}" for figure in figures))
         worst = max(worst, *(abs(a / b - 1) for a, b in zip(figures, expected)))
+    worst = max(worst, standard_errors(nile, fit_cases.NILE_ERRORS))
     if worst > 1e-5:
         sys.exit(f"{worst:.1e} from what is recorded")
     print(f"statsmodels: farthest from what is recorded {worst:.1e}")

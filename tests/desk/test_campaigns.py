@@ -336,3 +336,98 @@ def test_the_model_is_not_overwritten(tmp_path):
     model.write_text(NILE.read_text())
     refused(kalmanq("simulate", model, "--runs", 2, "--out", model), "is an input", tmp_path)
     assert model.read_text() == NILE.read_text()
+
+
+# ------------------------------------------------------------------------------ short tasks, and what is lost on the way
+
+
+def counted(monkeypatch):
+    """How often something was sent to a worker"""
+    sent = []
+
+    class Counting(campaigns.ProcessPoolExecutor):
+        def submit(self, function, *given):
+            sent.append(len(given[1]))
+            return super().submit(function, *given)
+
+    monkeypatch.setattr(campaigns, "ProcessPoolExecutor", Counting)
+    return sent
+
+
+def test_short_tasks_go_out_in_batches_and_long_ones_alone(tmp_path, monkeypatch):
+    sent = counted(monkeypatch)
+    assert [row["task"] for row in campaign(tmp_path / "one", tasks=range(2000), workers=2)] == list(range(2000))
+    assert sum(sent) == 2000 and len(sent) < 100 and max(sent) > 100
+    sent.clear()
+    campaign(tmp_path / "two", function=is_long, tasks=range(8), workers=2)
+    assert sent == [1] * 8
+
+
+def is_long(task):
+    time.sleep(campaigns.BATCH_SECONDS)
+    return task
+
+
+def is_short(task):
+    time.sleep(0.004)
+    return task
+
+
+def test_what_a_batch_has_done_is_kept(tmp_path, monkeypatch):
+    made = campaigns._perform_all(refuses_five, range(9), campaigns.versions())
+    assert made.results == ["0", "1", "2", "3", "4"] and made.refused == "task 5: is too much"
+
+
+KILLED = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {here!r})
+from test_campaigns import campaign, is_short
+if __name__ == "__main__":
+    campaign(Path({journal!r}), function=is_short, tasks=range(100000), workers=2)
+"""
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks for processes there")
+def test_workers_end_with_a_campaign_that_is_killed(tmp_path):
+    program, journal = tmp_path / "killed_campaign.py", tmp_path / "journal"
+    program.write_text(KILLED.format(here=os.path.dirname(__file__), journal=str(journal)))
+    running = subprocess.Popen([sys.executable, str(program)], start_new_session=True)
+    while running.poll() is None and not (journal.exists() and journal.read_bytes().count(b"\n") > 20):
+        time.sleep(0.02)
+    assert len(of_session(running.pid)) >= 3
+    running.kill()
+    running.wait()
+    ends = time.monotonic() + 60
+    while of_session(running.pid) and time.monotonic() < ends:
+        time.sleep(0.05)
+    assert of_session(running.pid) == []
+    assert len(journal.read_bytes().splitlines()) > 20
+
+
+def of_session(session):
+    """Processes that are not over"""
+    made = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{name}/stat", encoding="utf-8", errors="replace") as text:
+                state, _, _, its_session = text.read().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue
+        if int(its_session) == session and state not in "ZX":
+            made.append(int(name))
+    return made
+
+
+def test_a_cluster_without_its_last_worker_is_not_waited_for_for_ever(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(campaigns, "CONNECT_SECONDS", 1)
+    monkeypatch.setattr(campaigns, "ALONE_SECONDS", 2)
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+        made = run_campaign(is_short, range(100000), fingerprint={}, journal=tmp_path / "journal",
+                            dask=cluster.scheduler_address)
+        assert next(made) == 0
+        cluster.scale(0)
+        with pytest.warns(campaigns.KalmanqWarning, match="has no workers: 2 s are waited for one"):
+            with pytest.raises(KalmanqError, match="has no workers any more; the same command goes on from there"):
+                list(made)

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kalmanq import Filter, Smoother, model_file
+from kalmanq import Filter, LagSmoother, Smoother, model_file, pictures, tables
+from kalmanq.commands.simulate import simulate
 
 EXAMPLES = Path(model_file.__file__).parent / "examples"
 NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
@@ -67,6 +68,22 @@ def test_lag_robust_and_an_unknown_start(tmp_path):
     assert [row["level_lagged"] == "" for row in rows[:5]] == [True, True, True, False, False]
 
 
+def test_the_picture_of_a_lag_has_the_lagged_estimate(tmp_path):
+    """At the rows that it is of: where it is drawn, later rows have been taken."""
+    kalmanq("simulate", EXAMPLES / "track.toml", "-n", 60, "--seed", 2, "--out", tmp_path / "z.csv")
+    pictures_of = [tmp_path / name for name in ("plain.png", "lag.png")]
+    for path, options in zip(pictures_of, ((), ("--lag", 7))):
+        assert kalmanq("run", EXAMPLES / "track.toml", tmp_path / "z.csv", *options, "--plot", path).returncode == 0
+    assert pictures_of[0].read_bytes() != pictures_of[1].read_bytes()
+    model = model_file.read(EXAMPLES / "track.toml")
+    z, _ = tables.measurements_and_controls(tmp_path / "z.csv", model)
+    run = LagSmoother(model, 7).run(z)
+    axis = pictures.draw_run(run, z).axes[1]
+    line = next(line for line in axis.get_lines() if line.get_label() == "7 rows later, 95 %")
+    assert np.array_equal(line.get_xdata(), np.arange(53)) and np.array_equal(line.get_ydata(), run.lagged[7:, 1])
+    pictures.draw_run(LagSmoother(model, 60).run(z), z)  # nothing is known that late
+
+
 def test_two_columns_that_measure_one_level(tmp_path):
     data = tmp_path / "data.csv"
     data.write_text("fine,coarse,other\n1.0,2.0,a\n,2.5,b\n1.2,,c\n")
@@ -106,8 +123,8 @@ def test_fit_simulate_compare_steady_check(tmp_path):
 BAD_DATA = {
     "no such file": None, "empty": "", "there is no column flow": "year,level\n1,2\n", "no data": "flow\n",
     "'ten' is not a number": "flow\n1\nten\n", "2 fields, not 1": "flow\n1\n2,3\n", "beyond the numbers": "flow\ninf\n",
-    "separated by ';'": "year;flow\n1;2\n", "twice": "flow,flow\n1,2\n", "row 3, column flow": "flow\n1\nx\n",
-    "decimal point": 'a,flow\n1,"2,5"\n', "1 field, not 2": "a,flow\n1,2\n3\n",
+    "--separator says which": "a,b;c\n1,2;3\n", "twice": "flow,flow\n1,2\n", "row 3, column flow": "flow\n1\nx\n",
+    "decimal point": 'a,flow\n1,"2,500"\n', "1 field, not 2": "a,flow\n1,2\n3\n",
 }
 
 
@@ -231,3 +248,71 @@ def test_all_missing_with_an_unknown_start_is_a_run_of_nothing(tmp_path):
 def test_options_that_say_nothing_are_refused(arguments, said):
     done = kalmanq(*arguments)
     assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1
+
+
+# ------------------------------------------------------------------------------ simulate: controls, and who reads it
+
+CART = EXAMPLES / "cart.toml"
+
+
+def pushed(tmp_path, rows):
+    path = tmp_path / "u.csv"
+    u = np.round(np.random.default_rng(3).normal(size=rows), 3)
+    path.write_text("other;push [m/s2]\n" + "".join(f"x;{value}\n" for value in u))
+    return path, u
+
+
+def test_simulated_controls_are_those_of_a_file(tmp_path):
+    path, u = pushed(tmp_path, 120)
+    done = kalmanq("simulate", CART, "--controls", path, "--truth", "--seed", 4, "--out", tmp_path / "z.csv")
+    assert done.returncode == 0, done.stderr
+    rows = rows_of(tmp_path / "z.csv")
+    model = model_file.read(CART)
+    name = model.controls[0].name
+    assert [float(row[name]) for row in rows] == u.tolist()  # as many rows as the file has
+    x, z = simulate(model, 120, 4, u[:, None])
+    assert [float(row[model.measurements[0].name]) for row in rows] == z[:, 0].tolist()
+    assert np.abs(x - simulate(model, 120, 4)[0]).max() > 0.1  # or there is nothing to see here
+    run = kalmanq("run", CART, tmp_path / "z.csv", "--json")
+    assert run.returncode == 0 and 0.5 < json.loads(run.stdout)["nis_per_measurement"] < 1.5
+
+
+def test_controls_of_runs_and_of_nonlinear_models(tmp_path):
+    path, u = pushed(tmp_path, 100)
+    one, other = tmp_path / "one.csv", tmp_path / "other.csv"
+    assert kalmanq("simulate", CART, "--controls", path, "--seed", 2, "--runs", 3, "--workers", 1, "--out", one).returncode == 0
+    assert kalmanq("simulate", CART, "-n", 100, "--seed", 2, "--runs", 3, "--workers", 1, "--out", other).returncode == 0
+    model, nis = model_file.read(CART), [[float(row["nis"]) for row in rows_of(path)] for path in (one, other)]
+    assert np.allclose(nis[0], nis[1])  # the filter knows of them
+    (tmp_path / "current.csv").write_text("current\n" + "0.5\n" * 30)
+    done = kalmanq("simulate", EXAMPLES / "battery.py", "--controls", tmp_path / "current.csv")
+    assert done.returncode == 0 and done.stdout.count(",0.5\n") == 30
+    assert model.l == 1
+
+
+@pytest.mark.parametrize("model, options, said", [
+    (MODEL, [], "the model has no controls"), (CART, ["-n", 200], "u.csv: has 100 rows, fewer than the 200 of -n"),
+    (CART, ["--out", "u.csv"], "u.csv: is an input"), (CART, ["--rename", "push=no"], "there is no column no"),
+])
+def test_controls_that_do_not_fit_are_one_line(model, options, said, tmp_path):
+    pushed(tmp_path, 100)
+    refused(kalmanq("simulate", model, "--controls", "u.csv", *options, folder=tmp_path), said, tmp_path)
+
+
+def test_simulate_goes_into_run_and_head(tmp_path):
+    command = f"{sys.executable} -m kalmanq.command_line"
+    piped = subprocess.run(f"{command} simulate {MODEL} -n 300 | {command} run {MODEL} - --json", shell=True,
+                           capture_output=True, text=True)
+    assert json.loads(piped.stdout)["rows"] == 300 and not piped.stderr
+    for what in (f"simulate {MODEL} -n 100000", f"run {MODEL} {NILE} --json", "--help"):
+        head = subprocess.run(f"{command} {what} | head -1 >/dev/null; echo ${{PIPESTATUS[0]}}", shell=True,
+                              capture_output=True, text=True, executable="/bin/bash")
+        assert not head.stderr and head.stdout in ("0\n", "1\n" if what == "--help" else "141\n")
+    closed = subprocess.run(f"({command} simulate {MODEL} -n 100000; echo $? >&2) | true", shell=True,
+                            capture_output=True, text=True)
+    assert closed.stderr == "141\n"
+
+
+def test_two_outputs_are_two_files(tmp_path):
+    refused(kalmanq("run", MODEL, NILE, "--out", "out.png", "--plot", "./out.png", folder=tmp_path),
+            "out.png: --out and --plot are one file; give two names", tmp_path)

@@ -455,6 +455,21 @@ def test_what_is_refused_is_what_was_not_proven(arithmetic: str, axes: int, gaps
     assert min(ends) < 10 and len(set(ends)) > 30
 
 
+@pytest.mark.parametrize("model", (kinematic(1, 2, ranged=True), kinematic(1, 3, ranged=True),
+                                   kinematic(2, 2, ranged=True), random_model(2, True)))
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_without_min_run_it_is_what_the_covariance_takes_to_settle(arithmetic: str, model: Model,
+                                                                   tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(re.sub(r"\[gaps\][^[]*", "", model_file.text_of(model)) + "\n[gaps]\nmax_gap = 3\n")
+    alone = model_file.read(path)
+    assert alone.gaps == Gaps(3) and model_file.text_of(alone).count("min_run") == 0
+    plan = compiled(alone, Wanted(arithmetic, "x")).plan
+    assert plan.min_run == plan.rows > 1
+    said = compiled(model.changed(gaps=Gaps(3, plan.rows)), Wanted(arithmetic, "x")).plan
+    assert (said.min_run, said.rows) == (plan.min_run, plan.rows)
+
+
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_the_door(arithmetic: str, tmp_path: Path) -> None:
     """What is outside its range is as good as missing."""
@@ -489,6 +504,88 @@ def test_a_control_beyond_its_range_is_taken_as_the_end_of_it(arithmetic: str, t
         ""]))
     make(tmp_path, ["filter_x.c", "main.c"], "main", "-fsanitize=undefined", "-fno-sanitize-recover", "-lm")
     assert subprocess.run([str(tmp_path / "main")]).returncode == 0
+
+
+TWICE = """
+#include <stdlib.h>
+#include <string.h>
+#include "filter_x.h"
+int main(int count, char **words)
+{
+    WORD z[M], again[M];
+    filter_x_filter once, twice;
+    int wrong = count != 2;
+    srand((unsigned)atoi(words[1]));
+    memset(&once, 0, sizeof once), memset(&twice, 0, sizeof twice);
+    filter_x_start(&once), filter_x_start(&twice);
+    for (int t = 0; t < 400; t++) {
+        const int is_missing = t % 100 == 40, present = PARTS && t % 100 == 90 ? 1 : (1 << M) - 1;
+        for (int j = 0; j < M; j++) z[j] = (WORD)(rand() % 60), again[j] = (WORD)(rand() % 60);
+        if (t) filter_x_predict(&once), filter_x_predict(&twice);
+        if (is_missing) continue;
+        UPDATE(&once, z, present), UPDATE(&twice, z, present);
+        if (rand() % 4) continue;
+        AGAIN(&twice, again, 1u << rand() % 3);
+        wrong += !twice.sample_refused;
+        twice.sample_refused = 0;
+        wrong += memcmp(&once, &twice, sizeof once) != 0;
+    }
+    return wrong || once.gap_refused || once.sample_refused;
+}
+"""
+
+
+@pytest.mark.parametrize("options", ({}, {"form": "gain"}, {"partial": True}))
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_a_second_update_is_refused(arithmetic: str, options: dict, tmp_path: Path) -> None:
+    """Without a predict between: nothing changes but sample_refused, however many samples there were"""
+    model, some = kinematic(2, 2, ranged=True, gaps=Gaps(2, 40)), bool(options.get("partial"))
+    word = Compiled(model, tmp_path, arithmetic, **options).product.plan.subject.words.type
+    (tmp_path / "main.c").write_text("\n".join([
+        f"#define WORD {word}", f"#define M {model.m}", f"#define PARTS {int(some)}",
+        "#define UPDATE(f, z, present) filter_x_update_some(f, z, (unsigned)(present))" if some else
+        "#define UPDATE(f, z, present) ((void)(present), filter_x_update(f, z))",
+        "#define AGAIN(f, z, present) ((present) > M ? filter_x_update(f, z) : UPDATE(f, z, present))", TWICE]))
+    make(tmp_path, ["filter_x.c", "main.c"], "main", "-fsanitize=undefined", "-fno-sanitize-recover", "-lm")
+    for seed in SEEDS:
+        done = subprocess.run([str(tmp_path / "main"), str(seed)], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("options", ({}, {"form": "gain"}, {"partial": True}))
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_no_number_is_as_good_as_missing(seed: int, options: dict, tmp_path: Path) -> None:
+    """Floats without declared ranges: NaN, infinity, and what would soon become either"""
+    model = kinematic(2, 2, gaps=Gaps(2, 40))
+    made = Compiled(model, tmp_path, "f32", **options)
+    z, _ = record(model, seed, 300)
+    holed, bad, random = z.copy(), z.copy(), np.random.default_rng(seed)
+    for row, number in zip(range(45, 300, 50), (np.nan, np.inf, -np.inf, 3e38, -3e38)):
+        component = int(random.integers(model.m))
+        bad[row, component] = number
+        holed[row, component if options.get("partial") else slice(None)] = np.nan
+    told = made.run(holed)
+    ours = made.run(bad, missed_by_predict=False)
+    assert np.array_equal(ours["mean"], told["mean"]) and np.array_equal(ours["variance"], told["variance"])
+    assert np.array_equal(ours["refused"][:, 1], np.arange(300) >= 45) and not ours["refused"][:, 0].any()
+    assert not told["refused"].any()
+
+
+def test_a_control_that_is_no_number_is_none(tmp_path: Path) -> None:
+    """Floats without declared ranges: in step and in predict, before and after the covariance has settled"""
+    model = steered()
+    model = model.changed(measurements=[one.name for one in model.measurements], controls=["push"])
+    made = Compiled(model, tmp_path, "f32")
+    for rows in (3, 300):
+        for row, number in enumerate((np.nan, np.inf, -np.inf, 3e38)):
+            z, u = record(model, row, rows + 20)
+            u[rows], none = number, u.copy()
+            none[rows] = 0
+            ours, told = made.run(z, u), made.run(z, none)
+            assert np.array_equal(ours["mean"], told["mean"]) and np.all(np.isfinite(ours["mean"]))
+            z[rows + 1] = np.nan
+            assert np.array_equal(made.run(z, u)["mean"], made.run(z, none)["mean"])
+    assert "A control beyond 1e18, or NaN, is" in (tmp_path / "filter_x.h").read_text()
 
 
 @pytest.mark.skipif(not shutil.which("g++"), reason="no C++ compiler")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -41,9 +42,11 @@ HOST = """
 #include "design.h"
 int main(void)
 {
-    int wrong = DESIGN(init)() || DESIGN(update)(rows[0], ALL);
-    for (int t = 1; t < ROWS; t++) wrong |= STEP(t) < 0;
-    for (int i = 0; i < N; i++) wrong |= MEAN(DESIGN(filter)(), i) != expected[i];
+    int wrong = DESIGN(init)();
+    for (int t = 0; t < ROWS; t++) {
+        wrong |= t ? STEP(t) : DESIGN(update)(rows[0], present[0]);
+        for (int i = 0; i < N; i++) wrong |= MEAN(DESIGN(filter)(), i) != expected[t][i];
+    }
     puts(wrong ? "other words" : "the same words");
     return wrong;
 }
@@ -60,14 +63,34 @@ def library(tmp_path_factory) -> Path:
     return work
 
 
-@pytest.mark.parametrize("make", five.FIVE)
+def with_holes(record, seed):
+    """Rows of which some or all components are missing, a gap among them; the first is whole."""
+    random, z = np.random.default_rng(seed), record.z.copy()
+    z[1:][random.random(z[1:].shape) < 0.2] = np.nan
+    z[9:16] = np.nan
+    return type(record)(z, record.u)
+
+
+def models_to_write():
+    random = np.random.default_rng(11)
+    made = [make() for make in five.FIVE]
+    for k in range(12):
+        model = random_model(random, int(random.integers(1, 7)), int(random.integers(1, 3)))
+        model = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
+        made.append(model.changed(name=f"random_{k}"))
+    low_noise = made[1].changed(R=made[1].R * 1e-3, name="low_noise")  # a lean sensor takes it otherwise than a full one
+    return [*made, low_noise]
+
+
+@pytest.mark.parametrize("model", models_to_write(), ids=lambda model: model.name)
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
-def test_the_c_file_does_what_the_twin_does(make, arithmetic, library, tmp_path):
-    model = make()
-    parts, record = Parts(model, arithmetic), draw(model.changed(gaps=type(model.gaps)()), seeds=[3])[0]
-    assert ways_of(parts) == list(WAYS)
+def test_the_c_file_does_what_the_twin_does(model, arithmetic, library, tmp_path):
+    """At every row, of which some have gaps: the means, bit for bit."""
+    record = with_holes(draw(model.changed(gaps=type(model.gaps)()), seeds=[3])[0], 5)
+    model = with_ranges(model, draw(model))[0]
+    parts = Parts(model, arithmetic)
     (tmp_path / "main.c").write_text(HOST)
-    for way in WAYS:
+    for way in ways_of(parts):
         name = f"written_{way}"
         folder = write(tmp_path, name, parts, way, record)
         subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'known_sizes'}", f"-I{folder}",
@@ -75,6 +98,63 @@ def test_the_c_file_does_what_the_twin_does(make, arithmetic, library, tmp_path)
                         *map(str, sorted(library.glob(f"*_{arithmetic}.o"))), "-lm", "-o", str(folder / "run")],
                        check=True)
         assert subprocess.run([str(folder / "run")], capture_output=True, text=True).stdout == "the same words\n", way
+
+
+CONVERTED = """
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include "written.h"
+int main(int count, char **given)
+{
+    for (int k = 1; k < count; k++) {
+        const double value = strtod(given[k], 0);
+        const int32_t raw = WRITTEN_Z_POSITION_RAW(value), small = WRITTEN_TILT_RAW((float)value);
+        printf("%ld %ld %.17g %.17g\\n", (long)raw, (long)small, WRITTEN_Z_POSITION_VALUE(raw), WRITTEN_TILT_VALUE(small));
+    }
+    if (WRITTEN_Z_POSITION_RANGE != 500.0 || WRITTEN_TILT_RANGE != 0.1 || WRITTEN_U_PUSH_RANGE != 1e12) return 1;
+    int32_t z[WRITTEN_MEASUREMENTS] = {WRITTEN_Z_POSITION_RAW(NAN)}, u[WRITTEN_CONTROLS] = {WRITTEN_U_PUSH_RAW(0)};
+    if (written_init() || written_update(z, WRITTEN_ALL) != KQ_ERR_RANGE) return 2;
+    z[0] = WRITTEN_Z_POSITION_RAW(500.1);
+    if (written_update(z, WRITTEN_ALL) != KQ_ERR_RANGE) return 3;
+    z[0] = WRITTEN_Z_POSITION_RAW(100);
+    if (written_update(z, WRITTEN_ALL) || written_step(u, z, WRITTEN_ALL)) return 4;
+    return fabs(WRITTEN_POSITION_VALUE(kq_mean_q31(written_filter(), WRITTEN_POSITION)) - 100) < 1 ? 0 : 5;
+}
+"""
+
+
+@pytest.mark.parametrize("language, flags", [("c", STRICT), ("c++", [
+    "-std=c++11", *(flag for flag in STRICT if not flag.startswith("-std"))])])
+def test_values_in_units_and_back(language, flags, library, tmp_path):
+    """The header is C and C++; its macros round, saturate and have no undefined behaviour, at any fraction."""
+    model = Model(np.eye(2), [[1, 0]], 1, [1, 1e-6], B=[1e-10, 0], P0=[1e4, 1e-4], states=[
+        Quantity("position", range=1000), Quantity("tilt", range=0.1)], measurements=[Quantity("position", range=500)],
+        controls=[Quantity("push", range=1e12)], name="written")
+    parts = Parts(model, "q31")
+    made = source(parts, "lean")
+    assert min(parts.fractions("controls")) < 0 and max(parts.fractions("states")) > 31
+    (tmp_path / "written.h").write_text(made.header)
+    (tmp_path / "written.c").write_text(made.text)
+    (tmp_path / "main").write_text(CONVERTED)
+    subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-c", str(tmp_path / "written.c"), "-o",
+                    str(tmp_path / "written.o")], check=True)
+    subprocess.run(["c++" if language == "c++" else "cc", *flags, "-fsanitize=undefined", "-fno-sanitize-recover=all",
+                    f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-x", language, str(tmp_path / "main"), "-x", "none",
+                    str(tmp_path / "written.o"), *map(str, sorted(library.glob("*_q31.o"))), "-lm", "-o",
+                    str(tmp_path / "run")], check=True)
+    values = [0.0, 1.5, -499.999, 0.1, -1 / 3, 2.0**-40, -0.4999, 1e30, -1e30, math.inf, -math.inf, math.nan, 1e-300]
+    done = subprocess.run([str(tmp_path / "run"), *map(repr, values)], capture_output=True, text=True)
+    assert done.returncode == 0, (done.returncode, done.stderr)
+    end, no_word = 2**31 - 1, -(2**31)
+    for value, line in zip(values, done.stdout.splitlines()):
+        for k, fraction in ((0, parts.fractions("measurements")[0]), (1, parts.fractions("states")[1])):
+            given = float(np.float32(value)) if k else value
+            raw = int(line.split()[k])
+            exact = no_word if math.isnan(given) else max(-end, min(end, given * 2.0**fraction))
+            assert raw == exact or abs(raw - exact) <= 0.5, (value, line)
+            back = float(line.split()[2 + k])
+            assert math.isnan(back) if math.isnan(given) else back == raw * 2.0**-fraction
 
 
 def test_names_are_identifiers():
@@ -171,6 +251,28 @@ def test_the_stack_is_never_less_than_what_was_measured():
         assert costs.deepest(row["core"], row["arithmetic"], row["way"], row) >= row["stack"]
 
 
+@pytest.mark.parametrize("core", sorted(PARTS))
+def test_the_flags_of_a_cost_are_those_it_was_measured_with(core):
+    described = subprocess.run(["sh", str(ROOT / "tests" / "target" / "cores.sh"), "describe", core, "gcc"], check=True,
+                               capture_output=True, text=True).stdout
+    of = dict(line.split("=", 1) for line in described.splitlines())
+    level = set() if core == "avr" else {"-O2"}
+    assert {*of["user_profile"].split(), "-ffp-contract=off", *level} == set(costs.flags(core).split())
+    assert set(of["profile"].split()) == {*of["user_profile"].split(), costs.COMPACT}
+    assert costs.include_path(core, "sizes").split() == [*([f"-Iport/{of['port']}"] if of["port"] else []), "-Iinclude",
+                                                         "-Isrc/known_sizes"]
+
+
+def test_every_estimate_says_its_flags(tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "-o", tmp_path)
+    printed, header = " ".join(done.stdout.split()), (tmp_path / "track.h").read_text()
+    comment = " ".join(header[: header.index("*/")].replace(" * ", " ").split())
+    for text in (printed, comment):
+        assert f"gcc {costs.flags('m3')}" in text and "-Iport/armv7m -Iinclude" in text and costs.COMPACT in text
+    told = json.loads(kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--json").stdout)
+    assert all(one["flags"] == costs.flags("m3") and one["include"].startswith("-Iport/armv7m") for one in told["ways"])
+
+
 # ------------------------------------------------------------------------------ the command
 
 
@@ -213,7 +315,7 @@ def test_a_model_without_ranges_is_no_fixed_point():
 
 
 @pytest.mark.parametrize("name, states", [
-    ("small", ["h", "v"]), ("kq", ["states", "v"]), ("t", ["x", "x_fraction"]), ("kalmanq/kalmanq", ["all", "b"]),
+    ("small", ["h", "v"]), ("kq", ["states", "v"]), ("t", ["x", "x_fraction"]), ("t", ["x_raw", "x"]), ("t", ["x_range", "x"]), ("kalmanq/kalmanq", ["all", "b"]),
     ("t", ["*/ int x; /*", "a??/"]), ("stdint", ["a\nb", "ß"]), ("while", ["", " "]), ("main", ["x", "X"])])
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_any_names_make_c(name, states, arithmetic, tmp_path):

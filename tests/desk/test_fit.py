@@ -13,7 +13,7 @@ import pytest
 from test_commands import kalmanq as command
 
 import kalmanq
-from kalmanq import KalmanqError, Model, model_file
+from kalmanq import KalmanqError, Model, model_file, pictures
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import Cholesky
 from kalmanq.fitting.entries import free_and_held
@@ -132,6 +132,39 @@ def test_the_nile_is_statsmodels_nile(prior, figures, method):
     assert found.is_settled and found.distance < 1e-9
     assert np.max(np.abs(np.array(measured) / figures - 1)) < 1e-6
     assert abs(found.standard_errors["Q"][0, 0] - 1280) < 2 and abs(found.standard_errors["R"][0, 0] - 3146) < 2
+
+
+def test_standard_errors_are_those_of_the_exact_hessian():
+    found = kalmanq.fit(nile_model(), [nile()])
+    for name, exact in fit_cases.NILE_ERRORS.items():
+        assert abs(found.standard_errors[name][0, 0] / exact - 1) < 1e-4
+
+
+@pytest.mark.parametrize("method", ["em", "ml", "both"])
+def test_a_form_that_the_model_has_not_is_named(method, tmp_path):
+    """Which parameter, which entry, and what to do; a Q from G of a builder, too."""
+    z = np.zeros((9, 2))
+    for model in (Model(np.eye(2), np.eye(2), np.eye(2), [[2, 0.5], [0.5, 1]]),
+                  Model(np.eye(2), np.eye(2), np.eye(2), G=[[1, 0.5], [0, 1]])):
+        with pytest.raises(KalmanqError, match=r"^Q of the model is not diagonal, Q\[1,0\] is 0.5, .*--q-form multiple"):
+            kalmanq.fit(model, [z], Q_form="diagonal", method=method)
+    with pytest.raises(KalmanqError, match=r"^R of the model is not diagonal, R\[1,0\] is -0.25, .*--r-form multiple .* or full"):
+        kalmanq.fit(Model(np.eye(2), np.eye(2), [[1, -0.25], [-0.25, 1]], np.eye(2)), [z], R_form="diagonal", method=method)
+    (tmp_path / "z.csv").write_text("east,north\n" + "1,2\n" * 9)
+    done = command("fit", EXAMPLES / "track.toml", tmp_path / "z.csv", "--q-form", "diagonal")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "Q of the model is not diagonal, Q[1,0] is 0.025" in done.stderr
+
+
+def test_the_course_of_a_search_that_begins_again_goes_up_alone():
+    """What was tried from another place is in dots, not in the curve."""
+    course = [-9.0, -5.0, -3.0, -1.0, -1.5, -0.5, -7.0, -2.0, -0.6, 0.0]
+    found = kalmanq.Fit(nile_model(), 0.0, course=course, em_evaluations=2)
+    picture = pictures.draw_course(found, "again")
+    drawn = [line for line in picture.axes[0].get_lines() if line.get_linestyle() == "-"]
+    assert len(drawn) == 2 and all(np.all(np.diff(line.get_ydata()) <= 0) for line in drawn)
+    tried = np.concatenate([line.get_ydata() for line in picture.axes[0].get_lines() if line.get_linestyle() == "None"])
+    assert sorted(tried[np.isfinite(tried)]) == [0.6, 1.5, 2.0, 7.0]
+    assert [text.get_text() for text in picture.legends[0].get_texts()] == ["EM", "maximum likelihood", "tried besides"]
 
 
 def test_a_trend_is_statsmodels_trend():
@@ -496,7 +529,7 @@ def test_the_command_writes_what_reads_back_to_the_same_bits(tmp_path):
     assert fitted.states == begun.states and fitted.measurements == begun.measurements and np.all(fitted.unknown)
     assert plot.read_bytes()[:4] == b"\x89PNG"
     shown = command("fit", out, NILE).stdout
-    assert "at the maximum" in shown and "1280.3" in shown and "3145.5" in shown
+    assert "at the maximum" in shown and "1280.3" in shown and "3145.5" in shown and "exact Hessian" in shown
 
 
 def test_entries_are_named(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import models
-from kalmanq import Model, model_file
+from kalmanq import Model, builders, model_file
 from kalmanq.model_file import ModelFileError
 
 EXAMPLES = sorted((Path(model_file.__file__).parent / "examples").glob("*.toml"))
@@ -92,3 +92,51 @@ def test_a_start_that_is_in_part_unknown(tmp_path):
     model = model_file.read(path)
     assert model.unknown.tolist() == [False, True] and model.P0[0, 0] == 4
     assert models.textbook  # the module is found beside this one
+
+
+# ------------------------------------------------------------------------------ builders, and numbers of any length
+
+BUILT = {
+    "level": "drift = 1\nnoise = 1\n", "trend": "drift = [1, 1]\nnoise = 1\n", "season": "seasons = 4\ndrift = 1\nnoise = 1\n",
+    "trend_season": "seasons = 4\ndrift = [1, 1, 1]\nnoise = 1\n", "ar": "phi = [0.5, 0.1]\nvariance = 1\n",
+    "ma": "theta = [0.5]\nvariance = 1\n", "arma": "phi = [0.5]\ntheta = [0.5]\nvariance = 1\n",
+    "regression": "regressors = [1, 2]\ndrift = [0, 0]\nnoise = 1\n", "constant_velocity": "dt = 1\ndensity = [1, 1]\nnoise = [1, 1]\n",
+    "constant_acceleration": "dt = 1\ndensity = 1\nnoise = 1\n",
+    "factor": "loadings = [[1], [1]]\ntransition = [[0.5]]\nnoise = [1, 1]\n",
+}
+
+
+@pytest.mark.parametrize("builder", builders.BUILDERS)
+def test_a_builder_with_p0_needs_no_variances_before_it(builder, tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(f'[model]\nbuilder = "{builder}"\n{BUILT[builder]}P0 = "unknown"\n')
+    assert np.all(model_file.read(path).unknown)
+
+
+def test_a_new_builder_is_in_one_table(tmp_path, monkeypatch):
+    monkeypatch.setitem(builders.BUILDERS, "slope", builders.BUILDERS["trend"])
+    path = tmp_path / "model.toml"
+    path.write_text(f'[model]\nbuilder = "slope"\n{BUILT["trend"]}P0 = [4, 9]\n')
+    assert np.array_equal(model_file.read(path).P0, np.diag([4.0, 9.0]))
+
+
+LONG = "1" * 400
+ODD = {
+    f"P0 = {LONG}": "line 6: P0: has a number with too many digits", f"P0 = {'1' * 5000}": "a number has too many digits",
+    f"P0 = {'[' * 5000}1{']' * 5000}": "nested too deeply", f"P0 = {'[' * 900}1{']' * 900}": "",
+    f"P0 = 1\n[states]\nranges = [{LONG}]": "states: ranges: one is beyond the numbers",
+    f"P0 = 1\n[states]\nranges = [9]\nfractions = [{LONG}]": "states: fractions: ",
+    "P0 = 1\n[gaps]\nmax_gap = 100000000000000000000": "line 7: gaps: max_gap is at most 100000000",
+    "P0 = 1\n[gaps]\nmax_gap = 1e20": "right: max_gap is a whole number",
+    f"P0 = 1\n[gaps]\nmin_run = {LONG}": "gaps: min_run is at most 100000000",
+}
+
+
+@pytest.mark.parametrize("text", ODD, ids=range(len(ODD)))
+def test_numbers_of_any_length_are_one_line(text, tmp_path):
+    test_what_is_wrong_is_one_line(f"[model]\nA = 1\nH = 1\nQ = 1\nR = 1\n{text}\n", ODD[text], tmp_path)
+
+
+@pytest.mark.parametrize("text", [f"seasons = {LONG}", "seasons = 1000000000", f"seasons = 4\nmean = [{LONG}]"])
+def test_a_builder_s_numbers_of_any_length_are_one_line(text, tmp_path):
+    test_what_is_wrong_is_one_line(f'[model]\nbuilder = "season"\ndrift = 1\nnoise = 1\nP0 = "unknown"\n{text}\n', "", tmp_path)

@@ -10,14 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compiled_models import kinematic
+from products import PRODUCTS
 from test_commands import EXAMPLES
 from typer.testing import CliRunner
 
 from kalmanq import Model, Quantity, command_line, model_file
 from kalmanq.commands import design, report
+from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import costs, forms, offers
+from kalmanq.compiler.product import Wanted, compiled
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.compiler.structure import Structure
+from kalmanq.errors import KalmanqError
+from kalmanq.reach import Record, with_ranges
 
 ARITHMETICS = ("f32", "q31")
 MEASURES = ("two_calls", "step_settled", "flash")
@@ -96,7 +101,8 @@ def test_design_and_report_show_it(ordinary: Model, found: list[offers.Offer], g
     for one in found:
         cells = one.cells("m4f")
         assert "" not in cells and row_of(text, one.arithmetic) == cells
-        assert " ".join(["Cortex-M4F", *cells, one.remark]).strip() in shown
+        assert " ".join(["Cortex-M4F", *cells]) in shown
+        assert (f"Compiled in {one.arithmetic}: {one.remark}." in shown) == bool(one.remark)
     assert f"compiled in f32: {found[0].remark}" in " ".join(text.split()) and found[1].remark == ""
     assert re.fullmatch(r"a float has 24 bits: \S+ sigma of a settled mean at most, states and innovations at their "
                         r"ranges; more than 1e-03: smaller ranges, or q31", found[0].remark)
@@ -115,28 +121,44 @@ def test_what_is_refused_says_why() -> None:
         assert f"compiled in {arithmetic}: {reason}" in text
         assert row_of(text[text.index("compiled for this model alone"):], arithmetic)[1] == "refused"
     shown = page_of(model_file.read(cart))
-    assert all(f"{arithmetic} refused {reason}" in shown for arithmetic in ARITHMETICS)
+    assert all(f"Compiled in {arithmetic}: {reason}" in shown for arithmetic in ARITHMETICS)
+    assert "<table" not in "".join(report._compiled(model_file.read(cart)))  # there is nothing to be compared
 
 
 def test_a_search_that_is_too_long_is_not_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Counted, not timed: the same everywhere.  The cost is known, the errors are not.  design chooses ranges where
-    there are none; only with them in the file kalmanq compile comes to the same, and that is said, too."""
+    """Counted, not timed: the same everywhere.  Nothing is listed that kalmanq compile may refuse.  design chooses
+    ranges where there are none; only with them in the file kalmanq compile comes to the same, and that is said, too."""
     monkeypatch.setattr(offers, "MOST", 100)
     one = kinematic(1, 1)
     told = json.loads(called("design", file_of(one, tmp_path), "--data", data_of(one, tmp_path), "--core", "m4f",
                              "--json"))["compiled"]
-    said = "errors not searched: more than 100 covariances; run kalmanq compile"
-    assert told["f32"]["remark"] == said
-    assert told["q31"]["remark"] == f"with the chosen ranges in the model file; {said}"
-    assert all(one["two_calls"] > one["step_settled"] > 10 and "mean" not in one for one in told.values())
+    said = "not tried: more than 100 covariances; run kalmanq compile"
+    assert told["f32"] == {"form": "not tried", "remark": said}
+    assert told["q31"] == {"form": "not tried", "remark": f"{said} with the chosen ranges in the model file"}
 
 
-def test_without_a_compiler_there_is_a_cost(ordinary: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("make", PRODUCTS)
+def test_what_is_listed_of_a_product_is_compiled(make) -> None:
+    """And what is refused is refused: of each arithmetic, with the ranges that design chooses"""
+    model = make()
+    u = np.zeros((500, model.l)) if model.l else None
+    ranged, _ = with_ranges(model, [Record(simulate(model, 500, 1, u)[1], u)])
+    for one in offers.offers(model, ranged):
+        of = ranged if one.arithmetic == "q31" else model
+        try:
+            form = compiled(of, Wanted(one.arithmetic, "x")).plan.form.name
+        except KalmanqError:
+            form = "refused"
+        assert one.state in (form, "not tried") and bool(one.plan or one.costs) == (one.state == form != "refused")
+        assert one.state != "not tried" or "run kalmanq compile" in one.remark
+
+
+def test_without_a_compiler_nothing_is_listed(ordinary: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
     for one in offers.offers(ordinary):
-        assert one.costs and one.error is None and "needs a C compiler" in one.remark
-        assert one.cells("m4f")[-2:] == ["", ""]
+        assert not one.costs and one.error is None and "needs a C compiler" in one.remark
+        assert one.cells("m4f")[1:] == ["not tried", *[""] * 6]
     refused = "refused: measurements: range has no range; q31 needs one, f32 does not"
     assert offers.offers(kinematic(1, 2))[1].remark == refused
 

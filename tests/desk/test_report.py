@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -183,10 +185,65 @@ def test_a_hundred_thousand_rows_stay_small(tmp_path):
     assert len(page.raw) < 1e6 and "100000 rows" in page.text and "lowest and highest" in page.text
 
 
+def track(folder: Path) -> Path:
+    """Rows that the track's model has drawn"""
+    data = folder / "track.csv"
+    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 40, "--out", data).returncode == 0
+    return data
+
+
 def test_what_each_core_pays_is_told(tmp_path):
     text = reported(MODEL, NILE, tmp_path).text
+    assert "gcc -O2 -ffp-contract=off" in text and "include path" in text
     assert "cost of a step" in text and "Cortex-M4F" in text and "ATmega328P" in text
     assert len(report.cost_rows(model_file.read(MODEL))) == 14
+
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "google-chrome"))), None)
+
+
+def printed_style(raw: str) -> str:
+    return raw[raw.index("@media print"):raw.index("</style>")]
+
+
+def test_a_number_is_printed_in_one_line(tmp_path):
+    """No cell of a table holds a sentence, which would leave no room for the others, and no number is broken."""
+    page = reported(EXAMPLES / "track.toml", track(tmp_path), tmp_path)
+    style = printed_style(page.raw)
+    assert "anywhere" not in style and not re.search(r"\btd\b[^{]*{[^}]*white-space: normal", style)
+    cells = re.findall(r"<td[^>]*>([^<]*)</td>", page.raw)
+    assert any("±" in cell for cell in cells) and max(map(len, cells)) < 30
+    assert "Compiled in q31: refused: min_run" in page.text
+
+
+@pytest.mark.skipif(not (CHROMIUM and shutil.which("pdftotext")), reason="needs Chromium and pdftotext")
+@pytest.mark.parametrize("states", [4, 16])
+def test_the_print_has_all_of_its_tables(states, tmp_path):
+    """Every cell of every table is within the page, in one line."""
+    if states == 4:
+        model, data = EXAMPLES / "track.toml", track(tmp_path)
+    else:
+        model, data = tmp_path / "wide.toml", tmp_path / "wide.csv"
+        rows = ", ".join(f"[{', '.join(f'{0.0123456 * (i + j + 1):.6g}' if i != j else '0.5' for j in range(16))}]"
+                         for i in range(16))
+        first = [float(i == 0) for i in range(16)]
+        model.write_text(f"[model]\nA = [{rows.replace('0.5', '0.123456')}]\nH = [{first}]\nR = 1.0\nG = {[[1.0]] * 16}\nP0 = {[1.0] * 16}\n")
+        data.write_text("z1\n" + "0.5\n" * 20)
+    page = reported(model, data, tmp_path)
+    cells = [cell.replace("&#x27;", "'") for cell in re.findall(r"<td>([^<]+)</td>", page.raw)]  # no words
+    assert len(cells) > 50
+    subprocess.run([CHROMIUM, "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'browser'}",
+                    f"--print-to-pdf={tmp_path / 'out.pdf'}", (tmp_path / "report.html").as_uri()], check=True,
+                   capture_output=True, timeout=120)
+    text = subprocess.run(["pdftotext", "-layout", str(tmp_path / "out.pdf"), "-"], check=True, capture_output=True,
+                          text=True).stdout
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    there = "\n".join(lines)
+    missing = [cell for cell in cells if cell not in there]
+    assert not missing, missing[:5]
+    whole_rows = [" ".join(one) for one in (re.findall(r"<t[dh][^>]*>([^<]*)</t[dh]>", row)
+                                            for row in re.findall(r"<tr>(.*?)</tr>", page.raw, re.S)) if "±" in "".join(one)]
+    assert all(" ".join(row.split()) in there for row in whole_rows)
 
 
 # ------------------------------------------------------------------------------ what is refused
@@ -214,7 +271,7 @@ def test_a_range_that_does_not_fit_is_one_line(tmp_path):
     data = tmp_path / "data.csv"
     data.write_text("flow\n1000\n5000\n")
     done = kalmanq("report", MODEL, data, "-o", tmp_path / "out.html", "--arith", "q31")
-    refused(done, "row 1: flow = 5000", tmp_path)
+    refused(done, "row 3: flow = 5000", tmp_path)
 
 
 # ------------------------------------------------------------------------------ the verdict
@@ -270,3 +327,42 @@ def test_figures_are_those_of_the_books():
     assert ljung_box(correlation, pairs, T) == pytest.approx(chi2.sf(statistic, 10), rel=1e-9)
     assert mean_bounds(50) == pytest.approx(tuple(chi2.ppf([0.025, 0.975], 50) / 50))
     assert share_bounds(100) == pytest.approx(tuple(binom.ppf([0.025, 0.975], 100, 0.05) / 100))
+
+
+# ------------------------------------------------------------------------------ ranges that are too narrow
+
+
+def narrow(tmp_path):
+    """A track whose velocity goes beyond its range, and nothing else is wrong."""
+    model = tmp_path / "m.toml"
+    model.write_text("[model]\nA = [[1.0, 1.0], [0.0, 1.0]]\nH = [[1.0, 0.0]]\nG = [0.5, 1.0]\nR = [[1.0]]\nP0 = [100.0, 4.0]\n"
+                     '[states]\nnames = ["position", "velocity"]\nranges = [1e5, 6]\n[measurements]\nranges = [1e5]\n')
+    x, z = simulate(model_file.read(model), 400, 3)
+    data = tmp_path / "z.csv"
+    data.write_text("z1\n" + "".join(f"{value}\n" for value in z[:, 0]))
+    return model, data, float(np.abs(x[:, 1]).max())
+
+
+def test_saturation_comes_first_with_the_range_that_would_do(tmp_path):
+    model, data, most = narrow(tmp_path)
+    out = tmp_path / "r.html"
+    done = kalmanq("report", model, data, "-o", out, "--arith", "q31")
+    assert done.returncode == 0 and done.stdout.startswith("A state was held at the end of its word"), done.stdout
+    page = out.read_text()
+    assert not re.search("outliers|larger Q|larger R|an offset", page)
+    found = re.search(r"give it a range of (\d+) for velocity, which reaches ([\d.]+) and declares 6\.", page)
+    assert found and page.index(found.group()) < page.index("Autocorrelation"), page[:3000]
+    model.write_text(model.read_text().replace("1e5, 6]", f"1e5, {found.group(1)}]"))
+    done = kalmanq("report", model, data, "-o", out, "--arith", "q31")
+    assert done.stdout.startswith("The data fit the model")
+    assert 1.2 * most < float(found.group(1)) < 3 * most
+
+
+def test_a_design_says_which_range_would_do(tmp_path):
+    model, data, _ = narrow(tmp_path)
+    done = kalmanq("design", model, "--core", "m3", "--data", data)
+    found = re.search(r"q31 would do with a range of (\d+) for velocity, which reaches", " ".join(done.stdout.split()))
+    assert done.returncode == 0 and found, done.stdout
+    model.write_text(model.read_text().replace("1e5, 6]", f"1e5, {found.group(1)}]"))
+    done = kalmanq("design", model, "--core", "m3", "--data", data)
+    assert "would do" not in done.stdout and "recommended: q31" in done.stdout

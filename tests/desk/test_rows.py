@@ -243,3 +243,62 @@ def test_controls_may_be_a_table_whose_index_agrees():
         Filter(model).run(both, both.set_axis(range(20)))
     with pytest.raises(KalmanqError, match="u: there is no column push"):
         Filter(model).run(both, both[["range"]])
+
+
+# ------------------------------------------------------------------------------ masks, and what is no real number
+
+
+def masked(z):
+    return np.ma.array(np.nan_to_num(z, nan=1e6), mask=np.isnan(z))
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_what_is_masked_is_missing(arithmetic):
+    model = models.cart()
+    z, u = models.data(model, 80, 1)
+    wanted = Filter(model, arithmetic).run(z, u)
+    for given in (masked(z), masked(z[:, 0]), list(masked(z)), masked(z).astype(np.float32).astype(object)):
+        close = 1e-5 if getattr(given, "dtype", None) == object else 0
+        assert np.allclose(Filter(model, arithmetic).run(given, u).mean, wanted.mean, rtol=close, atol=close)
+    assert np.array_equal(Smoother(model, arithmetic).run(masked(z), u).smoothed,
+                          Smoother(model, arithmetic).run(z, u).smoothed)
+    f = Filter(model, arithmetic)
+    f.update(np.ma.array([5.0], mask=[True]))
+    assert f.taken == 0
+    with pytest.raises(KalmanqError, match="push: a control is missing"):
+        Filter(model, arithmetic).run(z, np.ma.array(u, mask=u > 2))
+    level = kalmanq.Model(1, 1, 1, 1, P0=100, states=[Quantity("x", range=1e3)], measurements=[Quantity("z", range=1e3)])
+    assert Filter(level, arithmetic).run(np.ma.array([1, 99, 3], mask=[0, 1, 0])).mean[-1, 0] < 3
+
+
+def test_a_masked_entry_of_a_model_is_refused():
+    for key in ("A", "H", "R", "Q", "x0", "P0"):
+        given = {"A": 1.0, "H": 1.0, "R": 1.0, "Q": 1.0, "x0": 0.0, "P0": 1.0, key: np.ma.array([1.0], mask=[True])}
+        with pytest.raises(KalmanqError, match=f"{key}: has an entry that is not finite"):
+            kalmanq.Model(**given)
+
+
+COMPLEX = [np.array([1, 2 + 1j, 3]), [1, 2 + 1j, 3], np.array([1, np.complex128(2 + 1j), 3], object),
+           np.ma.array([1, 2 + 1j, 3], mask=[0, 0, 1])]
+
+
+@pytest.mark.parametrize("z", COMPLEX, ids=range(len(COMPLEX)))
+def test_complex_numbers_are_refused(z):
+    model = kalmanq.Model(1, 1, 1, 1, P0=1, B=1)
+    pandas = pytest.importorskip("pandas")
+    for given in (z, pandas.Series(z), pandas.DataFrame({"z1": z})):
+        with pytest.raises(KalmanqError, match="z: not an array of numbers .*complex"):
+            Filter(model).run(given, np.zeros(3))
+    with pytest.raises(KalmanqError, match="u: not an array of numbers .*complex"):
+        Smoother(model).run(np.zeros(3), z)
+    f = Filter(model)
+    for call in (f.update, f.predict, f.step):
+        with pytest.raises(KalmanqError, match="complex"):
+            call(z[1:2])
+    for key in ("A", "H", "R", "Q", "x0", "P0"):
+        with pytest.raises(KalmanqError, match=f"{key}: .*complex"):
+            kalmanq.Model(**{"A": 1.0, "H": 1.0, "R": 1.0, "Q": 1.0, "x0": 0.0, "P0": 1.0, key: z[1:2]})
+    with pytest.raises(KalmanqError, match="H: not an array of numbers .*complex"):
+        kalmanq.VaryingSmoother(kalmanq.Model(1, 1, 1, 1, P0=1)).run(np.zeros(3), np.array(z)[:, None])
+    with pytest.raises(KalmanqError, match="complex"):
+        kalmanq.LeastSquares([0.0], [1.0]).run(np.ones(3), np.zeros(3), z)

@@ -10,12 +10,16 @@ import time
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image
 from scipy.integrate import quad
 from scipy.stats import norm
 
 import study
 from kalmanq.campaigns import journal_of, run_campaign
-from kalmanq.studies.heavy_tails import estimators, population, scores, stable
+from kalmanq.commands.study import shrink
+from kalmanq.pictures import save
+from kalmanq.studies.heavy_tails import claims, estimators, population, scores, stable
 from kalmanq.studies.heavy_tails.figures import figures
 from kalmanq.studies.heavy_tails.grid import Grid, posterior_means
 from kalmanq.studies.heavy_tails.perform import perform
@@ -221,11 +225,43 @@ def test_a_cluster_draws_the_same(tmp_path):
 # ------------------------------------------------------------------------------ what it has to show
 
 
+def test_every_claim_says_whose_it_is():
+    """The paper says the first three; of beta the opposite.  All others are of this project."""
+    found = list(claims.claims(study.collected(FEW, 1)))
+    assert [claim.source for claim in found[:5]] == [claims.PAPER] * 3 + [claims.REFERENCE] * 2
+    assert "the paper says the opposite" in found[5].source and found[6].source == claims.REFERENCE
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_the_study_has_to_show_with_few_runs(seed):
     c = study.collected(FEW, seed)
     for check in study.CHECKS:
         check(c)
+
+
+# ------------------------------------------------------------------------------ the figures
+
+
+def curves(axis):
+    """Lines that are no frames, bars or guides"""
+    return [line for line in axis.get_lines() if line.get_linestyle() not in ("None", "") and line.get_linewidth() > 0.7
+            and len(line.get_xdata()) > 1]
+
+
+def test_curves_can_be_told_apart(tmp_path):
+    """Each has a colour of its own, in its panel and in the file with its palette."""
+    c = study.collected(TINY, 7)
+    for name, draw in figures().items():
+        picture = draw(c)
+        colours = [[np.array(to_rgb(line.get_color())) for line in curves(axis)] for axis in picture.axes]
+        for panel in colours:
+            for k, one in enumerate(panel):
+                assert all(255 * np.linalg.norm(one - other) > 50 for other in panel[:k]), name
+        save(picture, tmp_path / f"{name}.png")
+        shrink(tmp_path / f"{name}.png")
+        pixels = np.unique(np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB")).reshape(-1, 3), axis=0)
+        for one in {tuple(one) for panel in colours for one in panel}:
+            assert np.linalg.norm(pixels - 255 * np.array(one), axis=1).min() < 30, (name, one)
 
 
 # ------------------------------------------------------------------------------ the command
@@ -260,6 +296,8 @@ def check_page(folder, said):
     page = (folder / "README.md").read_text(encoding="utf-8")
     assert all(f"]({name}.png)" in page for name in pictures) and "](heavy_tails.csv)" in page
     assert all(claim["said"] in page and claim["verdict"] in page for claim in said["claims"])
+    assert "groups of 1000" not in page and "one group of 800 runs" in page
+    assert "| who says so |" in page and all(f"| {claim['source']} |" in page for claim in said["claims"])
     assert "nan" not in page and " inf " not in page
     rows = (folder / "heavy_tails.csv").read_text().splitlines()
     assert len(rows) > 100 and len({row.count(",") for row in rows}) <= 3  # estimators' names have commas, quoted

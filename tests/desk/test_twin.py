@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -11,7 +13,9 @@ import pytest
 
 import kalmanq
 import models
-from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, Quantity, Robust, Smoother
+from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, PointSmoother, Quantity, Robust, Smoother
+from kalmanq.streamed import StreamedSmoother
+from test_commands import EXAMPLES, kalmanq as command
 
 ROOT = Path(__file__).resolve().parents[2]
 NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
@@ -233,3 +237,98 @@ def test_a_start_that_is_never_known_has_no_covariance(arithmetic):
                           measurements=[Quantity("z", range=50)])
     run = Smoother(model, arithmetic).run([1.0, 2.0, 3.0], covariance=True)
     assert np.all(np.isnan(run.smoothed_covariance)) and np.all(np.isnan(run.smoothed[:, 1]))
+
+
+# ------------------------------------------------------------------------------ sigmas of q31
+
+
+def wide() -> kalmanq.Model:
+    """Its prior is twice as wide as the range that the velocity declares, and it settles at 1e-4 of a range."""
+    return kalmanq.Model(
+        [[1, 1], [0, 1]], [1, 0], 1.0, [1e-10, 1e-13], P0=[100, 100],
+        states=[kalmanq.Quantity("position", range=1e5), kalmanq.Quantity("velocity", range=5)],
+        measurements=[kalmanq.Quantity("z", range=1e5)])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_sigma_of_q31_is_that_of_its_covariance(seed):
+    """A word of sigma ends at the range, and near 0 it has few bits."""
+    model = wide()
+    z = np.random.default_rng(seed).normal(size=(400, 1))
+    z[50:60] = np.nan
+    exact, limit = models.textbook(model, z, None), 1e-6
+    sigma, smoothed = (np.sqrt(np.einsum("tii->ti", exact[name])) for name in ("covariance", "smoothed_covariance"))
+    with pytest.warns(KalmanqWarning, match="sigma of velocity is 10, beyond its declared range of 5: raise"):
+        f = Filter(model, "q31")
+        run = f.run(z)
+    assert np.max(np.abs(run.sigma / sigma - 1)) < limit and np.max(np.abs(f.sigma / sigma[-1] - 1)) < limit
+    with pytest.warns(KalmanqWarning, match="velocity"):
+        run = Smoother(model, "q31").run(z)
+    assert np.max(np.abs(run.smoothed_sigma / smoothed - 1)) < 10 * limit
+    with pytest.warns(KalmanqWarning, match="velocity"):
+        run = LagSmoother(model, 3, "q31").run(z)
+    assert np.max(np.abs(run.lagged_sigma[-1] / LagSmoother(model, 3).run(z).lagged_sigma[-1] - 1)) < 10 * limit
+    with pytest.warns(KalmanqWarning, match="velocity"):
+        run = PointSmoother(model, 0, "q31").run(z, covariance=True)
+    assert np.array_equal(run.point_sigma, np.sqrt(np.einsum("tii->ti", run.point_covariance)))
+
+
+def test_a_sigma_within_its_range_is_not_warned_of():
+    model = wide().changed(P0=[100, 24])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Filter(model, "q31").run(np.zeros((5, 1)))
+        Filter(wide(), "f32").run(np.zeros((5, 1)))
+    lost = np.full((3000, 1), np.nan)  # it grows beyond its range without a measurement
+    with pytest.warns(KalmanqWarning, match="the sigma of position"):
+        Filter(model.changed(states=[Quantity("position", range=1e3), model.states[1]],
+                                     P0=[100, 20]), "q31").run(lost)
+
+
+# ------------------------------------------------------------------------------ smoothed in blocks
+
+
+def unknown(model):
+    return model.changed(P0=None, unknown="all")
+
+
+@pytest.mark.parametrize("block", [64, 700, 65536])
+@pytest.mark.parametrize("make", [models.cart, models.pair, lambda: unknown(models.pair()), lambda: unknown(models.cart())])
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_a_streamed_smoother_is_the_smoother_to_the_bit(arithmetic, make, block, tmp_path):
+    model = make()
+    z, u = models.data(model, 1500, 6)
+    z[:3] = np.nan
+    whole = Smoother(model, arithmetic)
+    exact, made = whole.run(z, u), []
+    with StreamedSmoother(model, arithmetic, tmp_path, block) as smoother:
+        for first in range(0, 1500, 97):
+            smoother.add(z[first : first + 97], None if u is None else u[first : first + 97])
+        for _, *rows in smoother.rows():
+            smoother.take(*rows)
+        for first, given, run in smoother.smoothed():
+            assert np.array_equal(given, z[first : first + block], equal_nan=True)
+            made.append(run)
+        assert np.array_equal(smoother.filter.memory, whole.last.memory)
+        assert list(tmp_path.iterdir()) == []  # nothing is left by one that is killed
+    columns = [run.columns() for run in made]
+    for name, column in exact.columns().items():
+        assert np.array_equal(np.concatenate([one[name] for one in columns]), column, equal_nan=True), name
+    assert made[-1].events == exact.events
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for the peak")
+def test_smoothing_takes_no_more_memory_of_more_rows(tmp_path):
+    model = EXAMPLES / "trend.toml"
+    peaks = []
+    for rows in (150_000, 450_000):
+        data = tmp_path / "z.csv"
+        assert command("simulate", model, "-n", rows, "--out", data).returncode == 0
+        program = ("import resource, sys; from kalmanq.command_line import app\n"
+                   "try: app(sys.argv[1:])\n"
+                   "finally: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)")
+        done = subprocess.run([sys.executable, "-c", program, "run", str(model), str(data), "--smooth", "--out",
+                               str(tmp_path / "out.csv")], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        peaks.append(int(done.stderr.split()[-1]))  # kB
+    assert peaks[1] < 1.2 * peaks[0] and peaks[1] < 400_000, peaks

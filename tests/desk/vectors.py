@@ -335,9 +335,6 @@ class Replay:
         assert made is not None
         return made
 
-    def states_in_words(self, values: np.ndarray) -> list[int]:
-        return [int(word) for word in np.ldexp(values, self.fractions)]
-
     def mean_words(self, f: Filter) -> list[int]:
         """Word and low of every state; the float64 that the twin shows is the nearest one."""
         word, low = f._words("mean").tolist(), f._words("mean_low").tolist()
@@ -349,13 +346,13 @@ class Replay:
         f = f or self.f
         nis = lib.kq_nis_q31(f._handle)
         assert f.nis == nis * 2.0**-24
-        return [f.events, f.taken, *score(nis), *self.states_in_words(f.sigma), *f.memory.tolist()]
+        return [f.events, f.taken, *score(nis), *f._words("sigma").tolist(), *f.memory.tolist()]
 
     def reading(self, f: Filter) -> list[int]:
         covariance = scaled(upper(f.covariance), upper(f.parts.covariance_scale))
         last, whole = lib.kq_log_likelihood_last_q31(f._handle), lib.kq_log_likelihood_q31(f._handle)
         assert abs(f.log_likelihood - whole * 2.0**-24) <= max(2.0**-24, 2.0**-30 * abs(f.log_likelihood))
-        return [*self.mean_words(f), *self.states_in_words(f.sigma), 0, *covariance, *score(last), *score(whole)]
+        return [*self.mean_words(f), *f._words("sigma").tolist(), 0, *covariance, *score(last), *score(whole)]
 
     def implied(self, f: Filter) -> list[int]:
         z, S = f.measurement()

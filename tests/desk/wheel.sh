@@ -7,7 +7,12 @@ here=$(cd "$(dirname "$0")" && pwd)
 . "$here/environment.sh"
 rm -rf "$work/wheel" "$work/clean"
 mkdir -p "$work/files"
-"$python" -m pip wheel -q --disable-pip-version-check --no-deps --no-build-isolation -w "$work/wheel" "$here/../../tools"
+# The progress that pip install -v shows, and what the build takes of a processor
+TIMEFORMAT='the wheel: %U seconds of a processor (and %S of the system)'
+time "$python" -m pip wheel -v --disable-pip-version-check --no-deps --no-build-isolation -w "$work/wheel" \
+    "$here/../../tools" >"$work/wheel.txt" 2>&1 || { cat "$work/wheel.txt" && exit 1; }
+grep '\[[0-9]*/[0-9]*\]' "$work/wheel.txt" || echo "nothing to compile"
+"$python" "$here/wheel_build.py" "$here"/../../build/desk/*-*/
 environment "$python" "$work/clean"
 "$python" -m pip install -q --disable-pip-version-check --no-deps --target "$packages" "$work"/wheel/*.whl
 cd /

@@ -334,8 +334,17 @@ template <class T> Errors addRun(Groups &groups, const std::string &group, const
     return errors;
 }
 
-/// The ranges were declared from a run with a prior: without one the first estimates go further.
-constexpr double room = 4;
+/// Ranges, declared from a run with a prior, are made so wide that q31 has no need of them as a prior.
+constexpr double room = 64;
+
+/// Is a state at some time so uncertain that its range says more? Then q31 takes that for a prior.
+bool isBounded(const Case &model)
+{
+    for (Index i = 0; i < model.largest.size(); ++i) {
+        if (model.largest(i) > Quad(model.sequence.range(i) / 12)) return true;
+    }
+    return false;
+}
 
 void compare(Groups &groups, const std::string &kind, Sequence sequence, std::uint32_t unknown)
 {
@@ -345,7 +354,8 @@ void compare(Groups &groups, const std::string &kind, Sequence sequence, std::ui
     const std::string group =
         kind == "random models" && model.strength < weakness ? "weak models" : kind;
     const Errors runs[] = {addRun<double>(groups, group, model),
-                           addRun<float>(groups, group, model), addRun<Q31>(groups, group, model)};
+                           addRun<float>(groups, group, model),
+                           addRun<Q31>(groups, isBounded(model) ? "weak models" : group, model)};
     if (!std::getenv("KQ_VERBOSE")) return;
     std::printf("%-56s %04x strength %.0e", sequence.name.c_str(), unknown, model.strength);
     for (const Errors &run : runs) {

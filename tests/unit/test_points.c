@@ -371,6 +371,37 @@ static void update_iterated(int iterations, num z)
     ASSERT_OK(K(filter_copy)(&track, &trial));
 }
 
+/* z - (x_0 + x_1 + x_2) */
+static void sum_of_three(void *context, const num *x, num *e)
+{
+    (void)context;
+    e[0] = 150 - x[0] - x[1] - x[2];
+}
+
+/* P of rank 2 but for rounding: its root cannot be divided by, as the pivots of the first two rows are rounding of
+   the points, and of its row. */
+static void a_root_of_little_rank_is_as_good(void)
+{
+    static const num x[] = {N(100.3), N(30.7), N(18.1)}, h[] = {1, 1, 1}, r[] = {N(0.1)}, z[] = {150};
+    static const num S[] = {64 * (num)EPS, N(0.5), (num)EPS / 4, N(0.01), 1, 1};
+    static num words[KQ_POINTS_LEN(3, 1)];
+    FILTER(plain, 3);
+    FILTER(by_points, 3);
+    SENSOR(total, 3, 1);
+    ASSERT_OK(K(sensor_init)(&total, h, r));
+    for (int rule = 0; rule < 2; rule++) {
+        ASSERT_OK(K(filter_init_root)(&plain, x, S));
+        ASSERT_OK(K(filter_init_root)(&by_points, x, S));
+        ASSERT_OK(K(update)(&plain, &total, z));
+        ASSERT_OK(K(update_points)(&by_points, &total, sum_of_three, NULL, (kq_points)rule, words));
+        for (int i = 0; i < 3; i++) {
+            const double sigma = (double)K(sigma)(&plain, i);
+            ASSERT_WITHIN(1e-3 * sigma, (double)K(mean)(&plain, i), K(mean)(&by_points, i));
+            ASSERT_WITHIN(1e-3 * sigma, sigma, K(sigma)(&by_points, i));
+        }
+    }
+}
+
 static void iterating_finds_where_a_sharp_range_leads(void)
 {
     const num sharp_noise[] = {N(1e-4)}, start[] = {3, 1}, wide[] = {0.25, 0, 0, 4};
@@ -526,6 +557,7 @@ SUITE(points, set_up)
     RUN_TEST(what_bends_as_one_leaves_a_combination_without_noise);
     RUN_TEST(an_echo_of_the_same_noise_says_nothing);
     RUN_TEST(a_state_that_is_known_exactly_stays_so);
+    RUN_TEST(a_root_of_little_rank_is_as_good);
     RUN_TEST(iterating_finds_where_a_sharp_range_leads);
     RUN_TEST(what_is_missing_or_not_ready_is_refused);
     RUN_TEST(values_that_are_not_finite_change_nothing);

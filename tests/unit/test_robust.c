@@ -500,11 +500,11 @@ static void a_contradiction_is_told_by_all(void)
     const num far[] = {N(1 / sqrt(EPS) * 4)};
     ASSERT_OK(K(sensor_init)(&level, one, none));
     ASSERT_OK(K(update)(&other_river, &level, far));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, K(events)(&other_river));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_CONTRADICTION, K(events)(&other_river));
     for (int k = 0; k < COUNT(updates); k++) {
         ASSERT_OK(K(filter_init)(&river, none, one));
         ASSERT_OK(updates[k](&river, &level, far, ALL, 9));
-        TEST_ASSERT_BITS(KQ_EVENT_PRECISION, KQ_EVENT_PRECISION, K(events)(&river));
+        TEST_ASSERT_BITS(KQ_EVENT_CONTRADICTION, KQ_EVENT_CONTRADICTION, K(events)(&river));
     }
 }
 
@@ -522,7 +522,7 @@ static void a_student_has_some_freedom(void)
             ASSERT_OK(K(filter_init)(&river, none, one));
             ASSERT_OK(student(&river, &level, measured, ALL, N(least)));
             TEST_ASSERT_TRUE(K(sigma)(&river, 0) > 0 && K(sigma)(&river, 0) <= 1);
-            TEST_ASSERT_EQUAL_HEX(0, K(events)(&river) & ~(unsigned)KQ_EVENT_PRECISION);
+            TEST_ASSERT_EQUAL_HEX(0, K(events)(&river) & ~(unsigned)KQ_EVENT_CONTRADICTION);
         }
     }
 }

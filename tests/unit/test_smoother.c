@@ -672,6 +672,38 @@ static void a_filter_that_may_be_gone_is_not_looked_at(void)
     ASSERT_OK(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
 }
 
+/* A state that turns and drifts, one combination of it without noise: the sigma of what is past falls by 3 at each step
+   back, below the rounding of the mean. */
+static void sigmas_below_rounding_are_an_event(void)
+{
+    enum { LONG = 64 };
+    static const num a[] = {-1, -1, 0, -1}, q[] = {0, 0, 0, N(0.000244140625)}, h[] = {-2, 1}, none[] = {0};
+    static const num x[] = {-2, 0}, P[] = {0, 0, 0, 1024}, r[] = {1};
+    PROCESS(turn, 2, 0);
+    SENSOR(exact, 2, 1);
+    SENSOR(noisy, 2, 1);
+    FILTER(f, 2);
+    HISTORY(past, 2, 1, LONG, 0);
+    ASSERT_OK(K(process_init)(&turn, a, NULL, q));
+    ASSERT_OK(K(sensor_init)(&exact, h, none));
+    ASSERT_OK(K(sensor_init)(&noisy, h, r));
+    for (int is_exact = 0; is_exact < 2; is_exact++) {
+        num truth[] = {N(-2.3), N(31.7)};
+        ASSERT_OK(K(filter_init)(&f, x, P));
+        ASSERT_OK(K(history_attach)(&past, &f));
+        for (int t = 1; t < LONG; t++) {
+            truth[0] = -truth[0] - truth[1];
+            truth[1] = N(0.015625) * (num)(t % 5 - 2) - truth[1];
+            const num z = truth[1] - 2 * truth[0];
+            ASSERT_OK(K(predict)(&f, &turn, NULL));
+            ASSERT_OK(K(update)(&f, is_exact ? &exact : &noisy, &z));
+        }
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&f));
+        ASSERT_OK(K(smooth)(&past));
+        TEST_ASSERT_EQUAL_HEX(is_exact ? KQ_EVENT_PRECISION : 0, K(history_events)(&past));
+    }
+}
+
 /* A tape and a filter that are both gone when their call returns */
 static void on_the_stack(K(history) * h, K(filter) * f)
 {
@@ -1244,6 +1276,7 @@ static void run_history(void)
     RUN_TEST(a_full_history_is_detached_too);
     RUN_TEST(a_history_that_may_be_gone_is_not_looked_at);
     RUN_TEST(a_filter_that_may_be_gone_is_not_looked_at);
+    RUN_TEST(sigmas_below_rounding_are_an_event);
     RUN_TEST(tapes_and_filters_may_be_gone);
     RUN_TEST(an_assigned_copy_does_not_record);
     RUN_TEST(a_filter_has_one_history_at_a_time);

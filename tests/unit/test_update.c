@@ -737,8 +737,8 @@ static void a_noise_free_measurement_that_contradicts_is_an_event(void)
     static const num one[] = {1};
     TEST_ASSERT_EQUAL_HEX(0, events_at(1, one));
     TEST_ASSERT_EQUAL_HEX(0, events_at(4 * EPS, one));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_at(EPS / 16, one));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_at(EPS * EPS, one));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_CONTRADICTION, events_at(EPS / 16, one));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_CONTRADICTION, events_at(EPS * EPS, one));
 }
 
 static void events_stay_until_they_are_cleared(void)
@@ -759,6 +759,31 @@ static void events_stay_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
+FILTER(two, 2);
+PROCESS(still, 2, 0);
+SENSOR(fine, 2, 1);
+
+/* A sharp measurement, and a predict that mixes what it told with what it did not */
+static unsigned events_of_sharpness(double share)
+{
+    static const num zero[] = {0, 0}, P[] = {1, 0, 0, 1}, A[] = {1, 1, 0, 1}, none[] = {0, 0, 0, 0};
+    static const num row[] = {1, N(0.5)};
+    const num noise[] = {N(share)};
+    ASSERT_OK(K(process_init)(&still, A, NULL, none));
+    ASSERT_OK(K(sensor_init)(&fine, row, noise));
+    ASSERT_OK(K(filter_init)(&two, zero, P));
+    ASSERT_OK(K(update)(&two, &fine, zero));
+    ASSERT_OK(K(predict)(&two, &still, NULL));
+    return K(events)(&two);
+}
+
+static void what_a_sharp_measurement_told_and_a_predict_lost_is_an_event(void)
+{
+    TEST_ASSERT_EQUAL_HEX(0, events_of_sharpness(1));
+    TEST_ASSERT_EQUAL_HEX(0, events_of_sharpness(1e3 * EPS * EPS));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_sharpness(EPS * EPS));
+}
+
 static unsigned events_of_share(double share)
 {
     static const num one[] = {1}, zero[] = {0};
@@ -769,13 +794,21 @@ static unsigned events_of_share(double share)
     return K(events)(&level);
 }
 
-static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
+/* One, or some thousand, that say too little take nothing from P; half a million do, in f32. */
+static void many_measurements_that_say_too_little_are_an_event(void)
 {
-    TEST_ASSERT_EQUAL_HEX(0, events_of_share(1));
-    TEST_ASSERT_EQUAL_HEX(0, events_of_share(20 * EPS));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_share(12 * EPS));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_share(2 * EPS));
-    TEST_ASSERT_EQUAL_HEX(0, events_of_share(0));
+    static const num zero[] = {0};
+    static const double shares[] = {1, 20, 12, 2, 0};
+    const unsigned most = EPS > 1e-10 ? KQ_EVENT_PRECISION : 0;
+    for (int k = 0; k < COUNT(shares); k++) {
+        const int is_faint = k == 2 || k == 3;
+        TEST_ASSERT_EQUAL_HEX(0, events_of_share(k ? shares[k] * EPS : 1));
+        level.run.faint = (UINT32_C(1) << 19) - 2;
+        ASSERT_OK(K(update)(&level, &gauge, zero));
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
+        for (int more = 0; more < 2; more++) ASSERT_OK(K(update)(&level, &gauge, zero));
+        TEST_ASSERT_EQUAL_HEX(is_faint ? most : 0, K(events)(&level));
+    }
 }
 
 /* (1 + e)^2 = 1 + 2 e + e^2, the last of them below the last bit of a number; and less 1 */
@@ -920,7 +953,8 @@ SUITE(update, set_up)
     RUN_TEST(nothing_present_changes_no_bit);
     RUN_TEST(a_noise_free_measurement_that_contradicts_is_an_event);
     RUN_TEST(events_stay_until_they_are_cleared);
-    RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);
+    RUN_TEST(what_a_sharp_measurement_told_and_a_predict_lost_is_an_event);
+    RUN_TEST(many_measurements_that_say_too_little_are_an_event);
     RUN_TEST(the_low_part_completes_a_predicted_measurement);
     RUN_TEST(the_low_part_has_the_mean_s_low_part_in_it);
     RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);

@@ -14,8 +14,9 @@ import numpy as np
 import typer
 
 from kalmanq import KalmanqError, Model
-from kalmanq.c_source import CONSTANT, source, ways_of
+from kalmanq.c_source import source, ways_of
 from kalmanq.costs import shape
+from kalmanq.data import present_of
 from kalmanq.filters import Filter
 from kalmanq.model import Gaps, Quantity
 from kalmanq.parts import Parts
@@ -78,7 +79,7 @@ def axes(random: np.random.Generator, count: int, order: int) -> Model:
 def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra: Optional[dict] = None) -> Path:
     """NAME.h, NAME.c, design.h and design.json in a folder of that name."""
     model, T = parts.model, parts.arithmetic.name
-    parts = Parts(model, T, is_constant=way in CONSTANT)
+    parts = Parts(model, T, way)
     is_fixed = parts.arithmetic.is_fixed
     made = source(parts, way, name)
     place = folder / made.name
@@ -87,7 +88,6 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     (place / f"{made.name}.c").write_text(made.text, encoding="utf-8")
     z, u = record.z[:ROWS], None if record.u is None else record.u[:ROWS]
     run = Filter(model, T, parts=parts).run(z, u)
-    words = run.words["mean"][-1]
     word = "int32_t" if is_fixed else "float"
 
     def cells(array: np.ndarray) -> str:
@@ -100,10 +100,11 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     first = "controls[0], " if model.l else ""
     lines = [f'#include "{made.name}.h"', f"typedef {word} word;", f"#define DESIGN(name) {made.name}_##name",
              f"#define ALL {made.name.upper()}_ALL", f"#define MEAN kq_mean_{T}", f"#define SIGMA kq_sigma_{T}",
-             f"#define STEP(t) DESIGN(step)({given}rows[t], ALL)", f"#define STEP_OF(z) DESIGN(step)({first}z, ALL)",
+             f"#define STEP(t) DESIGN(step)({given}rows[t], present[t])", f"#define STEP_OF(z) DESIGN(step)({first}z, ALL)",
              f"enum {{ N = {model.n}, M = {model.m}, ROWS = {len(z)}, COUNTED = {COUNTED} }};",
-             f"static const word rows[ROWS][M] = {{{rows(parts.words(z, 'measurements'))}}};",
-             f"static const word expected[N] = {{{cells(words)}}};"]
+             f"static const word rows[ROWS][M] = {{{rows(parts.words(np.nan_to_num(z), 'measurements'))}}};",
+             f"static const uint32_t present[ROWS] = {{{', '.join(f'0x{bits:x}' for bits in present_of(z))}}};",
+             f"static const word expected[ROWS][N] = {{{rows(run.words['mean'])}}};"]
     if u is not None:
         lines.append(f"static const word controls[ROWS][{model.l}] = {{{rows(parts.words(u, 'controls'))}}};")
     (place / "design.h").write_text("\n".join(lines) + "\n", encoding="utf-8")

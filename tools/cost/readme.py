@@ -4,6 +4,7 @@ instructions; README.md a few lines of them."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Iterable, Iterator, Mapping, Sequence
@@ -33,7 +34,17 @@ def rewritten(path: Path, rows: tuple[Row, ...], part: Part = section) -> str:
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
         raise FileError(path, f"needs the lines '{BEGIN}' and '{END}', once each")
     before, rest = text.split(BEGIN)
-    return f"{before}{BEGIN}\n{part(rows)}\n{END}{rest.split(END)[1]}"
+    return with_lean_figures(f"{before}{BEGIN}\n{part(rows)}\n{END}{rest.split(END)[1]}", rows)
+
+
+LEAN_FIGURES = re.compile(r"(?<=the library's lean way takes )\d+ and \d+")
+LEAN_ROW = ("m4f", "f32", 4, 2, RUNTIME, GCC, LEAN)  # of the sentence
+
+
+def with_lean_figures(text: str, rows: Iterable[Row]) -> str:
+    """The sentence of a page that says bytes and instructions of the lean way, as the table has them."""
+    of = [f"{row.flash_program} and {row.instructions}" for row in rows if row.key == LEAN_ROW]
+    return LEAN_FIGURES.sub(of[0], text) if of else text
 
 
 def matches(path: Path, rows: tuple[Row, ...], part: Part = section) -> bool:
@@ -50,7 +61,7 @@ START_UP = 1024  # bytes of flash: vectors and what a C library does before main
 
 TITLES = (
     "core", "", "n, m", "flash", "from roots", "lean", "with smoother", "RAM", "lean", "with tape",
-    "worst stack", "lean", "with smoother", "step", "worst update", "part", "lean", "with smoother",
+    "worst stack", "lean", "with smoother", "step", "lean", "worst update", "part", "lean", "with smoother",
 )  # fmt: skip
 
 EXPLAINED = f"""\
@@ -59,7 +70,7 @@ A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and
 Bytes. Flash is code, constants and initial values with what libc and libgcc add, less the same program without
 a filter: gcc `-O2` (AVR `-Os`), then clang `-Oz`; all other columns are gcc's. From roots: where Q and P0 are given by
 their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. Lean: process and
-sensor are constant tables, P0 is given by its root, and the sensor is one that refuses sharp measurements
+sensor are constant tables, P0 is given by its root, and the sensor is one that takes low-noise measurements coarsely
 (`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). RAM: the objects and the tape, on AVR also the constants.
 Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements included.
 Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R from 0 to P0,
@@ -101,6 +112,7 @@ class Card:
             str(lean.stack_worst),
             str(smooth.stack_worst),
             str(step.instructions),
+            str(lean.instructions),
             str(self.update.instructions_worst),
             part(step),
             part(lean),
@@ -109,10 +121,9 @@ class Card:
 
     def short_cells(self) -> list[str]:
         step, lean = self.step, self.lean
-        figures = (step.flash_program, lean.flash_program, step.ram_program)
-        more = (step.stack_worst, lean.stack_worst, step.instructions)
         named = [BY_NAME[step.core].description, step.arithmetic, f"{step.n}, {step.m}"]
-        return [*named, *map(str, (*figures, *more))]
+        each = ((row.flash_program, row.instructions, row.ram_program, row.stack_worst) for row in (step, lean))
+        return [*named, *(str(figure) for figures in each for figure in figures)]
 
 
 def cards(rows: Iterable[Row]) -> Iterator[Card]:
@@ -164,7 +175,10 @@ def card_table(rows: Iterable[Row]) -> str:
 
 SUMMARY_CORES = (("m0", "q31"), ("m3", "q31"), ("m4f", "f32"), ("rv32", "q31"), ("avr", "f32"))
 SUMMARY_SIZES = ((4, 2),)
-SUMMARY_TITLES = ("core", "", "n, m", "flash", "lean", "RAM", "worst stack", "lean", "instructions")
+SUMMARY_TITLES = (
+    "core", "", "n, m", "flash", "instructions", "RAM", "worst stack",
+    "lean: flash", "instructions", "RAM", "worst stack",
+)  # fmt: skip
 
 
 def summary(rows: tuple[Row, ...]) -> str:

@@ -8,19 +8,25 @@ from typing import Any, Callable, Mapping, Optional
 
 import numpy as np
 
+from kalmanq.arrays import numbers_of
 from kalmanq.core import ffi, lib, require
 from kalmanq.errors import ModelError
 
 _NOTHING = object()
+_ONES = object()  # as many as there are states
+_ANY_PRIOR = {"number": 1.0, "vector": _ONES}
+WHOLE_MAX = 1000
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """kind: "number", "whole", "vector", "matrix"; without a default it has to be given."""
+    """kind: "number", "whole", "vector", "matrix"; without a default it has to be given.  is_prior: the variances
+    before the first row, which a P0 of its own takes the place of."""
 
     name: str
     kind: str
     default: Any = _NOTHING
+    is_prior: bool = False
 
     def value(self, given: Mapping[str, Any]) -> Any:
         if self.name not in given:
@@ -31,17 +37,17 @@ class Parameter:
 
     @property
     def _expected(self) -> str:
-        return {"number": "a number", "whole": "a whole number", "vector": "a list of numbers",
+        return {"number": "a number", "whole": f"a whole number of at most {WHOLE_MAX}", "vector": "a list of numbers",
                 "matrix": "a list of rows of numbers"}[self.kind]
 
     def _checked(self, value: Any) -> Any:
         if self.kind == "whole":
-            if isinstance(value, bool) or not isinstance(value, int):
+            if isinstance(value, bool) or not isinstance(value, int) or abs(value) > WHOLE_MAX:
                 raise ModelError(self.name, f"is not {self._expected}")
             return value
         try:
-            array = np.asarray(value, np.float64)
-        except (TypeError, ValueError):
+            array = numbers_of(value)
+        except (TypeError, ValueError, OverflowError):
             raise ModelError(self.name, f"is not {self._expected}") from None
         if self.kind == "vector" and array.ndim == 0:
             array = array.reshape(1)
@@ -53,11 +59,11 @@ class Parameter:
 @dataclass(frozen=True)
 class Builder:
     parameters: tuple[Parameter, ...]
-    make: Callable[[Mapping[str, Any]], dict[str, Any]]
+    make: Callable[[dict[str, Any]], dict[str, Any]]
 
 
-def build(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of Model."""
+def build(name: str, given: Mapping[str, Any], has_prior: bool = False) -> dict[str, Any]:
+    """Arguments of Model.  has_prior: P0 comes from elsewhere, so that no variances are needed."""
     if name not in BUILDERS:
         near = difflib.get_close_matches(name, BUILDERS, 1)
         raise ModelError("builder", f"there is no {name!r}" + (f"; {near[0]}?" if near else
@@ -69,7 +75,8 @@ def build(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
             near = difflib.get_close_matches(key, known, 1)
             raise ModelError(key, f"{name} has no such parameter" + (f"; {near[0]}?" if near else
                                                                      f": {', '.join(known)}"))
-    return builder.make({one.name: one.value(given) for one in builder.parameters})
+    return builder.make({one.name: _ANY_PRIOR[one.kind] if has_prior and one.is_prior and one.name not in given
+                         else one.value(given) for one in builder.parameters})
 
 
 # ------------------------------------------------------------------------------ what C builds
@@ -100,12 +107,12 @@ def _built(n: int, r: int, m: int, fill: Callable[[Any], int], names: list[str],
             "R": array(model.R, m), "x0": array(model.x0, n), "P0": array(model.P0, n, n), "states": names}
 
 
-def _motion(order: int) -> Callable[[Mapping[str, Any]], dict[str, Any]]:
+def _motion(order: int) -> Callable[[dict[str, Any]], dict[str, Any]]:
     stem, words = {2: ("velocity", ("position", "velocity")),
                    3: ("acceleration", ("position", "velocity", "acceleration"))}[order]
     make = {2: lib.kq_model_velocity_f64, 3: lib.kq_model_acceleration_f64}[order]
 
-    def build_motion(of: Mapping[str, Any]) -> dict[str, Any]:
+    def build_motion(of: dict[str, Any]) -> dict[str, Any]:
         d = len(of["density"])
         _lengths(of, noise=d, variance=order * d, mean=order * d)
         axes = [""] if d == 1 else ["_x", "_y", "_z"][:d]
@@ -118,18 +125,21 @@ def _motion(order: int) -> Callable[[Mapping[str, Any]], dict[str, Any]]:
     return build_motion
 
 
-def _lengths(of: Mapping[str, Any], **lengths: int) -> None:
+def _lengths(of: dict[str, Any], **lengths: int) -> None:
     for name, length in lengths.items():
+        if of[name] is _ONES:
+            of[name] = np.ones(max(0, min(length, lib.KQ_SIZE_MAX)))
+            continue
         if of[name] is not None and np.size(of[name]) != length:
             raise ModelError(name, f"has {np.size(of[name])} numbers, not {length}")
 
 
-def _level(of: Mapping[str, Any]) -> dict[str, Any]:
+def _level(of: dict[str, Any]) -> dict[str, Any]:
     return _built(1, 1, 1, lambda model: lib.kq_model_level_f64(
         model, of["drift"], of["noise"], of["mean"], of["variance"]), ["level"], "level")
 
 
-def _trend(of: Mapping[str, Any]) -> dict[str, Any]:
+def _trend(of: dict[str, Any]) -> dict[str, Any]:
     _lengths(of, drift=2, mean=2, variance=2)
     return _built(2, 2, 1, lambda model: lib.kq_model_trend_f64(
         model, _vector(of["drift"]), of["noise"], _vector(of["mean"]), _vector(of["variance"])),
@@ -140,7 +150,7 @@ def _effects(seasons: int) -> list[str]:
     return ["season"] + [f"season_{k}_before" for k in range(1, seasons - 1)]
 
 
-def _season(of: Mapping[str, Any]) -> dict[str, Any]:
+def _season(of: dict[str, Any]) -> dict[str, Any]:
     seasons = of["seasons"]
     _lengths(of, mean=seasons - 1, variance=seasons - 1)
     return _built(seasons - 1, 1, 1, lambda model: lib.kq_model_season_f64(
@@ -148,7 +158,7 @@ def _season(of: Mapping[str, Any]) -> dict[str, Any]:
         _effects(seasons), "season")
 
 
-def _trend_season(of: Mapping[str, Any]) -> dict[str, Any]:
+def _trend_season(of: dict[str, Any]) -> dict[str, Any]:
     seasons = of["seasons"]
     _lengths(of, drift=3, mean=seasons + 1, variance=seasons + 1)
     return _built(seasons + 1, 3, 1, lambda model: lib.kq_model_trend_season_f64(
@@ -156,7 +166,7 @@ def _trend_season(of: Mapping[str, Any]) -> dict[str, Any]:
         ["level", "slope", *_effects(seasons)], "trend_season")
 
 
-def _arma(of: Mapping[str, Any]) -> dict[str, Any]:
+def _arma(of: dict[str, Any]) -> dict[str, Any]:
     phi, theta = of.get("phi", np.zeros(0)), of.get("theta", np.zeros(0))
     p, q = len(phi), len(theta)
     if p + q == 0:
@@ -172,7 +182,7 @@ def _arma(of: Mapping[str, Any]) -> dict[str, Any]:
     return _built(n, 1, 1, fill, [f"y{k}" for k in range(n)], "arma")
 
 
-def _regression(of: Mapping[str, Any]) -> dict[str, Any]:
+def _regression(of: dict[str, Any]) -> dict[str, Any]:
     k = len(of["regressors"])
     _lengths(of, drift=k, mean=k, variance=k)
     return _built(k, k, 1, lambda model: lib.kq_model_regression_f64(
@@ -180,7 +190,7 @@ def _regression(of: Mapping[str, Any]) -> dict[str, Any]:
         _vector(of["variance"])), [f"coefficient_{i + 1}" for i in range(k)], "regression")
 
 
-def _factor(of: Mapping[str, Any]) -> dict[str, Any]:
+def _factor(of: dict[str, Any]) -> dict[str, Any]:
     m, k = of["loadings"].shape
     drift = np.ones(k) if of["drift"] is None else of["drift"]
     _lengths({**of, "drift": drift}, transition=k * k, drift=k, noise=m)
@@ -190,7 +200,7 @@ def _factor(of: Mapping[str, Any]) -> dict[str, Any]:
 
 
 _NOISE, _DT = Parameter("noise", "number"), Parameter("dt", "number")
-_PRIOR = (Parameter("mean", "vector", None), Parameter("variance", "vector"))
+_PRIOR = (Parameter("mean", "vector", None), Parameter("variance", "vector", is_prior=True))
 _SEASONS = Parameter("seasons", "whole")
 _PHI, _THETA = Parameter("phi", "vector"), Parameter("theta", "vector")
 _SHOCK = (Parameter("variance", "number"), Parameter("noise", "number", 0.0))
@@ -198,7 +208,7 @@ _AXES = (_DT, Parameter("density", "vector"), Parameter("noise", "vector"), *_PR
 
 BUILDERS: dict[str, Builder] = {
     "level": Builder((Parameter("drift", "number"), _NOISE, Parameter("mean", "number", 0.0),
-                      Parameter("variance", "number")), _level),
+                      Parameter("variance", "number", is_prior=True)), _level),
     "trend": Builder((Parameter("drift", "vector"), _NOISE, *_PRIOR), _trend),
     "season": Builder((_SEASONS, Parameter("drift", "number"), _NOISE, *_PRIOR), _season),
     "trend_season": Builder((_SEASONS, Parameter("drift", "vector"), _NOISE, *_PRIOR), _trend_season),

@@ -12,21 +12,14 @@ from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter
 from kalmanq.model import Model
-from kalmanq.parts import Parts, is_diagonal, known_prior
+from kalmanq.parts import CONSTANT, WAYS, Parts, is_diagonal, known_prior, ways_of
 
-WAYS = {
-    "lean": "process and sensor are constants in flash; a sharp measurement is refused: the least code",
-    "tables": "process and sensor are constants in flash",
-    "init": "process and sensor are prepared at the start: fewer instructions where A or H has zeros",
-    "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
-}
-CONSTANT = ("lean", "tables")  # the ways in which process and sensor are constants
 WORDS = frozenset("""auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     bool class delete new template this namespace main kalmanq assert complex ctype errno fenv float inttypes iso646
     limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string
     tgmath threads time uchar wchar wctype""".split())
-LEAST_VARIANCE = 2.0**-120  # of a measurement in a constant sensor, kq_sensor_f32
+SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
 
 
 @dataclass(frozen=True)
@@ -74,17 +67,6 @@ class Writer:
         return bool(np.any(self.model.unknown))
 
 
-def ways_of(parts: Parts) -> list[str]:
-    """The ways in which a filter can be written."""
-    made = ["init"]
-    has_tables = is_diagonal(parts.model.R) and not np.any(parts.model.unknown)
-    if has_tables and np.all(np.diag(parts.model.R) > LEAST_VARIANCE):
-        made = ["lean", "tables", "init"]
-    if is_diagonal(parts.model.R):
-        made.append("sizes")
-    return made
-
-
 def identifier(text: str) -> str:
     """For files and functions: no word of C, no header of C or of the library, nothing that begins as its names do."""
     made = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "filter"
@@ -116,9 +98,10 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
     lines = ["/*", f" * {w.name}: {w.model.n} states, {w.model.m} measurements, {w.model.l} controls, in {w.T}.",
              " *", *_usage(w), " *", *(f" * {line}".rstrip() for line in _quantities(w))]
     lines += [" *"] + [f" * {line}".rstrip() for line in remarks] if remarks else []
-    lines += [" */", f"#ifndef KALMANQ_DESIGN_{w.upper}_H", f"#define KALMANQ_DESIGN_{w.upper}_H", "", "#include <stdint.h>", "",
-              "#include <kalmanq/kalmanq.h>", ""]
-    lines += _enumerations(w)
+    lines += [" */", f"#ifndef KALMANQ_DESIGN_{w.upper}_H", f"#define KALMANQ_DESIGN_{w.upper}_H", "",
+              *(["#include <math.h>"] if w.is_fixed else []), "#include <stdint.h>", "", "#include <kalmanq/kalmanq.h>", "",
+              "#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
+    lines += _enumerations(w) + _ranges(w) + (_conversions(w) if w.is_fixed else [])
     lines += ["/** Before the first sample. */", f"kq_status {w.name}_init(void);", "",
               "/** To the next sample. */", f"kq_status {w.name}_predict({arguments['u']});", "",
               "/** Takes what is present of a sample, a bit for each measurement. */",
@@ -126,7 +109,7 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
               "/** Predict and update.  Where the update is refused, the predict stands. */",
               f"kq_status {w.name}_step({arguments['both']});", "",
               f"/** For the library's readings: kq_mean_{w.T}({w.name}_filter(), ...), kq_sigma_{w.T}, ... */",
-              f"kq_filter_{w.T} *{w.name}_filter(void);", "", "#endif", ""]
+              f"kq_filter_{w.T} *{w.name}_filter(void);", "", "#ifdef __cplusplus", "}", "#endif", "", "#endif", ""]
     return "\n".join(lines)
 
 
@@ -138,9 +121,11 @@ def _arguments(w: Writer) -> dict[str, str]:
 
 def _usage(w: Writer) -> list[str]:
     given = "u, " if w.model.l else ""
-    calls = [(f"{w.name}_init();", "once"), (f"{w.name}_update(z, {w.upper}_ALL);", "the first sample"),
+    mean, first = f"kq_mean_{w.T}({w.name}_filter(), {_names(w, 'states')[0]})", _names(w, "measurements")[0]
+    taken = [(f"z[{first}] = {first}_RAW(measured);", "from its unit")] if w.is_fixed else []
+    calls = [(f"{w.name}_init();", "once"), *taken, (f"{w.name}_update(z, {w.upper}_ALL);", "the first sample"),
              (f"{w.name}_step({given}z, {w.upper}_ALL);", "each other one"),
-             (f"kq_mean_{w.T}({w.name}_filter(), {_names(w, 'states')[0]})", "what it says")]
+             (f"{_names(w, 'states')[0]}_VALUE({mean})" if w.is_fixed else mean, "what it says")]
     width = max(len(call) for call, _ in calls) + 4
     return [f" *     {call:<{width}}{what}" for call, what in calls]
 
@@ -168,9 +153,9 @@ def _names(w: Writer, which: str) -> list[str]:
         made[kind] = []
         for one in getattr(w.model, kind):
             name = f"{w.upper}_{letter}{re.sub(r'[^A-Z0-9]+', '_', one.name.upper()).strip('_') or 'X'}"
-            while name in known or f"{name}_FRACTION" in known:
+            while known & {name + suffix for suffix in SUFFIXES}:
                 name += "_"
-            known |= {name, f"{name}_FRACTION"}
+            known |= {name + suffix for suffix in SUFFIXES}
             made[kind].append(name)
     return made[which]
 
@@ -191,6 +176,48 @@ def _enumerations(w: Writer) -> list[str]:
         lines += ["};", ""]
     return [*lines, "/* present: all measurements */", f"#define {w.upper}_ALL UINT32_C(0x{(1 << w.model.m) - 1:x})",
             ""]
+
+
+def _ranges(w: Writer) -> list[str]:
+    lines = []
+    for which in ("states", "measurements", "controls"):
+        for one, name in zip(getattr(w.model, which), _names(w, which)):
+            if one.range:
+                lines.append(f"#define {name}_RANGE {float(one.range)!r}" if w.is_fixed else
+                             f"#define {name}_RANGE {_float(one.range)}")
+    return ["/* The declared ranges, in units: |value| <= range */", *lines, ""] if lines else []
+
+
+CONVERSIONS = """\
+/* A value in its unit as a raw value: rounded to the nearest one, saturated at +-(2^31 - 1).  NaN becomes
+   KQ_NOT_A_WORD_Q31, which an update refuses, as it does what is beyond the declared range. */
+static inline int32_t {name}_to_raw(double value, double scale)
+{{
+    const double raw = value * scale;
+    if (raw >= 2147483647.0) return INT32_MAX;
+    if (raw > -2147483647.0) {{
+        const int32_t whole = (int32_t)raw;
+        const double rest = raw - (double)whole;
+        return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+    }}
+    return raw <= -2147483647.0 ? -INT32_MAX : KQ_NOT_A_WORD_Q31;
+}}
+
+/* And back: of means, sigmas and measurements; KQ_NOT_A_WORD_Q31 becomes NaN. */
+static inline double {name}_to_value(int32_t raw, double last_bit)
+{{
+    return raw == KQ_NOT_A_WORD_Q31 ? (double)NAN : (double)raw * last_bit;
+}}
+"""
+
+
+def _conversions(w: Writer) -> list[str]:
+    lines = CONVERSIONS.format(name=w.name).split("\n")
+    for which in ("states", "measurements", "controls"):
+        for name, fraction in zip(_names(w, which), w.parts.fractions(which)):
+            lines += [f"#define {name}_RAW(value) {w.name}_to_raw((double)(value), {2.0**fraction!r})",
+                      f"#define {name}_VALUE(raw) {w.name}_to_value((raw), {2.0**-fraction!r})"]
+    return [*lines, ""]
 
 
 # ------------------------------------------------------------------------------ the source
@@ -318,14 +345,16 @@ def _tables_to_init(w: Writer) -> list[str]:
 def _objects_constant(w: Writer) -> list[str]:
     n, m, l = w.model.n, w.model.m, w.model.l
     control, kind = ("control" if l else "NULL"), ("SENSOR_LEAN_TABLE" if w.way == "lean" else "SENSOR_TABLE")
+    of_A, of_H = (f"({', '.join(map(str, numbers))})" for numbers in w.parts.zeros)
     if w.is_fixed:
         controls = "control_format" if l else "NULL"
         return [f"static const kq_process_q31 model_process = KQ_PROCESS_TABLE_Q31(\n    {n}, {l}, state_format, {controls}, "
-                f"transition, {control}, noise_root);",
+                f"transition, {control}, noise_root, {of_A});",
                 f"static const kq_sensor_q31 model_sensor = KQ_{kind}_Q31(\n    {n}, {m}, state_format, measurement_format, "
-                "measurement, variance);"]
-    return [f"static const kq_process_f32 model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, noise_root);",
-            f"static const kq_sensor_f32 model_sensor = KQ_{kind}_F32({n}, {m}, measurement, variance);"]
+                f"measurement, variance, {of_H});"]
+    return [f"static const kq_process_f32 model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, "
+            f"noise_root,\n    {of_A});",
+            f"static const kq_sensor_f32 model_sensor = KQ_{kind}_F32({n}, {m}, measurement, variance, {of_H});"]
 
 
 def _objects(w: Writer) -> list[str]:

@@ -16,12 +16,14 @@ import logging
 import os
 import signal
 import threading
+import time
+import warnings
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, connection, get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
@@ -30,7 +32,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.files import telling_where
 
 try:
@@ -39,9 +41,12 @@ except ImportError:  # not a POSIX system: two campaigns of one journal are not 
     fcntl = None  # type: ignore[assignment]
 
 KEY = "kalmanq_campaign"  # the first line of a journal has it
-AHEAD = 2  # tasks that are given out for each worker, so that none waits for the next one
+AHEAD = 2  # batches that are given out for each worker, so that none waits for the next one
+BATCH_SECONDS = 0.2  # of short tasks, what goes out at once: less is spent on the way than on the work
 CONNECT_SECONDS = 5  # to reach a Dask scheduler
+ALONE_SECONDS = 30  # that a Dask cluster may be without a worker
 HEARD_SECONDS = 0.2  # until Ctrl-C is heard, at most
+TERMINATED = 143  # how a worker ends whose campaign was killed
 SHOWN = 40  # longer values are not shown in a line
 
 Told = Optional[Callable[[int, int], None]]
@@ -221,13 +226,34 @@ def versions() -> dict[str, str]:
 
 
 def _perform(function: Callable[[Any], Any], task: Any, wanted: Mapping[str, str]) -> str:
-    """A result as the journal has it.  This is what runs in another process, or on another machine."""
+    """A result as the journal has it."""
     if versions() != wanted:
         raise KalmanqError(f"a worker has other versions: {versions()}, not {dict(wanted)}")
     try:
         return json.dumps(function(task))
     except KalmanqError as problem:
         raise KalmanqError(str(problem)) from None  # not every error of its kind can be sent
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """What comes back of some tasks: the results of the first of them, and why it ended before the last one"""
+
+    results: list[str]
+    seconds: float
+    refused: str = ""
+
+
+def _perform_all(function: Callable[[Any], Any], tasks: Sequence[Any], wanted: Mapping[str, str]) -> _Batch:
+    """This is what runs in another process, or on another machine."""
+    results: list[str] = []
+    begun = time.monotonic()
+    try:
+        for task in tasks:
+            results.append(_perform(function, task, wanted))
+    except KalmanqError as problem:
+        return _Batch(results, time.monotonic() - begun, str(problem))
+    return _Batch(results, time.monotonic() - begun)
 
 
 def _made(function: Callable[[Any], Any], tasks: Sequence[Any], left: Sequence[int], workers: Optional[int],
@@ -237,8 +263,8 @@ def _made(function: Callable[[Any], Any], tasks: Sequence[Any], left: Sequence[i
     if not left:
         return
     if dask is not None:
-        with _cluster(dask) as (executor, width):
-            yield from _as_they_end(executor, width, function, tasks, left)
+        with _cluster(dask) as (executor, width, has_workers):
+            yield from _as_they_end(executor, width, function, tasks, left, _Watch(dask, has_workers))
     elif count > 1:
         with _processes(count) as executor:
             yield from _as_they_end(executor, count, function, tasks, left)
@@ -253,24 +279,59 @@ def cores() -> int:
 
 
 def _as_they_end(executor: Executor, width: int, function: Callable[[Any], Any], tasks: Sequence[Any],
-                 left: Sequence[int]) -> Iterator[tuple[int, str]]:
-    given: dict[Future[str], int] = {}
-    ahead = iter(left)
+                 left: Sequence[int], watch: Optional[_Watch] = None) -> Iterator[tuple[int, str]]:
+    given: dict[Future[_Batch], list[int]] = {}
+    position, size = 0, 1
     while True:
         with _interrupts_held():
-            for k in islice(ahead, AHEAD * width - len(given)):
-                given[executor.submit(_perform, function, tasks[k], versions())] = k
+            while len(given) < AHEAD * width and position < len(left):
+                fair = -(-(len(left) - position) // (AHEAD * width))  # all workers end at one time
+                batch = left[position : position + min(size, fair)]
+                position += len(batch)
+                given[executor.submit(_perform_all, function, [tasks[k] for k in batch], versions())] = list(batch)
         if not given:
             return
         with _interrupts_held():
             ended = sorted(wait(given, HEARD_SECONDS, FIRST_COMPLETED).done, key=_has_failed)
             outcomes = [(given.pop(future), future) for future in ended]
-        for k, future in outcomes:  # what is done is kept before an error ends all
-            yield k, future.result()
+            if watch:
+                watch.look(bool(ended))
+        for batch, future in outcomes:  # what is done is kept before an error ends all
+            made = future.result()
+            yield from zip(batch, made.results)
+            if made.refused:
+                raise KalmanqError(made.refused)
+            size = min(2 * size, max(1, int(BATCH_SECONDS * len(batch) / max(made.seconds, 1e-6))))
 
 
-def _has_failed(future: Future[str]) -> bool:
-    return future.cancelled() or future.exception() is not None
+class _Watch:
+    """Is anybody there to work?  A cluster whose last worker has gone would be waited for without an end."""
+
+    def __init__(self, address: str, has_workers: Callable[[], bool]):
+        self._address, self._has_workers = address, has_workers
+        self._looked = time.monotonic()
+        self._alone: Optional[float] = None
+
+    def look(self, has_ended: bool) -> None:
+        now = time.monotonic()
+        if has_ended:
+            self._looked, self._alone = now, None
+        if now - self._looked < CONNECT_SECONDS:
+            return
+        self._looked = now
+        if self._has_workers():
+            self._alone = None
+        elif self._alone is None:
+            self._alone = now
+            warnings.warn(f"the Dask cluster at {self._address} has no workers: {ALONE_SECONDS} s are waited for one",
+                          KalmanqWarning, stacklevel=2)
+        elif now - self._alone >= ALONE_SECONDS:
+            raise KalmanqError(f"the Dask cluster at {self._address} has no workers any more; the same command goes on "
+                               "from there")
+
+
+def _has_failed(future: Future[_Batch]) -> bool:
+    return future.cancelled() or future.exception() is not None or bool(future.result().refused)
 
 
 @contextmanager
@@ -296,10 +357,22 @@ def _interrupts_held() -> Iterator[None]:
             before(*heard[-1])
 
 
+def _end_with_the_parent() -> None:
+    """Of a worker: what is killed says nothing to its workers, which would wait for ever."""
+    parent = parent_process()
+
+    def watch() -> None:
+        connection.wait([parent.sentinel])  # type: ignore[union-attr]
+        os._exit(TERMINATED)
+
+    if parent is not None:
+        threading.Thread(target=watch, daemon=True).start()
+
+
 @contextmanager
 def _processes(count: int) -> Iterator[Executor]:
     others = set(active_children())
-    executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+    executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_end_with_the_parent)
     try:
         yield executor
     except BaseException as problem:
@@ -320,8 +393,8 @@ def _give_up(executor: Executor, others: set[BaseProcess]) -> None:
 
 
 @contextmanager
-def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """An executor of a Dask cluster, and how many threads that has."""
+def _cluster(address: str) -> Iterator[tuple[Executor, int, Callable[[], bool]]]:
+    """An executor of a Dask cluster, how many threads that has, and whether it has any still."""
     try:
         from distributed import Client
     except ImportError:
@@ -339,7 +412,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
             raise KalmanqError(f"the Dask cluster at {address} has no workers")
         executor = client.get_executor()
         try:
-            yield executor, width
+            yield executor, width, lambda: bool(client.nthreads())
         finally:
             with _interrupts_held():
                 executor.shutdown(wait=False)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
+import os
 import signal
 import sys
 import warnings
 from contextlib import contextmanager
 from enum import Enum
+from functools import wraps
 from pathlib import Path
-from typing import Iterator, List, Optional, Tuple
+from typing import Any, Callable, Iterator, List, Optional, Tuple, get_type_hints
 
 import typer
 from rich.console import Console
@@ -19,7 +22,7 @@ app = typer.Typer(
     help=__doc__, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]})
 
-REFUSED, NO_MAXIMUM, INTERRUPTED, TERMINATED = 1, 3, 130, 143
+REFUSED, NO_MAXIMUM, INTERRUPTED, PIPE_CLOSED, TERMINATED = 1, 3, 130, 141, 143
 
 
 class Arithmetic(str, Enum):
@@ -121,9 +124,43 @@ class NonlinearMethod(str, Enum):
 
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
-DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing.")
+DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
 ARITHMETIC = typer.Option(Arithmetic.f64, "--arith", help="The numbers that the chip will have.")
+
+
+SEPARATOR = typer.Option(None, "--separator", metavar="LETTER", help="Between the fields of data, or tab; found if left out.")
+DECIMAL = typer.Option(None, "--decimal", metavar=". or ,", help="Of the numbers of data; found if left out.")
+MISSING = typer.Option([], "--missing", metavar="CELL", help="What stands for nothing, such as -9999; may be given again.")
+RENAME = typer.Option([], "--rename", metavar="NAME=COLUMN", help="The model's name of a column of data; may be given again.")
+
+
+def reads_data(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose `data` may be written in any way: its options say how, and it is given a Source of each file."""
+    kinds = get_type_hints(command)
+    added = {"separator": (Optional[str], SEPARATOR), "decimal": (Optional[str], DECIMAL),
+             "missing": (List[str], MISSING), "rename": (List[str], RENAME)}
+
+    @wraps(command)
+    def reading(**given: Any) -> None:
+        from kalmanq.layouts import Source, layout_of
+
+        with told_in_one_line():
+            layout = layout_of(*(given.pop(name) for name in added))
+        data = given[name_of_data]
+        given[name_of_data] = [Source(one, layout) for one in data] if isinstance(data, (list, tuple)) else \
+            None if data is None else Source(data, layout)
+        command(**given)
+
+    parameters = inspect.signature(command).parameters
+    name_of_data = "data" if "data" in parameters else "controls"
+    own = [one.replace(annotation=kinds[one.name]) for one in parameters.values()]
+    own[-1:-1] = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+                  for name, (kind, default) in added.items()]
+    made = inspect.Signature([one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in own])
+    reading.__signature__ = made  # type: ignore[attr-defined]
+    reading.__annotations__ = {one.name: one.annotation for one in made.parameters.values()}
+    return reading
 
 
 @contextmanager
@@ -132,12 +169,18 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
     file is about the model."""
     warnings.simplefilter("ignore", RuntimeWarning)  # of numbers that are NaN, which is what they are to say
     warnings.simplefilter("always", KalmanqWarning)
-    warnings.showwarning = lambda message, *_: print(f"kalmanq: {message}", file=sys.stderr)  # type: ignore
+    said: set[str] = set()
+    warnings.showwarning = lambda message, *_: _say_once(str(message), said)  # type: ignore
     try:
         yield
     except KalmanqError as problem:
         named = str(problem).startswith("--") or any(str(path) in str(problem) for path in (model, *others) if path)
         _stop(str(problem) if named or model is None else f"{model}: {problem}")
+    except BrokenPipeError as problem:
+        if problem.filename is not None:
+            _stop(f"{problem.filename}: {problem.strerror}")
+        _leave_the_output()
+        raise SystemExit(PIPE_CLOSED) from None
     except MemoryError:
         _stop("not enough memory for all rows at once")
     except OSError as problem:
@@ -145,6 +188,18 @@ def told_in_one_line(model: Optional[Path] = None, *others: Optional[Path]) -> I
     except KeyboardInterrupt as interrupt:
         print(f"kalmanq: {interrupt if str(interrupt) else 'interrupted'}", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
+
+
+def _leave_the_output() -> None:
+    """Nobody reads it any more, `head` for one: what is left of it goes nowhere, without a word."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _say_once(line: str, said: set[str]) -> None:
+    """Blocks of rows repeat what is said of the whole run."""
+    if line not in said:
+        print(f"kalmanq: {_shown(line)}", file=sys.stderr)
+    said.add(line)
 
 
 _heard: list[int] = []
@@ -157,9 +212,12 @@ def _terminate(number: int, _: object) -> None:
 
 
 def _stop(line: str, code: int = REFUSED) -> None:
-    shown = "".join(c if c.isprintable() else " " for c in line)
-    print(f"kalmanq: {shown}", file=sys.stderr)
+    print(f"kalmanq: {_shown(line)}", file=sys.stderr)
     raise SystemExit(code)
+
+
+def _shown(line: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in line)
 
 
 def console() -> Console:
@@ -167,6 +225,7 @@ def console() -> Console:
 
 
 @app.command()
+@reads_data
 def run(
     model: Path = ANY_MODEL,
     data: Path = DATA,
@@ -191,6 +250,7 @@ def run(
 
 
 @app.command()
+@reads_data
 def check(
     model: Path = ANY_MODEL,
     data: Optional[Path] = typer.Argument(None, metavar="[DATA.csv]", help="Of a nonlinear model: what to look along."),
@@ -211,6 +271,7 @@ def check(
 
 
 @app.command()
+@reads_data
 def design(
     model: Path = MODEL,
     core: Core = typer.Option(..., "--core", help="What it will run on."),
@@ -260,14 +321,16 @@ def steady(model: Path = MODEL, json_: bool = JSON) -> None:
 
 
 @app.command()
+@reads_data
 def simulate(
     model: Path = ANY_MODEL,
-    rows: int = typer.Option(200, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw."),
+    rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv has."),
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere."),
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal."),
     truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true."),
     gap: Optional[Tuple[int, int]] = typer.Option(
         None, "--gap", metavar="FIRST END", help="Rows without measurements."),
+    controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="Controls, by name; 0 if left out."),
     runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run."),
     arith: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out."),
     smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too."),
@@ -277,20 +340,21 @@ def simulate(
     json_: bool = JSON,
 ) -> None:
     """Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."""
-    with told_in_one_line(model, out):
+    with told_in_one_line(model, out, controls):
         from kalmanq.commands import simulate as one, simulate_runs as many
 
         if runs is None:
             given = {"--arith": arith, "--smooth": smooth, "--workers": workers, "--dask": dask, "--fresh": fresh,
                      "--json": json_}
             many.refuse_without_runs([name for name, value in given.items() if value])
-            one.simulate_file(model, rows, seed, out, truth, gap)
+            one.simulate_file(model, rows, seed, out, truth, gap, controls)
         else:
-            many.simulate_runs(many.Asked(model, rows, seed, out, truth, gap, runs, arith.value if arith else "f64",
+            many.simulate_runs(many.Asked(model, rows, seed, out, truth, gap, controls, runs, arith.value if arith else "f64",
                                           smooth, workers, dask, fresh, json_), console())
 
 
 @app.command()
+@reads_data
 def compare(
     model: Path = ANY_MODEL,
     data: Path = DATA,
@@ -306,6 +370,7 @@ def compare(
 
 
 @app.command()
+@reads_data
 def report(
     model: Path = MODEL,
     data: Path = DATA,
@@ -320,6 +385,7 @@ def report(
 
 
 @app.command()
+@reads_data
 def fit(
     model: Path = MODEL,
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file."),
@@ -397,7 +463,10 @@ def main() -> None:
         signal.signal(signal.SIGTERM, _terminate)
     try:
         with told_in_one_line():
-            app()
+            try:
+                app()
+            finally:
+                sys.stdout.flush()
     except SystemExit as ended:
         raise SystemExit(TERMINATED if _heard and ended.code == INTERRUPTED else ended.code) from None
 

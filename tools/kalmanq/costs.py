@@ -19,6 +19,10 @@ CORES = {
     "m0": "Cortex-M0", "m3": "Cortex-M3", "m4f": "Cortex-M4F", "m7": "Cortex-M7, double FPU",
     "m33": "Cortex-M33, FPU", "rv32": "RISC-V RV32IMAC", "avr": "ATmega328P",
 }
+# What costs.csv was measured with (tests/target/cores.sh): other flags, or q31 without its port, cost more
+FLAGS = "-ffp-contract=off -ffunction-sections -fdata-sections -fno-math-errno -fno-tree-loop-distribute-patterns"
+COMPACT = "--param=max-inline-insns-single=15"  # not of files of compile-time sizes
+PORTS = {"m0": "armv6m", "m3": "armv7m", "m4f": "armv7m", "m7": "armv7m", "m33": "armv7m", "avr": "avr"}
 SUMS = ("instructions", "flash", "ram")  # what is estimated as one; the stack is the deepest that was measured
 
 
@@ -31,6 +35,16 @@ class Cost:
     flash: int
     ram: int
     stack: int
+
+
+def flags(core: str) -> str:
+    """gcc's, of the library and of the design; the library's files have COMPACT, too"""
+    return f"{'-Os -mcall-prologues' if core == 'avr' else '-O2'} {FLAGS}"
+
+
+def include_path(core: str, way: str) -> str:
+    folders = [f"port/{PORTS[core]}"] if core in PORTS else []
+    return " ".join(f"-I{one}" for one in [*folders, "include", *(["src/known_sizes"] if way == "sizes" else [])])
 
 
 def shape(model: Model) -> dict[str, int]:

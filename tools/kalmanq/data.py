@@ -7,6 +7,7 @@ from typing import Any, Optional, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kalmanq.arrays import numbers_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
 
@@ -15,9 +16,9 @@ def rows_of(given: Any, quantities: Sequence[Quantity], name: str) -> np.ndarray
     """T x k of float64: a flat array where k = 1; of a DataFrame the columns with the quantities' names."""
     columns = len(quantities)
     try:
-        array = np.asarray(_values(given, quantities, name), np.float64)
-    except (TypeError, ValueError) as problem:
-        raise KalmanqError(f"{name}: not an array of numbers") from problem
+        array = numbers_of(_values(given, quantities, name))
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise KalmanqError(f"{name}: not an array of numbers{told(problem)}") from problem
     if array.ndim == 1 and columns == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2 or array.shape[1] != columns:
@@ -46,8 +47,22 @@ def _values(given: Any, quantities: Sequence[Quantity], name: str) -> Any:
                     f"there is no column {one}; there are {', '.join(map(str, there))}"
                 raise KalmanqError(f"{name}: {reason}")
         given = given[wanted]
+    if _is_complex(given):
+        return given.to_numpy()
     # what pandas calls missing is no float by itself
     return given.to_numpy(dtype=np.float64, na_value=np.nan)
+
+
+def _is_complex(table: Any) -> bool:
+    """pandas leaves imaginary parts out without an error"""
+    columns = [table[name] for name in table.columns] if hasattr(table, "columns") else [table]
+    return any(getattr(one.dtype, "kind", "") == "c" or one.dtype == object and any(
+        isinstance(value, (complex, np.complexfloating)) for value in one) for one in columns)
+
+
+def told(problem: Exception) -> str:
+    """Of what numbers_of refuses"""
+    return f" ({problem})" if "complex" in str(problem) else ""
 
 
 def is_table(given: Any) -> bool:
@@ -70,7 +85,10 @@ def present_of(z: np.ndarray) -> np.ndarray:
 
 
 def row_of(given: ArrayLike, size: int, name: str) -> np.ndarray:
-    row = np.atleast_1d(np.asarray(given, np.float64))
+    try:
+        row = np.atleast_1d(numbers_of(given))
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise KalmanqError(f"{name}: not an array of numbers{told(problem)}") from problem
     if row.shape != (size,):
         raise KalmanqError(f"{name} is {row.shape}, not {size} numbers")
     return row.reshape(1, size)

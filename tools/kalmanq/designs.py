@@ -16,7 +16,7 @@ from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter
 from kalmanq.model import Model
 from kalmanq.parts import Parts
-from kalmanq.reach import Reach, Record, reach
+from kalmanq.reach import Reach, Record, reach, widened
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
@@ -49,6 +49,7 @@ class Trial:
     rms: np.ndarray
     events: int = 0
     refused: str = ""
+    cure: str = ""
 
     @property
     def is_good(self) -> bool:
@@ -56,9 +57,10 @@ class Trial:
 
     @property
     def warnings(self) -> list[str]:
+        cure = [f"{self.arithmetic} would do with {self.cure}"] if self.cure else []
         if self.refused:
-            return [self.refused]
-        made = [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
+            return [self.refused, *cure]
+        made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
         if self.worst.max(initial=0) > ACCURATE:
             made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")
         return made
@@ -106,6 +108,7 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
     """Tries every way to run a model that has all its ranges."""
     runs = [_run(model, "f64", record) for record in records]
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
+    trials["q31"].cure = _cure(model, records, runs, trials["q31"])
     made = Designs(model, part, reach(model, records), trials, [], list(notes))
     for name, trial in trials.items():
         if trial.refused:
@@ -136,6 +139,14 @@ def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequen
     except KalmanqError as problem:
         return Trial(arithmetic, worst, worst, refused=f"{arithmetic}: {problem}")
     return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events)
+
+
+def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: Trial) -> str:
+    """Wider ranges, where the records go beyond those that are declared and fixed point is good with them"""
+    if trial.is_good:
+        return ""
+    wider, said = widened(model, records)
+    return ", ".join(said) if said and _try(wider, "q31", records, exact).is_good else ""
 
 
 def errors_of(run: Run, exact: Run) -> np.ndarray:

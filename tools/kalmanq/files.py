@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator, Sequence
+from typing import Any, Iterator, Optional, Sequence
 
 from kalmanq.errors import KalmanqError
 
@@ -24,7 +24,7 @@ def telling_where(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def whole(path: Path, inputs: Sequence[Path] = ()) -> Iterator[Path]:
+def whole(path: Path, inputs: Sequence[Any] = ()) -> Iterator[Path]:
     """Where to write what will be called `path`; gone after an error.  An input is never overwritten.  A link is
     followed, a file's mode stays; to a device or a pipe what was written is copied."""
     if any(path.exists() and one.exists() and path.samefile(one) for one in inputs):
@@ -49,6 +49,11 @@ def whole(path: Path, inputs: Sequence[Path] = ()) -> Iterator[Path]:
         raise KalmanqError(f"{path}: there is no such folder") from problem
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def refuse_one_output(out: Optional[Path], plot: Optional[Path]) -> None:
+    if out and plot and os.path.realpath(out) == os.path.realpath(plot):
+        raise KalmanqError(f"{out}: --out and --plot are one file; give two names")
 
 
 def _copy(source: Path, device: Path) -> None:

@@ -62,12 +62,15 @@ class Filter(Readable):
         f.update(z); f.predict(u); ...      one row at a time
         run = f.run(z, u)                   or a sequence in one call, which may be called again for more
 
+    way   of f32 and q31, "lean", "tables", "init" or "sizes": the numbers are those of the chip with the C file that
+          `design` writes in that way
+
     What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
     `nis`, `taken`, `log_likelihood`, `events`.
     """
 
-    def __init__(self, model: Model, arithmetic: str = "f64", *, parts: Optional[Parts] = None):
-        super().__init__(model, parts or Parts(model, arithmetic))
+    def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
+        super().__init__(model, parts or Parts(model, arithmetic, way))
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
@@ -160,6 +163,7 @@ class Filter(Readable):
         run = self._sequence(given, controls, robust, watch, covariance=covariance)
         run.index = index
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
+        self.warn_of_wide()
         return run
 
     def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None,
@@ -174,6 +178,7 @@ class Filter(Readable):
         q.steps, q.begins = T, self.begins or not moves
         q.z, q.u = self._pointer(words), self._pointer(carried)
         q.is_upper = not np.any(np.tril(self.model.A, -1))
+        q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
         q.watch = ffi.NULL if watch is None else watch.of(self, robust)
         kept = self._way(q, robust)
         out.ask(q)
@@ -246,11 +251,13 @@ class LagSmoother(Filter):
         for name in ("lagged", "lagged_low", "lagged_sigma"):
             out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
             setattr(q, name, self._pointer(out.numbers[name]))
+        self._lagged_variance = self._variances_of_any_size(int(q.steps))
+        q.lagged_variance = self._pointer(self._lagged_variance, self._any_size)
 
     def _tell(self, run: Run, out: Results) -> None:
         run.lag = self.lag
         run.lagged = self._values(out.numbers["lagged"], out.numbers["lagged_low"])
-        run.lagged_sigma = self._values(out.numbers["lagged_sigma"])
+        run.lagged_sigma = self._sigmas(out.numbers["lagged_sigma"], self._lagged_variance)
 
     def _end(self, q: Any) -> None:
         self._follows = bool(q.lag_follows)

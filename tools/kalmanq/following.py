@@ -44,7 +44,13 @@ class PointSmoother(Filter):
     @property
     def point_sigma(self) -> np.ndarray:
         self._refine()
-        return self._values(self._words("sigma", self._point, "point_"))
+        variance = self._variances_of_any_size(1)
+        if variance is not None:
+            full = np.zeros((self.model.n, self.model.n), self.arithmetic.number_of_any_size)
+            require(self.arithmetic.function("point_covariance")(self._point, self._pointer(full, self._any_size)),
+                    "point")
+            variance[0] = np.diag(full)
+        return self._sigmas(self._words("sigma", self._point, "point_")[None], variance)[0]
 
     def _refine(self) -> None:
         require(self.arithmetic.function("point_smooth")(self._point), "point")
@@ -58,6 +64,8 @@ class PointSmoother(Filter):
             out.numbers[name] = np.zeros((T, n), self.arithmetic.number)
         q.point_mean, q.point_low, q.point_sigma = (
             self._pointer(out.numbers[name]) for name in ("point", "point_low", "point_sigma"))
+        self._point_variance = self._variances_of_any_size(T)
+        q.point_variance = self._pointer(self._point_variance, self._any_size)
         if "covariance" in out.any_size:
             out.any_size["point_covariance"] = np.zeros((T, n, n), self.arithmetic.number_of_any_size)
             q.point_covariance = self._pointer(out.any_size["point_covariance"], self._any_size)
@@ -65,7 +73,7 @@ class PointSmoother(Filter):
     def _tell(self, run: Run, out: Results) -> None:
         run.point_row = self.point_row
         run.point = self._values(out.numbers["point"], out.numbers["point_low"])
-        run.point_sigma = self._values(out.numbers["point_sigma"])
+        run.point_sigma = self._sigmas(out.numbers["point_sigma"], self._point_variance)
         if "point_covariance" in out.any_size:
             full = out.any_size["point_covariance"]
             run.point_covariance = self.arithmetic.numbers(full, self.parts.covariance_scale)

@@ -8,6 +8,7 @@ from typing import Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kalmanq.arrays import numbers_of
 from kalmanq.errors import ModelError
 
 SIZE_MAX = 16
@@ -35,10 +36,11 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Gaps:
-    """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps."""
+    """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps (None: any
+    number, but for a compiled filter as many as its covariance takes to settle)."""
 
     max_gap: int = 0
-    min_run: int = 1
+    min_run: Optional[int] = None
 
 
 Quantities = Optional[Sequence[Union[Quantity, str]]]
@@ -145,9 +147,10 @@ def _fixed(array: np.ndarray) -> np.ndarray:
 
 def _numbers(name: str, given: ArrayLike) -> np.ndarray:
     try:
-        array = np.array(given, np.float64)
-    except (TypeError, ValueError) as problem:
-        raise ModelError(name, "not an array of numbers, with rows of one length") from problem
+        array = numbers_of(given)
+    except (TypeError, ValueError, OverflowError) as problem:
+        lost = f" ({problem})" if "complex" in str(problem) else ""
+        raise ModelError(name, f"not an array of numbers, with rows of one length{lost}") from problem
     if not np.all(np.isfinite(array)):
         raise ModelError(name, "has an entry that is not finite")
     return array

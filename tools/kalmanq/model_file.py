@@ -26,6 +26,9 @@ else:
     import tomli as tomllib
 
 MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0")
+ROWS_MAX = 100_000_000  # of a gap, or of a run
+FRACTION_MAX = 1000
+LARGEST, SHOWN = sys.float_info.max, 40
 SECTIONS = {
     "model": (*MATRICES, "name", "builder"),
     "states": ("names", "units", "ranges", "fractions"),
@@ -51,6 +54,10 @@ def read(path: Path) -> Model:
         line = re.search(r"at line (\d+)", str(problem))
         number = line.group(1) if line else len(text.splitlines())  # "at end of document"
         raise ModelFileError(f"{path}: line {number}: {said}") from None
+    except RecursionError:
+        raise ModelFileError(f"{path}: arrays are nested too deeply") from None
+    except ValueError:  # Python's own limit
+        raise ModelFileError(f"{path}: a number has too many digits") from None
     section = "model"
     try:
         for section, content in given.items():
@@ -64,6 +71,8 @@ def read(path: Path) -> Model:
         raise ModelFileError(f"{path}: {where}{problem}") from None
     except KalmanqError as problem:
         raise ModelFileError(f"{path}: {problem}") from problem
+    except RecursionError:
+        raise ModelFileError(f"{path}: arrays are nested too deeply") from None
 
 
 def _text(path: Path) -> str:
@@ -133,28 +142,12 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
 def _built(model: dict[str, Any]) -> dict[str, Any]:
     builder = _typed(model.pop("builder"), str, "builder", "a text")
     replaced = {key: model.pop(key) for key in ("x0", "P0") if key in model}
-    parameters = builders.BUILDERS.get(builder)
-    if "P0" in replaced and parameters and "variance" not in model and builder not in ("ar", "ma", "arma"):
-        kinds = {one.name: one.kind for one in parameters.parameters}
-        if "variance" in kinds:  # it is not looked at; sizes come from the others
-            model["variance"] = 1.0 if kinds["variance"] == "number" else _ones(builder, model)
-    made = builders.build(builder, model)
+    made = builders.build(builder, model, has_prior="P0" in replaced)
     if "x0" in replaced:
         made["x0"] = _array("x0", replaced["x0"])
     if "P0" in replaced:
         made.update(_prior(replaced["P0"]))
     return made
-
-
-def _ones(builder: str, model: Mapping[str, Any]) -> list[float]:
-    """As many variances as a builder has states."""
-    axes = np.size(model.get("density", 1))
-    sizes = {"trend": 2, "constant_velocity": 2 * axes, "constant_acceleration": 3 * axes,
-             "regression": np.size(model.get("regressors", 1))}
-    seasons = model.get("seasons", 2)
-    seasons = seasons if isinstance(seasons, int) else 2
-    sizes.update(season=seasons - 1, trend_season=seasons + 1)
-    return [1.0] * int(sizes[builder])
 
 
 def _prior(given: Any) -> dict[str, Any]:
@@ -182,6 +175,8 @@ def _array(key: str, given: Any) -> np.ndarray:
         raise ModelError(key, "is not an array of numbers")
     try:
         array = np.array(given, np.float64)
+    except OverflowError:
+        raise ModelError(key, "has a number with too many digits") from None
     except (TypeError, ValueError):
         raise ModelError(key, "is not an array of numbers with rows of one length") from None
     if not np.all(np.isfinite(array)):
@@ -218,18 +213,23 @@ def quantities(which: str, given: Mapping[str, Any], size: int, default: Optiona
             raise ModelError(which, f"{key} has {len(values)} entries; there are {size} {which}")
         columns[key] = values
     for one in columns["ranges"]:
-        if one is not None and not (np.isfinite(one) and one > 0):
-            raise ModelError(which, f"ranges: {one} is not above 0")
+        if one is not None and not 0 < one <= LARGEST:
+            raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not above 0" if not one > LARGEST else
+                             "ranges: one is beyond the numbers")
+    for one in columns["fractions"]:
+        if one is not None and abs(one) > FRACTION_MAX:
+            raise ModelError(which, f"fractions: {str(one)[:SHOWN]} is beyond {FRACTION_MAX} bits")
     return [Quantity(name, unit, None if span is None else float(span), fraction)
             for name, unit, span, fraction in zip(*columns.values())]
 
 
 def _gaps(given: Mapping[str, Any]) -> Gaps:
-    values = {"max_gap": 0, "min_run": 1, **given}
     for key, least in (("max_gap", 0), ("min_run", 1)):
-        if _typed(values[key], int, "gaps", f"right: {key} is a whole number") < least:
+        if key in given and _typed(given[key], int, "gaps", f"right: {key} is a whole number") < least:
             raise ModelError("gaps", f"{key} is at least {least}")
-    return Gaps(values["max_gap"], values["min_run"])
+        if given.get(key, least) > ROWS_MAX:
+            raise ModelError("gaps", f"{key} is at most {ROWS_MAX}")
+    return Gaps(**given)
 
 
 # ------------------------------------------------------------------------------ writing
@@ -246,7 +246,8 @@ def text_of(model: Model) -> str:
     for which in ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
     if model.gaps != Gaps():
-        lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}", f"min_run = {model.gaps.min_run}"]
+        lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
+        lines += [] if model.gaps.min_run is None else [f"min_run = {model.gaps.min_run}"]
     return "\n".join(lines) + "\n"
 
 

@@ -10,6 +10,7 @@ from typing import Optional, Sequence
 
 from kalmanq.verdict import Finding
 
+MANY = 9  # columns of a table, beyond which its print is small
 STATES = {"good": "fits", "edge": "nearly", "bad": "does not", "note": "note"}
 
 
@@ -70,7 +71,8 @@ def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]],
     words = text_columns or ()
     head = "".join(f'<th scope="col"{_kind(k, words)}>{escaped(one)}</th>' for k, one in enumerate(columns))
     body = "\n".join(_row(row, words) for row in rows)
-    return (f'<div class="wide-table" tabindex="0" role="group" aria-label="{escaped(caption)}"><table>\n'
+    many = ' class="many"' if len(columns) > MANY else ""
+    return (f'<div class="wide-table" tabindex="0" role="group" aria-label="{escaped(caption)}"><table{many}>\n'
             f"<caption>{escaped(caption)}</caption>\n"
             f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>")
 

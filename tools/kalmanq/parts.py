@@ -11,14 +11,24 @@ from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import Model, Quantity
 
 
+WAYS = {
+    "lean": "process and sensor are constants in flash; a low-noise measurement is taken coarsely: the least code",
+    "tables": "process and sensor are constants in flash",
+    "init": "process and sensor are prepared and checked at the start",
+    "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
+}
+CONSTANT = ("lean", "tables")  # the ways in which process and sensor are constants
+LEAST_VARIANCE = 2.0**-120  # of a measurement in a constant sensor, kq_sensor_f32
+
+
 class Parts:
     """What filters of one model share.  They keep it: the C structs refer to its arrays.
 
-    is_constant   process and sensor are what KQ_PROCESS_TABLE and KQ_SENSOR_TABLE make of the arrays: A and H
-                  are taken for dense, which in q31 may come to other last bits
+    way   "": as init makes them.  "lean", "tables", "init", "sizes": as the C file of `design` has them, so that a
+          filter of them comes to the chip's very numbers
     """
 
-    def __init__(self, model: Model, arithmetic: str, is_constant: bool = False):
+    def __init__(self, model: Model, arithmetic: str, way: str = ""):
         self.model = model
         self.arithmetic = arithmetic_of(arithmetic)
         self.kept: list[Any] = []  # what C refers to
@@ -28,17 +38,24 @@ class Parts:
             _fixed_point(self)
         else:
             _floating_point(self)
-        if is_constant:
-            self._take_for_dense()
+        if way:
+            self._take_as(way)
 
-    def _take_for_dense(self) -> None:
-        rounded = 0 if self.arithmetic.is_fixed else 64  # as the macros have it
-        self.process.plain = self.model.n + rounded
-        self.sensor.plain = self.model.n | self.model.m << 8
-        for row in range(self.model.n):
-            self.process.first[row] = 0
-        for row in range(self.model.m):
-            self.sensor.selects[row] = 0
+    def _take_as(self, way: str) -> None:
+        model, a = self.model, self.arithmetic
+        if way not in WAYS or way not in ways_of(self):
+            raise KalmanqError(f"{model.name} cannot run as {way}: {', '.join(ways_of(self))}")
+        if way == "lean":
+            given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(np.diag(model.R)))
+            require(a.function("sensor_init_lean")(self.sensor, *given), "H, R")
+        if way in CONSTANT:  # what the macros leave out
+            self.process.plain = model.n + (0 if a.is_fixed else 64)
+            self.sensor.plain = 0 if way == "lean" else model.n | model.m << 8
+
+    @property
+    def zeros(self) -> tuple[list[int], list[int]]:
+        """Where A is 0 and which components measure one state, as KQ_PROCESS_TABLE and KQ_SENSOR_TABLE take it."""
+        return list(self.process.first)[: self.model.n], list(self.sensor.selects)[: self.model.m]
 
     def fractions(self, which: str) -> list[int]:
         """Fraction bits of the states, measurements or controls; 0 in floating point."""
@@ -106,6 +123,17 @@ class Parts:
         else:
             x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
             require(self.arithmetic.function("start_init")(start, filter_, x0, P0, unknown), "P0")
+
+
+def ways_of(parts: Parts) -> list[str]:
+    """The ways in which a filter can be written."""
+    made = ["init"]
+    has_tables = is_diagonal(parts.model.R) and not np.any(parts.model.unknown)
+    if has_tables and np.all(np.diag(parts.model.R) > LEAST_VARIANCE):
+        made = ["lean", "tables", "init"]
+    if is_diagonal(parts.model.R):
+        made.append("sizes")
+    return made
 
 
 def _floating_point(parts: Parts) -> None:

@@ -91,6 +91,9 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
     _band(axis, rows, run.mean[:, i], run.sigma[:, i], FILTERED, "filtered, 95 %")
     if run.smoothed is not None and run.smoothed_sigma is not None:
         _band(axis, rows, run.smoothed[:, i], run.smoothed_sigma[:, i], SMOOTHED, "smoothed, 95 %")
+    if run.lag is not None and run.lagged is not None and run.lagged_sigma is not None:  # each at the row that it is of
+        _band(axis, rows[: max(len(run) - run.lag, 0)], run.lagged[run.lag :, i], run.lagged_sigma[run.lag :, i], SMOOTHED,
+              f"{run.lag} rows later, 95 %")
     if ahead is not None:
         mean, sigma = ahead
         _band(axis, len(run) + np.arange(len(mean)), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
@@ -133,19 +136,25 @@ def draw_errors(errors: dict[str, np.ndarray]) -> Figure:
 
 
 def draw_course(fit: Fit, name: str) -> Figure:
-    """How far each evaluation was below the best one, EM's and then maximum likelihood's."""
+    """How far below the best one the best so far was, of EM and then of maximum likelihood.  What was tried besides is
+    in dots: searches along a line, and searches from other places, which begin lower."""
     below = np.max(fit.course) - np.array(fit.course) if fit.course else np.zeros(0)
     below = np.where(np.isfinite(below), np.maximum(below, 1e-10), np.nan)
     numbers, count = np.arange(1, len(below) + 1), fit.em_evaluations
+    best = np.fmin.accumulate(below)
     with plt.rc_context(STYLE):
         figure, axis = plt.subplots(figsize=(8.6, 3.6), layout="constrained")
         for part, colour, label in ((slice(0, count), FILTERED, "EM"),
                                     (slice(max(count - 1, 0), None), SMOOTHED, "maximum likelihood")):
             if len(numbers[part]) > (part.start > 0):
-                axis.semilogy(numbers[part], below[part], "o-", ms=3, lw=1.2, color=colour, label=label)
+                tried = np.where(below > best, below, np.nan)[part]
+                axis.semilogy(numbers[part], tried, ".", ms=3, color=DATA, alpha=0.6,
+                              label="tried besides" if np.any(np.isfinite(tried)) else None)
+                axis.semilogy(numbers[part], best[part], "o-", ms=3, lw=1.2, color=colour, label=label)
         axis.set(xlabel="evaluation", ylabel="log-likelihood below the best",
                  title=f"{name}: log-likelihood {fit.log_likelihood:.6f} after {len(below)} evaluations")
         axis.xaxis.get_major_locator().set_params(integer=True)
         if len(below):
-            figure.legend(loc="outside upper right", ncols=2)
+            handles = dict(sorted(zip(*reversed(axis.get_legend_handles_labels()))))
+            figure.legend(handles.values(), handles.keys(), loc="outside upper right", ncols=3)
         return figure

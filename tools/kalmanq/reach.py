@@ -61,11 +61,12 @@ def _inside(values: np.ndarray, quantities: Sequence[Quantity]) -> int:
 def _leave_gaps(model: Model, z: np.ndarray, random: np.random.Generator) -> None:
     if not model.gaps.max_gap:
         return
-    row = model.gaps.min_run
+    run = model.gaps.min_run or 1
+    row = run
     while row < len(z):
         end = row + int(random.integers(1, model.gaps.max_gap + 1))
         z[row:end] = np.nan
-        row = end + model.gaps.min_run + int(random.integers(0, 20))
+        row = end + run + int(random.integers(0, 20))
 
 
 def reach(model: Model, records: Sequence[Record]) -> Reach:
@@ -112,10 +113,32 @@ def with_ranges(model: Model, records: Sequence[Record]) -> tuple[Model, list[st
     if not lacking:
         return model, []
     found = reach(model, records) if records else _stationary(model, lacking[0])
+    if records and np.any(model.unknown):
+        found = replace(found, states=np.fmax(found.states, FAR * _first_sigmas(model, records)))
     notes: list[str] = []
     changed = {which: [_ranged(one, span, notes) for one, span in zip(getattr(model, which), getattr(found, which))]
                for which in ("states", "measurements", "controls")}
     return model.changed(**changed), notes
+
+
+def widened(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
+    """The model with wider ranges where the records, in double, go beyond those that it declares; what was widened"""
+    found, said = reach(model, records), []
+    changed = {}
+    for which in ("states", "measurements", "controls"):
+        changed[which] = list(getattr(model, which))
+        for k, (one, span) in enumerate(zip(changed[which], getattr(found, which))):
+            if one.range is not None and span > one.range and np.isfinite(span):
+                made = _rounded_up(MARGIN * span)
+                changed[which][k] = replace(one, range=made, fraction=None)
+                said.append(f"a range of {made:g} for {one.name}, which reaches {span:.3g} and declares {one.range:g}")
+    return (model.changed(**changed), said) if said else (model, said)
+
+
+def _first_sigmas(model: Model, records: Sequence[Record]) -> np.ndarray:
+    """The largest sigma of each state once it is known: ranges that leave room for it do not act as a prior of q31."""
+    runs = [Filter(model, "f64").run(record.z, record.u) for record in records if len(record.z)]
+    return np.max([np.nanmax(run.sigma, axis=0, initial=0.0) for run in runs], axis=0, initial=0.0)
 
 
 def _ranged(one: Quantity, span: float, notes: list[str]) -> Quantity:

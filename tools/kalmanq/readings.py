@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Optional
 
 import numpy as np
 
 from kalmanq.core import lib, require
+from kalmanq.errors import KalmanqWarning
 from kalmanq.parts import Parts
 from kalmanq.results import Run
 
@@ -17,6 +19,8 @@ class Readable:
     def __init__(self, model: Any, parts: Parts):
         self.model, self.parts, self.arithmetic = model, parts, parts.arithmetic
         self._kept: list[Any] = []  # what C refers to
+        self._widest = np.zeros(model.n)  # q31: each state's largest variance before an update, in words
+        self._is_wide = np.zeros(model.n, bool)  # those that were warned of
         self._handle = self.arithmetic.struct("filter")
         self._memory = self.arithmetic.empty(self._length("filter", model.n))
         require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
@@ -28,7 +32,11 @@ class Readable:
 
     @property
     def sigma(self) -> np.ndarray:
-        return self._values(self._words("sigma"))
+        made = self._values(self._words("sigma"))
+        if not self.arithmetic.is_fixed:
+            return made
+        exact = np.sqrt(np.diag(self.covariance))  # a word ends at the range, and is coarse near 0
+        return np.where(np.isnan(exact), made, exact)
 
     @property
     def covariance(self) -> np.ndarray:
@@ -69,17 +77,32 @@ class Readable:
         """The words of mean and root, as the chip has them."""
         return self._memory.copy()
 
-    def read_smoothed(self, run: Run, what: str, source: Any, covariance: bool, means_only: bool = False) -> None:
-        """Into `run`: every row of a history, or of a start, that has been smoothed."""
+    def read_smoothed(self, run: Run, what: str, source: Any, covariance: bool, means_only: bool = False,
+                      first: int = 0) -> None:
+        """Into `run`: its rows of a history, or of a start, that has been smoothed; its first one is row `first`."""
         a, n, T = self.arithmetic, self.model.n, len(run)
         mean, low, sigma = (np.zeros((T, n), a.number) for _ in range(3))
         full = np.zeros((T, n, n), a.number_of_any_size) if covariance and not means_only else None
-        require(a.function(f"{what}_read")(source, T, *map(self._pointer, (mean, low, sigma)),
+        variance = None if means_only else self._variances_of_any_size(T)
+        require(a.function(f"{what}_read")(source, first, T, *map(self._pointer, (mean, low, sigma)),
+                                           self._pointer(variance, self._any_size),
                                            self._pointer(full, self._any_size)), "smoother")
         run.smoothed = self._values(mean, low)
-        run.smoothed_sigma = None if means_only else self._values(sigma)
+        run.smoothed_sigma = None if means_only else self._sigmas(sigma, variance)
         run.smoothed_covariance = None if full is None else a.numbers(full, self.parts.covariance_scale)
         run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
+
+    def warn_of_wide(self) -> None:
+        """A state that may be anywhere is hardly within the range that its word has."""
+        if not self.arithmetic.is_fixed:
+            return
+        sigma = np.ldexp(np.sqrt(self._widest), -np.array(self.parts.fractions("states")))
+        for i, state in enumerate(self.model.states):
+            if state.range is not None and sigma[i] > state.range and not self._is_wide[i]:
+                self._is_wide[i] = True
+                warnings.warn(f"{self.model.name}, q31: before a measurement the sigma of {state.name} is {sigma[i]:.3g}, "
+                              f"beyond its declared range of {state.range:g}: raise the range, or lower P0",
+                              KalmanqWarning, stacklevel=3)
 
     def _tell(self, run: Run, out: Results) -> None:
         """What is told of a run beside the filter's results."""
@@ -103,11 +126,15 @@ class Readable:
     def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
         """A new object with its memory, assigned."""
         made = self.arithmetic.struct(stem)
-        memory = self.arithmetic.empty(self._length(stem, *sizes))
+        memory = self._space(stem, self._length(stem, *sizes))
         status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
         require(status, stem)
         self._kept.append(memory)
         return made
+
+    def _space(self, stem: str, length: int) -> np.ndarray:
+        """Memory for what is called so"""
+        return self.arithmetic.empty(length)
 
     def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
         """A reading of every state, of the filter or of what follows it"""
@@ -116,6 +143,20 @@ class Readable:
 
     def _values(self, words: np.ndarray, low: Optional[np.ndarray] = None) -> np.ndarray:
         return self.arithmetic.values(words, self.parts.fractions("states"), low)
+
+    def _variances_of_any_size(self, rows: int) -> Optional[np.ndarray]:
+        """Where C writes the variances that words of sigma cannot say; None: they say them"""
+        if not self.arithmetic.is_fixed:
+            return None
+        return np.zeros((rows, self.model.n), self.arithmetic.number_of_any_size)
+
+    def _sigmas(self, words: np.ndarray, variance: Optional[np.ndarray]) -> np.ndarray:
+        """Those of the variances, where there are any; otherwise those of the words"""
+        made = self._values(words)
+        if variance is None:
+            return made
+        exact = np.sqrt(self.arithmetic.numbers(variance, 2 * np.array(self.parts.fractions("states"))))
+        return np.where(np.isnan(exact), made, exact)
 
 
 class Results:
@@ -128,6 +169,9 @@ class Results:
         self.numbers = {name: np.zeros((T, n), a.number) for name in names}
         self.numbers["innovation"] = np.zeros((T, m), a.number)
         self.any_size = {"innovation_variance": np.zeros((T, m), a.number_of_any_size)}
+        variance = filter_._variances_of_any_size(T)
+        if variance is not None:
+            self.any_size["variance"] = variance
         if covariance:
             self.any_size["covariance"] = np.zeros((T, n, n), a.number_of_any_size)
         self.scores = {name: np.zeros(T, a.score) for name in ("nis", "log_likelihood")}
@@ -149,7 +193,7 @@ class Results:
         states, measured = f.parts.fractions("states"), np.array(f.parts.fractions("measurements"))
         made = Run(
             f.model, a.name, mean=a.values(words["mean"], states, words.get("mean_low")),
-            sigma=a.values(words["sigma"], states), innovation=a.values(words["innovation"], measured),
+            sigma=f._sigmas(words["sigma"], self.any_size.get("variance")), innovation=a.values(words["innovation"], measured),
             innovation_sigma=np.sqrt(a.numbers(self.any_size["innovation_variance"], 2 * measured)),
             nis=a.scores(self.scores["nis"]), taken=self.taken,
             log_likelihood=a.scores(self.scores["log_likelihood"]), events=f.events,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import arithmetic_of, ffi, require
-from kalmanq.data import index_of, rows_of
+from kalmanq.data import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter, Robust
 from kalmanq.model import Model, Quantities, Quantity
@@ -106,7 +106,7 @@ class LeastSquares:
         given, rows = rows_of(z, self.model.measurements, "z"), rows_of(H, self.model.states, "H")
         if len(rows) != len(given) or np.ndim(r) and np.shape(r) != (len(given),):
             raise KalmanqError(f"H is {len(rows)} rows, z {len(given)}, r {np.shape(r)}: one for each row")
-        noise = np.broadcast_to(np.asarray(r, np.float64), len(given))
+        noise = np.broadcast_to(row_of(r, np.size(r), "r")[0] if np.ndim(r) else float(r), len(given))
         if not all(np.all(np.isfinite(one)) for one in (rows, given, noise)):
             raise KalmanqError("H, z or r has an entry that is not finite")
         words = np.ascontiguousarray(f.parts.words(given, "measurements"))
@@ -114,6 +114,7 @@ class LeastSquares:
         coefficients, variances = a.made_of(rows, own - states), a.made_of(noise, 2 * own)
         out, done = Results(f, len(given), False), ffi.new("size_t *")
         results = [f._pointer(out.numbers.get(name)) for name in ("mean", "mean_low", "sigma")]
+        results += [f._pointer(out.any_size.get("variance"), f._any_size)]
         results += [f._scores(out.scores[name]) for name in ("nis", "log_likelihood")]
         status = a.function("least_squares_run")(
             self._handle, len(given), f._pointer(coefficients, f._any_size), f._pointer(words),

@@ -55,7 +55,7 @@ class SteadyFilter:
         self._handle = a.struct("steady")
         require(a.function("steady_assign")(self._handle, n, m, *self.parts.memory(
             a.function("steady_length")(n))), "steady filter")
-        gain = steady_state(model).gain if gain is None else np.asarray(gain, float)
+        gain = steady_state(model).gain if gain is None else rows_of(gain, model.measurements, "gain")
         if gain.shape != (n, m):
             raise KalmanqError(f"gain: {gain.shape}, not {n} x {m}")
         require(a.function("steady_init")(self._handle, self.parts.process, self.parts.sensor, self._mean(),

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+import re
+import warnings
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
-from typing import Iterator, Optional, Sequence, TextIO
+from typing import Any, Iterator, Optional, Sequence, TextIO, Union
 
 import numpy as np
 
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.files import whole
-from kalmanq.model import Model
+from kalmanq.layouts import (
+    AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, separator_of, source_of)
+from kalmanq.model import Quantity
+from kalmanq.times import times_in
 
 
 @dataclass(frozen=True)
@@ -23,105 +29,149 @@ class Block:
     columns: dict[str, np.ndarray]
 
 
-class TableError(KalmanqError):
-    """PATH: row N, column NAME: why."""
+def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65536, *,
+         optional: Sequence[str] = (), has_to_fit: bool = False) -> Iterator[Block]:
+    """The columns `wanted`, in blocks of so many rows.  An empty cell is NaN; other columns are left out.
 
-    def __init__(self, path: Path, reason: str, line: Optional[int] = None, column: Optional[str] = None):
-        place = [] if line is None else [f"row {line}" + ("" if column is None else f", column {column}")]
-        super().__init__(": ".join([str(path), *place, reason]))
-
-
-def read(path: Path, names: Sequence[str], rows: int = 65536) -> Iterator[Block]:
-    """The columns `names`, in blocks of so many rows.  An empty cell is NaN; other columns are left out."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as text:
-            yield from _blocks(path, text, names, rows, _skip_comments(text))
-    except FileNotFoundError:
-        raise TableError(path, "no such file") from None
-    except UnicodeDecodeError as problem:
-        raise TableError(path, "is not UTF-8 text") from problem
+    optional    columns that are read, too, where all of them are there
+    has_to_fit  a value beyond the range that its quantity declares is refused; otherwise it is warned of
+    """
+    source = source_of(data)
+    with opened(source) as text:
+        yield from _Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit).blocks(rows)
 
 
-def _skip_comments(text: TextIO) -> int:
-    """Lines that begin with '#', above the header."""
-    number, start = 0, text.tell()
-    while text.readline().startswith("#"):
-        number, start = number + 1, text.tell()
-    text.seek(start)
-    return number
+def _quantity(one: Union[str, Quantity]) -> Quantity:
+    return Quantity(one) if isinstance(one, str) else one
 
 
-def _blocks(path: Path, text: TextIO, names: Sequence[str], rows: int, comments: int) -> Iterator[Block]:
-    reader = csv.reader(text)
-    try:
-        header = next(reader, None)
-        width, places = _places(path, header, names, comments + 1)
-        first, block = comments + 2, []
-        blank = 0  # rows without a cell: of one column, a missing number; at the end, nothing
-        for row in reader:
-            if not row:
-                blank += 1
-                continue
-            if blank and width > 1:
-                raise TableError(path, "an empty row", first + len(block))
-            block += [[""]] * blank
-            blank = 0
-            if len(row) != width:
-                fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
-                raise TableError(path, f"{fields}, not {width}", first + len(block))
-            block.append(row)
-            if len(block) >= rows:
-                yield _block(path, first, block, names, places)
-                first, block = first + len(block), []
-    except csv.Error as problem:
-        raise TableError(path, str(problem), comments + reader.line_num) from problem
-    if not block and first == comments + 2:
-        raise TableError(path, "no data below the header")
-    if block:
-        yield _block(path, first, block, names, places)
+class _Table:
+    """A text that is read once from its beginning to its end."""
 
+    def __init__(self, source: Source, text: TextIO, wanted: Sequence[Quantity], optional: Sequence[str],
+                 has_to_fit: bool):
+        self._source, self._has_to_fit = source, has_to_fit
+        self._beyond: dict[str, tuple[str, int, int]] = {}  # of a quantity: why, the first row, how many
+        self._numbers = Numbers(source.layout)
+        self._wanted = list(wanted)
+        self._line = 1  # of the header, then of the next row
+        header, rest = self._header(text)
+        self._reader, cells = self._begun(header, rest)
+        self._width = len(cells)
+        self._places = [place_of(source, cells, one.name, one.unit, self._line) for one in wanted]
+        if optional and set(optional) <= set(cells):
+            self._wanted += map(_quantity, optional)
+            self._places += [place_of(source, cells, name, "", self._line) for name in optional]
+        self._times = times_in(cells, self._places, [one.name for one in wanted])
+        self._line += 1
 
-def _places(path: Path, header: Optional[list[str]], names: Sequence[str],
-            line: int) -> tuple[int, list[int]]:
-    if not header or not any(cell.strip() for cell in header):
-        raise TableError(path, "empty, or without a header of names", line)
-    if len(header) == 1 and ";" in header[0]:
-        raise TableError(path, "fields are separated by ';', not by ','", line)
-    cells = [cell.strip() for cell in header]
-    for name in names:
-        if cells.count(name) > 1:
-            raise TableError(path, f"the column {name} is there twice", line)
-        if name not in cells:
-            raise TableError(path, f"there is no column {name}; there are {', '.join(cells)}", line)
-    return len(cells), [cells.index(name) for name in names]
+    def _header(self, text: TextIO) -> tuple[str, Iterator[str]]:
+        """Below lines that begin with '#', and one by which a spreadsheet tells its separator"""
+        lines = iter(text)
+        for line in lines:
+            told = re.fullmatch(r"sep=(.)\s*", line)
+            if told and not self._source.layout.separator:
+                self._source = replace(self._source, layout=replace(self._source.layout, separator=told.group(1)))
+            if not told and not line.startswith("#"):
+                return line, lines
+            self._line += 1
+        return "", lines
 
-
-def _block(path: Path, first: int, block: list[list[str]], names: Sequence[str], places: Sequence[int]) -> Block:
-    columns = {}
-    for name, place in zip(names, places):
-        cells = [row[place].strip() for row in block]
+    def _begun(self, header: str, rest: Iterator[str]) -> tuple["csv._reader", list[str]]:
+        names = [one.name for one in self._wanted]
+        for name in self._source.layout.rename:
+            if name not in names:
+                raise KalmanqError(f"--rename: there is no {name}; there are {', '.join(names)}")
+        separator = separator_of(self._source, header, names, self._line)
+        reader = csv.reader(chain([header], rest), delimiter=separator)
         try:
-            values = np.array([cell if cell else "nan" for cell in cells], dtype=np.float64)
-        except ValueError:
-            values = np.array([_number(path, first + k, name, cell) for k, cell in enumerate(cells)])
+            cells = [cell.strip() for cell in next(reader, [])]
+        except csv.Error as problem:
+            raise TableError(self._source, str(problem), self._line) from problem
+        if not any(cells):
+            raise TableError(self._source, "empty, or without a header of names", self._line)
+        return reader, cells
+
+    def blocks(self, rows: int) -> Iterator[Block]:
+        begun, block, blank = self._line, [], 0  # rows without a cell: of one column, a missing number; at the end, nothing
+        try:
+            for row in self._reader:
+                if not row:
+                    blank += 1
+                    continue
+                if blank and self._width > 1:
+                    raise TableError(self._source, "an empty row", self._line + len(block))
+                block += [[""]] * blank
+                blank = 0
+                if len(row) != self._width:
+                    self._refuse_width(row, self._line + len(block))
+                block.append(row)
+                if len(block) >= rows:
+                    yield self._block(block)
+                    block = []
+        except csv.Error as problem:
+            raise TableError(self._source, str(problem), begun - 2 + self._reader.line_num) from problem
+        if not block and self._line == begun:
+            raise TableError(self._source, "no data below the header")
+        if block:
+            yield self._block(block)
+        for why, line, count in self._beyond.values():
+            more = f" (and {count - 1} more)" if count > 1 else ""
+            warnings.warn(f"{self._source}: row {line}: {why}{more}", KalmanqWarning, stacklevel=2)
+        if self._times:
+            self._times.warn(str(self._source))
+
+    def _refuse_width(self, row: list[str], line: int) -> None:
+        fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
+        is_decimal = any(has_decimal_comma([f"{whole},{part}"]) for whole, part in zip(row, row[1:]))
+        hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else ""
+        raise TableError(self._source, f"{fields}, not {self._width}{hint}", line)
+
+    def _block(self, block: list[list[str]]) -> Block:
+        columns = [[row[place].strip() for row in block] for place in self._places]
+        self._numbers.look(columns)
+        made = {one.name: self._values(one, cells) for one, cells in zip(self._wanted, columns)}
+        if self._times:
+            self._times.look([row[self._times.place].strip() for row in block], self._line)
+        first, self._line = self._line, self._line + len(block)
+        return Block(first, made)
+
+    def _values(self, one: Quantity, cells: list[str]) -> np.ndarray:
+        try:
+            values = np.array(self._numbers.plain(cells), dtype=np.float64)
+            if values.shape != (len(cells),):
+                raise ValueError
+        except (TypeError, ValueError):
+            values = np.array([self._number(self._line + k, one.name, cell) for k, cell in enumerate(cells)])
+        for missing in self._numbers.numbers_missing:
+            values[values == missing] = np.nan
         wrong = np.isinf(values)
         if np.any(wrong):
-            raise TableError(path, "is beyond the numbers", first + int(np.argmax(wrong)), name)
-        columns[name] = values
-    return Block(first, columns)
+            raise TableError(self._source, "is beyond the numbers", self._line + int(np.argmax(wrong)), one.name)
+        if one.range is not None:
+            self._look_at_range(one, values, one.range)
+        return values
 
+    def _look_at_range(self, one: Quantity, values: np.ndarray, span: float) -> None:
+        wrong = np.abs(values) > span
+        count = int(np.sum(wrong))
+        if not count:
+            return
+        row = int(np.argmax(wrong))
+        value = f"{values[row]:g}"
+        why = f"{one.name} = {value} is beyond its declared range of {span:g}: --missing {value} if that stands for " \
+              "nothing, otherwise a wider range in the model"
+        if self._has_to_fit:
+            raise TableError(self._source, why, self._line + row)
+        before = self._beyond.get(one.name, (why, self._line + row, 0))
+        self._beyond[one.name] = (*before[:2], before[2] + count)
 
-def _number(path: Path, line: int, name: str, cell: str) -> float:
-    if not cell:
-        return float("nan")
-    try:
-        if "_" in cell:
-            raise ValueError
-        return float(cell)
-    except ValueError:
-        hint = "; fields are separated by ','" if ";" in cell else \
-            "; a decimal point, not a comma" if cell.replace(",", ".", 1).replace(".", "", 1).isdigit() else ""
-        raise TableError(path, f"{cell[:40]!r} is not a number{hint}", line, name) from None
+    def _number(self, line: int, name: str, cell: str) -> float:
+        try:
+            return self._numbers.number(cell)
+        except ValueError:
+            raise TableError(self._source, f"{cell[:40]!r} is not a number{self._numbers.hint(cell)}", line,
+                             name) from None
 
 
 def joined(blocks: Sequence[Block]) -> Block:
@@ -129,28 +179,34 @@ def joined(blocks: Sequence[Block]) -> Block:
                                        for name in blocks[0].columns})
 
 
-def names_in(path: Path) -> list[str]:
-    """The header's cells"""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as text:
-            _skip_comments(text)
-            return [cell.strip() for cell in next(csv.reader(text), [])]
-    except FileNotFoundError:
-        raise TableError(path, "no such file") from None
-    except (UnicodeDecodeError, csv.Error) as problem:
-        raise TableError(path, "is not UTF-8 text") from problem
-
-
-def measurements_and_controls(path: Path, model: Model) -> tuple[np.ndarray, Optional[np.ndarray]]:
+def measurements_and_controls(data: AnySource, model: Any, *,
+                              has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray]]:
     """All rows of a model's columns: z (T x m) and u (T x l) or None."""
-    measurements, controls = ([one.name for one in which] for which in (model.measurements, model.controls))
-    block = joined(list(read(path, measurements + controls)))
-    z = np.column_stack([block.columns[name] for name in measurements])
-    u = np.column_stack([block.columns[name] for name in controls]) if controls else None
-    if u is not None and np.any(np.isnan(u)):
-        row, column = map(int, np.argwhere(np.isnan(u))[0])
-        raise TableError(path, "a control is missing", block.first_row + row, controls[column])
+    z, u, _ = measurements_controls_and(data, model, (), has_to_fit)
     return z, u
+
+
+def measurements_controls_and(data: AnySource, model: Any, others: Sequence[str], has_to_fit: bool = False
+                              ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
+    """And the other columns, where all of them are there"""
+    block = joined(list(read(data, [*model.measurements, *model.controls], optional=others, has_to_fit=has_to_fit)))
+    z, u = split(block, model, data)
+    is_there = bool(others) and all(name in block.columns for name in others)
+    return z, u, np.column_stack([block.columns[name] for name in others]) if is_there else None
+
+
+def split(block: Block, model: Any, data: AnySource) -> tuple[np.ndarray, Optional[np.ndarray]]:
+    """Measurements and controls of a block"""
+    z = np.column_stack([block.columns[one.name] for one in model.measurements])
+    return z, controls_in(block, model.controls, data) if model.controls else None
+
+
+def controls_in(block: Block, controls: Sequence[Quantity], data: AnySource) -> np.ndarray:
+    u = np.column_stack([block.columns[one.name] for one in controls])
+    if np.any(np.isnan(u)):
+        row, column = map(int, np.argwhere(np.isnan(u))[0])
+        raise TableError(source_of(data), "a control is missing", block.first_row + row, controls[column].name)
+    return u
 
 
 def write_text(text: TextIO, names: Sequence[str], columns: Sequence[np.ndarray]) -> None:
@@ -173,7 +229,7 @@ def _cell(value: object) -> str:
 class Writer:
     """`with Writer(path, names, inputs) as writer:` writes rows of columns; the file appears at the end."""
 
-    def __init__(self, path: Path, names: Sequence[str], inputs: Sequence[Path] = ()):
+    def __init__(self, path: Path, names: Sequence[str], inputs: Sequence[AnySource] = ()):
         self._whole = whole(path, inputs)
         self._names = names
 

@@ -8,8 +8,9 @@ from typing import Optional, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kalmanq.arrays import numbers_of
 from kalmanq.core import require, warn_of
-from kalmanq.data import rows_of
+from kalmanq.data import rows_of, told
 from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter, _Recording
 from kalmanq.model import Model
@@ -50,7 +51,10 @@ class VaryingSmoother:
 
     def _measurements(self, H: ArrayLike, rows: int) -> np.ndarray:
         n, m = self.model.n, self.model.m
-        given = np.asarray(H, np.float64)
+        try:
+            given = numbers_of(H)
+        except (TypeError, ValueError, OverflowError) as problem:
+            raise KalmanqError(f"H: not an array of numbers{told(problem)}") from problem
         if given.ndim == 2 and m == 1:
             given = given[:, None, :]
         if given.shape != (rows, m, n):

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Sequence
 
 import numpy as np
 from scipy import special
 
-from kalmanq.core import ASKED_FOR, EVENTS
+from kalmanq.core import ASKED_FOR, EVENTS, lib
 from kalmanq.diagnostics import autocorrelation, chi_square_limit, is_scored, ljung_box, mean_bounds, share_bounds
 from kalmanq.results import Run
 
 UNUSUAL, STRANGE = 0.05, 0.001  # chances, of a right model, below which a figure is at the edge, and bad
 TOO_FEW = "too few innovations that differ"
+HELD = lib.KQ_EVENT_SATURATED
 ENOUGH = 20  # measurements, below which nothing is said of the fit
 
 
@@ -65,8 +67,24 @@ def whiteness(series: np.ndarray) -> Whiteness:
     return Whiteness(correlation, pairs, count, ljung_box(correlation, pairs, count) if is_judged else float("nan"))
 
 
-def findings(run: Run, z: np.ndarray) -> list[Finding]:
-    """NIS, rows outside, autocorrelation, mean innovation, events, missing."""
+def findings(run: Run, z: np.ndarray, wider: Sequence[str] = ()) -> list[Finding]:
+    """NIS, rows outside, autocorrelation, mean innovation, events, missing.  Of a run that was held at the end of a word
+    that comes first, and nothing else is judged; wider: the ranges that would do."""
+    if run.events & HELD:
+        return [_held(run, wider), *(replace(one, state="note", advice="Not judged: the ranges first.")
+                                     for one in _findings(run, z) if one.subject != "Events")]
+    return _findings(run, z)
+
+
+def _held(run: Run, wider: Sequence[str]) -> Finding:
+    told = [(name, meaning) for bit, (name, meaning) in EVENTS.items() if run.events & bit & ~ASKED_FOR]
+    told.sort(key=lambda one: one[0] != "saturated")
+    return Finding("bad", "Events", "; ".join(f"{name}: {meaning}" for name, meaning in told),
+                   f"The ranges of the model are too narrow, whatever the data are: give it {', '.join(wider)}." if wider else
+                   "The ranges of the model are too narrow, or P0 too wide for them.")
+
+
+def _findings(run: Run, z: np.ndarray) -> list[Finding]:
     scored = is_scored(run, z)
     assert run.nis is not None and run.taken is not None
     nis, taken, series = run.nis[scored], run.taken[scored], standardised(run)
@@ -79,6 +97,8 @@ def findings(run: Run, z: np.ndarray) -> list[Finding]:
 def headline(found: list[Finding]) -> str:
     states = {state: [_within(one.subject) for one in found if one.state == state]
               for state in ("bad", "edge", "note")}
+    if found[0].subject == "Events":
+        return "A state was held at the end of its word: the ranges are too narrow, and the fit cannot be judged."
     if "NIS" in states["note"]:
         return "Too few measurements to judge the fit."
     if states["bad"]:

@@ -93,10 +93,10 @@ def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
     return Finding(True, "ranges", f"fit {where}: {formats}")
 
 
-def check_file(path: Path, data: Optional[Path], as_json: bool, console: Console) -> bool:
+def check_file(path: Path, data: Optional[tables.AnySource], as_json: bool, console: Console) -> bool:
     model = read(path)
     rows = None
     if data is not None:
-        z, u = tables.measurements_and_controls(data, model)  # type: ignore[arg-type]
+        z, u = tables.measurements_and_controls(data, model)
         rows = z, np.zeros((len(z), 0)) if u is None else u
     return tell(model, findings(model, rows), as_json, console)

@@ -61,7 +61,7 @@ def table_of(figures: dict[str, dict], title: str) -> Table:
     return table
 
 
-def compare_file(model_path: Path, data: Path, plot: Optional[Path], as_json: bool, console: Console) -> None:
+def compare_file(model_path: Path, data: tables.AnySource, plot: Optional[Path], as_json: bool, console: Console) -> None:
     model = model_file.read(model_path)
     z, u = tables.measurements_and_controls(data, model)
     errors, figures = compare(model, z, u)
@@ -73,6 +73,5 @@ def compare_file(model_path: Path, data: Path, plot: Optional[Path], as_json: bo
         print(json.dumps(figures, indent=2))
         return
     console.print(table_of(figures, f"{model.name}: worst errors of {len(z)} rows beside double"))
-    console.print("(q31's sigma is read to the last bit of a state's word)")
     if plot:
         console.print(f"wrote {plot}")

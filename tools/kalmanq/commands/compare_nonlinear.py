@@ -88,10 +88,10 @@ def _figures(model: NonlinearModel, run: Run, truth: Optional[np.ndarray], is_fi
     return made
 
 
-def compare_file(path: Path, data: Path, plot: Optional[Path], as_json: bool, console: Console) -> None:
+def compare_file(path: Path, data: tables.AnySource, plot: Optional[Path], as_json: bool, console: Console) -> None:
     model = read(path)
-    z, u = tables.measurements_and_controls(data, model)  # type: ignore[arg-type]
-    truth = true_states(data, model)
+    true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
+    z, u, truth = tables.measurements_controls_and(data, model, true_states)
     errors, figures = arithmetics(model, z, u)
     found = compare_methods(model, z, u, truth)
     if plot:
@@ -110,15 +110,6 @@ def compare_file(path: Path, data: Path, plot: Optional[Path], as_json: bool, co
             console.print(f"{method}: {of['refused']}")
     if plot:
         console.print(f"wrote {plot}")
-
-
-def true_states(data: Path, model: NonlinearModel) -> Optional[np.ndarray]:
-    """The columns NAME_true, where there is one for each state"""
-    names = [f"{name}_true" for name in model.state_names]
-    if not set(names) <= set(tables.names_in(data)):
-        return None
-    block = tables.joined(list(tables.read(data, names)))
-    return np.column_stack([block.columns[name] for name in names])
 
 
 def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_known: bool) -> Table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import textwrap
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from rich.table import Table
 from kalmanq import model_file, tables
 from kalmanq.c_source import WAYS, Source, identifier, source
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
-from kalmanq.costs import CORES
+from kalmanq.costs import COMPACT, CORES, flags, include_path
 from kalmanq.designs import PARTS, Designs, Part, Way, design
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
@@ -28,7 +29,7 @@ from kalmanq.reach import Record, draw, with_ranges
 class Asked:
     model: Path
     core: str
-    data: Optional[Path]
+    data: Optional[tables.AnySource]
     arithmetic: Optional[str]
     way: Optional[str]
     flash: Optional[float]  # kB
@@ -98,7 +99,15 @@ def _remarks(made: Designs, chosen: Way) -> list[str]:
     cost = chosen.cost
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
             f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack; means within",
-            f"{chosen.trial.worst.max():.1g} sigma of double's, {chosen.trial.rms.max():.1g} in the mean square."]
+            f"{chosen.trial.worst.max():.1g} sigma of double's, {chosen.trial.rms.max():.1g} in the mean square.",
+            *_built(made.part.core, chosen.way)]
+
+
+def _built(core: str, way: str) -> list[str]:
+    """What a cost was measured with, in lines for a comment"""
+    return textwrap.wrap(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
+                         f"{include_path(core, way)} in this order. Other flags, or another path, cost more.", 100,
+                         break_on_hyphens=False, break_long_words=False)
 
 
 # ------------------------------------------------------------------------------ what is told
@@ -113,7 +122,8 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
-                  **asdict(one.cost)} for one in made.ways],
+                  **asdict(one.cost), "flags": flags(made.part.core), "library_flags": COMPACT,
+                  "include": include_path(made.part.core, one.way)} for one in made.ways],
         "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": [str(path) for path in written]}
@@ -169,6 +179,9 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
                       str(one.cost.flash), str(one.cost.ram), str(one.cost.stack), "yes" if one.fits else "no",
                       f"{one.trial.worst.max(initial=0):.1e}")
     console.print(table)
+    ways = "; sizes: -Isrc/known_sizes, too" if any(one.way == "sizes" for one in made.ways) else ""
+    console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
+                  f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.", markup=False)
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Iterator, Optional
@@ -15,7 +14,7 @@ from rich.table import Table
 
 from kalmanq import model_file, tables
 from kalmanq.errors import KalmanqError
-from kalmanq.files import whole
+from kalmanq.files import refuse_one_output, whole
 from kalmanq.fitting import Fit, fit
 from kalmanq.fitting.choice import require_units
 from kalmanq.fitting.entries import free_and_held
@@ -25,7 +24,7 @@ from kalmanq.model import Model
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    data: list[Path]
+    data: list[tables.AnySource]
     free: str
     hold: str
     method: str
@@ -63,8 +62,7 @@ def fit_files(asked: Asked, console: Console) -> str:
 
 
 def _require_two_outputs(asked: Asked) -> None:
-    if asked.out and asked.plot and os.path.realpath(asked.out) == os.path.realpath(asked.plot):
-        raise KalmanqError(f"{asked.out}: --out and --plot are one file; give two names")
+    refuse_one_output(asked.out, asked.plot)
     if asked.plot:
         from kalmanq import pictures
 
@@ -99,6 +97,8 @@ def _tell(asked: Asked, found: Fit, free: list[str], console: Console) -> None:
     for row in _rows(found, free):
         table.add_row(*row)
     console.print(table)
+    if any(np.any(np.isfinite(errors)) for errors in found.standard_errors.values()):
+        console.print("standard errors: from the exact Hessian of the log-likelihood")
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
     for path in (asked.out, asked.plot):

@@ -20,6 +20,7 @@ from kalmanq.files import whole
 from kalmanq.filters import Smoother
 from kalmanq.model import Model, Quantity
 from kalmanq.pictures import measured_states
+from kalmanq.reach import Record, widened
 from kalmanq.results import Run
 from kalmanq.verdict import Finding, Whiteness
 
@@ -32,7 +33,7 @@ MATRICES = {
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    data: Path
+    data: tables.AnySource
     arithmetic: str
     out: Path
 
@@ -77,7 +78,7 @@ def cost_rows(model: Model) -> list[CostRow]:
 def report_file(asked: Asked, console: Console) -> None:
     _refuse(asked)
     model = model_file.read(asked.model)
-    z, u = tables.measurements_and_controls(asked.data, model)
+    z, u = tables.measurements_and_controls(asked.data, model, has_to_fit=asked.arithmetic == "q31")
     study = made_of(model, z, u, asked.arithmetic)
     text = page_of(study, asked)
     with whole(asked.out, [asked.model, asked.data]) as path:
@@ -100,8 +101,9 @@ def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: st
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
         run = Smoother(model, arithmetic).run(z, u)
         _, compared = compare(model, z, u)
+        wider = widened(model, [Record(z, u)])[1] if run.events & verdict.HELD else []
     white = [verdict.whiteness(column) for column in verdict.standardised(run).T]
-    return Study(model, run, z, verdict.findings(run, z), white, compared, buckets_for(7 * model.n + 2 * model.m + 3))
+    return Study(model, run, z, verdict.findings(run, z, wider), white, compared, buckets_for(7 * model.n + 2 * model.m + 3))
 
 
 # ------------------------------------------------------------------------------ the page
@@ -275,6 +277,9 @@ def _costs(model: Model) -> str:
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
                                         "`kalmanq design` says which way to run it is best on one of them."),
+        page.paragraph(f"With gcc `{costs.flags('m3')}` (the library's files: `{costs.COMPACT}`, too; AVR: "
+                       "`-Os -mcall-prologues` for `-O2`) and the core's own folder of port/ first on the include path. "
+                       "Other flags cost more."),
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
@@ -284,13 +289,14 @@ def _costs(model: Model) -> str:
 
 def _compiled(model: Model) -> list[str]:
     """What kalmanq compile would write, on the cores where it was measured; of what is refused, why"""
-    rows = [[costs.CORES.get(core, ""), *offer.cells(core), offer.remark]
-            for offer in offers(model) for core in offer.costs or ("",)]
+    made = offers(model)
+    rows = [[costs.CORES[core], *offer.cells(core)] for offer in made for core in offer.costs]
+    table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1, 2))] if rows else []
     return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors are those of its proof: of means "
                            "over a record with gaps, and of P over all that it can ever be. Behind each cost is how far "
                            "off such an estimate was at most, of more than 100 filters on that emulated core (gcc 12, "
-                           "-O2)."),
-            page.table("Compiled for this model alone", ["core", *COLUMNS, "remark"], rows, text_columns=(1, 2, 9))]
+                           "-O2)."), *table,
+            *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
 
 
 def _model(model: Model, asked: Asked) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import warnings
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -16,7 +17,8 @@ from rich.table import Table
 from kalmanq import tables
 from kalmanq.core import names_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.filters import Filter, LagSmoother, Robust, Smoother
+from kalmanq.files import refuse_one_output
+from kalmanq.filters import Filter, LagSmoother, Robust
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.file import read_any
@@ -24,6 +26,7 @@ from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
 from kalmanq.nonlinear.methods import BY_POINTS
 from kalmanq.results import Run
+from kalmanq.streamed import StreamedSmoother
 
 BLOCK = 65536  # rows in memory at once
 PLOTTED = 200_000  # more rows than that are no picture
@@ -34,7 +37,7 @@ AnyModel = Union[Model, NonlinearModel]
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    data: Path
+    data: tables.AnySource
     arithmetic: str
     smooth: bool
     lag: Optional[int]
@@ -58,7 +61,7 @@ class Summary:
     nis: float = 0.0
     events: int = 0
     log_likelihood: float = 0.0
-    last: Optional[Run] = None
+    filter: Any = None
     kept: list[Run] = field(default_factory=list)  # for the picture
 
 
@@ -66,26 +69,20 @@ def run_file(asked: Asked, console: Console) -> None:
     model = read_any(asked.model)
     _refuse(asked, model)
     summary = Summary()
-    filter_ = _filter(asked, model)
-    robust = Robust(asked.robust) if asked.robust else None
     shown: list[np.ndarray] = []
     with ExitStack() as stack:
         writer = None
-        for first, row, z, u in _blocks(asked, model):
-            run = _run(asked, filter_, z, u, robust, row)
-            if first == 0 and isinstance(model, NonlinearModel) and asked.method not in BY_POINTS:
-                _warn_of_jacobians(asked, model, run, u)
-            _count(summary, run, z, model)
+        is_streamed = asked.smooth and isinstance(model, Model)
+        for first, z, run in (_smoothed_runs if is_streamed else _runs)(asked, model, summary, stack):
             if asked.plot:
                 summary.kept.append(run)
                 shown.append(z)
-                _refuse_picture(summary.rows)
             if asked.out:
                 columns = {"step": np.arange(first, first + len(run)), **run.columns()}
                 if writer is None:
                     writer = stack.enter_context(tables.Writer(asked.out, list(columns), [asked.data, asked.model]))
                 writer.write(list(columns.values()))
-        _finish(summary, filter_)
+        filter_ = _finish(summary)
         ahead = _ahead(filter_, asked.forecast)
         if asked.plot:
             _plot(asked, model, summary, np.vstack(shown), ahead)
@@ -112,6 +109,7 @@ def _refuse(asked: Asked, model: AnyModel) -> None:
         raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
     if asked.robust in ("jump", "step-student") and asked.lag is not None:
         raise KalmanqError(f"--lag and --robust {asked.robust}: a lag cannot follow it")
+    refuse_one_output(asked.out, asked.plot)
     for path in (asked.out, asked.plot):
         if path and not path.parent.is_dir():
             raise KalmanqError(f"{path}: there is no such folder")
@@ -135,27 +133,50 @@ def _filter(asked: Asked, model: AnyModel) -> Any:
         if asked.smooth:
             return NonlinearSmoother(model, asked.arithmetic, method, count, asked.passes or 1)
         return NonlinearFilter(model, asked.arithmetic, method, count)
-    if asked.smooth:
-        return Smoother(model, asked.arithmetic)
     if asked.lag is not None:
         return LagSmoother(model, asked.lag, asked.arithmetic)
     return Filter(model, asked.arithmetic)
 
 
+def _runs(asked: Asked, model: AnyModel, summary: Summary, _: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+    """The first row's number, measurements, and what was made of them, in blocks"""
+    summary.filter = _filter(asked, model)
+    robust = Robust(asked.robust) if asked.robust else None
+    for first, row, z, u in _blocks(asked, model):
+        run = _run(asked, summary.filter, z, u, robust, row)
+        if first == 0 and isinstance(model, NonlinearModel) and asked.method not in BY_POINTS:
+            _warn_of_jacobians(asked, model, run, u)
+        _count(asked, summary, run, z)
+        yield first, z, run
+
+
+def _smoothed_runs(asked: Asked, model: Model, summary: Summary,
+                   stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+    """The same of a smoother, which goes through all rows and back"""
+    beside = asked.out is not None and (asked.out.is_file() or not asked.out.exists())
+    folder = asked.out.resolve().parent if beside and asked.out else Path(tempfile.gettempdir())
+    smoother = stack.enter_context(StreamedSmoother(model, asked.arithmetic, folder, BLOCK))
+    begin = 0  # the first row's line
+    for first, row, z, u in _blocks(asked, model):
+        begin = begin or row
+        smoother.add(z, u)
+    for first, z, u in smoother.rows():
+        run = _run(asked, smoother, z, u, None, begin + first)
+        _count(asked, summary, run, z)
+    summary.filter = smoother.filter
+    for first, z, run in smoother.smoothed():
+        summary.events |= run.events
+        yield first, z, run
+
+
 def _blocks(asked: Asked, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
-    """First step, its row in the file, measurements and controls; a smoother takes all rows at once."""
-    measurements = [one.name for one in model.measurements]
-    controls = [one.name for one in model.controls]
-    blocks = tables.read(asked.data, measurements + controls, BLOCK)
-    if asked.smooth:
+    """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
+    blocks = tables.read(asked.data, [*model.measurements, *model.controls], BLOCK, has_to_fit=asked.arithmetic == "q31")
+    if asked.smooth and isinstance(model, NonlinearModel):
         blocks = iter([tables.joined(list(blocks))])
     first = 0
     for block in blocks:
-        z = np.column_stack([block.columns[name] for name in measurements])
-        u = np.column_stack([block.columns[name] for name in controls]) if controls else None
-        if u is not None and np.any(np.isnan(u)):
-            row, column = map(int, np.argwhere(np.isnan(u))[0])
-            raise KalmanqError(f"{asked.data}: row {block.first_row + row}: the control {controls[column]} is missing")
+        z, u = tables.split(block, model, asked.data)
         yield first, block.first_row, z, u
         first += len(z)
 
@@ -163,7 +184,9 @@ def _blocks(asked: Asked, model: AnyModel) -> Iterator[tuple[int, int, np.ndarra
 def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
          row: int) -> Run:
     try:
-        if isinstance(filter_, (Smoother, NonlinearFilter, NonlinearSmoother)):
+        if isinstance(filter_, StreamedSmoother):
+            return filter_.take(z, u)
+        if isinstance(filter_, (NonlinearFilter, NonlinearSmoother)):
             return filter_.run(z, u)
         return filter_.run(z, u, robust=robust)
     except KalmanqError as problem:
@@ -173,7 +196,7 @@ def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], rob
         raise KalmanqError(f"{asked.data}: row {row + problem.row}: {text}", problem.status) from problem
 
 
-def _count(summary: Summary, run: Run, z: np.ndarray, model: AnyModel) -> None:
+def _count(asked: Asked, summary: Summary, run: Run, z: np.ndarray) -> None:
     assert run.taken is not None and run.nis is not None and run.log_likelihood is not None
     summary.rows += len(run)
     summary.taken += int(run.taken.clip(0).sum())
@@ -181,16 +204,18 @@ def _count(summary: Summary, run: Run, z: np.ndarray, model: AnyModel) -> None:
     summary.nis += float(np.nansum(run.nis))
     summary.log_likelihood += float(np.sum(run.log_likelihood))
     summary.events |= run.events
-    summary.last = run
+    if asked.plot:
+        _refuse_picture(summary.rows)
 
 
-def _finish(summary: Summary, filter_: Any) -> None:
+def _finish(summary: Summary) -> Any:
     if summary.rows == 0:
         raise KalmanqError("no rows")
+    return summary.filter
 
 
 def _ahead(filter_: Any, steps: int) -> list[Filter]:
-    source = filter_.last if isinstance(filter_, (Smoother, NonlinearSmoother)) else filter_
+    source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
     return [source.forecast(k) for k in range(1, steps + 1)] if steps else []
 
 
@@ -198,7 +223,8 @@ def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead:
     from kalmanq import pictures
 
     whole = summary.kept[0]
-    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "innovation", "innovation_sigma"):
+    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
+                 "innovation_sigma"):
         parts = [getattr(run, name) for run in summary.kept]
         setattr(whole, name, None if parts[0] is None else np.vstack(parts))
     band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
@@ -207,7 +233,7 @@ def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead:
 
 
 def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
-    source = filter_.last if isinstance(filter_, (Smoother, NonlinearSmoother)) else filter_
+    source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
     told = {
         "model": model.name, "arithmetic": asked.arithmetic, "rows": summary.rows, "taken": summary.taken,
         "missing": summary.missing, "log_likelihood": summary.log_likelihood,

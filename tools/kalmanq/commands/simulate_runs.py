@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Optional, Sequence
@@ -16,7 +16,7 @@ from rich.table import Table
 
 from kalmanq import model_file, tables
 from kalmanq.campaigns import journal_of, progress_bar, run_campaign
-from kalmanq.commands.simulate import drawn
+from kalmanq.commands.simulate import controls_of, drawn
 from kalmanq.diagnostics import is_scored, mean_bounds, nees, student_limit
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter, Smoother
@@ -29,11 +29,12 @@ TAIL = ("nees", "nis", "taken", "loglik", "events")
 @dataclass(frozen=True)
 class Asked:
     model: Path
-    rows: int
+    rows: Optional[int]
     seed: int
     out: Optional[Path]
     truth: bool
     gap: Optional[tuple[int, int]]
+    controls: Optional[tables.AnySource]
     runs: int
     arithmetic: str
     smooth: bool
@@ -53,6 +54,7 @@ class Study:
     arithmetic: str
     smooth: bool
     gap: Optional[tuple[int, int]]
+    u: Optional[np.ndarray] = None
 
 
 # ------------------------------------------------------------------------------ a run
@@ -68,11 +70,12 @@ def one_run(study: Study, run: int) -> dict[str, Any]:
 
 def _row(study: Study, number: int) -> dict[str, Any]:
     model = study.model
-    x, z = drawn(model, study.rows, np.random.SeedSequence(study.seed, spawn_key=(number,)), study.gap)
+    x, z = drawn(model, study.rows, np.random.SeedSequence(study.seed, spawn_key=(number,)), study.gap,
+                 study.u)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # the row has the events
-        run = Filter(model, study.arithmetic).run(z, covariance=True)
-        smoothed = Smoother(model, study.arithmetic).run(z).smoothed if study.smooth else None
+        run = Filter(model, study.arithmetic).run(z, study.u, covariance=True)
+        smoothed = Smoother(model, study.arithmetic).run(z, study.u).smoothed if study.smooth else None
     assert run.covariance is not None and run.nis is not None and run.taken is not None
     assert run.log_likelihood is not None
     made: dict[str, Any] = {"run": number}
@@ -109,10 +112,12 @@ def refuse_without_runs(options: Sequence[str]) -> None:
 def simulate_runs(asked: Asked, console: Console) -> None:
     out = _out(asked)
     model = model_file.read(asked.model)
-    study = Study(model, asked.rows, asked.seed, asked.arithmetic, asked.smooth, asked.gap)
+    rows, u = controls_of(asked.controls, model, asked.rows)
+    asked = replace(asked, rows=rows)
+    study = Study(model, rows, asked.seed, asked.arithmetic, asked.smooth, asked.gap, u)
     with progress_bar(f"{model.name}, {asked.arithmetic}") as progress:
         made = list(run_campaign(
-            partial(one_run, study), range(asked.runs), fingerprint=_fingerprint(asked), journal=journal_of(out),
+            partial(one_run, study), range(asked.runs), fingerprint=_fingerprint(asked, u), journal=journal_of(out),
             workers=asked.workers, dask=asked.dask, progress=progress, fresh=asked.fresh))
     columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
     with tables.Writer(out, list(columns), [asked.model]) as writer:
@@ -136,9 +141,10 @@ def _out(asked: Asked) -> Path:
     return asked.out
 
 
-def _fingerprint(asked: Asked) -> dict[str, Any]:
+def _fingerprint(asked: Asked, u: Optional[np.ndarray]) -> dict[str, Any]:
     """All that run k comes from; how many runs there are is no part of it."""
-    return {"study": "simulate", "model": hashlib.sha256(asked.model.read_bytes()).hexdigest(), "rows": asked.rows,
+    driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
+    return {**driven, "study": "simulate", "model": hashlib.sha256(asked.model.read_bytes()).hexdigest(), "rows": asked.rows,
             "seed": asked.seed, "arithmetic": asked.arithmetic, "smooth": asked.smooth, "gap": asked.gap}
 
 

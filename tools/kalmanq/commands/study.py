@@ -25,7 +25,7 @@ from kalmanq.studies.heavy_tails.settings import FULL, QUICK, tasks_of
 from kalmanq.tables import write_text
 
 PAGE, TABLE = "README.md", "heavy_tails.csv"
-COLOURS = 64  # of a picture
+COLOURS = 256  # of a picture: of fewer, some curves come out in one colour
 
 
 @dataclass(frozen=True)

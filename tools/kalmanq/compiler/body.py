@@ -9,7 +9,7 @@ from typing import Sequence
 from kalmanq.compiler.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
 from kalmanq.compiler.lines import Line, Lines, indented
-from kalmanq.compiler.plan import Plan
+from kalmanq.compiler.plan import LARGEST, Plan
 from kalmanq.compiler.sums import Sum
 
 WIDTH = 110
@@ -53,9 +53,8 @@ class Body:
 
     def _control(self, k: int) -> Sum:
         plan, s = self.plan, self.plan.subject
-        if not plan.stops[k]:
-            return Sum.named(f"u[{k}]")
-        return self.lines.add(f"u_{s.controls[k]}", s.words.type, f"within(f, u[{k}], {plan.stops[k]})")
+        called = "within" if plan.model.controls[k].range else "number"
+        return self.lines.add(f"u_{s.controls[k]}", s.words.type, f"{called}(f, u[{k}], {plan.stops[k]})")
 
     def update(self, j: int, z: Sum) -> None:
         self.x, self.P = self.plan.form.update(self.plan.subject, self.lines, self.x, self.P, j, z, self._keep)
@@ -110,23 +109,34 @@ def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
 
 
 def outside_of(plan: Plan) -> list[str]:
-    """Whether a measurement is outside its range, of each that has one"""
-    return [plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if limit]
+    """Whether a measurement is outside its range, or no number, of each"""
+    ranged = [bool(one.range) for one in plan.model.measurements]
+    squares = " + ".join(f"z[{j}] * z[{j}]" for j in range(len(ranged)) if not ranged[j])  # one comparison of them all
+    return [*(plan.subject.words.is_outside(f"z[{j}]", limit) for j, limit in enumerate(plan.doors) if ranged[j]),
+            *([f"!({squares} <= {LARGEST**2:.0e}f)"] if squares else [])]
 
 
-def door(plan: Plan, refused: Sequence[str]) -> list[str]:
-    """What is outside the declared range, or no number, is refused."""
-    outside = outside_of(plan)
-    if not outside:
-        return []
+def door(plan: Plan, refused: Sequence[str], *others: str) -> list[str]:
+    """What is outside the declared range, or no number, is refused, and what other conditions name."""
+    outside = [*others, *outside_of(plan)]
     return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
+
+
+def second(plan: Plan) -> str:
+    """Whether a sample was taken since the last predict; the highest bit of rows: some components of one"""
+    return "(uint16_t)f->rows || f->rows >> 31" if plan.partial else "(uint16_t)f->rows"
+
+
+def too_soon(plan: Plan) -> str:
+    """Whether some rows were measured, but too few between two gaps"""
+    return "f->missed && f->rows << 1" if plan.partial else "f->missed && f->rows"
 
 
 def counted(plan: Plan) -> list[str]:
     """What a predict begins with: a gap beyond those declared is refused."""
     refuse = ["f->gap_refused = 1;", "return;"]
     if plan.max_gap:
-        refuse = [f"if (f->missed == {plan.max_gap} || (f->missed && f->rows)) {{ "
+        refuse = [f"if (f->missed == {plan.max_gap} || ({too_soon(plan)})) {{ "
                   "/* too long, or too soon after another */", *indented(refuse), "}", "f->missed++;"]
     return ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(refuse), "}",
             "f->rows <<= 16;"]
@@ -139,8 +149,15 @@ def not_yet(plan: Plan, rows: int) -> list[str]:
             "    return;", "}"]
 
 
+def stops(plan: Plan) -> list[str]:
+    """The functions that controls go through"""
+    ranges = [one.range for one in plan.model.controls]
+    none = function(f"static inline float number({plan.type} *restrict f, float u, float most)", [
+        "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", "return 0.0f;"], "A control, or none")
+    return [*(stop(plan) if any(ranges) else []), *(none if any(not one for one in ranges) else [])]
+
+
 def stop(plan: Plan) -> list[str]:
-    """The function that a control goes through where it has a range"""
     type_, otherwise = plan.subject.words.type, "-most" if plan.subject.words.is_fixed else "u < 0 ? -most : 0"
     return function(f"static inline {type_} within({plan.type} *restrict f, {type_} u, {type_} most)", [
         "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", f"return u > 0 ? most : {otherwise};"],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kalmanq.compiler.body import Body, counted, door, function, not_yet
+from kalmanq.compiler.body import Body, counted, door, function, not_yet, second
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
 
@@ -40,7 +40,7 @@ def update(plan: Plan) -> list[str]:
         enough = ["const uint32_t rows = (f->rows >> 16) + 1;", "f->rows = rows;", f"if (rows >= {plan.min_run}) {{",
                   *indented(enough), "}"]
     return function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})",
-                    [*door(plan, ["return;"]), *enough, *body.text()])
+                    [*door(plan, ["return;"], second(plan)), *enough, *body.text()])
 
 
 def step(plan: Plan) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from kalmanq.c_source import plain
 from kalmanq.compiler import lag_text
 from kalmanq.compiler.lines import indented
-from kalmanq.compiler.plan import Plan, bookkeeping
+from kalmanq.compiler.plan import LARGEST, Plan, bookkeeping
 
 
 def comment(plan: Plan, remarks: Sequence[str]) -> list[str]:
@@ -106,11 +106,14 @@ def calls(plan: Plan) -> list[str]:
 
 def steering(plan: Plan) -> str:
     """What becomes of a control beyond its range"""
-    if not any(plan.stops):
+    if not plan.stops:
         return ""
     no_number = "" if plan.subject.words.is_fixed else ", NaN as 0"
-    return f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, and sets " \
-        "f->control_refused."
+    said = f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, and sets f->control_refused."
+    if all(one.range for one in plan.model.controls):
+        return said
+    none = f"  A control beyond {LARGEST:.0e}, or NaN, is\n *  taken as 0, and sets f->control_refused."
+    return none.replace("e+", "e") + (said if any(one.range for one in plan.model.controls) else "")
 
 
 def in_part(plan: Plan) -> list[str]:
@@ -126,10 +129,9 @@ def in_part(plan: Plan) -> list[str]:
 
 
 def taking(plan: Plan) -> list[str]:
-    said = "/** Takes a sample; once after start and after each predict."
-    if not plan.has_doors:
-        return [f"{said} */"]
-    return [f"{said}  One outside its range, or no number, is as good as",
+    beyond = "" if all(one.range for one in plan.model.measurements) else f" (1e{int(np.log10(LARGEST))} where it has none)"
+    return ["/** Takes a sample; once after start and after each predict: a second one changes nothing but",
+            f" *  f->sample_refused.  One outside its range{beyond}, or no number, is as good as",
             " *  missing, and sets f->sample_refused. */"]
 
 

@@ -16,6 +16,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 MOST = 30_000  # covariances that are searched: some seconds; counted, so that the answer is the same everywhere
+NOT_TRIED = "not tried"  # it may be refused
 COLUMNS = ("arithmetic", "form", "instructions in two calls", "of a settled step", "flash", "RAM", "mean, sigma",
            "P, sigma_i sigma_j")
 
@@ -37,8 +38,8 @@ class Error:
 
 @dataclass(frozen=True)
 class Offer:
-    """plan: of the form that was proven, or of the one whose search was given up; costs: by core, at -O2; error: only
-    of a proven one; remark: why one of them is missing"""
+    """plan: of the form that was proven, which kalmanq compile writes; costs: by core, at -O2; remark: why there is
+    none"""
 
     arithmetic: str
     plan: Optional[Plan] = None
@@ -49,7 +50,7 @@ class Offer:
     @property
     def state(self) -> str:
         """Its form, or that there is none"""
-        return self.plan.form.name if self.plan else "refused"
+        return self.plan.form.name if self.plan else NOT_TRIED if self.remark.startswith(NOT_TRIED) else "refused"
 
     def cells(self, core: str) -> list[str]:
         """Under COLUMNS"""
@@ -79,8 +80,8 @@ def _offer(model: Model, arithmetic: str, condition: str = "") -> Offer:
     try:
         product = compiled(model, Wanted(arithmetic, "filter"), MOST)
     except NotSearched as problem:
-        said = f"errors not searched: {problem}; run kalmanq compile"
-        return Offer(arithmetic, problem.plan, _costs(problem.plan), remark="; ".join(filter(None, (condition, said))))
+        said = f"{NOT_TRIED}: {problem}; run kalmanq compile"
+        return Offer(arithmetic, remark=f"{said} {condition}".rstrip())
     except KalmanqError as problem:
         return Offer(arithmetic, remark=f"refused: {problem}")
     remark = "; ".join(filter(None, (condition, *warnings(product))))

@@ -142,7 +142,7 @@ class Counting:
         if called == "inverse":
             self.made["divisions"] += 1
             return False
-        if called == "within":
+        if called in ("within", "number"):
             self.made["stops"] += 1
             self._value(tree.args[2])
             return self._value(tree.args[1])

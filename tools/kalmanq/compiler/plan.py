@@ -12,13 +12,16 @@ from kalmanq.compiler.structure import Structure
 from kalmanq.model import Model
 
 
+LARGEST = 1e18  # taken where no range is declared; its square is a float, and what comes of it stays a number
+
+
 @dataclass(frozen=True)
 class Plan:
     """What is to be written.
 
     name      of files and functions
     rows      measured in a row, after which the covariance is what it settles to
-    doors     the largest word of each measurement, or nothing
+    doors     the largest word of each measurement; stops: of each control
     """
 
     name: str
@@ -30,14 +33,14 @@ class Plan:
     rows: int
     max_gap: int
     min_run: int
-    doors: Sequence[Optional[str]]
+    doors: Sequence[str]
     remarks: Sequence[str] = ()
     bounds: Sequence[float] = ()  # of means, in fixed point
     most: Sequence[float] = ()  # of a record that is tried: how far measurements can go, and controls
     pushes: Sequence[float] = ()
     probes: bool = False  # for the search: each line's value is told
     ranges: Mapping[str, str] = field(default_factory=dict)  # of lines, by function and name
-    stops: Sequence[Optional[str]] = ()  # the largest word of each control, or nothing
+    stops: Sequence[str] = ()
     partial: bool = False  # samples of some components
     nis: bool = False
     lag: int = 0  # samples
@@ -80,10 +83,6 @@ class Plan:
         return bool(self.structure.facts)
 
     @property
-    def has_doors(self) -> bool:
-        return any(self.doors)
-
-    @property
     def needs_math(self) -> bool:
         return not self.subject.words.is_fixed and (self.subject.words.fused or self.form.has_roots)
 
@@ -101,4 +100,4 @@ def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
     """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
     of the last gap, 0 once there may be another; events: what was refused"""
     return [("uint32_t", "rows"), ("uint16_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused"),
-            *([("uint8_t", "control_refused")] if any(plan.stops) else [])]
+            *([("uint8_t", "control_refused")] if plan.stops else [])]

@@ -9,7 +9,7 @@ from typing import Any, Optional, Sequence
 
 from kalmanq.compiler import classes, exact, fixed, floats, formats, forms, rounding
 from kalmanq.compiler.names import named
-from kalmanq.compiler.plan import Plan, bookkeeping
+from kalmanq.compiler.plan import LARGEST, Plan, bookkeeping
 from kalmanq.compiler.refusals import refuse
 from kalmanq.compiler.roots import Root
 from kalmanq.compiler.search import Found, NoCompiler, Overflow, Runner, Track
@@ -102,11 +102,7 @@ def compiled(model: Model, wanted: Wanted, most: Optional[int] = None) -> Produc
 
 
 class NotSearched(KalmanqError):
-    """The search of this plan was given up, or could not begin: nothing is known of its error."""
-
-    def __init__(self, said: str, plan: Plan):
-        super().__init__(said)
-        self.plan = plan
+    """The search was given up, or could not begin: nothing is known of the filter."""
 
 
 class NotProven(KalmanqError):
@@ -135,7 +131,8 @@ class Maker:
             raise KalmanqError("--partial: a sample in part is one of a gap, and the model declares none: give [gaps] "
                                "max_gap, or leave out --partial")
         self.rows = self._rows_to_settle(MOST_ROWS[wanted.arithmetic])
-        self.min_run = min(max(self.gaps.min_run, 1), self.rows)
+        least = self.gaps.min_run or (self.rows if self.gaps.max_gap else 1)
+        self.min_run = min(least, self.rows)
         self.means: Optional[classes.Means] = None
         self.subject = self._floats(False) if wanted.arithmetic == "f32" else self._fixed()
 
@@ -161,7 +158,7 @@ class Maker:
             raise KalmanqError(f"--partial: {gap.count(self.of.m)} gaps of any components of {self.of.m} over "
                                f"{self.gaps.max_gap} rows, and q31's ranges are proven for at most "
                                f"{classes.MOST_WAYS}: a smaller max_gap")
-        if self.gaps.max_gap and self.gaps.min_run < self.rows:
+        if self.gaps.max_gap and self.min_run < self.rows:
             raise KalmanqError(f"min_run: {self.gaps.min_run} rows between gaps, but the covariance takes {self.rows} "
                                f"to settle, and q31's ranges are proven from there: min_run = {self.rows}, or f32")
         z = formats.ranges_of("measurements", self.model.measurements)
@@ -182,14 +179,13 @@ class Maker:
         return structure(subject, form, self.wanted.partial)
 
     def plan(self, form: Any, subject: forms.Subject) -> Plan:
-        ranges = [one.range for one in self.model.measurements]
-        doors = [subject.words.door("z", j, one) if one else None for j, one in enumerate(ranges)]
-        stops = [subject.words.door("u", k, one.range) if one.range else None
-                 for k, one in enumerate(self.model.controls)]
+        ranges = [one.range or LARGEST for one in self.model.measurements]
+        doors = [subject.words.door("z", j, one) for j, one in enumerate(ranges)]
+        stops = [subject.words.door("u", k, one.range or LARGEST) for k, one in enumerate(self.model.controls)]
         return Plan(
             self.wanted.name, self.model, subject, form, self._structure(subject, form), self.settled, self.rows,
             self.gaps.max_gap, self.min_run, doors, bounds=() if self.means is None else self.means.x.tolist(),
-            most=[subject.words.end("z", j, one) if one else 1e30 for j, one in enumerate(ranges)],
+            most=[subject.words.end("z", j, one) for j, one in enumerate(ranges)],
             pushes=[subject.words.end("u", k, one.range) if one.range else 1.0
                     for k, one in enumerate(self.model.controls)], stops=stops, partial=self.wanted.partial,
             nis=self.wanted.nis, lag=self.wanted.lag)
@@ -226,7 +222,7 @@ class Maker:
     def _records(self, runner: Runner) -> tuple[Track, Optional[Track]]:
         """Of what is drawn of the model; the worst of several at the ends of the ranges"""
         gap = self.gaps.max_gap
-        seeds = range(1, 1 + RECORDS) if all(runner.plan.doors) else ()
+        seeds = range(1, 1 + RECORDS) if all(one.range for one in self.model.measurements) else ()
         ends = [runner.record(RECORD // RECORDS, gap, ends=seed) for seed in seeds]
         return runner.record(RECORD, gap), max(ends, key=lambda one: one.worst, default=None)
 
@@ -238,10 +234,10 @@ class Maker:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
                 found = runner.search(self.most if given_up else limit)
                 if given_up and not found.closed:
-                    raise NotSearched(f"more than {self.most} covariances", plan)
+                    raise NotSearched(f"more than {self.most} covariances")
                 return (found, *self._records(runner))
         except NoCompiler as problem:
-            raise NotSearched(str(problem), plan) from None
+            raise NotSearched(str(problem)) from None
         except Overflow:
             raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
                             "covariance settles to", START) from None

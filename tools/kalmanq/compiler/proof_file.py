@@ -19,10 +19,11 @@ def lines_of_class(product: Product) -> list[str]:
     plan = product.plan
     if not plan.max_gap:
         return ["samples that may be missing: none"]
+    chosen = " (as many as it takes to settle: the model gives no min_run)" if plan.model.gaps.min_run is None else ""
     beyond = "    the first gap at any time.  What goes beyond is refused at run time (gap_refused)"
     ever = [f"{beyond}: these are all", "    covariances for ever"] if plan.carries_covariance else [f"{beyond}."]
     return [f"samples that may be missing: 1 to {plan.max_gap} in a row, {plan.min_run} measured ones at least between "
-            "two gaps;", *ever, *(["    of a sample any components"] if plan.partial else [])]
+            f"two gaps{chosen};", *ever, *(["    of a sample any components"] if plan.partial else [])]
 
 
 def remarks(product: Product) -> list[str]:

@@ -155,7 +155,7 @@ def subject(plan: Plan) -> str:
              function("void subject_update(subject *f)", [f"{name}_update(f, none);"]),
              function("void subject_take(subject *f, unsigned present)", taking(plan, u, "none")),
              function("int subject_refused(const subject *f)",
-                      [f"return f->gap_refused{' || f->sample_refused' if plan.has_doors else ''};"]),
+                      ["return f->gap_refused || f->sample_refused;"]),
              function("void subject_covariance(const subject *f, double *P)", covariance(plan)),
              function("void subject_mean(const subject *f, int i, double *high, double *low)", mean(plan)),
              *outside(plan), *running(plan)]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler import gain_text, lag_text
-from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered, outside_of, stop
+from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered, outside_of, second, stops, \
+    too_soon
 from kalmanq.compiler.header import comment
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import Plan, bookkeeping
@@ -49,7 +50,7 @@ def update(plan: Plan) -> list[str]:
         head = f"NEVER_INLINE static void settled_row({plan.type} *restrict f, {plan.sample})"
         apart = [NEVER_INLINE, *function(head, settled)]
         settled = ["settled_row(f, z);"]
-    lines = [*door(plan, ["return;"]), "const uint32_t rows = f->rows >> 16;",
+    lines = [*door(plan, ["return;"], second(plan)), "const uint32_t rows = f->rows >> 16;",
              f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}", *body.text(),
              *sooner(plan), "f->rows = rows + 1;"]
     return apart + function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
@@ -90,24 +91,23 @@ def update_some(plan: Plan) -> list[str]:
         body.update(j, Sum.named("z"))
         lines += function(f"static void take_{measured}({plan.type} *restrict f, {s.words.type} z)", body.text())
     taken = [f"if (present >> {j} & 1u) take_{measured}(f, z[{j}]);" for j, measured in enumerate(s.measurements)]
-    shut = [line for j, limit in enumerate(plan.doors) if limit for line in (
+    shut = [line for j, limit in enumerate(plan.doors) for line in (
         f"if ((present >> {j} & 1u) && ({s.words.is_outside(f'z[{j}]', limit)})) {{", "    f->sample_refused = 1;",
         f"    present &= ~{1 << j}u;", "}")]
     whole = (1 << s.of.m) - 1
     return lines + function(f"void {name}_update_some({plan.type} *restrict f, {plan.sample}, unsigned present)", [
         *shut, f"if (present == {whole}u) {{", f"    {name}_update(f, z);", "    return;", "}",
-        "if (present == 0) return;",
-        f"if (f->missed >= {plan.max_gap} || (f->missed && f->rows)) {{ /* too long, or too soon after another */",
-        "    f->gap_refused = 1;", "    return;", "}", "f->rows = 0;", *taken])
+        "if (present == 0) return;", f"if ({second(plan)}) {{", "    f->sample_refused = 1;", "    return;", "}",
+        f"if (f->missed >= {plan.max_gap} || ({too_soon(plan)})) {{ /* too long, or too soon after another */",
+        "    f->gap_refused = 1;", "    return;", "}", "f->rows = UINT32_C(1) << 31;", *taken])
 
 
 def step_some(plan: Plan) -> list[str]:
     name, u = plan.name, ", u" if plan.subject.of.l else ""
     whole = (1 << plan.subject.of.m) - 1
     outside = outside_of(plan)  # of a sample with a component beyond its range the others are taken
-    inside = f" && !({' || '.join(outside)})" if outside else ""
     return function(f"void {name}_step_some({plan.type} *restrict f{plan.controls}, {plan.sample}, unsigned present)", [
-        f"if (present == {whole}u{inside}) {{", f"    {name}_step(f{u}, z);", "    return;", "}",
+        f"if (present == {whole}u && !({' || '.join(outside)})) {{", f"    {name}_step(f{u}, z);", "    return;", "}",
         f"{name}_predict(f{u});", f"{name}_update_some(f, z, present);"])
 
 
@@ -136,7 +136,7 @@ def probes_of(plan: Plan) -> list[str]:
 
 def code(plan: Plan) -> str:
     body = numbered(_functions(plan))
-    body = "\n".join(stop(plan)) + "\n" + body if any(plan.stops) else body
+    body = "\n".join(stops(plan)) + "\n" + body if plan.stops else body
     called = routines(body)
     includes = (["#include <limits.h>"] if "UINT_MAX" in called else []) + \
         (["#include <math.h>"] if plan.needs_math else [])

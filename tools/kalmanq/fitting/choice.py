@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.expectation import FORMS, FREE
+from kalmanq.fitting.noise import Noise
 from kalmanq.model import Model
 
 
@@ -37,12 +38,26 @@ class Choice:
         for form in (Q_form, R_form):
             if form not in FORMS:
                 raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
+        for name in ("Q", "R"):
+            self._require_form(model, name)
         for name in ("x0", "P0"):
             if name in free and np.any(model.unknown):
                 raise KalmanqError(f"{name} cannot be free where P0 is unknown")
         self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
         self._require_units(model)
         self._require_units_of_coupled(model)
+
+    def _require_form(self, model: Model, name: str) -> None:
+        """A form that is asked for is kept from the beginning: the model has to have it."""
+        if name not in self.free or (name == "Q" and Noise(model).axes is None):  # a form of the Q' of G Q' G'
+            return
+        value, form, option = getattr(model, name), self.forms[name], f"--{name.lower()}-form"
+        off = np.argwhere(np.tril(value, -1) != 0)
+        if form == "diagonal" and len(off):
+            i, j = map(int, off[0])
+            raise KalmanqError(f"{name} of the model is not diagonal, {name}[{i},{j}] is {value[i, j]:g}, and {option} "
+                               f"diagonal begins from it: take {option} multiple (one size for all of {name}) or full, or "
+                               f"write a diagonal {name} into the model file")
 
     def _require_units(self, model: Model) -> None:
         """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""

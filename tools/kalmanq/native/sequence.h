@@ -38,6 +38,34 @@ static void K(seek_calm)(K(row) *r)
     r->is_found = K(calm_find)(&r->calm, r->q->filter, r->q->process, r->q->sensor);
 }
 
+/* The diagonal of P; what is not known yet has none. */
+static void K(diagonal)(const number *P, kq_status unknown, size_t n, number *variance)
+{
+    for (size_t i = 0; i < n; i++) variance[i] = unknown ? no_number : P[i * n + i];
+}
+
+static void K(look_at_states)(const K(row) *r)
+{
+    number P[KQ_SIZE_MAX * KQ_SIZE_MAX], *variance = r->q->variance + r->t * r->n;
+    if (r->is_calm) {
+        for (size_t i = 0; i < r->n; i++) variance[i] = (variance - r->n)[i];
+        return;
+    }
+    K(diagonal)(P, K(covariance)(r->q->filter, P), r->n, variance);
+}
+
+/* Before an update, P0 among them */
+static void K(widen)(const K(sequence) *q)
+{
+    number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    const size_t n = q->filter->states;
+    if (!q->widest || K(covariance)(q->filter, P)) return;
+    for (size_t i = 0; i < n; i++) {
+        const double variance = double_of(P[i * n + i]);
+        if (variance > q->widest[i]) q->widest[i] = variance;
+    }
+}
+
 static void K(readings)(K(row) *r)
 {
     const K(sequence) *q = r->q;
@@ -49,6 +77,7 @@ static void K(readings)(K(row) *r)
         if (q->mean_low) q->mean_low[t * n + i] = K(mean_low)(f, (int)i);
         if (q->sigma) q->sigma[t * n + i] = r->is_calm ? q->sigma[(t - 1) * n + i] : K(sigma)(f, (int)i);
     }
+    if (q->variance) K(look_at_states)(r);
     if (q->scales) {
         q->scales[2 * t] = K(adaptation_process_scale)(q->adaptation);
         q->scales[2 * t + 1] = K(adaptation_sensor_scale)(q->adaptation);
@@ -175,6 +204,7 @@ static kq_status K(take_row)(const K(row) *r)
     if (q->is_settling && is_moved && r->present == r->all) return K(step_settling)(r, u, z);
     kq_status status = is_moved ? K(predict_row)(r, u) : KQ_OK;
     if (!status) status = K(look)(r, q->filter);
+    K(widen)(q);
     if (!status) status = q->watch ? K(take_watched)(r, z) : K(take)(r, z);
     return status;
 }
@@ -202,6 +232,11 @@ static kq_status K(look_back)(K(sequence) *q, size_t t)
         q->lagged_low[t * n + i] = is_there ? K(lag_mean_low)(q->lag, (int)i) : lost;
         q->lagged_sigma[t * n + i] = is_there ? K(lag_sigma)(q->lag, (int)i) : lost;
     }
+    if (q->lagged_variance) {
+        number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
+        const kq_status unknown = is_there ? K(lag_covariance)(q->lag, P) : KQ_ERR_NOT_READY;
+        K(diagonal)(P, unknown, n, q->lagged_variance + t * n);
+    }
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a start that is unknown so far */
 }
 
@@ -226,6 +261,11 @@ static kq_status K(refine)(K(sequence) *q, size_t t)
         q->point_mean[t * n + i] = is_there ? K(point_mean)(q->point, (int)i) : lost;
         q->point_low[t * n + i] = is_there ? K(point_mean_low)(q->point, (int)i) : lost;
         q->point_sigma[t * n + i] = is_there ? K(point_sigma)(q->point, (int)i) : lost;
+    }
+    if (q->point_variance) {
+        number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
+        const kq_status unknown = is_there ? K(point_covariance)(q->point, P) : KQ_ERR_NOT_READY;
+        K(diagonal)(P, unknown, n, q->point_variance + t * n);
     }
     if (!q->point_covariance) return status;
     number *P = q->point_covariance + t * n * n;
@@ -292,37 +332,42 @@ kq_status K(sequence_run)(K(sequence) *q)
     return KQ_OK;
 }
 
-kq_status K(history_read)(const K(history) *h, size_t steps, num *mean, num *mean_low, num *sigma,
-                          number *covariance)
+kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+                          number *variance, number *covariance)
 {
+    number local[KQ_SIZE_MAX * KQ_SIZE_MAX];
     const size_t n = h->states;
     for (size_t t = 0; t < steps; t++) {
         for (size_t i = 0; i < n; i++) {
-            if (mean) mean[t * n + i] = K(smoothed_mean)(h, t, (int)i);
-            if (mean_low) mean_low[t * n + i] = K(smoothed_mean_low)(h, t, (int)i);
-            if (sigma) sigma[t * n + i] = K(smoothed_sigma)(h, t, (int)i);
+            if (mean) mean[t * n + i] = K(smoothed_mean)(h, first + t, (int)i);
+            if (mean_low) mean_low[t * n + i] = K(smoothed_mean_low)(h, first + t, (int)i);
+            if (sigma) sigma[t * n + i] = K(smoothed_sigma)(h, first + t, (int)i);
         }
-        const kq_status status =
-            covariance ? K(smoothed_covariance)(h, t, covariance + t * n * n) : KQ_OK;
+        if (!variance && !covariance) continue;
+        number *P = covariance ? covariance + t * n * n : local;
+        const kq_status status = K(smoothed_covariance)(h, first + t, P);
         if (status) return status;
+        if (variance) K(diagonal)(P, KQ_OK, n, variance + t * n);
     }
     return KQ_OK;
 }
 
-kq_status K(start_read)(const K(start) *s, size_t steps, num *mean, num *mean_low, num *sigma,
-                        number *covariance)
+kq_status K(start_read)(const K(start) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+                        number *variance, number *covariance)
 {
+    number local[KQ_SIZE_MAX * KQ_SIZE_MAX];
     const size_t n = s->states;
     for (size_t t = 0; t < steps; t++) {
         for (size_t i = 0; i < n; i++) {
-            if (mean) mean[t * n + i] = K(start_smoothed_mean)(s, t, (int)i);
-            if (mean_low) mean_low[t * n + i] = K(start_smoothed_mean_low)(s, t, (int)i);
-            if (sigma) sigma[t * n + i] = K(start_smoothed_sigma)(s, t, (int)i);
+            if (mean) mean[t * n + i] = K(start_smoothed_mean)(s, first + t, (int)i);
+            if (mean_low) mean_low[t * n + i] = K(start_smoothed_mean_low)(s, first + t, (int)i);
+            if (sigma) sigma[t * n + i] = K(start_smoothed_sigma)(s, first + t, (int)i);
         }
-        if (!covariance) continue;
-        number *P = covariance + t * n * n;
-        const kq_status status = K(start_smoothed_covariance)(s, t, P);
+        if (!variance && !covariance) continue;
+        number *P = covariance ? covariance + t * n * n : local;
+        const kq_status status = K(start_smoothed_covariance)(s, first + t, P);
         if (status && status != KQ_ERR_NOT_READY) return status;
+        if (variance) K(diagonal)(P, status, n, variance + t * n);
         for (size_t k = 0; k < n * n && status; k++) P[k] = no_number; /* not determined by all rows */
     }
     return KQ_OK;
@@ -349,9 +394,10 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
 }
 
 kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
-                               const number *r, num *mean, num *mean_low, num *sigma, score *nis,
-                               score *log_likelihood, int32_t *taken, size_t *done)
+                               const number *r, num *mean, num *mean_low, num *sigma, number *variance,
+                               score *nis, score *log_likelihood, int32_t *taken, size_t *done)
 {
+    number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
     const K(filter) *f = fit->filter;
     const size_t n = f->states;
     for (*done = 0; *done < steps; ++*done) {
@@ -363,6 +409,7 @@ kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number
             if (mean_low) mean_low[t * n + i] = K(mean_low)(f, (int)i);
             if (sigma) sigma[t * n + i] = K(sigma)(f, (int)i);
         }
+        if (variance) K(diagonal)(P, K(covariance)(f, P), n, variance + t * n);
         if (nis) nis[t] = K(nis)(f);
         if (log_likelihood) log_likelihood[t] = K(log_likelihood_last)(f);
         if (taken) taken[t] = K(taken)(f);

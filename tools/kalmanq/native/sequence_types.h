@@ -28,29 +28,33 @@ typedef struct {
     K(adaptation) *adaptation; /* attached to the filter, or NULL: its scales are wanted */
     /* Results, a row a step; each may be NULL.  What is not to be had is NaN, in q31 not a word. */
     num *mean, *mean_low, *sigma; /* n, after the update */
+    number *variance;             /* n, as sigma; what a sigma's word cannot say */
     number *covariance;           /* n x n */
     num *innovation;              /* m, before it */
     number *innovation_variance;  /* m */
     score *nis, *log_likelihood;  /* of this step; where nothing was taken none, and 0 */
     int32_t *taken;
     num *lagged, *lagged_low, *lagged_sigma;   /* n, of `age` rows before */
+    number *lagged_variance;                   /* n */
     num *point_mean, *point_low, *point_sigma; /* n, of the point's row */
+    number *point_variance;                    /* n */
     number *point_covariance;                  /* n x n */
     number *scales;                            /* 2: of Q and R */
     uint8_t *settled;                          /* did the step move the mean alone? */
+    double *widest; /* n, read and written: of each state the largest variance before an update */
     size_t done; /* written: rows that were done */
 } K(sequence);
 
 /* Predict and update for every row.  Answers the first status that is not KQ_OK, of the row `done`. */
 kq_status K(sequence_run)(K(sequence) *q);
 
-/* The state at every row of a smoothed history: n numbers a row each, and n x n; each may be NULL. */
-kq_status K(history_read)(const K(history) *h, size_t steps, num *mean, num *mean_low, num *sigma,
-                          number *covariance);
+/* The state at so many rows of a smoothed history, from `first` on: n numbers a row each, and n x n; each may be NULL. */
+kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+                          number *variance, number *covariance);
 
 /* The same of a start whose history has been smoothed by kq_start_smooth. */
-kq_status K(start_read)(const K(start) *s, size_t steps, num *mean, num *mean_low, num *sigma,
-                        number *covariance);
+kq_status K(start_read)(const K(start) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+                        number *variance, number *covariance);
 
 /* Predict and update of a filter of constant gain; what is not present has to be all of a row. */
 kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uint32_t *present,
@@ -58,5 +62,5 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
 
 /* A row of least squares after another: H is steps x n, z and r are steps.  Results may be NULL. */
 kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
-                               const number *r, num *mean, num *mean_low, num *sigma, score *nis,
-                               score *log_likelihood, int32_t *taken, size_t *done);
+                               const number *r, num *mean, num *mean_low, num *sigma, number *variance,
+                               score *nis, score *log_likelihood, int32_t *taken, size_t *done);

@@ -1,6 +1,7 @@
 /* Whole sequences in one call: one text for the three arithmetics. */
 #include "sequences.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "known_sizes.h"
@@ -26,6 +27,7 @@ static int count_of(uint32_t present)
 #define lost (0.0f / 0.0f)
 #define is_lost(word) ((word) != (word))
 #define no_number lost
+#define double_of(number) ((double)(number))
 #define no_score lost
 #define mean_words(n) (2 * (n))
 #define root_words(n) KQ_TRIANGLE(n)
@@ -57,6 +59,7 @@ static int count_of(uint32_t present)
 #undef lost
 #undef is_lost
 #undef no_number
+#undef double_of
 #undef no_score
 #undef mean_words
 #undef root_words
@@ -74,6 +77,7 @@ static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 #define score int64_t
 #define lost KQ_NOT_A_WORD_Q31
 #define is_lost(word) ((word) == KQ_NOT_A_WORD_Q31)
+#define double_of(number) ldexp((number).mantissa, (number).exponent)
 #define no_score KQ_NOT_A_SCORE_Q31
 #define mean_words(n) (2 * (n))
 #define root_words(n) KQ_ROOT_LEN_Q31(n)

@@ -59,7 +59,7 @@ class Given:
         except (Exception, SystemExit) as problem:
             raise UserError(told(self.name, problem, self.file)) from problem
         try:
-            array = np.asarray(answer)
+            array = np.asarray(answer if not np.ma.isMaskedArray(answer) else answer.filled(np.nan))
             if answer is None or array.dtype.kind not in "biufcO":
                 raise ValueError
             return array if array.dtype.kind == "c" else array.astype(np.float64)

@@ -95,6 +95,7 @@ class NonlinearFilter(Readable):
         made.innovation_sigma = np.sqrt(variances)
         made.index = index_of(z, u)
         warn_of(made.events, f"{self.model.name}, {self.arithmetic.name}")
+        self.warn_of_wide()
         return made
 
     def _controls(self, u: Optional[ArrayLike]) -> np.ndarray:
@@ -109,6 +110,9 @@ class NonlinearFilter(Readable):
         there = ~np.isnan(z)
         if not np.any(there):
             return None
+        if self.arithmetic.is_fixed:
+            variance = np.ldexp(np.diag(self.covariance), 2 * np.array(self.parts.fractions("states")))
+            self._widest = np.fmax(self._widest, variance)
         prepared = self.way.update(self, z, self.row, u)
         variances = self._variances(prepared.sensor)
         words = self.steps.update(self._handle, prepared.sensor, prepared.e, z)
@@ -127,9 +131,13 @@ class NonlinearFilter(Readable):
         for name in ("mean", "mean_low", "sigma"):
             if name in out.numbers:
                 out.numbers[name][row] = self._words(name)
+        full = np.zeros((self.model.n, self.model.n), self.arithmetic.number_of_any_size)
+        if out.any_size.keys() & {"covariance", "variance"}:
+            require(self._call("covariance", self._pointer(full, self._any_size)), "covariance")
         if "covariance" in out.any_size:
-            require(self._call("covariance", self._pointer(out.any_size["covariance"][row], self._any_size)),
-                    "covariance")
+            out.any_size["covariance"][row] = full
+        if "variance" in out.any_size:
+            out.any_size["variance"][row] = np.diag(full)
         no_score = np.iinfo(np.int64).min if self.arithmetic.is_fixed else np.nan
         out.numbers["innovation"][row] = NOT_A_WORD if self.arithmetic.is_fixed else np.nan
         out.scores["nis"][row] = no_score

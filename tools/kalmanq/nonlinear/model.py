@@ -7,6 +7,7 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kalmanq.arrays import numbers_of
 from kalmanq.errors import ModelError
 from kalmanq.model import SIZE_MAX, Model, Quantities
 from kalmanq.nonlinear.calls import Given
@@ -183,8 +184,8 @@ class NonlinearModel:
 
 def _length(key: str, given: ArrayLike) -> int:
     try:
-        length = len(np.atleast_1d(np.asarray(given, np.float64)))
-    except (TypeError, ValueError):
+        length = len(np.atleast_1d(numbers_of(given)))
+    except (TypeError, ValueError, OverflowError):
         raise ModelError(key, "not an array of numbers, with rows of one length") from None
     if not 1 <= length <= SIZE_MAX:
         raise ModelError(key, f"has {length} rows; there are 1 to {SIZE_MAX}")

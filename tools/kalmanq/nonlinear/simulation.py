@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Union
+from typing import Optional, Union
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from kalmanq.model import root_of
 from kalmanq.nonlinear.model import NonlinearModel
 
 
-def simulate(model: NonlinearModel, rows: int,
-             seed: Union[int, np.random.SeedSequence]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States (rows x n), measurements (rows x m), controls (rows x l).  An angle is measured within half a turn."""
+def simulate(model: NonlinearModel, rows: int, seed: Union[int, np.random.SeedSequence],
+             controls: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States (rows x n), measurements (rows x m), controls (rows x l: those that are given, or the model's own).  An
+    angle is measured within half a turn."""
     draw = np.random.Generator(np.random.PCG64(seed))
     G = root_of(model.Q) if model.G is None else model.G
     V, S = root_of(model.R), root_of(model.P0)
@@ -22,7 +23,7 @@ def simulate(model: NonlinearModel, rows: int,
     noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
     for t in range(rows):
         try:
-            u[t] = model.controls_at(t)
+            u[t] = model.controls_at(t) if controls is None else controls[t]
             if t:
                 x[t] = x[t - 1] + model.increment(x[t - 1], t - 1, u[t - 1]) + G @ noise[t]
             z[t] = model.expected(x[t], t, u[t]) + V @ error[t]

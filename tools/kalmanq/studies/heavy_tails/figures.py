@@ -16,9 +16,10 @@ from kalmanq.studies.heavy_tails.collected import Collected
 from kalmanq.studies.heavy_tails.settings import SETTINGS
 
 # Okabe and Ito's colours, which the colour-blind tell apart
-BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#333333")
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK, GREY = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#222222", "#8A8A8A")
 MARKS = "osD^vPXh"
+APART = 0.009  # of alpha: curves that lie on each other stand side by side
 WIDTH = 8.2  # inches
 LOOK = {**STYLE, "figure.dpi": 110, "font.size": 9, "legend.fontsize": 8, "lines.markersize": 4, "lines.linewidth": 1.2}
 
@@ -57,7 +58,7 @@ METRIC_LOOKS = {("RMSE", EVEN): (VERMILION, "s", "-"), ("MAE", EVEN): (BLUE, "o"
 
 def draw_known(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
-        picture, (grown, compared) = _panels(2, 3.6)
+        picture, (grown, compared) = _panels(2, 3.8)
         alphas = c.alphas("known")
         for (metric, ratio), (colour, mark, style) in METRIC_LOOKS.items():
             look = {"color": colour, "marker": mark, "ls": style, "label": f"{metric}, Q/R = {ratio:g}"}
@@ -68,20 +69,20 @@ def draw_known(c: Collected) -> Picture:
         _plain_logarithm(grown, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
         grown.set_ylim(0.8, 5000)
         grown.set(title="The filter's error / that at alpha = 2", xlabel="alpha (2: Gaussian)", ylabel="ratio")
-        compared.axhline(1, color=BLACK, lw=0.8)
+        compared.axhline(1, color=BLACK, lw=0.6)
         compared.set(title="The smoother's error / the filter's: below 1, it gains", xlabel="alpha (2: Gaussian)")
-        picture.legend(*grown.get_legend_handles_labels(), loc="outside lower center", ncols=5)
+        picture.legend(*grown.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         return picture
 
 
 def _draw_population(grown: Any, compared: Any) -> None:
     at = np.linspace(1.1, 2, 46)
-    for setting in SETTINGS:
+    for setting, colour, style in zip(SETTINGS, (BLACK, GREY), (":", "-.")):
         filter_, smoother = (np.array([population.mean_size(setting, kind, alpha) for alpha in at])
                              for kind in ("filter", "smoother"))
         for axis, values in ((grown, filter_ / filter_[-1]), (compared, smoother / filter_)):
-            axis.plot(at, values, color=BLACK, lw=0.8, ls=":", zorder=5,
-                      label="MAE of the population" if setting is SETTINGS[0] else None)
+            axis.plot(at, values, color=colour, lw=1.1, ls=style, zorder=5,
+                      label=f"MAE of the population, Q/R = {setting.ratio:g}")
 
 
 def draw_runs(c: Collected) -> Picture:
@@ -130,19 +131,20 @@ def draw_skewness(c: Collected) -> Picture:
 
 FITTED = {"known": (BLACK, "-"), "EM of Q": (BLUE, "-"), "EM of Q, R": (SKY, "--"), "ML of Q, R": (GREEN, "-."),
           "EM of all six": (VERMILION, "-"), "ML of all six": (PURPLE, "-."),
-          "ML of all six from c = 2": (PURPLE, ":"), "ML of H, Q, R": (ORANGE, "--")}
+          "ML of all six from c = 2": (GREY, ":"), "ML of H, Q, R": (ORANGE, "--")}
 
 
 def draw_fitted(c: Collected) -> Picture:
     with plt.rc_context(LOOK):
-        picture, axes = _panels(2, 4.1)
+        picture, axes = _panels(2, 5.2)
         alphas = c.alphas("fitted")[c.alphas("fitted") > 1.05]
         for axis, kind, title in zip(axes, ("filter", "measured"), (
                 "of x: whoever frees c has no unit", "of c x: what the data determine")):
-            for (name, (colour, style)), mark in zip(FITTED.items(), MARKS):
+            for k, ((name, (colour, style)), mark) in enumerate(zip(FITTED.items(), MARKS)):
                 made = [c.beside_gaussian("fitted", EVEN, alpha, name, "MAE", kind) for alpha in alphas]
-                _points(axis, alphas, made, color=colour, marker=mark, ls=style, label=name)
-            axis.set(xlabel="alpha (2: Gaussian)", title=f"Error {title}")
+                _points(axis, alphas + APART * (k - (len(FITTED) - 1) / 2), made, color=colour, marker=mark, ls=style,
+                        lw=0.8, mfc="white" if k % 2 else colour, label=name)
+            axis.set(xlabel="alpha (2: Gaussian), side by side", title=f"Error {title}")
         _plain_logarithm(axes[0], (1, 2, 5, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000))
         _plain_logarithm(axes[1], (1, 1.2, 1.5, 2, 3, 4, 5))
         axes[0].set_ylabel("filter's MAE / Gaussian case, Q/R = 2")
@@ -156,11 +158,15 @@ def draw_estimates(c: Collected) -> Picture:
         alphas = c.alphas("fitted")
         for axis, (column, what) in zip(axes, (("Q", "estimate of Q"), ("P", "variance P after a measurement"),
                                                   ("K", "weight K of a measurement"))):
-            for name, colour, mark in (("EM of Q", BLUE, "o"), ("EM of Q, R", VERMILION, "s")):
+            for name, colour, mark, style, aside in (("EM of Q", BLUE, "o", "-", -APART),
+                                                     ("EM of Q, R", VERMILION, "s", "--", APART)):
                 quartiles = np.array([np.quantile(c.of("fitted", EVEN, alpha, name)[column], (0.25, 0.5, 0.75))
                                       for alpha in alphas]).T
-                axis.fill_between(alphas, quartiles[0], quartiles[2], color=colour, alpha=0.18, lw=0)
-                axis.plot(alphas, quartiles[1], color=colour, marker=mark, label=name)
+                axis.fill_between(alphas, quartiles[0], quartiles[2], color=colour, alpha=0.15, lw=0)
+                for edge in quartiles[[0, 2]]:
+                    axis.plot(alphas, edge, color=colour, ls=style, lw=0.6)
+                axis.plot(alphas + aside, quartiles[1], color=colour, marker=mark, ls=style, lw=0.9, label=name,
+                          mfc=colour if aside < 0 else "white")
             axis.axhline(_given(column), color=BLACK, lw=0.9, ls=":", label="of the Gaussian given")
             axis.set(xlabel="alpha", title=what)
         _plain_logarithm(axes[0], (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
@@ -178,8 +184,8 @@ def _given(column: str) -> float:
 
 ROBUST = {"plain": (BLACK, "-"), "gate": (SKY, "--"), "Huber": (PURPLE, "--"), "Student-t update": (ORANGE, "--"),
           "jump": (GREEN, "-"), "Student-t noise, nu = 2": (BLUE, "-"),
-          "Student-t noise, nu = 4": (BLUE, ":"), "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
-          "reweighted, 12 passes": (VERMILION, "-.")}
+          "Student-t noise, nu = 4": (GREY, ":"), "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
+          "reweighted, 12 passes": (VERMILION, "--")}
 LEAST_SHOWN = 0.05  # per cent
 
 
@@ -200,10 +206,11 @@ def draw_robust(c: Collected) -> Picture:
 def _draw_above_exact(axis: Any, c: Collected, kind: str, ratio: float) -> None:
     alphas = c.alphas("robust")
     names = [name for name in c.estimators("robust", kind) if name != "exact"]
-    for name, mark in zip(names, MARKS):
+    for k, (name, mark) in enumerate(zip(names, MARKS)):
         above = np.array([100 * (c.beside_exact(ratio, alpha, name, "MAE", kind).value - 1) for alpha in alphas])
         colour, style = ROBUST[name]
-        axis.plot(alphas, np.where(above > LEAST_SHOWN, above, np.nan), color=colour, ls=style, marker=mark, label=name)
+        axis.plot(alphas, np.where(above > LEAST_SHOWN, above, np.nan), color=colour, ls=style, marker=mark, label=name,
+                  mfc="white" if k % 2 else colour)
     axis.set_title(f"{kind}, Q/R = {ratio:g}")
     _plain_logarithm(axis, (0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000))
     axis.set_ylim(LEAST_SHOWN, 10_000)

@@ -16,12 +16,13 @@ from kalmanq.studies.heavy_tails.settings import SETTINGS, Setting
 
 CAPTIONS = {
     "known": "Known parameters: how the filter's error grows as alpha falls, and what smoothing gains. Bars are two "
-             "standard errors; dotted lines need no runs. The RMSE has no population value below alpha = 2.",
+             "standard errors; the lines of the population need no runs. The RMSE has no population value below alpha = 2.",
     "runs": "The filter's error over the first so many runs, Q/R = 2. The RMSE goes up with each jump that is larger "
             "than all before; the MAE settles at the population's value.",
     "skewness": "Mean error against the skewness of the jumps: it costs the filter, and hardly the smoother.",
     "fitted": "The filter's mean error with fitted parameters, over the Gaussian case. Left in the units of x, where a "
-              "free c leaves the unit open; right in those of the measurement.",
+              "free c leaves the unit open; right in those of the measurement. Curves stand side by side: each point is of "
+              "the nearest grid line.",
     "estimates": "What is fitted, Q/R = 2: medians, with the quartiles as bands. Q goes to that of the largest jumps, "
                  "and K to 1.",
     "robust": "Mean error above that of the exact posterior mean, in per cent, on a logarithmic axis; a curve ends "
@@ -81,8 +82,11 @@ WORDS = (
 
 
 def _summary(found: Sequence[Claim]) -> str:
-    rows = [[str(k), claim.said, claim.verdict] for k, claim in enumerate(found, 1)]
-    return "## What was said, and what came out\n\n" + table(["", "said", "verdict"], rows)
+    rows = [[str(k), claim.said, claim.source, claim.verdict] for k, claim in enumerate(found, 1)]
+    whose = filled("""The paper is Mozgunov (2014). Our reference is an earlier calculation of this project, by other
+    code: what it says is not in the paper. The last column is this study's.""")
+    return "\n\n".join(["## What was said, and what came out", whose,
+                        table(["", "said", "who says so", "this study finds"], rows)])
 
 
 def _claims(found: Sequence[Claim]) -> str:

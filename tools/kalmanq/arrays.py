@@ -1,0 +1,30 @@
+"""What is given as numbers: float64, without a part of them being lost on the way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def numbers_of(given: Any) -> np.ndarray:
+    """A copy.  What is masked is NaN; complex numbers are refused.  TypeError or ValueError says why it is no array."""
+    if isinstance(given, (list, tuple)) and any(map(np.ma.isMaskedArray, given)):
+        given = np.ma.array(given)
+    if isinstance(given, np.ma.MaskedArray):
+        _refuse_complex(given.data)
+        made = given.astype(np.float64)
+        return np.array(made.filled(np.nan), np.float64)
+    array = np.asarray(given)
+    _refuse_complex(array)
+    return np.array(array, np.float64)
+
+
+def _refuse_complex(array: np.ndarray) -> None:
+    if array.dtype.kind == "c" or array.dtype.kind == "O" and any(
+            isinstance(one, (complex, np.complexfloating)) or getattr(getattr(one, "dtype", None), "kind", "") == "c"
+            for one in array.flat):
+        raise TypeError("complex numbers, of which the imaginary part would be lost")
+
+
+__all__ = ["numbers_of"]

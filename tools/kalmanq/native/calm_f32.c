@@ -1,0 +1,3 @@
+#include "arithmetic/f32.h"
+
+#include "calm_find.h"

@@ -1,0 +1,3 @@
+#include "arithmetic/f64.h"
+
+#include "calm_find.h"
