@@ -15,7 +15,6 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/hold.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
@@ -48,10 +47,7 @@ KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_sta
         copy(f->memory, mean->words, MEAN_PLANES * n);
         return status;
     }
-    const unsigned events =
-        mean_held(f->memory, filter_root(f), n, mean_shift(f->memory, n, mean->words, mean->words + n));
-    filter_note(f, events);
-    if ((events & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
+    move_by(f, mean->words, mean->words + n);
     return status;
 }
 

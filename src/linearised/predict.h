@@ -54,16 +54,6 @@ kq_status T(kq_predict_check)(const filter *f, const process *p)
 
 /* ------------------------------------------------------------------ predict */
 
-/* A mean that is moved beyond the numbers is lost (arithmetic/hold.h), and what is recorded ends. */
-static void move_by(filter *f, const num *d)
-{
-    num *x = f->memory;
-    const int n = f->states;
-    const unsigned events = mean_held(x, filter_root(f), n, mean_shift(x, n, d, 0));
-    filter_note(f, events);
-    if ((events & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
-}
-
 /* P <- A P A' + Q.  One text for all sizes of scratch */
 KQ_NOINLINE static extent advance_root(filter *f, const process *p, num *scratch)
 {
@@ -122,7 +112,7 @@ KQ_NOINLINE static kq_status predict_by_maps(filter *f, const process *p, const 
     status = f->attached->hooks->predict(f, p, 0);
     if (status) return status;
     copy(f->memory, aside, words);
-    move_by(f, d);
+    move_by(f, d, 0);
     return KQ_OK;
 }
 
@@ -148,7 +138,7 @@ kq_status T(kq_move)(filter *f, const num *d)
 {
     kq_status status = free_mean_check(f);
     if (!status) status = move_check(f, d);
-    if (!status) move_by(f, d);
+    if (!status) move_by(f, d, 0);
     return status;
 }
 
