@@ -37,22 +37,18 @@ static inline void row_hold(num *S, int n, int i, num factor)
     }
 }
 
-/* What the rows above i hold in its column goes into their own columns: P stays as it is, and the column is
-   free for a state i that has nothing to do with them. */
-static inline void column_free(num *S, int i)
+/* What column `from` holds of row k, the rows below counting no more, becomes part of the pivot of column `to`. */
+KQ_COLD KQ_NOINLINE static void join_pivot(num *restrict to, num *restrict from, int k)
 {
-    num *held = S + column(i);
-    for (int k = i; k-- > 0; held[k] = 0) {
-        num *own = S + column(k);
-        const num length = num_root(own[k] * own[k] + held[k] * held[k]);
-        if (length == 0) continue;
-        const num c = own[k] / length, t = held[k] / length;
-        for (int l = 0; l <= k; l++) {
-            const num old = own[l];
-            own[l] = c * old + t * held[l];
-            held[l] = c * held[l] - t * old;
-        }
+    const num length = num_root(to[k] * to[k] + from[k] * from[k]);
+    if (length == 0) return;
+    const num c = to[k] / length, s = from[k] / length;
+    for (int i = 0; i <= k; i++) {
+        const num entry = to[i];
+        to[i] = c * entry + s * from[i];
+        from[i] = c * from[i] - s * entry;
     }
+    from[k] = 0;
 }
 
 /* Is x_i within its limit?  If not, nothing is known of it any more, and it is 0: from a number as
@@ -64,7 +60,7 @@ static inline int mean_is_kept(num *x, int n, int i)
     return 0;
 }
 
-/* The rows before one that is lost have been held when its column is freed. */
+/* The rows above one that is lost have been held by then.  What they hold in its column goes into their own. */
 KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
 {
     const num most = num_most_sigma / num_hold_unit;
@@ -73,7 +69,7 @@ KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
         const num norm = row_norm(S, n, i);
         const int is_known = mean_is_kept(x, n, i) && num_is_finite(norm);
         if (is_known && norm <= most) continue;
-        if (!is_known) column_free(S, i);
+        for (int k = is_known ? 0 : i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
         row_hold(S, n, i, is_known ? most / norm : 0);
         events = KQ_EVENT_OVERFLOW;
     }

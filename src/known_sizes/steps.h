@@ -86,6 +86,18 @@ KQ_KERNEL int fixed_copy_mean(num *t, num *x, const process *p, fixed_task task)
     return 1;
 }
 
+/* How far a state in registers reaches */
+KQ_KERNEL extent fixed_extent(const num *x, int n)
+{
+    const num *S = x + MEAN_PLANES * n;
+    extent far = extent_of(*S);
+    KQ_UNROLL
+    for (int k = 1; k < KQ_TRIANGLE(n); k++) far = extent_join(far, extent_of(S[k]));
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) far = extent_join(far, mean_extent(x, n, i));
+    return far;
+}
+
 /* A state that is yet to be held within its numbers; scratch begins with the copy of the mean. */
 KQ_KERNEL int fixed_predict_with(num *x, const fixed_inputs *in, fixed_task task, num *scratch,
                                  extent *far)
@@ -95,8 +107,9 @@ KQ_KERNEL int fixed_predict_with(num *x, const fixed_inputs *in, fixed_task task
     const num *u = task.l ? in->u : 0;
     if (!fixed_copy_mean(scratch, x, in->process, task)) return NOT_PLAIN;
     const extent of_mean = predict_mean_of(x, in->process, u, task.l, scratch, n, shape);
-    *far = extent_join(of_mean, predict_root_of(S, S, in->process, scratch, scratch + n * ROW_LEN(n), n, shape));
+    const extent of_root = predict_root_of(S, S, in->process, scratch, scratch + n * ROW_LEN(n), n, shape);
     renormalise(S, n);
+    *far = n <= states_in_registers ? fixed_extent(x, n) : extent_join(of_mean, of_root);
     return KQ_OK;
 }
 
