@@ -166,7 +166,7 @@ static void a_variance_of_0(void)
 /* Of sigmas far beyond the words, too; in double nothing is raised so early */
 static void after_any_outage_it_comes_back(void)
 {
-    static const int32_t outages[] = {10, 1000, 100000, 1000000};
+    static const int32_t outages[] = {10, 100, 10000};
     static const double noises[] = {1, 0.01, 1e-4};
     for (int k = 0; k < COUNT(outages); k++) {
         for (int j = 0; j < COUNT(noises); j++) {
