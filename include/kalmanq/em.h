@@ -219,7 +219,7 @@ typedef struct {
         n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0,                   \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL},                                       \
-            {0, 0, 0, 0, 0, NULL, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0, 0}},                    \
+            {0, 0, 0, 0, 0, NULL, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}},                    \
         {                                                                                          \
             {NULL}, 0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0                                    \
         }                                                                                          \

@@ -93,7 +93,6 @@ typedef struct {
     float determinant;
     int32_t exponent;
     int32_t count;
-    uint32_t faint; /* measurements that were within the last bits of S */
 } kq_likelihood_run_f32;
 
 typedef struct {
@@ -101,7 +100,6 @@ typedef struct {
     double determinant;
     int32_t exponent;
     int32_t count;
-    uint32_t faint;
 } kq_likelihood_run_f64;
 
 typedef struct {
@@ -112,6 +110,7 @@ typedef struct {
     uint16_t known;  /* bit i: component i can be read */
     float *memory;   /* the caller's: mean, then root */
     struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
+    uint32_t faint;                   /* measurements that were within the last bits of S */
     kq_likelihood_f32 last;         /* of the last update */
     kq_likelihood_run_f32 run;      /* since init */
 } kq_filter_f32;
@@ -124,6 +123,7 @@ typedef struct {
     uint16_t known;
     double *memory;
     struct kq_attached_f64 *attached;
+    uint32_t faint;
     kq_likelihood_f64 last;
     kq_likelihood_run_f64 run;
 } kq_filter_f64;
@@ -132,11 +132,11 @@ typedef struct {
 #define KQ_FILTER_F32(name, n)                                                                     \
     static float name##_memory[KQ_FILTER_LEN_F32(n)];                                              \
     static kq_filter_f32 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0, 0}}
+        n, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 #define KQ_FILTER_F64(name, n)                                                                     \
     static double name##_memory[KQ_FILTER_LEN_F64(n)];                                             \
     static kq_filter_f64 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0, 0}}
+        n, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -409,7 +409,6 @@ typedef struct {
     int32_t carried;
     int32_t count;
     kq_scaled_q31 determinant;
-    uint32_t faint;
 } kq_likelihood_run_q31;
 
 typedef struct {
@@ -421,6 +420,7 @@ typedef struct {
     int32_t *memory;
     struct kq_attached_q31 *attached;
     const kq_format_q31 *state_format;
+    uint32_t faint;
     kq_likelihood_q31 last;
     kq_likelihood_run_q31 run;
 } kq_filter_q31;
@@ -436,8 +436,9 @@ typedef struct {
                                  name##_memory,                                                    \
                                  NULL,                                                             \
                                  NULL,                                                             \
+                                 0,                                                                \
                                  {0, {0, 0}, 0},                                                   \
-                                 {0, 0, 0, {0, 0}, 0}}
+                                 {0, 0, 0, {0, 0}}}
 
 /** As kq_filter_assign_f32; KQ_FILTER_LEN_Q31(n) words. */
 kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t length);

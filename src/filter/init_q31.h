@@ -32,6 +32,7 @@ KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
     f->state_format = prior->state_format;
     f->attached = 0; /* not looked at: it may be gone */
     f->events = 0;
+    f->faint = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
     filter_know_all(f);

@@ -92,7 +92,6 @@ static void likelihood_run_clear(likelihood_run *p)
     p->exponent = 0;
     p->determinant = 1;
     p->count = 0;
-    p->faint = 0;
 }
 
 /* Scalar measurements and powers of 2 that are taken into the sum at once, so that their counts do

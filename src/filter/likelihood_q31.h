@@ -105,7 +105,6 @@ static void likelihood_run_clear(likelihood_run *p)
     p->sum = 0;
     p->carried = 0;
     p->count = 0;
-    p->faint = 0;
     p->determinant = scaled_one;
 }
 

@@ -28,6 +28,7 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
     for (int i = 0; i < n; i++) mean_set(f->memory, n, i, x0[i]);
     f->attached = 0; /* not looked at: it may be gone */
     f->events = 0;
+    f->faint = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
     filter_know_all(f);

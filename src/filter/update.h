@@ -37,7 +37,7 @@ enum { EVENT_FAINT = 0x4000 }; /* in a copy of a filter: to be counted, and told
 
 KQ_COLD KQ_NOINLINE static void count_faint(filter *f)
 {
-    if (f->run.faint < num_most_faint) f->run.faint++;
+    if (f->faint < num_most_faint) f->faint++;
     else f->events |= KQ_EVENT_PRECISION;
 }
 

@@ -634,7 +634,7 @@ static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
         level.memory[3] = -29 - (k ? 10 : 13);
         ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
-        level.run.faint = UINT32_C(1) << 24;
+        level.faint = UINT32_C(1) << 24;
         ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
         TEST_ASSERT_EQUAL_HEX(k ? 0 : KQ_EVENT_PRECISION, kq_events_q31(&level));
     }

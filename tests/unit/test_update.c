@@ -803,7 +803,7 @@ static void many_measurements_that_say_too_little_are_an_event(void)
     for (int k = 0; k < COUNT(shares); k++) {
         const int is_faint = k == 2 || k == 3;
         TEST_ASSERT_EQUAL_HEX(0, events_of_share(k ? shares[k] * EPS : 1));
-        level.run.faint = (UINT32_C(1) << 19) - 2;
+        level.faint = (UINT32_C(1) << 19) - 2;
         ASSERT_OK(K(update)(&level, &gauge, zero));
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
         for (int more = 0; more < 2; more++) ASSERT_OK(K(update)(&level, &gauge, zero));
