@@ -281,14 +281,19 @@ def cores() -> int:
 def _as_they_end(executor: Executor, width: int, function: Callable[[Any], Any], tasks: Sequence[Any],
                  left: Sequence[int], watch: Optional[_Watch] = None) -> Iterator[tuple[int, str]]:
     given: dict[Future[_Batch], list[int]] = {}
+    lost: set[int] = set()
     position, size = 0, 1
+
+    def give(batch: Sequence[int]) -> None:
+        given[executor.submit(_perform_all, function, [tasks[k] for k in batch], versions())] = list(batch)
+
     while True:
         with _interrupts_held():
             while len(given) < AHEAD * width and position < len(left):
                 fair = -(-(len(left) - position) // (AHEAD * width))  # all workers end at one time
                 batch = left[position : position + min(size, fair)]
                 position += len(batch)
-                given[executor.submit(_perform_all, function, [tasks[k] for k in batch], versions())] = list(batch)
+                give(batch)
         if not given:
             return
         with _interrupts_held():
@@ -297,6 +302,10 @@ def _as_they_end(executor: Executor, width: int, function: Callable[[Any], Any],
             if watch:
                 watch.look(bool(ended))
         for batch, future in outcomes:  # what is done is kept before an error ends all
+            if watch and batch[0] not in lost and not future.cancelled() and isinstance(future.exception(), TypeError):
+                lost.add(batch[0])  # Dask's own error, where a worker goes while its result comes: given once more
+                give(batch)
+                continue
             made = future.result()
             yield from zip(batch, made.results)
             if made.refused:
