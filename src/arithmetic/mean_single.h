@@ -47,27 +47,17 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 }
 
 /* x += d */
-static inline extent mean_shift(num *x, int n, const num *d, const num *low)
+static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
 {
-    extent far = 0;
     (void)low;
-    for (int i = 0; i < n; i++) {
-        x[i] += d[i];
-        far = extent_join(far, extent_of(x[i]));
-    }
-    return far;
+    for (int i = 0; i < n; i++) x[i] += d[i];
+    return 0;
 }
 
 static inline unsigned mean_hold(num *x, int n, int i)
 {
     (void)x, (void)n, (void)i;
     return 0;
-}
-
-static inline extent mean_extent(const num *x, int n, int i)
-{
-    (void)n;
-    return extent_of(x[i]);
 }
 
 /* z - h'x, h being 0 outside of from .. to-1 */
@@ -106,13 +96,13 @@ static inline void mean_take_rests(num *x, const num *A, num *t, int n)
 }
 
 /* x_i <- row't + *drive, where t is a copy of x and the row is zero left of `first` */
-KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+KQ_KERNEL unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                 const num *drive)
 {
     num d = drive ? *drive : 0;
     for (int k = first; k < n; k++) d += row[k] * t[k];
     x[i] = d;
-    return extent_of(d);
+    return 0;
 }
 
 static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)

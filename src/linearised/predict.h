@@ -54,50 +54,53 @@ kq_status T(kq_predict_check)(const filter *f, const process *p)
 
 /* ------------------------------------------------------------------ predict */
 
+static void move_by(filter *f, const num *d) { filter_note(f, mean_shift(f->memory, f->states, d, 0)); }
+
 /* P <- A P A' + Q.  One text for all sizes of scratch */
-KQ_NOINLINE static extent advance_root(filter *f, const process *p, num *scratch)
+KQ_NOINLINE static void advance_root(filter *f, const process *p, num *scratch)
 {
     const int n = f->states;
     num *S = filter_root(f);
-    return predict_root(S, S, p, scratch, scratch + n * ROW_LEN(n));
+    predict_root(S, S, p, scratch, scratch + n * ROW_LEN(n));
 }
 
-KQ_NOINLINE static extent advance_root_to_4(filter *f, const process *p)
+KQ_NOINLINE static void advance_root_to_4(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(4)];
-    return advance_root(f, p, scratch);
+    advance_root(f, p, scratch);
 }
 
-KQ_NOINLINE static extent advance_root_to_9(filter *f, const process *p)
+KQ_NOINLINE static void advance_root_to_9(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(9)];
-    return advance_root(f, p, scratch);
+    advance_root(f, p, scratch);
 }
 
-KQ_NOINLINE static extent advance_root_to_16(filter *f, const process *p)
+KQ_NOINLINE static void advance_root_to_16(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(16)];
-    return advance_root(f, p, scratch);
+    advance_root(f, p, scratch);
 }
 
-unsigned T(kq_predict_end)(filter *f, const num *d, extent of_root)
+unsigned T(kq_predict_end)(filter *f, const num *d)
 {
     const int n = f->states;
-    const extent far = extent_join(of_root, mean_shift(f->memory, n, d, 0));
+    move_by(f, d);
     renormalise(filter_root(f), n);
-    const unsigned events = state_held(f->memory, filter_root(f), n, far);
+    const unsigned events = state_held(f->memory, filter_root(f), n);
     filter_note(f, events);
     predict_ends_sharp(f);
     return events;
 }
 
-/* A predict that has been checked, of a filter that is not recorded or has been.  Answers the
-   events. */
+/* A predict that has been checked, of a filter that is not recorded or has been.  Answers the events of the
+   root. */
 static unsigned predict_linearised(filter *f, const process *p, const num *d)
 {
-    if (f->states <= 4) return T(kq_predict_end)(f, d, advance_root_to_4(f, p));
-    if (f->states <= 9) return T(kq_predict_end)(f, d, advance_root_to_9(f, p));
-    return T(kq_predict_end)(f, d, advance_root_to_16(f, p));
+    if (f->states <= 4) advance_root_to_4(f, p);
+    else if (f->states <= 9) advance_root_to_9(f, p);
+    else advance_root_to_16(f, p);
+    return T(kq_predict_end)(f, d);
 }
 
 /* The smoothers on line take the whole predict in the place of the filter's.  Where it leaves the mean is not
@@ -112,7 +115,7 @@ KQ_NOINLINE static kq_status predict_by_maps(filter *f, const process *p, const 
     status = f->attached->hooks->predict(f, p, 0);
     if (status) return status;
     copy(f->memory, aside, words);
-    move_by(f, d, 0);
+    move_by(f, d);
     return KQ_OK;
 }
 
@@ -138,7 +141,7 @@ kq_status T(kq_move)(filter *f, const num *d)
 {
     kq_status status = free_mean_check(f);
     if (!status) status = move_check(f, d);
-    if (!status) move_by(f, d, 0);
+    if (!status) move_by(f, d);
     return status;
 }
 
