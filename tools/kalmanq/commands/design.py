@@ -56,7 +56,7 @@ def _designs(asked: Asked, model: Model) -> Designs:
     flash, ram = PARTS[asked.core]
     part = Part(asked.core, int(1024 * (asked.flash or flash)), int(1024 * (asked.ram or ram)))
     records = [Record(*tables.measurements_and_controls(asked.data, model))] if asked.data else []
-    ranged, notes = with_ranges(model, records)
+    ranged, notes = with_ranges(model, records, lives=True)
     return design(ranged, part, records or draw(ranged), notes)
 
 
