@@ -120,6 +120,7 @@ class Life:
     rows: int
     reach: np.ndarray
     wanders: np.ndarray
+    is_recorded: bool  # there are records, too
 
 
 def life_of(model: Model, records: Sequence[Record]) -> Life:
@@ -134,7 +135,7 @@ def life_of(model: Model, records: Sequence[Record]) -> Life:
     with np.errstate(over="ignore", invalid="ignore"):
         most = [far + sigmas * np.sqrt(variance + noise) for far, variance in _grown(model, spread, rows, sees)]
     now, later = (np.where(np.isfinite(one), one, np.inf) + driven for one in most)
-    return Life(rows, now, ~(later <= 1.01 * now) | moves)
+    return Life(rows, now, ~(later <= 1.01 * now) | moves, bool(records))
 
 
 def tail(count: float) -> float:
@@ -234,7 +235,7 @@ def _goes(model: Model, life: Optional[Life], first: int, seen: np.ndarray) -> l
     if life is None:
         return [(0.0, False)] * len(seen)
     ends, known = life.reach[first:first + len(seen)], np.any(model.unknown)
-    made = [(float(end + span * known), bool(far) or bool(known) and not span)
+    made = [(float(end + span * known), bool(far) or bool(known))
             for end, span, far in zip(ends, seen, life.wanders[first:])]
     for j, row in enumerate(model.H if first else ()):
         spans = [one.range for one, factor in zip(model.states, row) if factor]
@@ -249,7 +250,7 @@ def _ranged(one: Quantity, seen: float, goes: tuple[float, bool], life: Optional
     end, wanders = goes
     if one.range is not None:
         return one
-    if life and not seen and wanders:
+    if life and not life.is_recorded and wanders:
         raise KalmanqError(f"{one.name} has no range, and the model does not tell one: its states wander; "
                            "give ranges, or --data")
     span = max(seen, end) if np.isfinite(end) else seen
