@@ -231,6 +231,45 @@ def test_saturating_ranges_are_warned_of():
     assert not trial.is_good and trial.warnings
 
 
+@pytest.mark.parametrize("arithmetic", ("f32", "q31"))
+def test_the_reading_that_the_header_names_keeps_its_figure(arithmetic):
+    """kq_mean without its low part, over records that were not there: its rounding is bounded, the rest was seen"""
+    runs, beyond, over = 0, 0, []
+    for make in (*five.FIVE, *PRODUCTS):
+        model, _ = with_ranges(make(), [drawn(make(), 1)], lives=True)
+        trial = design(model, LARGE, [drawn(model, 1)]).trials[arithmetic]
+        if trial.refused:
+            continue
+        parts = Parts(model, arithmetic)
+        for seed in range(2, 10):
+            record = drawn(model, seed)
+            if any(np.any(np.abs(record.z[:, j]) > one.range) for j, one in enumerate(model.measurements)):
+                continue
+            run, exact = (Filter(model, name).run(record.z, record.u) for name in (arithmetic, "f64"))
+            if np.any(np.abs(exact.mean) > [one.range for one in model.states]):
+                continue
+            mean = parts.arithmetic.values(run.words["mean"], parts.fractions("states"))
+            assert np.nanmax(np.abs(mean - run.mean) / exact.sigma) <= trial.reading * (1 + 1e-9), make
+            error = np.nanmax(np.abs(mean - exact.mean) / exact.sigma)
+            runs, beyond = runs + 1, beyond + (error > trial.worst.max())
+            over.append(error / (trial.reading + trial.worst.max()))
+    assert runs > 80 and beyond > 0.4 * runs  # what was printed before: without what the reading loses
+    assert np.mean(np.array(over) > 1) < 0.15 and max(over) < 3, (max(over), np.mean(np.array(over) > 1))
+
+
+def test_the_header_says_what_was_seen_and_what_is_bounded(tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "-o", tmp_path, "--json")
+    trial = json.loads(done.stdout)["trials"]["q31"]
+    text = " ".join((tmp_path / "track.h").read_text().replace("\n *", "").split())
+    said = re.search(r"kq_mean_q31 alone is (\S+) sigma from double's: of these, (\S+) at most by its 32 bits while states are "
+                     r"within their ranges, and (\S+) \((\S+) in the mean square\) by what was seen over (\d+) rows, which is "
+                     r"no bound", text)
+    assert said and int(said[5]) == trial["rows"] > 100
+    for figure, value in zip(said.groups(), (trial["reading"] + max(trial["worst"]), trial["reading"],
+                                             max(trial["worst"]), max(trial["rms"]))):
+        assert value <= float(figure) <= 1.11 * value
+
+
 # ------------------------------------------------------------------------------ costs
 
 

@@ -42,13 +42,18 @@ class Part:
 
 @dataclass
 class Trial:
-    """An arithmetic beside double, over all records: of each state, in sigma."""
+    """An arithmetic beside double, over all rows of the records: of each state, in sigma, of the mean with its low part.
+
+    reading    what kq_mean without that part loses at most, where states are within their ranges
+    """
 
     arithmetic: str
     worst: np.ndarray
     rms: np.ndarray
     events: int = 0
     refused: str = ""
+    rows: int = 0
+    reading: float = 0.0
 
     @property
     def is_good(self) -> bool:
@@ -61,6 +66,8 @@ class Trial:
         made = [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
         if self.worst.max(initial=0) > ACCURATE:
             made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")
+        if self.reading > TOLERABLE:
+            made.append(f"{self.arithmetic}: kq_mean alone loses up to {self.reading:.1g} sigma: add kq_mean_low to it")
         return made
 
 
@@ -135,7 +142,17 @@ def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequen
             events |= run.events
     except KalmanqError as problem:
         return Trial(arithmetic, worst, worst, refused=f"{arithmetic}: {problem}")
-    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events)
+    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events, "",
+                 sum(len(record.z) for record in records), _reading(model, arithmetic, exact))
+
+
+def _reading(model: Model, arithmetic: str, exact: Sequence[Run]) -> float:
+    """Half a last bit at the range, in the least sigma of each state"""
+    spans = np.array([one.range or 0.0 for one in model.states])
+    half = 2.0 ** (-1.0 - np.array(Parts(model, "q31").fractions("states"))) if arithmetic == "q31" else spans * 2.0**-24
+    sigmas = np.concatenate([run.sigma for run in exact if run.sigma is not None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.nanmax(np.where(sigmas > 0, half / sigmas, 0), initial=0))
 
 
 def errors_of(run: Run, exact: Run) -> np.ndarray:

@@ -15,6 +15,7 @@ from rich.table import Table
 from kalmanq import model_file, tables
 from kalmanq.c_source import WAYS, Source, identifier, source
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
+from kalmanq.compiler.proof_file import no_less
 from kalmanq.costs import CORES
 from kalmanq.designs import PARTS, Designs, Part, Way, design
 from kalmanq.errors import KalmanqError
@@ -95,10 +96,14 @@ def _written(asked: Asked, text: Source) -> list[Path]:
 
 
 def _remarks(made: Designs, chosen: Way) -> list[str]:
-    cost = chosen.cost
+    cost, trial = chosen.cost, chosen.trial
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
-            f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack; means within",
-            f"{chosen.trial.worst.max():.1g} sigma of double's, {chosen.trial.rms.max():.1g} in the mean square."]
+            f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
+            f"kq_mean_{chosen.arithmetic} alone is {no_less(trial.reading + trial.worst.max())} sigma from double's: of these, "
+            f"{no_less(trial.reading)} at most by",
+            f"its 32 bits while states are within their ranges, and {no_less(trial.worst.max())} ({no_less(trial.rms.max())} "
+            "in the mean square)",
+            f"by what was seen over {trial.rows} rows, which is no bound.  With kq_mean_low_{chosen.arithmetic} only these."]
 
 
 # ------------------------------------------------------------------------------ what is told
@@ -110,7 +115,8 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.controls)
                    for one in which}, "notes": made.notes,
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
-        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings}
+        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "reading": trial.reading,
+                          "rows": trial.rows, "warnings": trial.warnings}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost)} for one in made.ways],
