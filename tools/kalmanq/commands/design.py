@@ -99,11 +99,12 @@ def _remarks(made: Designs, chosen: Way) -> list[str]:
     cost, trial = chosen.cost, chosen.trial
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
             f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            f"kq_mean_{chosen.arithmetic} alone is {no_less(trial.reading + trial.worst.max())} sigma from double's: of these, "
-            f"{no_less(trial.reading)} at most by",
-            f"its 32 bits while states are within their ranges, and {no_less(trial.worst.max())} ({no_less(trial.rms.max())} "
-            "in the mean square)",
-            f"by what was seen over {trial.rows} rows, which is no bound.  With kq_mean_low_{chosen.arithmetic} only these."]
+            f"kq_mean_{chosen.arithmetic} alone is {no_less(trial.reading + trial.worst.max())} sigma from double's: of "
+            f"these, {no_less(trial.reading)} at most by",
+            f"its 32 bits while states are within their ranges, and {no_less(trial.worst.max())} "
+            f"({no_less(trial.rms.max())} in the mean square)",
+            f"by what was seen over {trial.rows} rows, which is no bound.  With kq_mean_low_{chosen.arithmetic} only "
+            "these."]
 
 
 # ------------------------------------------------------------------------------ what is told
