@@ -17,8 +17,8 @@
  *
  * Sharing, copying, interrupts.  The library has no state of its own: all is in the objects that a
  * call is given.  Calls that write different objects may run at once, on several cores, in tasks and
- * in interrupts, while they read the same process, sensor or table; a call that changes one of
- * those waits for them.  To one filter, and to what is attached to it, goes one call at a time.  A predict or update overwrites mean, root and likelihood as it
+ * in interrupts, while they read the same process, sensor or table.  There is no lock: you must not
+ * change one of those while a call reads it.  To one filter, and to what is attached to it, goes one call at a time.  A predict or update overwrites mean, root and likelihood as it
  * goes: an interrupt or a task that comes in between reads numbers that do not belong together, and
  * that of kq_mean alone may be neither the old nor the new one.  Single machine words are whole
  * whenever they are read: kq_events and kq_taken can be.  So whoever steps the filter publishes: with
@@ -106,9 +106,9 @@ typedef struct {
 
 typedef struct {
     uint8_t states;  /* n */
-    uint8_t ready;   /* 0: not initialised, 1, or 2: after a very sharp measurement */
+    uint8_t ready;   /* 0: not initialised; otherwise flags */
     uint16_t events; /* KQ_EVENT_... */
-    uint8_t plain;   /* n where ready is 1 and nothing is attached, otherwise 0 */
+    uint8_t plain;   /* n where an ordinary step will do, otherwise 0 */
     uint16_t known;  /* bit i: component i can be read */
     float *memory;   /* the caller's: mean, then root */
     struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
