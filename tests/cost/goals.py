@@ -64,7 +64,8 @@ PROGRAMS = (
     ("avr", "q31", 25000, None, 900),
 )
 # The same with lean sensors, of constant tables: bytes of flash
-LEAN = (("m4f", "f32", 5000), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12000),
+# (AVR f32: 12000 before low-noise measurements were taken coarsely)
+LEAN = (("m4f", "f32", 5000), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12060),
         ("avr", "q31", 25000))  # fmt: skip
 # Instructions of a step at n states
 STEPS = (
@@ -85,7 +86,8 @@ WORST = (("m4f", "f32", 4.2), ("m3", "q31", 8), ("m0", "q31", 8))
 # and what is not reached yet
 NONLINEAR = ((6, 5900, 18000), (9, 10600, 38000))
 NONLINEAR_STACK = 700
-NONLINEAR_FLASH = (("extended", 760), ("points", 2660))
+# By points 2660 before their rows were taken in units of the root
+NONLINEAR_FLASH = (("extended", 760), ("points", 2960))
 NONLINEAR_FLASH_AHEAD = (("extended", 700), ("points", 2500))
 
 
