@@ -452,10 +452,7 @@ def test_the_words_are_those_of_direct_calls(arithmetic, number):
             else:
                 assert K("update_points")(filter_, sensor, innovation, ffi.NULL, 0, work) == 0
             words = np.frombuffer(ffi.buffer(filter_.memory, ours.memory.nbytes), type_)
-            if method == "extended":
-                assert np.array_equal(words, ours.memory)
-            else:  # the package forms a Jacobian, kq_update_points none: the last bits differ
-                assert np.allclose(words, ours.memory, rtol=0, atol=64 * np.finfo(type_).eps * np.max(np.abs(words)))
+            assert np.array_equal(words, ours.memory)
 
 
 # ------------------------------------------------------------------ what is wrong is said in one line

@@ -115,7 +115,7 @@ class NonlinearFilter(Readable):
             self._widest = np.fmax(self._widest, variance)
         prepared = self.way.update(self, z, self.row, u)
         variances = self._variances(prepared.sensor)
-        words = self.steps.update(self._handle, prepared.sensor, prepared.e, z)
+        words = self.steps.update(self._handle, prepared, z)
         lost = NOT_A_WORD if self.arithmetic.is_fixed else np.nan
         return np.where(there, words, lost), np.where(there, variances, np.nan)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Callable, Optional
 
 import numpy as np
 
@@ -14,10 +14,11 @@ BY_POINTS = ("cubature", "central", "posterior")
 
 
 class Update:
-    """An update that has been prepared: its sensor and its innovation."""
+    """An update that has been prepared: its sensor and its innovation.  by_points: takes all components of z into the
+    filter as kq_update_points does, which forms no Jacobian."""
 
-    def __init__(self, sensor: Any, e: np.ndarray):
-        self.sensor, self.e = sensor, e
+    def __init__(self, sensor: Any, e: np.ndarray, by_points: Optional[Callable[[], None]] = None):
+        self.sensor, self.e, self.by_points = sensor, e, by_points
 
 
 class Extended:
@@ -43,7 +44,7 @@ class Iterated(Extended):
         made = jacobian_at(f, x, c, z, t, u)
         for _ in range(self.count - 1):
             f.copy_to(f.trial)
-            f.steps.update(f.trial._handle, made.sensor, made.e, z)
+            f.steps.update(f.trial._handle, made, z)
             c = f.trial.mean
             made = jacobian_at(f, x, c, z, t, u)
         return made
@@ -66,7 +67,9 @@ class Points:
         f.steps.predict_points(f._handle, lambda x: f.model.increment(x, t, u), self.rule)
 
     def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
-        return points_at(f, f._handle, z, t, u, self.rule)
+        made = points_at(f, f._handle, z, t, u, self.rule)
+        return Update(made.sensor, made.e, lambda: f.steps.update_points(
+            f._handle, innovation_of(f, z, t, u), self.rule))
 
 
 class Posterior(Points):
@@ -80,14 +83,14 @@ class Posterior(Points):
         made = points_at(f, f._handle, z, t, u, self.rule)
         for _ in range(self.count - 1):
             f.copy_to(f.trial)
-            f.steps.update(f.trial._handle, made.sensor, made.e, z)
+            f.steps.update(f.trial._handle, made, z)
             made = points_at(f, f.trial._handle, z, t, u, self.rule)
         return made
 
 
-def points_at(f: NonlinearFilter, at: Any, z: np.ndarray, t: int, u: np.ndarray, rule: str) -> Update:
-    """The update of f with h linearised over the density `at`, itself or another one."""
-    centre: list[np.ndarray] = []  # the innovation there, which is called first
+def innovation_of(f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """The innovation at each sigma point, as the C core asks for it"""
+    centre: list[np.ndarray] = []  # the innovation at the mean, which is called first
 
     def innovation(x: np.ndarray) -> np.ndarray:
         e = f.model.innovation(z, x, t, u, *centre)
@@ -95,7 +98,12 @@ def points_at(f: NonlinearFilter, at: Any, z: np.ndarray, t: int, u: np.ndarray,
             centre.append(e)
         return e
 
-    e, J = f.steps.linearise(at, innovation, f.model.m, rule)
+    return innovation
+
+
+def points_at(f: NonlinearFilter, at: Any, z: np.ndarray, t: int, u: np.ndarray, rule: str) -> Update:
+    """The update of f with h linearised over the density `at`, itself or another one."""
+    e, J = f.steps.linearise(at, innovation_of(f, z, t, u), f.model.m, rule)
     return Update(f.steps.measure_at(-J), e + J @ (f.number_of_mean(f._handle) - f.number_of_mean(at)))
 
 

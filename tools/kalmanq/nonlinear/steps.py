@@ -62,10 +62,13 @@ class Steps:
             require(self._function("sensor_change_measurement")(sensor, self._pointer(self._H)), "H")
         return sensor
 
-    def update(self, filter_: Any, sensor: Any, e: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """By the innovation e, of the components that are there in z.  Answers the words of e."""
-        words = self._innovation(e)
+    def update(self, filter_: Any, made: Any, z: np.ndarray) -> np.ndarray:
+        """By a prepared update, of the components that are there in z.  Answers the words of its innovation."""
+        words, sensor = self._innovation(made.e), made.sensor
         present = int(present_of(z[None])[0])
+        if np.all(~np.isnan(z)) and made.by_points:
+            made.by_points()
+            return words
         if np.all(~np.isnan(z)):
             status = self._function("update_extended")(filter_, sensor, self._pointer(words))
         else:
@@ -80,6 +83,12 @@ class Steps:
         answer.require(self._function("predict_points")(
             filter_, self.parts.process, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
             "predict")
+
+    def update_points(self, filter_: Any, innovation: Callable[[np.ndarray], np.ndarray], rule: str) -> None:
+        answer = Answer(self.arithmetic, self.model.n, self.model.m, innovation)
+        answer.require(self._function("update_points")(
+            filter_, self.parts.sensor, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
+            "update")
 
     def linearise(self, at: Any, g: Callable[[np.ndarray], np.ndarray], rows: int,
                   rule: str) -> tuple[np.ndarray, np.ndarray]:
