@@ -151,7 +151,7 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
  * chains of 1 to 4 integrators, outages of up to 1e5 steps: its sigmas are at most 4 n measurements (f64: n)
  * behind those by an ordinary sensor.
  * For P0 below 2^16 r (2^48 r), in the units of z, and without outages nothing is raised.
- * As any other sensor it does not take what is beyond the numbers (KQ_EVENT_OVERFLOW).  In q31 a state that
+ * An innovation variance that overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state that
  * a component leads out of its word is held there before the next component (KQ_EVENT_SATURATED).  Rounding
  * is not looked for: after a noise-free measurement of another sensor at the same instant, r must be above
  * 2^-32 of what H P H' was before that one.

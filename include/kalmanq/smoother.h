@@ -223,7 +223,7 @@ float kq_smoothed_sigma_f32(const kq_history_f32 *h, size_t t, int i);
 double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i);
 
 /** The sticky events (KQ_EVENT_..., status.h) of smoothing, cleared when the history is attached: its
-    filter may be gone.  Those of the run are the filter's.  A NULL h has none.  In floating point there is
+    filter may be gone.  The filter keeps the events of the run.  A NULL h has no events.  In floating point there is
     KQ_EVENT_PRECISION: smoothing with covariances left less of a sigma than 8 roundings of the filter's mean
     (measurements without noise, processes with hardly any), and means may be off by more than it says.  Steps of
     compile-time sizes do not look. */

@@ -182,7 +182,7 @@ static num row_square(const num *S, int n, int i)
 /*
  * Where later measurements leave less of a sigma than 8 roundings of the filter's mean, of what the predict from x by A
  * has added to it and of what an update has moved it, the smoothed means before it are not as good as their sigmas say.
- * A sigma at rounding itself is that of a state which is known: it says nothing.
+ * A state that is known exactly has a sigma at rounding: it is left out.
  */
 KQ_COLD KQ_NOINLINE static unsigned smoothing_events(const num *A, const num *x, const num *predicted, const num *smoothed,
                                                      int n)

@@ -22,8 +22,8 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
 /* May a sensor without the careful path take it? */
 static inline int is_blunt(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
 
-/* Raises the noise r of what is not, to twice the least that is: s grows with it.  Answers 0 where r is
-   that large: then it is beyond the numbers. */
+/* Raises the noise r of a low-noise measurement to twice the least that is_blunt takes; s grows with r.
+   Answers 0 where r is that large already: the measurement overflows. */
 static inline int raise_noise(scaled *r, scaled s)
 {
     const num least = 2 * (sharp_share(s) + num_zero_variance);

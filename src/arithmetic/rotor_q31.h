@@ -42,7 +42,7 @@ static inline int is_blunt(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent >= s.exponent - 16 && s.exponent > num_zero_variance.exponent;
 }
 
-/* Raises the noise r of what is not, to twice the least that is: s grows with it. */
+/* Raises the noise r of a low-noise measurement to twice the least that is_blunt takes; s grows with r. */
 static inline int raise_noise(scaled *r, scaled s)
 {
     const int counts = s.mantissa && s.exponent > num_zero_variance.exponent;

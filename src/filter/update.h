@@ -43,7 +43,7 @@ KQ_COLD KQ_NOINLINE static void count_faint(filter *f)
 
 /* Takes component c of a reading, of row h, noise r and innovation e, into the filter.  selected: 1
    + the state that h takes alone, as it is, or 0.  Answers 0 where there is something unusual about
-   it (sharp.h), or, for a lean sensor, it is beyond the numbers: then nothing has been done. */
+   it (sharp.h), or, for a lean sensor, its variance overflows: then nothing has been done. */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
                           scaled r, scaled e, int n, int mode)
 {
