@@ -226,7 +226,9 @@ double kq_smoothed_sigma_f64(const kq_history_f64 *h, size_t t, int i);
     filter may be gone.  The filter keeps the events of the run.  A NULL h has no events.  In floating point there is
     KQ_EVENT_PRECISION: smoothing with covariances left less of a sigma than 8 roundings of the filter's mean
     (measurements without noise, processes with hardly any), and means may be off by more than it says.  Steps of
-    compile-time sizes do not look. */
+    compile-time sizes do not look.  Of 6,000 such models (tests/campaign/noise_free) a smoothed mean was off by more
+    than 0.05 sigma in 15 of f32, 7 of them without it; by more than 1e-3 sigma, at most 0.012, in 4 of q31,
+    which does not look. */
 unsigned kq_history_events_f32(const kq_history_f32 *h);
 unsigned kq_history_events_f64(const kq_history_f64 *h);
 

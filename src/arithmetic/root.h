@@ -7,6 +7,8 @@
 
 #include <stdint.h>
 
+#include "kalmanq/size.h"
+
 #include "arithmetic.h"
 #include "compiler.h"
 #include "rows.h"
@@ -75,6 +77,32 @@ static void root_square(scaled *restrict P, const num *restrict S, int n)
     for (int i = 0; i < n; i++) {
         for (int j = i; j < n; j++) P[i * n + j] = P[j * n + i] = root_product(S, n, i, j);
     }
+}
+
+/*
+ * Is the condition number of S, its rows scaled to norm 1, too large?  It is |S^-1 D|, found column by column.
+ * Rows that are rounded by a part of their norm move the sigma of the combination that is known best by that
+ * many such parts.
+ */
+KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n)
+{
+    const scaled zero = {0};
+    scaled v[KQ_SIZE_MAX], total = zero;
+    for (int j = 0; j < n; j++) {
+        v[j] = scaled_root(root_product(S, n, j, j));
+        if (scaled_is_zero(v[j])) continue;
+        for (int i = j; i >= 0; i--) {
+            const scaled own = scaled_normal(root_entry(S, n, i, i));
+            scaled sum = i == j ? v[j] : zero;
+            for (int k = i + 1; k <= j; k++) {
+                sum = scaled_minus(sum, scaled_times(scaled_normal(root_entry(S, n, i, k)), v[k]));
+            }
+            if (i == j && scaled_is_zero(own)) return 1;
+            v[i] = scaled_is_zero(own) ? zero : scaled_over(sum, own);
+            total = scaled_products(total, scaled_one, v[i], v[i]);
+        }
+    }
+    return !scaled_is_less(total, num_most_condition);
 }
 
 #endif

@@ -27,7 +27,7 @@ static const num num_one = 1;
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
 /* Two rows at a time save loads, which count; in fixed point multiplications do. */
-enum { rows_in_pairs = 1 };
+enum { rows_in_pairs = 1, rows_share_exponents = 0 };
 
 /* Where sizes are known, S is in registers: a row of it cannot be selected.  Up to so many states a
    step works on a copy that is in registers, and up to so many its components are unrolled. */

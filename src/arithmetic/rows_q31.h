@@ -38,7 +38,7 @@ static inline const int32_t *exponents_of(const int32_t *S, int n) { return S + 
 enum { select_always = 1, states_in_registers = 0, states_unrolled = 1 };
 
 /* rows_float.h */
-enum { rows_in_pairs = 0 };
+enum { rows_in_pairs = 0, rows_share_exponents = 1 };
 
 /* Of words of a row of exponent *E times h, where h is 2^k */
 static inline int32_t entry_exponent(scaled h, const int32_t *E) { return h.exponent + 30 + *E; }

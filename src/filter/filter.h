@@ -10,6 +10,8 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/mean.h"
+#include "../arithmetic/root.h"
+#include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
@@ -56,6 +58,14 @@ KQ_COLD KQ_NOINLINE static void filter_hold(filter *f)
 }
 
 KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
+
+/* What a sharp measurement has told may be lost where S is rounded next, and later measurements bring that
+   into sigmas. */
+KQ_COLD KQ_NOINLINE static void note_condition(filter *f)
+{
+    if (!(f->ready & FILTER_NARROW)) return;
+    if (root_is_ill_conditioned(filter_root(f), f->states)) f->events |= KQ_EVENT_PRECISION;
+}
 
 /* What was attached before is not looked at: it may be gone. */
 KQ_COLD static void filter_set_attached(filter *f, struct T(kq_attached) *a)

@@ -145,6 +145,7 @@ KQ_COLD static int update_root(filter *f, careful_scalar *m, const sharp_work *w
         if (f->attached) f->attached->hooks->record_nothing(f);
         return 0;
     }
+    if (rows_share_exponents) note_condition(f);
     tell_scalar(f, m, w);
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_SHARP | (m->exact ? 0 : FILTER_NARROW));

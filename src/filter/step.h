@@ -8,9 +8,6 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
 #include "../model/advance.h"
 #include "../model/process.h"
 #include "../model/types.h"
@@ -21,20 +18,10 @@
 
 /* ------------------------------------------------------------------ predict */
 
-/*
- * After a sharp measurement: is what a state's variance is, given those after it, within the rounding of its
- * row?  That is what the reflector leaves of it (num_lost_share), and later measurements bring it into
- * sigmas.
- */
+/* After a sharp measurement */
 KQ_COLD KQ_NOINLINE static void predict_ends_sharp(filter *f)
 {
-    const num *S = filter_root(f);
-    const int n = f->states;
-    for (int i = 0; i < n && (f->ready & FILTER_NARROW); i++) {
-        const scaled own = scaled_normal(root_entry(S, n, i, i));
-        const scaled least = scaled_times(num_lost_share, root_product(S, n, i, i));
-        if (scaled_is_less(scaled_times(own, own), least)) f->events |= KQ_EVENT_PRECISION;
-    }
+    note_condition(f);
     filter_set_ready(f, FILTER_READY);
 }
 

@@ -781,7 +781,7 @@ static void what_a_sharp_measurement_told_and_a_predict_lost_is_an_event(void)
 {
     TEST_ASSERT_EQUAL_HEX(0, events_of_sharpness(1));
     TEST_ASSERT_EQUAL_HEX(0, events_of_sharpness(1e3 * EPS * EPS));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_sharpness(EPS * EPS));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_sharpness(EPS * EPS / 4));
 }
 
 static unsigned events_of_share(double share)
