@@ -125,10 +125,10 @@ kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t
  * step 0.  A filter records on one history: the one attached last.
  *     Who has to outlive whom: history and filter each other, until the history is smoothed (its
  * last step is the filter's state) or detached.  The recording also ends when the filter is
- * initialised or assigned anew, is given another history, or the history is assigned anew.  Of these
- * calls none looks at the other object, which may be gone, and so none tells it: a history whose
- * filter was initialised anew still has that filter, and is to be detached before it goes to
- * another one, or assigned anew where the filter is gone.
+ * initialised or assigned anew, is given another history, or the history is assigned anew.  Attach
+ * looks at what is attached to the filter, which must be alive.  The others do not look at the other object, which
+ * may be gone, and so do not tell it: a history whose filter was initialised anew still has that filter, and is to
+ * be detached before it goes to another one, or assigned anew where the filter is gone.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a history that was
  * never given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an
  * adaptation or a settling is attached to f: detach it).  Of a filter whose start is in part unknown it
