@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import five
+from products import PRODUCTS
 from kalmanq import KalmanqError, Model, ModelError, Quantity, costs
 from kalmanq.c_source import WAYS, source, ways_of
+from kalmanq.commands.simulate import simulate
 from kalmanq.core import lib
 from kalmanq.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
 from kalmanq.filters import Filter
 from kalmanq.model import Gaps
 from kalmanq.parts import Parts
-from kalmanq.reach import draw, reach, with_ranges
+from kalmanq.reach import Record, draw, life_of, reach, tail, with_ranges
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
@@ -179,8 +183,6 @@ def test_a_correlated_or_unknown_start_has_its_ways():
 def test_the_reach_has_what_is_between_components():
     """Two gauges of one state that contradict each other: between them the mean is far off."""
     model = Model(1, [[1], [1]], [1e-4, 1e-4], 1e-6, P0=100, states=["level"])
-    from kalmanq.reach import Record
-
     found = reach(model, [Record(np.array([[0.0, 0.0], [9.0, -9.0]]))])
     assert 3 < found.states[0] <= 4.5 + 0.1 and found.measurements[0] == 9
 
@@ -225,6 +227,82 @@ def test_without_range_or_data_a_wandering_state_is_refused_and_a_stationary_one
         with_ranges(Model(1, 1, 1, 1, P0=1, states=["level"]), [])
     ranged, notes = with_ranges(Model(0.5, 1, 1, 0.75, P0=1), [])
     assert 6 * 1 * 1.5 <= ranged.states[0].range < 11 and len(notes) == 2
+
+
+def bare(model):
+    """Without ranges"""
+    def names(which):
+        return [replace(one, range=None) for one in which]
+
+    return model.changed(states=names(model.states), measurements=names(model.measurements),
+                         controls=names(model.controls) if model.l else None)
+
+
+def drawn(model, seed, rows=2000):
+    u = np.random.default_rng([seed, 7]).uniform(-1, 1, (rows, model.l)) if model.l else None
+    return Record(simulate(model, rows, seed, u)[1], u)
+
+
+@pytest.mark.parametrize("seed", (1000, 1001, 1002))
+def test_ranges_of_one_record_hold_others(seed):
+    """640 of 16 products: none saturates, none is refused by a range"""
+    for make in PRODUCTS:
+        model = bare(make())
+        ranged, _ = with_ranges(model, [drawn(model, seed)])
+        parts = Parts(ranged, "q31")
+        for other in range(40):
+            record = drawn(model, other)
+            run = Filter(ranged, "q31", parts=parts).run(record.z, record.u)
+            assert not run.events & (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW), (make, other)
+
+
+def test_ranges_hold_the_prior():
+    """Of a record that begins near x0, where the next one need not"""
+    model = Model(1, 1, 1.0, 0.1, P0=1e4, states=["level"], measurements=["z"])
+    ranged, notes = with_ranges(model, [Record(np.zeros((200, 1)))])
+    assert min(ranged.states[0].range, ranged.measurements[0].range) > 6 * 100
+    assert re.fullmatch(r"level: a range of \S+ was chosen; the model \S+ in 10000 rows \(farther: a "
+                        r"chance of 1e-06\); it wanders, and goes farther later: declare what bounds it", str(notes[0])), notes
+
+
+@pytest.mark.parametrize("steps", (1, 1000, 30_000))
+def test_a_life_is_as_its_covariance_says(steps):
+    """Row by row, of what grows, swings and fades"""
+    for make in PRODUCTS:
+        model = bare(make())
+        P = model.P0
+        most = np.diag(P)
+        for _ in range(steps):
+            P = model.A @ P @ model.A.T + model.Q
+            most = np.fmax(most, np.diag(P))
+        life = life_of(model.changed(B=None, controls=None), [], max(steps, 10_000))
+        least = tail(life.rows * (model.n + model.m)) * np.sqrt(most)
+        assert np.all(life.reach[:model.n] >= least * (1 - 1e-9))
+        if model.name != "load_cell":  # of a long life only, beside its prior
+            assert life.wanders.any() == (model.name not in ("battery", "anemometer", "spring", "oven"))
+
+
+def test_only_what_wanders_is_said_to():
+    """A model with controls that fade does not, and needs no data"""
+    model = Model([[0.9, 0.1], [0, 0.8]], [1, 0], 1, [0.1, 0.1], B=[0, 1], P0=[1, 1], controls=[Quantity("u", range=3)])
+    ranged, notes = with_ranges(model, [])
+    assert all(one.range for one in (*ranged.states, *ranged.measurements)) and "wander" not in "".join(map(str, notes))
+    x = np.zeros(2)
+    for _ in range(500):
+        x = model.A @ x + model.B[:, 0] * 3
+    assert np.all(np.array([one.range for one in ranged.states]) > 1.5 * x)
+    with pytest.raises(KalmanqError, match="u has no range"):
+        with_ranges(model.changed(controls=["u"]), [])
+    with pytest.raises(KalmanqError, match="its states wander"):
+        with_ranges(model.changed(A=[[1, 0.1], [0, 0.8]]), [])
+    known = model.changed(A=[[1, 0.1], [0, 1]], states=[Quantity("a", range=50), Quantity("b", range=9)])
+    assert 50 < with_ranges(known, [])[0].measurements[0].range < 100  # no farther than what it sees
+
+
+def test_what_grows_by_a_power_has_its_data_alone():
+    model = Model(1.5, 1, 1, 1, P0=1)
+    ranged, notes = with_ranges(model, [Record(np.full((50, 1), 4.0))])
+    assert ranged.states[0].range < 15 and "the model grows without end: the range is that of the data alone" in str(notes[0])
 
 
 def test_saturating_ranges_are_warned_of():

@@ -16,7 +16,7 @@ from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter
 from kalmanq.model import Model
 from kalmanq.parts import Parts
-from kalmanq.reach import Reach, Record, reach, widened
+from kalmanq.reach import Choice, Reach, Record, reach, widened
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
@@ -110,7 +110,7 @@ class Designs:
     trials: dict[str, Trial]
     ways: list[Way]
     lean: dict[str, Lean] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    notes: list[Choice] = field(default_factory=list)
 
     def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
         """The one with fewest instructions that is good, unless a little more buys less code; None: there is none."""
@@ -124,7 +124,7 @@ class Designs:
         return min(near, key=lambda one: one.cost.flash)
 
 
-def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[str] = ()) -> Designs:
+def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = ()) -> Designs:
     """Tries every way to run a model that has all its ranges."""
     runs = [_run(model, "f64", record) for record in records]
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}

@@ -123,7 +123,8 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
     return {
         "model": made.model.name, "core": made.part.core, "flash": made.part.flash, "ram": made.part.ram,
         "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.controls)
-                   for one in which}, "notes": made.notes,
+                   for one in which}, "notes": [str(one) for one in made.notes],
+        "chosen_ranges": [asdict(one) for one in made.notes],
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
         "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings}
                    for name, trial in made.trials.items()},

@@ -54,7 +54,7 @@ def put_caption(figure: Figure, text: str) -> None:
 
 def ranged(model: Model, records: Sequence[np.ndarray]) -> Model:
     """With the ranges that these records (T x m each) ask for: fixed point chooses its formats by them."""
-    return with_ranges(model, [Record(z) for z in records])[0]
+    return with_ranges(model, [Record(z) for z in records], life=0)[0]
 
 
 def predicted_covariances(model: Model, arithmetic: str, rows: int) -> np.ndarray:
