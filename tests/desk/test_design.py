@@ -305,6 +305,71 @@ def test_what_grows_by_a_power_has_its_data_alone():
     assert ranged.states[0].range < 15 and "the model grows without end: the range is that of the data alone" in str(notes[0])
 
 
+@pytest.mark.parametrize("arithmetic", ("f32", "q31"))
+def test_the_reading_that_the_header_names_keeps_its_figure(arithmetic):
+    """kq_mean without its low part, in every run on records that were not there"""
+    runs, beyond, shares = 0, 0, []
+    for make in (*five.FIVE, *PRODUCTS):
+        model, _ = with_ranges(make(), [drawn(make(), 1)])
+        trial = design(model, LARGE, [drawn(model, 1)]).trials[arithmetic]
+        if not trial.is_good:
+            continue
+        parts = Parts(model, arithmetic)
+        for seed in range(2, 10):
+            record = drawn(model, seed)
+            if any(np.any(np.abs(record.z[:, j]) > one.range) for j, one in enumerate(model.measurements)):
+                continue
+            run, exact = (Filter(model, name).run(record.z, record.u) for name in (arithmetic, "f64"))
+            if np.any(np.abs(exact.mean) > [one.range for one in model.states]):
+                continue
+            mean = parts.arithmetic.values(run.words["mean"], parts.fractions("states"))
+            assert np.nanmax(np.abs(mean - run.mean) / exact.sigma) <= trial.reading.low * (1 + 1e-9), make
+            error = np.nanmax(np.abs(mean - exact.mean) / exact.sigma)
+            assert error <= trial.reading.within, (make, seed)
+            runs, beyond = runs + 1, beyond + (error > trial.worst.max())
+            shares.append(error / trial.reading.within)
+    assert runs > 100 and beyond > 0.4 * runs  # what was printed before: without what the reading loses
+    assert np.median(shares) > 0.05 and max(shares) > 0.3  # it is no figure that holds whatever happens
+
+
+def test_the_header_and_json_say_what_the_reading_is_off(tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "-o", tmp_path, "--json")
+    told = json.loads(done.stdout)["trials"]["q31"]["kq_mean"]
+    text = " ".join((tmp_path / "track.h").read_text().replace("\n *", "").split())
+    said = re.search(r"kq_mean_q31 alone is within (\S+) sigma of double's mean while states are within their ranges: (\S+) by "
+                     r"its 32 bits, which kq_mean_low_q31 takes away; the rest is (\S+) times the (\S+) seen over (\d+) rows", text)
+    assert said and int(said[5]) == told["rows"] > 1000
+    for figure, value in zip(said.groups(), (told["within"], told["low"], told["times"], told["seen"])):
+        assert value <= float(figure) <= 1.11 * value
+    assert told["within"] == pytest.approx(told["low"] + told["times"] * told["seen"])
+
+
+def test_page_header_and_json_say_life_and_chance(tmp_path):
+    (tmp_path / "level.toml").write_text("[model]\nA = 1.0\nH = 1.0\nR = 1.0\nQ = 0.1\nP0 = 1e4\n")
+    (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
+    asked = ("design", tmp_path / "level.toml", "--core", "m3", "--data", tmp_path / "z.csv", "--arith", "q31")
+    done = kalmanq(*asked, "-o", tmp_path)
+    header = " ".join((tmp_path / "level.h").read_text().replace("\n *", "").split())
+    for text in (" ".join(done.stdout.split()), header):
+        assert re.search(r"x1: a range of 1100 was chosen; the data reach \S+, the model 6\d\d in 10000 rows \(farther: a chance "
+                         r"of 1e-06\); it wanders, and goes farther later: declare what bounds it", text), text
+    chosen = json.loads(kalmanq(*asked, "--json").stdout)["chosen_ranges"]
+    assert [(one["name"], one["range"], one["rows"], one["chance"], one["wanders"]) for one in chosen] == [
+        ("x1", 1100, 10000, 1e-6, True), ("z1", 1100, 10000, 1e-6, True)]
+
+
+def test_a_life_is_no_longer_than_q31_is_accurate_with():
+    """Nor shorter than the record: a velocity that wanders for 10000 rows took q31 its accuracy, and the recommendation"""
+    made = next(make for make in PRODUCTS if make.__name__ == "ultrasound")
+    model = bare(made())
+    ranged, chosen = with_ranges(model, [drawn(model, 1000)])
+    assert {one.rows for one in chosen} == {2000} and ranged.states[0].range < 1e4
+    assert with_ranges(model, [drawn(model, 1000)], life=10_000)[0].states[0].range > 1e4
+    chosen = design(ranged, LARGE, [drawn(model, 1000)]).chosen()
+    assert chosen is not None and chosen.arithmetic == "q31"
+    assert with_ranges(model, [drawn(model, 1000)], life=0)[0].states[0].range < 200  # the record alone
+
+
 def test_saturating_ranges_are_warned_of():
     model = Model(1, 1, 1e-4, 1.0, P0=1, states=[Quantity("level", range=4)], measurements=[Quantity("z", range=1e6)])
     records = [type(draw(model)[0])(np.cumsum(np.full((400, 1), 0.5), axis=0))]

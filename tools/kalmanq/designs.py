@@ -14,9 +14,9 @@ from kalmanq.core import lib, names_of
 from kalmanq.costs import Cost
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter
-from kalmanq.model import Model
+from kalmanq.model import Gaps, Model
 from kalmanq.parts import Parts
-from kalmanq.reach import Choice, Reach, Record, reach, widened
+from kalmanq.reach import Choice, Reach, Record, draw, reach, widened
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
@@ -24,6 +24,7 @@ BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than
 GAP = 10  # rows, where a model declares no gap
 OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
 NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
+DRAWN, DRAWN_SEEDS = 4000, range(100, 103)  # rows and seeds of records beside those that are given
 SETTLED = 100  # rows before the outage
 WORTH = 0.9  # fewer instructions than that share are worth more code
 START_UP = 1024  # bytes of flash that a program has beside all this
@@ -44,9 +45,29 @@ class Part:
         return cost.flash + START_UP <= self.flash and cost.ram + cost.stack <= self.ram
 
 
+@dataclass(frozen=True)
+class Reading:
+    """What kq_mean alone, without its low part, is off double's mean at most, in sigma, where states are within their
+    ranges.
+
+    low    what the low part has at most
+    seen   the largest error of mean and low part over so many rows: of the records, and of others drawn from the model
+    times  as far as the ranges are beyond the states there: an error is in proportion to the states, or less
+    """
+
+    low: float
+    seen: float
+    times: float
+    rows: int
+
+    @property
+    def within(self) -> float:
+        return self.low + self.times * self.seen
+
+
 @dataclass
 class Trial:
-    """An arithmetic beside double, over all records: of each state, in sigma."""
+    """An arithmetic beside double, over all records: of each state, in sigma, of the mean with its low part."""
 
     arithmetic: str
     worst: np.ndarray
@@ -54,6 +75,7 @@ class Trial:
     events: int = 0
     refused: str = ""
     cure: str = ""
+    reading: Optional[Reading] = None  # where it is not refused
 
     @property
     def is_good(self) -> bool:
@@ -130,9 +152,11 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
     made = Designs(model, part, reach(model, records), trials, [], notes=list(notes))
+    drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
     for name, trial in trials.items():
         if trial.refused:
             continue
+        trial.reading = _reading(model, trial, made.reached, records, runs, drawn)
         made.lean[name] = _lean(model, name, runs)
         for way in ways_of(Parts(model, name)):
             if costs.is_measured(part.core, name, way) and not (way == "lean" and made.lean[name].refused):
@@ -168,6 +192,20 @@ def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: 
         return ""
     wider, said = widened(model, records)
     return ", ".join(said) if said and _try(wider, "q31", records, exact).is_good else ""
+
+
+def _reading(model: Model, trial: Trial, reached: Reach, records: Sequence[Record], runs: Sequence[Run],
+             drawn: Sequence[Record]) -> Reading:
+    name, exact = trial.arithmetic, [_run(model, "f64", one) for one in drawn]
+    ranges = np.array([one.range for one in model.states])
+    half = 2.0 ** (-1.0 - np.array(Parts(model, name).fractions("states"))) if name == "q31" else ranges * 2.0**-24
+    sigmas = np.concatenate([np.asarray(run.sigma) for run in (*runs, *exact)])
+    states = np.fmax(reached.states, reach(model, drawn).states)
+    seen = np.fmax(trial.worst.max(), _try(model, name, drawn, exact).worst.max())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low = np.nanmax(np.where(sigmas > 0, half / sigmas, 0), initial=0)
+        times = np.max(np.where(states > 0, ranges / states, 1), initial=1)
+    return Reading(float(low), float(seen), float(times), sum(len(one.z) for one in (*records, *drawn)))
 
 
 def errors_of(run: Run, exact: Run) -> np.ndarray:

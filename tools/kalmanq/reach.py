@@ -268,12 +268,12 @@ def with_ranges(model: Model, records: Sequence[Record], life: Optional[int] = N
     seen, (first, least) = reach(model, records), _sigmas(model, records)
     if np.any(model.unknown):
         seen = replace(seen, states=np.fmax(seen.states, FAR * first))
-    longest = max((len(one.z) for one in records), default=1)
+    longest = max((len(one.z) for one in records), default=0)
     rows = max(LEAST_LIFE, LIFE * longest) if life is None else life
     while True:
         far = life_of(model, records, rows) if rows else Life(0, np.zeros(model.n + model.m), np.zeros(model.n + model.m, bool))
         made, chosen = _with_life(model, records, seen, far)
-        if not np.any(far.wanders) or rows <= longest or _is_fine(model, made, least):
+        if life is not None or not np.any(far.wanders) or rows <= (longest or rows) or _is_fine(model, made, least):
             return made, chosen
         rows = max(rows // 2, longest)
 

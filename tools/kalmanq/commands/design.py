@@ -16,8 +16,9 @@ from rich.table import Table
 from kalmanq import model_file, tables
 from kalmanq.c_source import WAYS, Source, identifier, source
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
+from kalmanq.compiler.proof_file import no_less
 from kalmanq.costs import COMPACT, CORES, flags, include_path
-from kalmanq.designs import PARTS, Designs, Part, Way, design
+from kalmanq.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.model import Model
@@ -100,10 +101,20 @@ def _written(asked: Asked, text: Source) -> list[Path]:
 def _remarks(made: Designs, chosen: Way) -> list[str]:
     cost = chosen.cost
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
-            f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack; means within",
-            f"{chosen.trial.worst.max():.1g} sigma of double's, {chosen.trial.rms.max():.1g} in the mean square.",
+            f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
+            *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
             *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
             *_built(made.part.core, chosen.way)]
+
+
+def _accuracy(trial: Trial) -> str:
+    """Of the very reading that the header names"""
+    reading = trial.reading
+    assert reading is not None
+    return f"kq_mean_{trial.arithmetic} alone is within {no_less(reading.within)} sigma of double's mean while states are " \
+           f"within their ranges: {no_less(reading.low)} by its 32 bits, which kq_mean_low_{trial.arithmetic} takes away; " \
+           f"the rest is {math.ceil(10 * reading.times) / 10:g} times the {no_less(reading.seen)} seen over {reading.rows} rows, as far " \
+           "as the ranges are beyond the states there."
 
 
 def _built(core: str, way: str) -> list[str]:
@@ -126,7 +137,8 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                    for one in which}, "notes": [str(one) for one in made.notes],
         "chosen_ranges": [asdict(one) for one in made.notes],
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
-        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings}
+        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings,
+                          "kq_mean": {"within": trial.reading.within, **asdict(trial.reading)} if trial.reading else None}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost), "flags": flags(made.part.core), "library_flags": COMPACT,
@@ -190,6 +202,8 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     ways = "; sizes: -Isrc/known_sizes, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
                   f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.", markup=False)
+    if chosen:
+        console.print(f"  {_accuracy(chosen.trial)}", markup=False)
     for name, lean in made.lean.items():
         console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}", markup=False)
 
