@@ -10,7 +10,7 @@ from scipy.special import ndtri
 
 from kalmanq.commands.simulate import simulate
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Filter
+from kalmanq.filters import Filter, Smoother
 from kalmanq.model import Model, Quantity
 from kalmanq.parts import is_diagonal
 
@@ -267,11 +267,11 @@ def with_ranges(model: Model, records: Sequence[Record], life: Optional[int] = N
         return model, []
     seen, (first, least) = reach(model, records), _sigmas(model, records)
     if np.any(model.unknown):
-        seen = replace(seen, states=np.fmax(seen.states, FAR * first))
+        seen = replace(seen, states=_unknown_reach(model, records, np.fmax(seen.states, FAR * first), least))
     longest = max((len(one.z) for one in records), default=0)
     rows = max(LEAST_LIFE, LIFE * longest) if life is None else life
     while True:
-        far = life_of(model, records, rows) if rows else Life(0, np.zeros(model.n + model.m), np.zeros(model.n + model.m, bool))
+        far = life_of(model, records, rows) if rows else Life(0, np.zeros(0), np.zeros(0, bool))
         made, chosen = _with_life(model, records, seen, far)
         if life is not None or not np.any(far.wanders) or rows <= (longest or rows) or _is_fine(model, made, least):
             return made, chosen
@@ -288,7 +288,8 @@ def _is_fine(model: Model, made: Model, sigmas: np.ndarray) -> bool:
 def _with_life(model: Model, records: Sequence[Record], seen: Reach, life: Life) -> tuple[Model, list[Choice]]:
     goes = _goes(model, life) if life.rows else [(None, False)] * (model.n + model.m)
     given = (*model.states, *model.measurements)
-    if life.rows and not records and (np.any(model.unknown) or any(far for one, (_, far) in zip(given, goes) if one.range is None)):
+    wander = any(far for one, (_, far) in zip(given, goes) if one.range is None)
+    if life.rows and not records and (np.any(model.unknown) or wander):
         lacking = next(one.name for one in (*given, *model.controls) if one.range is None)
         why = "its start is unknown" if np.any(model.unknown) else "its states wander"
         raise KalmanqError(f"{lacking} has no range, and the model does not tell one: {why}; give ranges, or --data")
@@ -323,6 +324,15 @@ def widened(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
                 changed[which][k] = replace(one, range=made, fraction=None)
                 said.append(f"a range of {made:g} for {one.name}, which reaches {span:.3g} and declares {one.range:g}")
     return (model.changed(**changed), said) if said else (model, said)
+
+
+def _unknown_reach(model: Model, records: Sequence[Record], first: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """As far as first estimates go, if q31 is accurate with that; otherwise as far as estimates given all rows do: the
+    ranges are then the prior of what the first rows hardly tell."""
+    if not records or np.all(MARGIN * first * 2.0**-31 <= ROUNDED * least):
+        return first
+    runs = [Smoother(model, "f64").run(one.z, one.u).smoothed for one in records if len(one.z)]
+    return np.max([np.nanmax(np.abs(np.asarray(run)), axis=0, initial=0.0) for run in runs], axis=0)
 
 
 def _sigmas(model: Model, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
