@@ -21,9 +21,11 @@ from kalmanq.commands.simulate import simulate
 from kalmanq.core import lib
 from kalmanq.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
 from kalmanq.filters import Filter
+from kalmanq.life import life_of, tail
 from kalmanq.model import Gaps
 from kalmanq.parts import Parts
-from kalmanq.reach import Record, draw, life_of, reach, tail, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record, draw, reach
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
@@ -336,11 +338,12 @@ def test_the_header_and_json_say_what_the_reading_is_off(tmp_path):
     done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "-o", tmp_path, "--json")
     told = json.loads(done.stdout)["trials"]["q31"]["kq_mean"]
     text = " ".join((tmp_path / "track.h").read_text().replace("\n *", "").split())
-    said = re.search(r"kq_mean_q31 alone is within (\S+) sigma of double's mean while states are within their ranges: (\S+) by "
-                     r"its 32 bits, which kq_mean_low_q31 takes away; the rest is (\S+) times the (\S+) seen over (\d+) rows", text)
-    assert said and int(said[5]) == told["rows"] > 1000
-    for figure, value in zip(said.groups(), (told["within"], told["low"], told["times"], told["seen"])):
-        assert value <= float(figure) <= 1.11 * value
+    said = re.search(r"kq_mean_q31 alone is within (\S+) sigma of double's mean while states are within their ranges. Its 32 "
+                     r"bits lose (\S+) at most, which kq_mean_low_q31 has. The rest is (\S+) times the largest error of "
+                     r"(\d+) rows, (\S+): the ranges are up to", text)
+    assert said and int(said[4]) == told["rows"] > 1000
+    for k, name in ((1, "within"), (2, "low"), (3, "times"), (5, "seen")):
+        assert told[name] <= float(said[k]) <= 1.11 * told[name]
     assert told["within"] == pytest.approx(told["low"] + told["times"] * told["seen"])
 
 

@@ -11,7 +11,8 @@ from scipy.linalg import block_diag
 from kalmanq import KalmanqError, KalmanqWarning, Model, Quantity, Smoother
 from kalmanq.core import lib
 from kalmanq.designs import Part, design
-from kalmanq.reach import Record, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record
 
 
 def turn(rows: float) -> np.ndarray:
@@ -91,7 +92,7 @@ def test_a_design_of_a_start_that_the_first_rows_hardly_tell(seed: int) -> None:
     records = [Record(drawn("weekly", seed)[1][:, None])]
     ranged, chosen = with_ranges(Model(A, H, R, Q), records)
     made = design(ranged, Part("m3", 128000, 20000), records)
-    assert made.trials["q31"].is_good, made.trials["q31"].warnings
+    assert made.trials["q31"].is_good and "the ranges are the prior" in made.trials["q31"].warnings[0]
     assert ranged.states[0].range < 1e4 and max(one.range for one in ranged.states[1:]) < 20
     bounded = ranged.changed(P0=np.diag([(one.range / 3) ** 2 for one in ranged.states]), unknown=[])
     for other in range(10, 20):

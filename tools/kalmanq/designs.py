@@ -16,7 +16,8 @@ from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter
 from kalmanq.model import Gaps, Model
 from kalmanq.parts import Parts
-from kalmanq.reach import Choice, Reach, Record, draw, reach, widened
+from kalmanq.ranges import Choice, widened
+from kalmanq.reach import Reach, Record, draw, reach
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
@@ -76,6 +77,7 @@ class Trial:
     refused: str = ""
     cure: str = ""
     reading: Optional[Reading] = None  # where it is not refused
+    start: float = 0.0  # how far first estimates are from those of an unknown start, where the ranges are the prior
 
     @property
     def is_good(self) -> bool:
@@ -87,6 +89,9 @@ class Trial:
         if self.refused:
             return [self.refused, *cure]
         made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
+        if self.start > ACCURATE:
+            made.append(f"{self.arithmetic}: the ranges are the prior of the unknown start; it takes first estimates "
+                        f"{self.start:.1g} sigma from double's")
         if self.worst.max(initial=0) > ACCURATE:
             made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")
         return made
@@ -182,12 +187,13 @@ def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequen
     """Compared with double; an unknown start in q31 also with double that has the ranges as its prior, and the nearer
     of both counts."""
     bounded = _bounded(model) if arithmetic == "q31" and np.any(model.unknown) else None
-    worst, squares, count, events = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0
+    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
     try:
         for record, double in zip(records, exact):
             run = _run(model, arithmetic, record)
             error = errors_of(run, double)
             if bounded:
+                start = max(start, float(np.nanmax(np.abs(error), initial=0)))
                 other = errors_of(run, _run(bounded, "f64", record))
                 error = np.where(np.abs(other) < np.abs(error), other, error)  # NaN: not known yet, and does not count
             worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
@@ -196,7 +202,7 @@ def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequen
             events |= run.events
     except KalmanqError as problem:
         return Trial(arithmetic, worst, worst, refused=f"{arithmetic}: {problem}")
-    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events)
+    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events, start=start)
 
 
 def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: Trial) -> str:

@@ -23,7 +23,8 @@ from kalmanq.errors import KalmanqError
 from kalmanq.files import whole
 from kalmanq.model import Model
 from kalmanq.parts import Parts
-from kalmanq.reach import Record, draw, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record, draw
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,8 @@ def _written(asked: Asked, text: Source) -> list[Path]:
 
 def _remarks(made: Designs, chosen: Way) -> list[str]:
     cost = chosen.cost
-    return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of flash",
-            f"and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
+    return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
+            f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
             *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
             *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
             *_built(made.part.core, chosen.way)]
@@ -111,10 +112,10 @@ def _accuracy(trial: Trial) -> str:
     """Of the very reading that the header names"""
     reading = trial.reading
     assert reading is not None
-    return f"kq_mean_{trial.arithmetic} alone is within {no_less(reading.within)} sigma of double's mean while states are " \
-           f"within their ranges: {no_less(reading.low)} by its 32 bits, which kq_mean_low_{trial.arithmetic} takes away; " \
-           f"the rest is {math.ceil(10 * reading.times) / 10:g} times the {no_less(reading.seen)} seen over {reading.rows} rows, as far " \
-           "as the ranges are beyond the states there."
+    T, times = trial.arithmetic, f"{math.ceil(10 * reading.times) / 10:g}"
+    return f"kq_mean_{T} alone is within {no_less(reading.within)} sigma of double's mean while states are within " \
+           f"their ranges. Its 32 bits lose {no_less(reading.low)} at most, which kq_mean_low_{T} has. The rest is {times} " \
+           f"times the largest error of {reading.rows} rows, {no_less(reading.seen)}: the ranges are up to {times} times as far as states went there."
 
 
 def _built(core: str, way: str) -> list[str]:
@@ -138,7 +139,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "chosen_ranges": [asdict(one) for one in made.notes],
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
         "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings,
-                          "kq_mean": {"within": trial.reading.within, **asdict(trial.reading)} if trial.reading else None}
+                          "kq_mean": _reading(trial)}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost), "flags": flags(made.part.core), "library_flags": COMPACT,
@@ -147,6 +148,10 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": [str(path) for path in written]}
+
+
+def _reading(trial: Trial) -> Optional[dict]:
+    return {"within": trial.reading.within, **asdict(trial.reading)} if trial.reading else None
 
 
 def _formats(made: Designs) -> list[tuple[str, str, float, float]]:

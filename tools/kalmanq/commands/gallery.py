@@ -20,7 +20,8 @@ from kalmanq.gallery import ENTRIES, Entry
 from kalmanq.gallery.fitted import Fitted, fit
 from kalmanq.gallery.picture import Ahead, draw, forecast
 from kalmanq.gallery.sources import Data
-from kalmanq.reach import Record, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record
 from kalmanq.results import Run
 from kalmanq.varying import VaryingSmoother
 
