@@ -52,6 +52,17 @@ def track(seed: int) -> np.ndarray:
     return drawn(AXES, PLACES, push + 1e-12 * np.eye(4), np.eye(2), 200, seed)[0]
 
 
+def pushed(seed: int, quiet: int) -> np.ndarray:
+    """Two axes, each pushed by one noise, all four states measured, one of them without noise"""
+    random, x = np.random.default_rng(seed), np.zeros((120, 4))
+    push = np.kron(np.eye(2), [[0.5], [1]])
+    for t in range(1, len(x)):
+        x[t] = AXES @ x[t - 1] + push @ (0.3 * random.standard_normal(2))
+    noise = [1.0, 0.5, 1.0, 0.5 if quiet != 3 else 0.0]
+    noise[quiet] = 0.0
+    return x + random.standard_normal((len(x), 4)) * noise
+
+
 def quarters(seed: int) -> np.ndarray:
     """Level, slope and season whose slope has no noise"""
     A = np.zeros((5, 5))

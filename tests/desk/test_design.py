@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import five
+from products import PRODUCTS
 from kalmanq import KalmanqError, Model, ModelError, Quantity, costs
 from kalmanq.c_source import WAYS, source, ways_of
+from kalmanq.commands.simulate import simulate
 from kalmanq.core import lib
 from kalmanq.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
 from kalmanq.filters import Filter
+from kalmanq.life import life_of, tail
 from kalmanq.model import Gaps
 from kalmanq.parts import Parts
-from kalmanq.reach import draw, reach, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record, draw, reach
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
@@ -179,8 +185,6 @@ def test_a_correlated_or_unknown_start_has_its_ways():
 def test_the_reach_has_what_is_between_components():
     """Two gauges of one state that contradict each other: between them the mean is far off."""
     model = Model(1, [[1], [1]], [1e-4, 1e-4], 1e-6, P0=100, states=["level"])
-    from kalmanq.reach import Record
-
     found = reach(model, [Record(np.array([[0.0, 0.0], [9.0, -9.0]]))])
     assert 3 < found.states[0] <= 4.5 + 0.1 and found.measurements[0] == 9
 
@@ -225,6 +229,148 @@ def test_without_range_or_data_a_wandering_state_is_refused_and_a_stationary_one
         with_ranges(Model(1, 1, 1, 1, P0=1, states=["level"]), [])
     ranged, notes = with_ranges(Model(0.5, 1, 1, 0.75, P0=1), [])
     assert 6 * 1 * 1.5 <= ranged.states[0].range < 11 and len(notes) == 2
+
+
+def bare(model):
+    """Without ranges"""
+    def names(which):
+        return [replace(one, range=None) for one in which]
+
+    return model.changed(states=names(model.states), measurements=names(model.measurements),
+                         controls=names(model.controls) if model.l else None)
+
+
+def drawn(model, seed, rows=2000):
+    u = np.random.default_rng([seed, 7]).uniform(-1, 1, (rows, model.l)) if model.l else None
+    return Record(simulate(model, rows, seed, u)[1], u)
+
+
+@pytest.mark.parametrize("seed", (1000, 1001, 1002))
+def test_ranges_of_one_record_hold_others(seed):
+    """640 of 16 products: none saturates, none is refused by a range"""
+    for make in PRODUCTS:
+        model = bare(make())
+        ranged, _ = with_ranges(model, [drawn(model, seed)])
+        parts = Parts(ranged, "q31")
+        for other in range(40):
+            record = drawn(model, other)
+            run = Filter(ranged, "q31", parts=parts).run(record.z, record.u)
+            assert not run.events & (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW), (make, other)
+
+
+def test_ranges_hold_the_prior():
+    """Of a record that begins near x0, where the next one need not"""
+    model = Model(1, 1, 1.0, 0.1, P0=1e4, states=["level"], measurements=["z"])
+    ranged, notes = with_ranges(model, [Record(np.zeros((200, 1)))])
+    assert min(ranged.states[0].range, ranged.measurements[0].range) > 6 * 100
+    assert re.fullmatch(r"level: a range of \S+ was chosen; the model \S+ in 10000 rows \(farther: a "
+                        r"chance of 1e-06\); it wanders, and goes farther later: declare what bounds it", str(notes[0])), notes
+
+
+@pytest.mark.parametrize("steps", (1, 1000, 30_000))
+def test_a_life_is_as_its_covariance_says(steps):
+    """Row by row, of what grows, swings and fades"""
+    for make in PRODUCTS:
+        model = bare(make())
+        P = model.P0
+        most = np.diag(P)
+        for _ in range(steps):
+            P = model.A @ P @ model.A.T + model.Q
+            most = np.fmax(most, np.diag(P))
+        life = life_of(model.changed(B=None, controls=None), [], max(steps, 10_000))
+        least = tail(life.rows * (model.n + model.m)) * np.sqrt(most)
+        assert np.all(life.reach[:model.n] >= least * (1 - 1e-9))
+        if model.name != "load_cell":  # of a long life only, beside its prior
+            assert life.wanders.any() == (model.name not in ("battery", "anemometer", "spring", "oven"))
+
+
+def test_only_what_wanders_is_said_to():
+    """A model with controls that fade does not, and needs no data"""
+    model = Model([[0.9, 0.1], [0, 0.8]], [1, 0], 1, [0.1, 0.1], B=[0, 1], P0=[1, 1], controls=[Quantity("u", range=3)])
+    ranged, notes = with_ranges(model, [])
+    assert all(one.range for one in (*ranged.states, *ranged.measurements)) and "wander" not in "".join(map(str, notes))
+    x = np.zeros(2)
+    for _ in range(500):
+        x = model.A @ x + model.B[:, 0] * 3
+    assert np.all(np.array([one.range for one in ranged.states]) > 1.5 * x)
+    with pytest.raises(KalmanqError, match="u has no range"):
+        with_ranges(model.changed(controls=["u"]), [])
+    with pytest.raises(KalmanqError, match="its states wander"):
+        with_ranges(model.changed(A=[[1, 0.1], [0, 0.8]]), [])
+    known = model.changed(A=[[1, 0.1], [0, 1]], states=[Quantity("a", range=50), Quantity("b", range=9)])
+    assert 50 < with_ranges(known, [])[0].measurements[0].range < 100  # no farther than what it sees
+
+
+def test_what_grows_by_a_power_has_its_data_alone():
+    model = Model(1.5, 1, 1, 1, P0=1)
+    ranged, notes = with_ranges(model, [Record(np.full((50, 1), 4.0))])
+    assert ranged.states[0].range < 15 and "the model grows without end: the range is that of the data alone" in str(notes[0])
+
+
+@pytest.mark.parametrize("arithmetic", ("f32", "q31"))
+def test_the_reading_that_the_header_names_keeps_its_figure(arithmetic):
+    """kq_mean without its low part, in every run on records that were not there"""
+    runs, beyond, shares = 0, 0, []
+    for make in (*five.FIVE, *PRODUCTS):
+        model, _ = with_ranges(make(), [drawn(make(), 1)])
+        trial = design(model, LARGE, [drawn(model, 1)]).trials[arithmetic]
+        if not trial.is_good:
+            continue
+        parts = Parts(model, arithmetic)
+        for seed in range(2, 10):
+            record = drawn(model, seed)
+            if any(np.any(np.abs(record.z[:, j]) > one.range) for j, one in enumerate(model.measurements)):
+                continue
+            run, exact = (Filter(model, name).run(record.z, record.u) for name in (arithmetic, "f64"))
+            if np.any(np.abs(exact.mean) > [one.range for one in model.states]):
+                continue
+            mean = parts.arithmetic.values(run.words["mean"], parts.fractions("states"))
+            assert np.nanmax(np.abs(mean - run.mean) / exact.sigma) <= trial.reading.low * (1 + 1e-9), make
+            error = np.nanmax(np.abs(mean - exact.mean) / exact.sigma)
+            assert error <= trial.reading.within, (make, seed)
+            runs, beyond = runs + 1, beyond + (error > trial.worst.max())
+            shares.append(error / trial.reading.within)
+    assert runs > 100 and beyond > 0.4 * runs  # what was printed before: without what the reading loses
+    assert np.median(shares) > 0.05 and max(shares) > 0.3  # it is no figure that holds whatever happens
+
+
+def test_the_header_and_json_say_what_the_reading_is_off(tmp_path):
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "-o", tmp_path, "--json")
+    told = json.loads(done.stdout)["trials"]["q31"]["kq_mean"]
+    text = " ".join((tmp_path / "track.h").read_text().replace("\n *", "").split())
+    said = re.search(r"kq_mean_q31 alone is within (\S+) sigma of double's mean while states are within their ranges. Its 32 "
+                     r"bits lose (\S+) at most, which kq_mean_low_q31 has. The rest is (\S+) times the largest error of "
+                     r"(\d+) rows, (\S+): the ranges are up to", text)
+    assert said and int(said[4]) == told["rows"] > 1000
+    for k, name in ((1, "within"), (2, "low"), (3, "times"), (5, "seen")):
+        assert told[name] <= float(said[k]) <= 1.11 * told[name]
+    assert told["within"] == pytest.approx(told["low"] + told["times"] * told["seen"])
+
+
+def test_page_header_and_json_say_life_and_chance(tmp_path):
+    (tmp_path / "level.toml").write_text("[model]\nA = 1.0\nH = 1.0\nR = 1.0\nQ = 0.1\nP0 = 1e4\n")
+    (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
+    asked = ("design", tmp_path / "level.toml", "--core", "m3", "--data", tmp_path / "z.csv", "--arith", "q31")
+    done = kalmanq(*asked, "-o", tmp_path)
+    header = " ".join((tmp_path / "level.h").read_text().replace("\n *", "").split())
+    for text in (" ".join(done.stdout.split()), header):
+        assert re.search(r"x1: a range of 1100 was chosen; the data reach \S+, the model 6\d\d in 10000 rows \(farther: a chance "
+                         r"of 1e-06\); it wanders, and goes farther later: declare what bounds it", text), text
+    chosen = json.loads(kalmanq(*asked, "--json").stdout)["chosen_ranges"]
+    assert [(one["name"], one["range"], one["rows"], one["chance"], one["wanders"]) for one in chosen] == [
+        ("x1", 1100, 10000, 1e-6, True), ("z1", 1100, 10000, 1e-6, True)]
+
+
+def test_a_life_is_no_longer_than_q31_is_accurate_with():
+    """Nor shorter than the record: a velocity that wanders for 10000 rows took q31 its accuracy, and the recommendation"""
+    made = next(make for make in PRODUCTS if make.__name__ == "ultrasound")
+    model = bare(made())
+    ranged, chosen = with_ranges(model, [drawn(model, 1000)])
+    assert {one.rows for one in chosen} == {2000} and ranged.states[0].range < 1e4
+    assert with_ranges(model, [drawn(model, 1000)], life=10_000)[0].states[0].range > 1e4
+    chosen = design(ranged, LARGE, [drawn(model, 1000)]).chosen()
+    assert chosen is not None and chosen.arithmetic == "q31"
+    assert with_ranges(model, [drawn(model, 1000)], life=0)[0].states[0].range < 200  # the record alone
 
 
 def test_saturating_ranges_are_warned_of():

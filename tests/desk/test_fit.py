@@ -244,6 +244,39 @@ def test_a_variance_of_0_is_said_and_has_no_standard_error():
     assert np.all(np.isnan(singular.standard_errors["Q"])) and np.all(singular.standard_errors["R"] > 0)
 
 
+PUSHED = Model(fit_cases.AXES, np.eye(4), np.eye(4), 0.1 * np.eye(4), P0=[100] * 4)
+
+
+@pytest.mark.parametrize("seed, quiet", [(101, 0), (103, 0), (108, 1), (114, 0), (116, 0), (116, 3), (120, 1), (128, 0),
+                                         (129, 3)])
+def test_a_variance_as_small_as_it_may_be_is_at_its_boundary(seed, quiet):
+    """Its logarithm is flat there, and was called not determined"""
+    found = kalmanq.fit(PUSHED, [fit_cases.pushed(seed, quiet)], R_form="diagonal")
+    assert found.undetermined == () and found.is_settled, found.message
+    assert f"R[{quiet},{quiet}]" in found.boundary and np.isnan(found.standard_errors["R"][quiet, quiet])
+
+
+def test_a_variance_next_to_0_that_others_make_up_for_is_followed():
+    """Its best value was 65 times as large, and it was called not determined"""
+    z = fit_cases.pushed(103, 3)
+    found = kalmanq.fit(PUSHED, [z], R_form="diagonal")
+    assert found.is_settled and found.undetermined == () and "R[3,3]" not in found.boundary, found.message
+    best = found.model.R[3, 3]
+    for factor in (0.01, 0.1, 10.0):
+        held = np.zeros((4, 4), bool)
+        held[3, 3] = True
+        R = np.diag([*np.diag(found.model.R)[:3], factor * best])
+        other = kalmanq.fit(PUSHED.changed(R=R), [z], R_form="diagonal", held={"R": held})
+        assert other.log_likelihood < found.log_likelihood - 1e-5
+
+
+@pytest.mark.parametrize("seed", range(100, 107))
+def test_no_variance_of_what_all_is_measured_is_undetermined(seed):
+    for quiet in (0, 1, 3):
+        found = kalmanq.fit(PUSHED, [fit_cases.pushed(seed, quiet)], R_form="diagonal")
+        assert found.undetermined == (), (quiet, found.message)
+
+
 @pytest.mark.parametrize("seed", [5, 6, 7, 10, 11])
 def test_the_covariances_of_a_variance_of_0_are_0_and_have_no_standard_errors(seed):
     """The errors of the others are those of a model that has no such noise."""

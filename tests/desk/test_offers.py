@@ -22,7 +22,8 @@ from kalmanq.compiler.product import Wanted, compiled
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.compiler.structure import Structure
 from kalmanq.errors import KalmanqError
-from kalmanq.reach import Record, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record
 
 ARITHMETICS = ("f32", "q31")
 MEASURES = ("two_calls", "step_settled", "flash")

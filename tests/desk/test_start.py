@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from kalmanq import KalmanqWarning, Model, Quantity, Smoother
+from kalmanq import KalmanqError, KalmanqWarning, Model, Quantity, Smoother
 from kalmanq.core import lib
 from kalmanq.designs import Part, design
-from kalmanq.reach import Record, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record
 
 
 def turn(rows: float) -> np.ndarray:
@@ -82,3 +83,29 @@ def test_a_design_gives_the_start_room() -> None:
         ranged, _ = with_ranges(Model(A, H, R, Q), records)
         made = design(ranged, Part("m3", 128000, 20000), records)
         assert made.trials["q31"].is_good, made.trials["q31"].warnings
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_design_of_a_start_that_the_first_rows_hardly_tell(seed: int) -> None:
+    """First estimates go to 5e4 for 50: with that for ranges there was no design.  Other records are held, too."""
+    A, Q, H, R, _, _ = WEEKLY
+    records = [Record(drawn("weekly", seed)[1][:, None])]
+    ranged, chosen = with_ranges(Model(A, H, R, Q), records)
+    made = design(ranged, Part("m3", 128000, 20000), records)
+    assert made.trials["q31"].is_good and "the ranges are the prior" in made.trials["q31"].warnings[0]
+    assert ranged.states[0].range < 1e4 and max(one.range for one in ranged.states[1:]) < 20
+    bounded = ranged.changed(P0=np.diag([(one.range / 3) ** 2 for one in ranged.states]), unknown=[])
+    for other in range(10, 20):
+        states, z = drawn("weekly", other)
+        run, double = Smoother(ranged, "q31").run(z), Smoother(bounded).run(z)
+        assert not run.events & lib.KQ_EVENT_SATURATED
+        assert np.max(np.abs(run.smoothed - double.smoothed) / double.smoothed_sigma) < 0.01
+        assert np.mean(((run.smoothed - states) / run.smoothed_sigma)[:60] ** 2) < 3
+
+
+def test_an_unknown_start_that_fades_is_not_said_to_wander() -> None:
+    z = np.random.default_rng(1).normal(size=(300, 1))
+    assert not any(one.wanders for one in with_ranges(Model(0.9, 1, 1.0, 0.19), [Record(z)])[1])
+    assert all(one.wanders for one in with_ranges(Model(1, 1, 1.0, 0.19), [Record(z)])[1])
+    with pytest.raises(KalmanqError, match="its start is unknown"):
+        with_ranges(Model(0.9, 1, 1.0, 0.19), [])

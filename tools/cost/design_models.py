@@ -20,7 +20,8 @@ from kalmanq.data import present_of
 from kalmanq.filters import Filter
 from kalmanq.model import Gaps, Quantity
 from kalmanq.parts import Parts
-from kalmanq.reach import Record, draw, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record, draw
 
 ROWS, COUNTED = 32, 8
 SIZES = ((1, 1), (2, 1), (2, 2), (3, 1), (3, 3), (4, 1), (4, 2), (5, 2), (6, 1), (6, 3), (7, 2), (8, 4), (9, 3), (10, 1))

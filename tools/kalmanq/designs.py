@@ -14,9 +14,10 @@ from kalmanq.core import lib, names_of
 from kalmanq.costs import Cost
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.filters import Filter
-from kalmanq.model import Model
+from kalmanq.model import Gaps, Model
 from kalmanq.parts import Parts
-from kalmanq.reach import Reach, Record, reach, widened
+from kalmanq.ranges import Choice, widened
+from kalmanq.reach import Reach, Record, draw, reach
 from kalmanq.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
@@ -24,6 +25,7 @@ BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than
 GAP = 10  # rows, where a model declares no gap
 OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
 NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
+DRAWN, DRAWN_SEEDS = 4000, range(100, 103)  # rows and seeds of records beside those that are given
 SETTLED = 100  # rows before the outage
 WORTH = 0.9  # fewer instructions than that share are worth more code
 START_UP = 1024  # bytes of flash that a program has beside all this
@@ -44,9 +46,29 @@ class Part:
         return cost.flash + START_UP <= self.flash and cost.ram + cost.stack <= self.ram
 
 
+@dataclass(frozen=True)
+class Reading:
+    """What kq_mean alone, without its low part, is off double's mean at most, in sigma, where states are within their
+    ranges.
+
+    low    what the low part has at most
+    seen   the largest error of mean and low part over so many rows: of the records, and of others drawn from the model
+    times  as far as the ranges are beyond the states there: an error is in proportion to the states, or less
+    """
+
+    low: float
+    seen: float
+    times: float
+    rows: int
+
+    @property
+    def within(self) -> float:
+        return self.low + self.times * self.seen
+
+
 @dataclass
 class Trial:
-    """An arithmetic beside double, over all records: of each state, in sigma."""
+    """An arithmetic beside double, over all records: of each state, in sigma, of the mean with its low part."""
 
     arithmetic: str
     worst: np.ndarray
@@ -54,6 +76,8 @@ class Trial:
     events: int = 0
     refused: str = ""
     cure: str = ""
+    reading: Optional[Reading] = None  # where it is not refused
+    start: float = 0.0  # how far first estimates are from those of an unknown start, where the ranges are the prior
 
     @property
     def is_good(self) -> bool:
@@ -65,6 +89,9 @@ class Trial:
         if self.refused:
             return [self.refused, *cure]
         made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
+        if self.start > ACCURATE:
+            made.append(f"{self.arithmetic}: the ranges are the prior of the unknown start; it takes first estimates "
+                        f"{self.start:.1g} sigma from double's")
         if self.worst.max(initial=0) > ACCURATE:
             made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")
         return made
@@ -110,7 +137,7 @@ class Designs:
     trials: dict[str, Trial]
     ways: list[Way]
     lean: dict[str, Lean] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    notes: list[Choice] = field(default_factory=list)
 
     def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
         """The one with fewest instructions that is good, unless a little more buys less code; None: there is none."""
@@ -124,15 +151,17 @@ class Designs:
         return min(near, key=lambda one: one.cost.flash)
 
 
-def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[str] = ()) -> Designs:
+def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = ()) -> Designs:
     """Tries every way to run a model that has all its ranges."""
     runs = [_run(model, "f64", record) for record in records]
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
     made = Designs(model, part, reach(model, records), trials, [], notes=list(notes))
+    drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
     for name, trial in trials.items():
         if trial.refused:
             continue
+        trial.reading = _reading(model, trial, made.reached, records, runs, drawn)
         made.lean[name] = _lean(model, name, runs)
         for way in ways_of(Parts(model, name)):
             if costs.is_measured(part.core, name, way) and not (way == "lean" and made.lean[name].refused):
@@ -147,19 +176,33 @@ def _run(model: Model, arithmetic: str, record: Record, way: str = "") -> Run:
         return Filter(model, arithmetic, way=way).run(record.z, record.u)
 
 
+def _bounded(model: Model) -> Model:
+    """With the prior that q31 has of an unknown start: a third of the range"""
+    known = np.outer(~model.unknown, ~model.unknown)
+    thirds = np.where(model.unknown, [(one.range or 0.0) / 3 for one in model.states], 0.0)
+    return model.changed(P0=np.where(known, model.P0, 0.0) + np.diag(thirds**2), unknown=[])
+
+
 def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run]) -> Trial:
-    worst, squares, count, events = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0
+    """Compared with double; an unknown start in q31 also with double that has the ranges as its prior, and the nearer
+    of both counts."""
+    bounded = _bounded(model) if arithmetic == "q31" and np.any(model.unknown) else None
+    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
     try:
         for record, double in zip(records, exact):
             run = _run(model, arithmetic, record)
             error = errors_of(run, double)
+            if bounded:
+                start = max(start, float(np.nanmax(np.abs(error), initial=0)))
+                other = errors_of(run, _run(bounded, "f64", record))
+                error = np.where(np.abs(other) < np.abs(error), other, error)  # NaN: not known yet, and does not count
             worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
             squares += np.nansum(error**2, axis=0)
             count += np.sum(np.isfinite(error), axis=0)
             events |= run.events
     except KalmanqError as problem:
         return Trial(arithmetic, worst, worst, refused=f"{arithmetic}: {problem}")
-    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events)
+    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events, start=start)
 
 
 def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: Trial) -> str:
@@ -168,6 +211,20 @@ def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: 
         return ""
     wider, said = widened(model, records)
     return ", ".join(said) if said and _try(wider, "q31", records, exact).is_good else ""
+
+
+def _reading(model: Model, trial: Trial, reached: Reach, records: Sequence[Record], runs: Sequence[Run],
+             drawn: Sequence[Record]) -> Reading:
+    name, exact = trial.arithmetic, [_run(model, "f64", one) for one in drawn]
+    ranges = np.array([one.range for one in model.states])
+    half = 2.0 ** (-1.0 - np.array(Parts(model, name).fractions("states"))) if name == "q31" else ranges * 2.0**-24
+    sigmas = np.concatenate([np.asarray(run.sigma) for run in (*runs, *exact)])
+    states = np.fmax(reached.states, reach(model, drawn).states)
+    seen = np.fmax(trial.worst.max(), _try(model, name, drawn, exact).worst.max())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low = np.nanmax(np.where(sigmas > 0, half / sigmas, 0), initial=0)
+        times = np.max(np.where(states > 0, ranges / states, 1), initial=1)
+    return Reading(float(low), float(seen), float(times), sum(len(one.z) for one in (*records, *drawn)))
 
 
 def errors_of(run: Run, exact: Run) -> np.ndarray:

@@ -1,21 +1,18 @@
-"""How far states, measurements and controls go: what the formats of fixed point have to hold."""
+"""How far states, measurements and controls go in records: what the formats of fixed point have to hold."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Optional, Sequence
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
 
 from kalmanq.commands.simulate import simulate
-from kalmanq.errors import KalmanqError
 from kalmanq.filters import Filter
 from kalmanq.model import Model, Quantity
 from kalmanq.parts import is_diagonal
 
 MARGIN = 1.5  # a range is so many times what was reached
-FAR = 6.0  # sigmas that a stationary state may be from its mean
 ROWS, SEEDS = 500, 12  # of the records that are drawn where there are none
 
 
@@ -102,69 +99,3 @@ def _between(model: Model, record: Record, mean: np.ndarray, P: np.ndarray) -> n
         S = S - np.where(there, 1 / np.where(there, variance, 1), 0)[:, None, None] * gain[:, :, None] * gain[:, None, :]
         most = np.fmax(most, np.nanmax(np.abs(x), axis=0, initial=0.0))
     return most
-
-
-# ------------------------------------------------------------------------------ ranges
-
-
-def with_ranges(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
-    """The model with ranges for all that has none, from records or from the model itself; what was chosen."""
-    lacking = [one for which in (model.states, model.measurements, model.controls) for one in which if one.range is None]
-    if not lacking:
-        return model, []
-    found = reach(model, records) if records else _stationary(model, lacking[0])
-    if records and np.any(model.unknown):
-        found = replace(found, states=np.fmax(found.states, FAR * _first_sigmas(model, records)))
-    notes: list[str] = []
-    changed = {which: [_ranged(one, span, notes) for one, span in zip(getattr(model, which), getattr(found, which))]
-               for which in ("states", "measurements", "controls")}
-    return model.changed(**changed), notes
-
-
-def widened(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
-    """The model with wider ranges where the records, in double, go beyond those that it declares; what was widened"""
-    found, said = reach(model, records), []
-    changed = {}
-    for which in ("states", "measurements", "controls"):
-        changed[which] = list(getattr(model, which))
-        for k, (one, span) in enumerate(zip(changed[which], getattr(found, which))):
-            if one.range is not None and span > one.range and np.isfinite(span):
-                made = _rounded_up(MARGIN * span)
-                changed[which][k] = replace(one, range=made, fraction=None)
-                said.append(f"a range of {made:g} for {one.name}, which reaches {span:.3g} and declares {one.range:g}")
-    return (model.changed(**changed), said) if said else (model, said)
-
-
-def _first_sigmas(model: Model, records: Sequence[Record]) -> np.ndarray:
-    """The largest sigma of each state once it is known: ranges that leave room for it do not act as a prior of q31."""
-    runs = [Filter(model, "f64").run(record.z, record.u) for record in records if len(record.z)]
-    return np.max([np.nanmax(run.sigma, axis=0, initial=0.0) for run in runs], axis=0, initial=0.0)
-
-
-def _ranged(one: Quantity, span: float, notes: list[str]) -> Quantity:
-    if one.range is not None:
-        return one
-    if not (np.isfinite(span) and span > 0):
-        raise KalmanqError(f"{one.name} has no range, and none can be told from the data: give it one")
-    made = _rounded_up(MARGIN * span)
-    notes.append(f"{one.label}: a range of {made:g} was chosen; it reaches {span:.3g}")
-    return replace(one, range=made)
-
-
-def _rounded_up(value: float) -> float:
-    """To two digits"""
-    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return float(np.ceil(value / unit) * unit)
-
-
-def _stationary(model: Model, first: Quantity) -> Reach:
-    """Six sigmas of what a model without data comes to, if it comes to anything."""
-    if np.abs(np.linalg.eigvals(model.A)).max() >= 1 or np.any(model.unknown) or model.l:
-        raise KalmanqError(f"{first.name} has no range, and the model does not tell one: its states wander; "
-                           "give ranges, or --data")
-    covariance = np.fmax(np.diag(solve_discrete_lyapunov(model.A, model.Q)), np.diag(model.P0))
-    # a start that is not the mean fades with A
-    states = np.abs(model.x0) + FAR * np.sqrt(covariance)
-    settled = solve_discrete_lyapunov(model.A, model.Q) + model.P0
-    measured = np.sqrt(np.einsum("ci,ij,cj->c", model.H, settled, model.H) + np.diag(model.R))
-    return Reach(states, np.abs(model.H) @ np.abs(model.x0) + FAR * measured, np.zeros(0))

@@ -20,7 +20,8 @@ from kalmanq.gallery import ENTRIES, Entry
 from kalmanq.gallery.fitted import Fitted, fit
 from kalmanq.gallery.picture import Ahead, draw, forecast
 from kalmanq.gallery.sources import Data
-from kalmanq.reach import Record, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record
 from kalmanq.results import Run
 from kalmanq.varying import VaryingSmoother
 
@@ -80,7 +81,7 @@ def _smoothed(entry: Entry, fitted: Fitted, data: Data) -> tuple[Run, Optional[A
 def _text(entry: Entry, name: str, parameters: dict, data: Data) -> str:
     """With ranges, so that it runs in fixed point, too.  Before an unknown start is known, every state may be as large
     as what is measured."""
-    model, _ = with_ranges(entry.model(parameters, name), [Record(data.z)])
+    model, _ = with_ranges(entry.model(parameters, name), [Record(data.z)], life=0)
     if entry.is_unknown:
         most = max(one.range or 0.0 for one in (*model.states, *model.measurements))
         model = model.changed(states=[replace(one, range=most) for one in model.states])

@@ -20,7 +20,8 @@ from kalmanq.files import whole
 from kalmanq.filters import Smoother
 from kalmanq.model import Model, Quantity
 from kalmanq.pictures import measured_states
-from kalmanq.reach import Record, widened
+from kalmanq.ranges import widened
+from kalmanq.reach import Record
 from kalmanq.results import Run
 from kalmanq.verdict import Finding, Whiteness
 

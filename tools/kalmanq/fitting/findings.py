@@ -9,13 +9,13 @@ import numpy as np
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky
 from kalmanq.fitting.information import ROUNDING
 from kalmanq.fitting.problem import Problem
-from kalmanq.fitting.search import SINGULAR, STILL, Optimum
+from kalmanq.fitting.search import FALL, SINGULAR, STILL, Optimum, climb, fallen
 
 MOVES = 1e-2  # share of a direction, from where it moves a coordinate or a parameter
 UNKNOWN = 1e-4  # information on a relative change, below which nothing is known of it: its standard error is 100
 NONE = 1e-5  # information on the log of a standard deviation: there is none
-FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
 ALONE, DOWN = 0.99, 8.0  # share of a flat direction that is one variance; of its log deviation, from where it is 0
+COSTS, CLIMB = 0.1, 500  # of log-likelihood: where others have to make up for a variance; evaluations to see it
 RIDGE = 0.02  # share of a fall that others leave, below which they make up for it
 NAMED = 0.05  # share of the largest change, from where a parameter is named
 
@@ -59,25 +59,27 @@ def _ridges(problem: Problem, optimum: Optimum) -> list[str]:
     covariance, singular = optimum.information.covariance(), _singular(problem)
     for block, part in zip(problem.blocks, problem.slices):
         for k in np.flatnonzero(optimum.edge[part]) if block.name not in singular else ():
-            x, fall = _fallen(problem, optimum, part.start + int(k))
+            x, fall = fallen(problem, optimum, part.start + int(k))
             slopes = np.where(optimum.edge, 0.0, problem.slopes_at(x))
-            if fall > FALL and fall - slopes @ covariance @ slopes / 2 < RIDGE * fall:
+            if fall > FALL and fall - slopes @ covariance @ slopes / 2 < RIDGE * fall and \
+                    _is_made_up(problem, optimum, x, part.start + int(k)):
                 step = covariance @ slopes
                 made.append(f"{_name(problem, block, int(k))} for {_said(problem, problem.tangents(), step)}")
             problem.put(optimum.x)
     return made
 
 
-def _fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, float]:
-    """Where coordinate k is as far above its edge as the likelihood has fallen a little, and by how much."""
-    x, fall = optimum.x.copy(), 0.0
-    while not fall > FALL:
-        x[k] += 1 / problem.units[k]
+def _is_made_up(problem: Problem, optimum: Optimum, x: np.ndarray, k: int) -> bool:
+    """Do the others also make up for coordinate k where it costs more than at x?  Near a maximum all is flat."""
+    x, fall = x.copy(), 0.0
+    while fall < COSTS:
+        x[k] += 0.25 / problem.units[k]
         if not problem.is_within(x):
-            x[k] -= 1 / problem.units[k]
-            break
+            return True
         fall = optimum.value - problem.value(x)
-    return x, fall
+    problem.allowed = problem.evaluations + CLIMB
+    climb(problem, x, optimum.edge | (np.arange(problem.size) == k))
+    return optimum.value - problem.best < RIDGE * fall
 
 
 def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
@@ -97,10 +99,12 @@ def _all_edges(problem: Problem, optimum: Optimum) -> np.ndarray:
 
 
 def _is_as_good_as_0(problem: Problem, optimum: Optimum, k: int) -> bool:
-    """Is the likelihood next to 0 what it is here, and lower above?  A logarithm may be flat by that alone."""
+    """Is the likelihood next to 0 what it is here, and lower above?  A logarithm may be flat by that alone.  What is as
+    small as it may be is next to 0."""
     x = optimum.x.copy()
     x[k] -= DOWN / problem.units[k]
-    return problem.value(x) > optimum.value - UNKNOWN and _fallen(problem, optimum, k)[1] > FALL
+    is_next = not problem.is_within(x) or problem.value(x) > optimum.value - UNKNOWN
+    return is_next and fallen(problem, optimum, k)[1] > FALL
 
 
 def _without_covariances(problem: Problem, edge: np.ndarray) -> np.ndarray:

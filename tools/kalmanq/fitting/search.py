@@ -17,6 +17,7 @@ SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
 DEEP = 1.0  # of log-likelihood: a variance that costs so much is no longer tiny
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
 BESIDE = 1e-2  # share of a variance by which a singular covariance is left
+FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
 STILL = 1e-2  # of a slope: what is steeper is under way
 HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
 UP = 3.0, 6.0, 12.0, 24.0, 48.0  # of a log standard deviation: where a variance of 0 differs from others
@@ -51,8 +52,10 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
     if not found.is_exhausted and problem.leave_singular(SINGULAR, BESIDE):
         again = _rounds(problem, tolerance)
         if again.value > found.value + SAME:
-            return again
-        problem.blocks = found_blocks
+            found = again
+        else:
+            problem.blocks = found_blocks
+        found = _from_ridges(problem, found, tolerance)
     else:
         found = _from_above(problem, found, tolerance)
     problem.put(found.x)
@@ -76,6 +79,40 @@ def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
             return again
         problem.blocks = blocks
     return found
+
+
+def _from_ridges(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
+    """Once more from where a tiny variance is less so, and the others make up for more than that costs."""
+    if found.is_exhausted or not found.information.is_maximum:
+        return found
+    for k in np.flatnonzero(_is_tiny(problem, found)):
+        alone = np.arange(problem.size) == k
+        x, fall = fallen(problem, found, int(k))
+        at = x + found.information.holding(found.edge | alone).covariance() @ problem.slopes_at(x)
+        if fall > FALL and np.all(np.isfinite(at)) and problem.value(at) > found.value + SAME:
+            blocks = problem.blocks
+            problem.put(at)
+            try:
+                again = _rounds(problem, tolerance)
+            except Singular:  # no beginning there
+                problem.blocks = blocks
+                continue
+            if again.value > found.value + max(SAME, tolerance) and not again.is_exhausted:
+                return again
+            problem.blocks = blocks
+    return found
+
+
+def fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, float]:
+    """Where coordinate k is as far above its edge as the likelihood has fallen a little, and by how much."""
+    x, fall = optimum.x.copy(), 0.0
+    while not fall > FALL:
+        x[k] += 1 / problem.units[k]
+        if not problem.is_within(x):
+            x[k] -= 1 / problem.units[k]
+            break
+        fall = optimum.value - problem.value(x)
+    return x, fall
 
 
 def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:

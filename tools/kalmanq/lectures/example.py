@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from kalmanq.filters import Filter
 from kalmanq.model import Model
 from kalmanq.pictures import STYLE
-from kalmanq.reach import Record, with_ranges
+from kalmanq.ranges import with_ranges
+from kalmanq.reach import Record
 
 # Colours that are told apart without red and green: M. Okabe and K. Ito, "Color Universal Design", 2008.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#777777"
@@ -54,7 +55,7 @@ def put_caption(figure: Figure, text: str) -> None:
 
 def ranged(model: Model, records: Sequence[np.ndarray]) -> Model:
     """With the ranges that these records (T x m each) ask for: fixed point chooses its formats by them."""
-    return with_ranges(model, [Record(z) for z in records])[0]
+    return with_ranges(model, [Record(z) for z in records], life=0)[0]
 
 
 def predicted_covariances(model: Model, arithmetic: str, rows: int) -> np.ndarray:
