@@ -55,7 +55,8 @@ KQ_COLD KQ_NOINLINE static void join_pivot(num *restrict to, num *restrict from,
    large a measurement would not lead back to its own digits. */
 static inline int mean_is_kept(num *x, int n, int i)
 {
-    if (num_magnitude(x[i]) <= num_most_sigma * num_most_sigma) return 1;
+    const num share = x[i] / num_most_sigma;
+    if (share * share <= num_most_sigma * num_most_sigma) return 1;
     mean_set(x, n, i, 0);
     return 0;
 }
@@ -67,10 +68,10 @@ KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
         const num norm = row_norm(S, n, i);
-        const int is_known = mean_is_kept(x, n, i) && num_is_finite(norm);
-        if (is_known && norm <= most) continue;
-        for (int k = is_known ? 0 : i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
-        row_hold(S, n, i, is_known ? most / norm : 0);
+        const num factor = mean_is_kept(x, n, i) ? most / norm : 0;
+        if (factor >= 1) continue;
+        for (int k = factor > 0 ? 0 : i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
+        row_hold(S, n, i, factor);
         events = KQ_EVENT_OVERFLOW;
     }
     return events;

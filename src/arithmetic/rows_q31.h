@@ -251,6 +251,14 @@ static inline void row_clear(int32_t *S, int n, int i)
     S[KQ_TRIANGLE(n) + i] = lowest_exponent;
 }
 
+/* Row i of S, columns i .. end - 1, <- 0: what mend_root_row is to find has no last bit of what was there, which
+   may be as long as sqrt(r / s) 2^60 of what will be. */
+static inline void forget_root_row(int32_t *S, int n, int i, int end)
+{
+    (void)n;
+    for (int j = i; j < end; j++) S[column(j) + i] = 0;
+}
+
 /* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
 static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
                                  int i, int end)

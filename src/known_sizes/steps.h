@@ -86,19 +86,23 @@ KQ_KERNEL int fixed_copy_mean(num *t, num *x, const process *p, fixed_task task)
     return 1;
 }
 
-/* How far a state in registers reaches */
-KQ_KERNEL extent fixed_extent(const num *x, int n)
+/* How far a state in registers reaches, at the end of what was asked for: there it costs no load.  An update does
+   not take a mean that is not a number, since its innovation is none, either; so the mean is looked at only where
+   there is none. */
+KQ_KERNEL extent fixed_extent(const num *x, fixed_task task)
 {
+    const int n = task.n;
     const num *S = x + MEAN_PLANES * n;
     extent far = extent_of(*S);
     KQ_UNROLL
     for (int k = 1; k < KQ_TRIANGLE(n); k++) far = extent_join(far, extent_of(S[k]));
     KQ_UNROLL
-    for (int i = 0; i < n; i++) far = extent_join(far, mean_extent(x, n, i));
+    for (int i = 0; i < n && !task.updates; i++) far = extent_join(far, mean_extent(x, n, i));
     return far;
 }
 
-/* A state that is yet to be held within its numbers; scratch begins with the copy of the mean. */
+/* A state that is yet to be held within its numbers, and how far it reaches, but for a mean that an update looks at
+   (fixed_extent); scratch begins with the copy of the mean. */
 KQ_KERNEL int fixed_predict_with(num *x, const fixed_inputs *in, fixed_task task, num *scratch,
                                  extent *far)
 {
@@ -109,7 +113,7 @@ KQ_KERNEL int fixed_predict_with(num *x, const fixed_inputs *in, fixed_task task
     const extent of_mean = predict_mean_of(x, in->process, u, task.l, scratch, n, shape);
     const extent of_root = predict_root_of(S, S, in->process, scratch, scratch + n * ROW_LEN(n), n, shape);
     renormalise(S, n);
-    *far = n <= states_in_registers ? fixed_extent(x, n) : extent_join(of_mean, of_root);
+    *far = task.updates && !mean_widens ? of_root : extent_join(of_mean, of_root);
     return KQ_OK;
 }
 
@@ -200,20 +204,20 @@ KQ_KERNEL void copy_state(num *to, const num *from, int n)
 KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
 {
     num state[MEAN_PLANES * 4 + ROOT_LEN(4)];
+    const num *S = state + MEAN_PLANES * task.n;
     filter copy = {.states = (uint8_t)task.n, .ready = FILTER_READY, .memory = state};
     copy_state(state, f->memory, task.n);
-    if (task.predicts) {
-        extent far;
-        if (fixed_predict_state(state, in, task, &far)) return NOT_PLAIN;
-        if (!KQ_MOSTLY(state_is_within(state + MEAN_PLANES * task.n, task.n, far))) return NOT_PLAIN;
-    }
+    extent far;
+    if (task.predicts && fixed_predict_state(state, in, task, &far)) return NOT_PLAIN;
     if (task.updates) {
         fixed_update_state(&copy, in, task);
         if (!KQ_MOSTLY(copy.ready == FILTER_READY)) return NOT_PLAIN;
-        if (!(task.options & KQ_FIXED_BARE)) {
-            f->last = copy.last;
-            likelihood_run_add(&f->run, &f->last);
-        }
+    }
+    KQ_IN_ORDER;
+    if (task.predicts && !KQ_MOSTLY(state_is_within(S, task.n, fixed_extent(state, task)))) return NOT_PLAIN;
+    if (task.updates && !(task.options & KQ_FIXED_BARE)) {
+        f->last = copy.last;
+        likelihood_run_add(&f->run, &f->last);
     }
     copy_state(f->memory, state, task.n);
     if (copy.events & EVENT_FAINT) {

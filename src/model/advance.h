@@ -112,17 +112,16 @@ KQ_KERNEL extent reflect_row(const triangle_work *t, int l, int i, int32_t shift
 }
 
 /* Row l by all reflectors below */
-KQ_KERNEL extent reflect_one_row(const triangle_work *t, int l)
+KQ_KERNEL extent reflect_one_row(const triangle_work *t, int l, extent far)
 {
     const int32_t shift = row_noise_shift(t, l);
-    extent far = 0;
     KQ_UNROLL
     for (int i = t->n - 1; i > l; i--) far = extent_join(far, reflect_row(t, l, i, shift));
     return far;
 }
 
 /* Rows l and l - 1 by all reflectors below */
-KQ_KERNEL extent reflect_two_rows(const triangle_work *t, int l)
+KQ_KERNEL extent reflect_two_rows(const triangle_work *t, int l, extent far)
 {
     const int n = t->n, stride = ROW_LEN(t->width);
     const num *G = t->shape != SHAPE_FULL ? t->model->noise_root : 0, *g = G;
@@ -130,15 +129,13 @@ KQ_KERNEL extent reflect_two_rows(const triangle_work *t, int l)
     num *w = t->W + l * stride, *v = w - stride, *s = t->S + column(n - 1) + l;
     const num *r = t->W + (n - 1) * stride, *pq = t->pq + 2 * (n - 1);
     const int32_t shift_w = row_noise_shift(t, l), shift_v = row_noise_shift(t, l - 1);
-    extent far = 0;
     KQ_UNROLL
     for (int i = n - 1; i > l; i--) {
         const int c = first_column(t->model, i, t->shape);
         const num noise_w = t->shape != SHAPE_FULL ? noise_word(g, shift_w) : 0;
         const num noise_v = t->shape != SHAPE_FULL ? noise_word(g - 1, shift_v) : 0;
-        reflect_two(s, w + c, v + c, noise_w, noise_v, r + c,
-                    t->shape != SHAPE_FULL ? reflector_pivot(g + i - l) : 0, pq, t->width - c);
-        far = extent_join(far, extent_join(extent_of(s[0]), extent_of(s[-1])));
+        const num pivot = t->shape != SHAPE_FULL ? reflector_pivot(g + i - l) : 0;
+        far = reflect_two(far, s, w + c, v + c, noise_w, noise_v, r + c, pivot, pq, t->width - c);
         s -= i;
         if (t->shape != SHAPE_FULL) g -= i;
         r -= stride;
@@ -156,8 +153,8 @@ KQ_KERNEL extent triangularise(num *S, num *W, int width, const process *model, 
     extent far = 0;
     KQ_UNROLL
     for (int l = n; l-- > 0;) {
-        if (!rows_in_pairs) far = extent_join(far, reflect_one_row(&t, l));
-        else if (l & 1) far = extent_join(far, reflect_two_rows(&t, l));
+        if (!rows_in_pairs) far = reflect_one_row(&t, l, far);
+        else if (l & 1) far = reflect_two_rows(&t, l, far);
         else if (l < n - 1) far = extent_join(far, reflect_row(&t, l, l + 1, row_noise_shift(&t, l)));
         far = extent_join(far, close_row(&t, l));
     }
