@@ -251,11 +251,13 @@ static inline void row_clear(int32_t *S, int n, int i)
     S[KQ_TRIANGLE(n) + i] = lowest_exponent;
 }
 
-/* Row i of S, columns i .. end - 1, <- 0: what mend_root_row is to find has no last bit of what was there, which
-   may be as long as sqrt(r / s) 2^60 of what will be. */
-static inline void forget_root_row(int32_t *S, int n, int i, int end)
+/* Is what mend_root_row adds rounded at more than 2^-12 of what it leaves?  It is as rounding has left the row, 2^-30
+   of sigma = sqrt(s), and has 31 bits: r < 2^-96 s */
+static inline int mending_rounds(scaled r, scaled sigma) { return r.exponent < 2 * sigma.exponent - 66; }
+
+/* Row i of S, columns i .. end - 1, <- 0 */
+static inline void row_forget(int32_t *S, int i, int end)
 {
-    (void)n;
     for (int j = i; j < end; j++) S[column(j) + i] = 0;
 }
 

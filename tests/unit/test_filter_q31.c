@@ -529,7 +529,7 @@ static void a_state_that_grew_for_long_spoils_no_other(void)
     static const double thousand[] = {1000, 1000}, growing[] = {2, 0, 0, 1}, none[4] = {0}, at[2] = {0};
     static const double prior[] = {1, 0.9, 0.9, 1}, first[] = {1, 0}, r[] = {0.01};
     const int32_t seen[] = {5 << 20};
-    for (int steps = 1; steps < 2000; steps += steps < 300 ? 7 : 500) {
+    for (int steps = 30; steps < 2000; steps += steps < 300 ? 7 : 500) {
         put_process(&growth, 2, 0, thousand, thousand, growing, NULL, none);
         put_sensor(&gauge, 2, 1, thousand, thousand, first, r);
         put_prior(&seed, 2, thousand, at, prior);
