@@ -29,6 +29,7 @@
 #include "../smoother/smoother.h"
 #include "../smoother/tape.h"
 #include "../smoother/whitened.h"
+#include "../steady/checks.h"
 #include "../steady/kernel.h"
 #include "options.h"
 
@@ -288,11 +289,10 @@ KQ_KERNEL int fixed_steady_step(steady *st, const num *u, const num *z, int n, i
                                 int options)
 {
     if (!steady_is_plain(st, n, m, options) || !z) return NOT_PLAIN;
-    if (sensor_check_together(st->sensor, z, m)) return NOT_PLAIN;
+    if (measured_check(st->sensor, z, m)) return NOT_PLAIN;
     if (!controls_are_plain(st->process, u, l)) return NOT_PLAIN;
     const int shape = options & KQ_FIXED_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
-    steady_step_now(st, l ? u : 0, z, n, m, l, shape);
-    return KQ_OK;
+    return steady_step_now(st, l ? u : 0, z, n, m, l, shape) ? KQ_OK : NOT_PLAIN;
 }
 
 /* From the smoothed state a step later to that of the record, in the place of it.  What is kept

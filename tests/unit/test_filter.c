@@ -441,6 +441,19 @@ static void innovation_sees_the_whole_mean(void)
     ASSERT_WITHIN(0x1p-24 * 8 * EPS + DBL_EPSILON, -0x1p-24, e);
 }
 
+static void innovation_refuses_what_is_beyond_the_numbers(void)
+{
+    static const num far[] = {4, 0}, steep[] = {NUM_MAX, 0, 0, 1};
+    ASSERT_OK(K(move)(&track, far));
+    ASSERT_OK(K(sensor_init)(&radar, steep, R));
+    WATCH(out), WATCH(track);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
+    watch_nothing();
+    track_memory[0] = (num)NAN;
+    WATCH(out), WATCH(track);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
+}
+
 static void innovation_refuses(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(NULL, &radar, z, out));
@@ -849,6 +862,7 @@ static void run_reading(void)
     RUN_TEST(innovation_is_the_measurement_less_the_expected_one);
     RUN_TEST(innovation_may_overwrite_the_measurement);
     RUN_TEST(innovation_sees_the_whole_mean);
+    RUN_TEST(innovation_refuses_what_is_beyond_the_numbers);
     RUN_TEST(innovation_refuses);
     RUN_TEST(gain_is_that_of_the_next_update);
     RUN_TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors);
