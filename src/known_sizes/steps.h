@@ -87,9 +87,8 @@ KQ_KERNEL int fixed_copy_mean(num *t, num *x, const process *p, fixed_task task)
     return 1;
 }
 
-/* How far a state in registers reaches, at the end of what was asked for: there it costs no load.  An update does
-   not take a mean that is not a number, since its innovation is none, either; so the mean is looked at only where
-   there is none. */
+/* How far a state in registers reaches.  An update does not take a mean that is not a number, since its innovation
+   is none, either; so the mean is looked at only where no update follows. */
 KQ_KERNEL extent fixed_extent(const num *x, fixed_task task)
 {
     const int n = task.n;
@@ -208,17 +207,19 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
     const num *S = state + MEAN_PLANES * task.n;
     filter copy = {.states = (uint8_t)task.n, .ready = FILTER_READY, .memory = state};
     copy_state(state, f->memory, task.n);
-    extent far;
-    if (task.predicts && fixed_predict_state(state, in, task, &far)) return NOT_PLAIN;
+    if (task.predicts) {
+        extent far;
+        if (fixed_predict_state(state, in, task, &far)) return NOT_PLAIN;
+        KQ_IN_ORDER;
+        if (!KQ_MOSTLY(state_is_within(S, task.n, fixed_extent(state, task)))) return NOT_PLAIN;
+    }
     if (task.updates) {
         fixed_update_state(&copy, in, task);
         if (!KQ_MOSTLY(copy.ready == FILTER_READY)) return NOT_PLAIN;
-    }
-    KQ_IN_ORDER;
-    if (task.predicts && !KQ_MOSTLY(state_is_within(S, task.n, fixed_extent(state, task)))) return NOT_PLAIN;
-    if (task.updates && !(task.options & KQ_FIXED_BARE)) {
-        f->last = copy.last;
-        likelihood_run_add(&f->run, &f->last);
+        if (!(task.options & KQ_FIXED_BARE)) {
+            f->last = copy.last;
+            likelihood_run_add(&f->run, &f->last);
+        }
     }
     copy_state(f->memory, state, task.n);
     if (copy.events & EVENT_FAINT) {
