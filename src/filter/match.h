@@ -80,7 +80,7 @@ KQ_COLD static void match_root(num *S, const scaled *h, const sharp_work *w, int
     for (int i = 0; i < n; i++) part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
     for (int i = 0, end; forgets && i < n; i = end) {
         end = mended_end(part, i, n);
-        if (!scaled_is_zero(h[i])) row_forget(S, i, end);
+        if (!scaled_is_zero(h[i])) row_forget(S, w->entries, n, i, end);
     }
     project_exactly(rest, S, h, w->entries, n);
     for (int i = 0; i < n; i++) rest[i] = scaled_minus(w->left[i], rest[i]);
