@@ -76,7 +76,7 @@ kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, con
  *   e        m, z - h(x).  With h linearised at another point c than the mean: z - h(c) - H (x - c).
  *            Read before anything is written; may not be the filter's memory.
  * Cost: kq_update's, and 4n additions.  Stack: 32 words more (f64: 16).
- * Accuracy, events: as kq_update.  A mean that d or a kq_move has driven out of the numbers is held here, with
+ * Accuracy, events: as kq_update.  A mean that it moves beyond the numbers is lost as by kq_predict, with
  * KQ_EVENT_OVERFLOW (filter.h).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
  * settling is attached).

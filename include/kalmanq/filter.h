@@ -208,9 +208,9 @@ kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from);
  * Events: KQ_EVENT_OVERFLOW where a state that nothing measures has grown beyond sigma = 2^60 (f32),
  * 2^500 (f64) or 2^8160 words (q31): sigma is held there.  If its mean has grown beyond the square of
  * that, it is lost: 0, with that sigma and no correlations (q31: KQ_EVENT_SATURATED, held at its word).
- * Measurements bring the state back.  A history ends there (KQ_EVENT_HISTORY_FULL).  A mean that A or
- * a control drives out of the numbers alone is none, nor are those that it moves, until the next update,
- * which says so.
+ * A x + B u beyond that is lost in the same way, by this call; a state that A does not couple to it keeps
+ * its mean.  What the others know of one another stays.  Measurements bring the state back.  A history ends
+ * there (KQ_EVENT_HISTORY_FULL).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
  */
 kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);
@@ -313,7 +313,7 @@ double kq_measurement_low_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, in
  * e = z - H x, from the whole word of the mean.  Call it before the update.
  *   z        m
  *   e        m, written; may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
  */
 kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                             float *e);

@@ -194,7 +194,7 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * A step without a measurement is a predict.  After it the gain is too small, of which this filter
  * knows nothing (kq_settling does); the estimate stays unbiased.
  * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).
- * kq_fixed_steady_step (src/known_sizes/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 85
+ * kq_fixed_steady_step (src/known_sizes/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 90
  * instructions on a Cortex-M4F in f32, 459 on an M3 in q31, A upper triangular, H selecting states
  * (tools/cost.csv; tests/cost/goals.py); more with a dense A or H that scales.
  * Stack: 54 words.
@@ -203,7 +203,8 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_settling, whose
  * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
  * about 2^-b |e| / (1 - rho)^2.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; a mean or an innovation beyond the numbers, and
+ * nothing has changed: kq_steady_init begins anew).
  */
 kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
 kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
@@ -219,7 +220,7 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
 /**
  * e = z - H x.  Call it before the update.
  *   e        m, written; may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
  */
 kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
 kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);

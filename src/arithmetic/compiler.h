@@ -96,6 +96,17 @@
 #define KQ_MOSTLY(condition) (condition)
 #endif
 
+/* The longest float, in bits, that the core has instructions for; all, where that is not known */
+#if defined(__SOFTFP__) || defined(__AVR__) || (defined(__riscv) && !defined(__riscv_flen))
+#define KQ_FLOAT_BITS 0
+#elif defined(__riscv_flen)
+#define KQ_FLOAT_BITS __riscv_flen
+#elif defined(__ARM_FP)
+#define KQ_FLOAT_BITS (__ARM_FP & 8 ? 64 : 32)
+#else
+#define KQ_FLOAT_BITS 64
+#endif
+
 /* Zeros above the highest bit that is set; 32 for 0. */
 static inline int leading_zeros(uint32_t a)
 {

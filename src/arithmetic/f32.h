@@ -18,6 +18,7 @@
 
 #define KQ_FLOATING 1
 #define KQ_MEAN_IS_PAIR 1
+#define KQ_NUM_BITS 32
 
 typedef float num;
 
@@ -60,6 +61,9 @@ static inline uint32_t num_bits(num a)
     } both = {a};
     return both.bits;
 }
+
+/* Its 32 highest bits */
+static inline uint32_t num_top_bits(num a) { return num_bits(a); }
 
 /* Is a >= 0 beyond `most`, or not a number?  As integers, where the FPU would have to load it. */
 static inline int num_exceeds(num a, num most) { return num_bits(a) > num_bits(most); }

@@ -18,6 +18,7 @@
 
 #define KQ_FLOATING 1
 #define KQ_MEAN_IS_PAIR 0
+#define KQ_NUM_BITS 64
 
 typedef double num;
 
@@ -59,6 +60,16 @@ static inline uint32_t num_bits(num a)
         uint64_t bits;
     } both = {a};
     return (uint32_t)both.bits ^ (uint32_t)(both.bits >> 32) * UINT32_C(0x9e3779b1);
+}
+
+/* Its 32 highest bits */
+static inline uint32_t num_top_bits(num a)
+{
+    const union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    return (uint32_t)(both.bits >> 32);
 }
 
 /* Is a >= 0 beyond `most`, or not a number? */

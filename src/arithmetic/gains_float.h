@@ -57,6 +57,15 @@ KQ_KERNEL num steady_residual(num z, const num *h, int selected, const steady_wo
     return z;
 }
 
+/* Are they numbers, as they are where z and all of the mean are? */
+KQ_KERNEL int innovations_are_finite(const steady_number *e, int m)
+{
+    num rests = 0;
+    KQ_UNROLL
+    for (int c = 0; c < m; c++) rests = c ? rests + (e[c] - e[c]) : e[c] - e[c];
+    return rests == 0;
+}
+
 static inline num steady_word_of(steady_number e) { return e; }
 
 /* x_i <- t + row'e */

@@ -12,6 +12,7 @@
 #include "arithmetic.h"
 #include "compiler.h"
 #include "mean.h"
+#include "scaled.h"
 #include "triangle.h"
 
 /* sigma_i in units of num_hold_unit, so that no square of a finite entry leaves the numbers; not finite
@@ -36,54 +37,60 @@ static inline void row_hold(num *S, int n, int i, num factor)
     }
 }
 
+/* What column `from` holds of row k, the rows below counting no more, becomes part of the pivot of column `to`. */
+KQ_COLD KQ_NOINLINE static void join_pivot(num *restrict to, num *restrict from, int k)
+{
+    const num length = num_root(to[k] * to[k] + from[k] * from[k]);
+    if (length == 0) return;
+    const num c = to[k] / length, s = from[k] / length;
+    for (int i = 0; i <= k; i++) {
+        const num entry = to[i];
+        to[i] = c * entry + s * from[i];
+        from[i] = c * from[i] - s * entry;
+    }
+    from[k] = 0;
+}
+
 /* Is x_i within its limit?  If not, nothing is known of it any more, and it is 0: from a number as
    large a measurement would not lead back to its own digits. */
 static inline int mean_is_kept(num *x, int n, int i)
 {
-    if (num_magnitude(x[i]) <= num_most_sigma * num_most_sigma) return 1;
+    const num share = x[i] / num_most_sigma;
+    if (share * share <= num_most_sigma * num_most_sigma) return 1;
     mean_set(x, n, i, 0);
     return 0;
 }
 
+/* The rows above one that is lost have been held by then.  What they hold in its column goes into their own. */
 KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
 {
     const num most = num_most_sigma / num_hold_unit;
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
         const num norm = row_norm(S, n, i);
-        const int is_known = mean_is_kept(x, n, i) && num_is_finite(norm);
-        if (is_known && norm <= most) continue;
-        row_hold(S, n, i, is_known ? most / norm : 0);
+        const num factor = mean_is_kept(x, n, i) ? most / norm : 0;
+        if (factor >= 1) continue;
+        for (int k = factor > 0 ? 0 : i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
+        row_hold(S, n, i, factor);
         events = KQ_EVENT_OVERFLOW;
     }
     return events;
 }
 
-static inline int state_is_finite(const num *x, const num *S, int n)
+/* The state, of which the mean has been moved, held within the numbers */
+KQ_INLINE unsigned mean_held(num *x, num *S, int n, extent far)
 {
-    num total = 0;
-    for (int i = 0; i < n; i++) total += 0 * x[i] + 0 * S[column(i) + i];
-    return total == 0;
+    return KQ_MOSTLY(extent_is_within(far)) ? 0 : state_hold(x, S, n);
 }
 
-/* Is there nothing to hold in what predict made of the root?  One sum tells it: an infinity or a NaN
-   of a row is one of its diagonal too, as the row's norm. */
-KQ_INLINE int root_is_within(const num *S, int n)
+/* Is there nothing to hold in what predict made of the state? */
+KQ_INLINE int state_is_within(const num *S, int n, extent far)
 {
-    num total = *S;
-    KQ_UNROLL
-    for (int i = 1; i < n; i++) {
-        S += i + 1;
-        total += *S;
-    }
-    return !num_exceeds(total, num_most_sigma);
+    (void)S, (void)n;
+    return extent_is_within(far);
 }
 
-/* What predict made of the state, held within the numbers.  A mean that leaves the numbers alone,
-   driven out of them by a control, is met at the next update. */
-KQ_INLINE unsigned state_held(num *x, num *S, int n)
-{
-    return KQ_MOSTLY(root_is_within(S, n)) ? 0 : state_hold(x, S, n);
-}
+/* What predict made of the state, held within the numbers */
+KQ_INLINE unsigned state_held(num *x, num *S, int n, extent far) { return mean_held(x, S, n, far); }
 
 #endif

@@ -20,25 +20,26 @@ static inline unsigned state_hold(int32_t *x, int32_t *S, int n)
     return 0;
 }
 
-/* A state in fixed point is always held. */
-static inline int state_is_finite(const int32_t *x, const int32_t *S, int n)
+KQ_INLINE unsigned mean_held(int32_t *x, int32_t *S, int n, extent far)
 {
     (void)x, (void)S, (void)n;
-    return 1;
+    return far;
 }
 
-KQ_INLINE int root_is_within(const int32_t *S, int n)
+/* Is there nothing to hold in what predict made of the state? */
+KQ_INLINE int state_is_within(const int32_t *S, int n, extent far)
 {
     int32_t top = lowest_exponent;
+    (void)far;
     KQ_UNROLL
     for (int i = 0; i < n; i++) top = S[KQ_TRIANGLE(n) + i] > top ? S[KQ_TRIANGLE(n) + i] : top;
     return top <= high_exponent - 32;
 }
 
-KQ_INLINE unsigned state_held(int32_t *x, int32_t *S, int n)
+KQ_INLINE unsigned state_held(int32_t *x, int32_t *S, int n, extent far)
 {
     (void)x; /* held at its word by mean_advance */
-    return root_is_within(S, n) ? 0 : KQ_EVENT_OVERFLOW;
+    return far | (state_is_within(S, n, far) ? 0 : KQ_EVENT_OVERFLOW);
 }
 
 #endif

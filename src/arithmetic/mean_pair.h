@@ -60,22 +60,25 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return 0;
 }
 
-/* x += d + low, of any size; low: NULL for none.  What the sum of the high parts leaves is exact. */
-KQ_SHARED void pairs_add(num *x, int n, const num *d, const num *low)
+/* x += d + low, of any size; low: NULL for none.  What the sum of the high parts leaves is exact.  Where x
+   is not a number the low part is not, either, and that reaches no further than a mean. */
+KQ_SHARED extent pairs_add(num *x, int n, const num *d, const num *low)
 {
+    extent far = 0;
     for (int i = 0; i < n; i++) {
         const num total = x[i] + d[i], part = total - d[i];
         const num left = (d[i] - (total - part)) + (x[i] - part);
         const num rest = left + (low ? x[n + i] + low[i] : x[n + i]), high = total + rest;
         x[n + i] = rest - (high - total);
         x[i] = high;
+        far = extent_join(far, extent_of(x[n + i]));
     }
+    return far;
 }
 
-static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
+static inline extent mean_shift(num *x, int n, const num *d, const num *low)
 {
-    pairs_add(x, n, d, low);
-    return 0;
+    return pairs_add(x, n, d, low);
 }
 
 static inline unsigned mean_hold(num *x, int n, int i)
@@ -83,6 +86,8 @@ static inline unsigned mean_hold(num *x, int n, int i)
     (void)x, (void)n, (void)i;
     return 0;
 }
+
+static inline extent mean_extent(const num *x, int n, int i) { return extent_of(x[n + i]); }
 
 /* z - h'x, h being 0 outside of from .. to-1: the high parts cancel first */
 KQ_KERNEL num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
@@ -131,7 +136,7 @@ KQ_OUTLINE void mean_take_rests(num *x, const num *A, num *t, int n)
 
 /* x_i <- row'x + *drive as x_i + ((row - e_i)'x + *drive), where t holds x rounded and the row
    is zero left of `first`; drive is NULL where there is none */
-KQ_KERNEL unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                 const num *drive)
 {
     num d = x[n + i];
@@ -139,10 +144,10 @@ KQ_KERNEL unsigned mean_advance(num *x, int n, int i, const num *row, int first,
     d += (row[i] - 1) * t[i];
     d = dot(d, row + first, t + first, i - first);
     d = dot(d, row + i + 1, t + i + 1, n - 1 - i);
-    const num high = x[i] + d;
-    x[n + i] = d - (high - x[i]);
+    const num high = x[i] + d, low = d - (high - x[i]);
+    x[n + i] = low;
     x[i] = high;
-    return 0;
+    return extent_of(low);
 }
 
 static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)

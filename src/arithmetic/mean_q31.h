@@ -93,6 +93,13 @@ static inline unsigned mean_hold(int32_t *x, int n, int i)
     return wide_set_held(x, n, i, carried_get(x, n, i));
 }
 
+/* A mean that mean_hold has seen */
+static inline extent mean_extent(const int32_t *x, int n, int i)
+{
+    (void)x, (void)n, (void)i;
+    return 0;
+}
+
 /*
  * c (high + low 2^-24) in units of 2^exponent: |c.mantissa| < 2^31, |high| <= 2^31, and |low|
  * <= 2^31, if there is a carry in it that does not belong there: below 2^62 + 2^39.
@@ -163,7 +170,7 @@ static inline void mean_set(int32_t *x, int n, int i, int32_t value)
 }
 
 /* x += d words and low 2^-24 ones; low: NULL for none.  Both without carries */
-KQ_SHARED unsigned mean_shift(int32_t *x, int n, const int32_t *d, const int32_t *low)
+KQ_SHARED extent mean_shift(int32_t *x, int n, const int32_t *d, const int32_t *low)
 {
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
@@ -208,7 +215,7 @@ static inline void mean_take_rests(int32_t *x, const scaled *A, int32_t *t, int 
 
 /* x_i <- row't + *drive, where t is a copy of x and the row is zero left of `first`; drive is NULL
    where there is none */
-KQ_KERNEL unsigned mean_advance(int32_t *x, int n, int i, const scaled *row, int first,
+KQ_KERNEL extent mean_advance(int32_t *x, int n, int i, const scaled *row, int first,
                                 const int32_t *t, const int64_t *drive)
 {
     int64_t sum = drive ? *drive : 0;

@@ -47,17 +47,27 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
 }
 
 /* x += d */
-static inline unsigned mean_shift(num *x, int n, const num *d, const num *low)
+static inline extent mean_shift(num *x, int n, const num *d, const num *low)
 {
+    extent far = 0;
     (void)low;
-    for (int i = 0; i < n; i++) x[i] += d[i];
-    return 0;
+    for (int i = 0; i < n; i++) {
+        x[i] += d[i];
+        far = extent_join(far, extent_of(x[i]));
+    }
+    return far;
 }
 
 static inline unsigned mean_hold(num *x, int n, int i)
 {
     (void)x, (void)n, (void)i;
     return 0;
+}
+
+static inline extent mean_extent(const num *x, int n, int i)
+{
+    (void)n;
+    return extent_of(x[i]);
 }
 
 /* z - h'x, h being 0 outside of from .. to-1 */
@@ -96,13 +106,13 @@ static inline void mean_take_rests(num *x, const num *A, num *t, int n)
 }
 
 /* x_i <- row't + *drive, where t is a copy of x and the row is zero left of `first` */
-KQ_KERNEL unsigned mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
+KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, const num *t,
                                 const num *drive)
 {
     num d = drive ? *drive : 0;
     for (int k = first; k < n; k++) d += row[k] * t[k];
     x[i] = d;
-    return 0;
+    return extent_of(d);
 }
 
 static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)

@@ -6,6 +6,7 @@
 #include "arithmetic.h"
 #include "compiler.h"
 #include "rows.h"
+#include "scaled.h"
 
 static inline int32_t noise_exponent(const num *G, int n, int l)
 {
@@ -60,8 +61,8 @@ KQ_KERNEL num reflect_longer(num *restrict w, const num *restrict r, const num *
     return entry;
 }
 
-/* Two rows w and v, their entries into s and the word before it */
-KQ_KERNEL void reflect_two(num *s, num *restrict w, num *restrict v, num g_w, num g_v,
+/* Two rows w and v, their entries into s and the word before it.  Answers how far these, too, reach. */
+KQ_KERNEL extent reflect_two(extent far, num *s, num *restrict w, num *restrict v, num g_w, num g_v,
                            const num *restrict r, num g_pivot, const num *pq, int count)
 {
     num of_w = g_w * g_pivot, of_v = g_v * g_pivot;
@@ -74,6 +75,7 @@ KQ_KERNEL void reflect_two(num *s, num *restrict w, num *restrict v, num g_w, nu
     of_v *= pq[0];
     s[0] = of_w;
     s[-1] = of_v;
+    far = extent_join(extent_join(far, extent_of(of_w)), extent_of(of_v));
     of_w = -(of_w + g_w) * pq[1];
     of_v = -(of_v + g_v) * pq[1];
     KQ_UNROLL
@@ -81,6 +83,7 @@ KQ_KERNEL void reflect_two(num *s, num *restrict w, num *restrict v, num g_w, nu
         w[k] += of_w * r[k];
         v[k] += of_v * r[k];
     }
+    return far;
 }
 
 /* The pivot of a row without noise.  G_ii >= num_tiny_root, so no norm is ever 0 and nothing needs

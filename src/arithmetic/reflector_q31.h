@@ -10,6 +10,7 @@
 #include "fixed.h"
 #include "inverse_q31.h"
 #include "rows.h"
+#include "scaled.h"
 
 #include "kalmanq/port/integer.h"
 #include "kalmanq/port/vectors.h"
@@ -84,12 +85,13 @@ KQ_KERNEL int32_t reflect_longer(int32_t *restrict w, const int32_t *restrict V,
 }
 
 /* Two rows w and v, their entries into s and the word before it */
-KQ_KERNEL void reflect_two(int32_t *s, int32_t *restrict w, int32_t *restrict v, int32_t g_w,
+KQ_KERNEL extent reflect_two(extent far, int32_t *s, int32_t *restrict w, int32_t *restrict v, int32_t g_w,
                            int32_t g_v, const int32_t *restrict V, int32_t g_pivot,
                            const int32_t *pq, int count)
 {
     s[0] = reflect(w, g_w, V, g_pivot, pq, count);
     s[-1] = reflect(v, g_v, V, g_pivot, pq, count);
+    return far;
 }
 
 /*

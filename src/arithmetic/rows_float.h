@@ -166,6 +166,18 @@ static inline void row_clear(num *S, int n, int i)
     for (int j = i; j < n; j++) S[column(j) + i] = 0;
 }
 
+/* A sum of numbers that cancel is not rounded here. */
+static inline int mending_rounds(scaled r, scaled sigma)
+{
+    (void)r, (void)sigma;
+    return 0;
+}
+
+static inline void row_forget(num *S, scaled *scratch, int n, int i, int end)
+{
+    (void)S, (void)scratch, (void)n, (void)i, (void)end;
+}
+
 /* Row i of S, columns i .. end - 1, += rest / h */
 static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *scratch, int n, int i,
                                  int end)

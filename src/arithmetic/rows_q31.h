@@ -251,6 +251,17 @@ static inline void row_clear(int32_t *S, int n, int i)
     S[KQ_TRIANGLE(n) + i] = lowest_exponent;
 }
 
+/* Is what mend_root_row adds rounded at more than 2^-12 of what it leaves?  It is as rounding has left the row, 2^-30
+   of sigma = sqrt(s), and has 31 bits: r < 2^-96 s */
+static inline int mending_rounds(scaled r, scaled sigma) { return r.exponent < 2 * sigma.exponent - 66; }
+
+/* Row i of S, columns i .. end - 1, <- 0, its exponent becoming that of what is left */
+static inline void row_forget(int32_t *S, scaled *entries, int n, int i, int end)
+{
+    for (int j = i; j < n; j++) entries[j - i] = j < end ? (scaled){0, 0} : scaled_normal(root_entry(S, n, i, j));
+    root_set_row(S, entries, n, i);
+}
+
 /* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
 static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
                                  int i, int end)

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "arithmetic.h"
+#include "compiler.h"
 
 typedef num scaled;
 
@@ -67,5 +68,41 @@ static inline unsigned word_take(num *word, scaled a)
     *word = a;
     return 0;
 }
+
+/*
+ * How far numbers reach, found on the way: joined over the entries of a root and over the means, it tells
+ * whether one may be beyond num_most_sigma, or is not a number.
+ */
+#if KQ_FLOAT_BITS >= KQ_NUM_BITS
+
+/* A sum of squares */
+typedef num extent;
+
+KQ_KERNEL extent extent_of(num a) { return a * a; }
+
+KQ_KERNEL extent extent_join(extent a, extent b) { return a + b; }
+
+KQ_KERNEL int extent_is_within(extent far)
+{
+    return !num_exceeds(far, num_most_sigma * num_most_sigma);
+}
+
+#else
+
+/* The core has no such numbers: the highest bit is set where one may be a quarter of num_most_sigma or more,
+   which 16 entries make a row of it. */
+typedef uint32_t extent;
+
+KQ_KERNEL extent extent_of(num a)
+{
+    const uint32_t sign = UINT32_C(1) << 31;
+    return (num_top_bits(a) & ~sign) + (sign - num_top_bits(num_most_sigma / 4));
+}
+
+KQ_KERNEL extent extent_join(extent a, extent b) { return a | b; }
+
+KQ_KERNEL int extent_is_within(extent far) { return far >> 31 == 0; }
+
+#endif
 
 #endif

@@ -60,21 +60,32 @@ KQ_COLD static scaled turns_of(const sharp_work *w, scaled r, int n)
     return sigma;
 }
 
+/* Row i is mended from column i up to the first of a state that has more part than i. */
+static int mended_end(const scaled *part, int i, int n)
+{
+    int end = i + 1;
+    while (end < n && !scaled_is_less(part[i], part[end])) end++;
+    return end;
+}
+
 /*
  * After a sharp update the row of a measured state is the difference of numbers that agree to
  * sqrt(r / s), and rounding is as large as they are.  What S'h must be is known without it: what each
- * column lacks goes into the entry of the state that has most part in h'P h of those up to it.
+ * column lacks goes into the entry of the state that has most part in h'P h of those up to it.  That entry is
+ * forgotten before where its last bit is beyond what will be left of it.
  */
-KQ_COLD static void match_root(num *S, const scaled *h, const sharp_work *w, int n)
+KQ_COLD static void match_root(num *S, const scaled *h, const sharp_work *w, int forgets, int n)
 {
     scaled *part = w->c, *rest = w->f; /* the rotations are done */
-    project_exactly(rest, S, h, w->entries, n);
-    for (int i = 0; i < n; i++) {
-        part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
-        rest[i] = scaled_minus(w->left[i], rest[i]);
+    for (int i = 0; i < n; i++) part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
+    for (int i = 0, end; forgets && i < n; i = end) {
+        end = mended_end(part, i, n);
+        if (!scaled_is_zero(h[i])) row_forget(S, w->entries, n, i, end);
     }
+    project_exactly(rest, S, h, w->entries, n);
+    for (int i = 0; i < n; i++) rest[i] = scaled_minus(w->left[i], rest[i]);
     for (int i = 0, end; i < n; i = end) {
-        for (end = i + 1; end < n && !scaled_is_less(part[i], part[end]); end++) {}
+        end = mended_end(part, i, n);
         if (!scaled_is_zero(h[i])) mend_root_row(S, rest, h[i], w->entries, n, i, end);
     }
 }
@@ -103,7 +114,7 @@ KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scale
         w->b[i] = scaled_times(sigma, lost);
         if (exact) drop_rounding(S, lost, n, i);
     }
-    if (sharp) match_root(S, h, w, n);
+    if (sharp) match_root(S, h, w, mending_rounds(r, sigma), n);
 }
 
 #endif

@@ -96,10 +96,13 @@ KQ_COLD kq_status T(kq_innovation)(const filter *f, const sensor *s, const num *
     const kq_status status = update_check(f, s, z, UINT32_MAX);
     if (status) return status;
     if (!e) return KQ_ERR_NULL;
-    const int n = f->states;
-    for (int c = 0; c < s->components; c++) {
-        e[c] = word_of(mean_residual(z[c], s->measurement + c * n, f->memory, n, 0, n));
+    num found[KQ_SIZE_MAX];
+    const int n = f->states, m = s->components;
+    for (int c = 0; c < m; c++) {
+        found[c] = word_of(mean_residual(z[c], s->measurement + c * n, f->memory, n, 0, n));
+        if (!scaled_is_finite(scaled_of_word(found[c]))) return KQ_ERR_NOT_FINITE;
     }
+    for (int c = 0; c < m; c++) e[c] = found[c];
     return KQ_OK;
 }
 

@@ -29,6 +29,7 @@
 #include "../smoother/smoother.h"
 #include "../smoother/tape.h"
 #include "../smoother/whitened.h"
+#include "../steady/checks.h"
 #include "../steady/kernel.h"
 #include "options.h"
 
@@ -86,44 +87,60 @@ KQ_KERNEL int fixed_copy_mean(num *t, num *x, const process *p, fixed_task task)
     return 1;
 }
 
-/* A state that is yet to be held within its numbers; scratch begins with the copy of the mean. */
+/* How far a state in registers reaches.  An update does not take a mean that is not a number, since its innovation
+   is none, either; so the mean is looked at only where no update follows. */
+KQ_KERNEL extent fixed_extent(const num *x, fixed_task task)
+{
+    const int n = task.n;
+    const num *S = x + MEAN_PLANES * n;
+    extent far = extent_of(*S);
+    KQ_UNROLL
+    for (int k = 1; k < KQ_TRIANGLE(n); k++) far = extent_join(far, extent_of(S[k]));
+    KQ_UNROLL
+    for (int i = 0; i < n && !task.updates; i++) far = extent_join(far, mean_extent(x, n, i));
+    return far;
+}
+
+/* A state that is yet to be held within its numbers, and how far it reaches, but for a mean that an update looks at
+   (fixed_extent); scratch begins with the copy of the mean. */
 KQ_KERNEL int fixed_predict_with(num *x, const fixed_inputs *in, fixed_task task, num *scratch,
-                                 unsigned *events)
+                                 extent *far)
 {
     const int n = task.n, shape = task.options & KQ_FIXED_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
     num *S = x + MEAN_PLANES * n;
     const num *u = task.l ? in->u : 0;
     if (!fixed_copy_mean(scratch, x, in->process, task)) return NOT_PLAIN;
-    *events = predict_mean_of(x, in->process, u, task.l, scratch, n, shape);
-    predict_root_of(S, S, in->process, scratch, scratch + n * ROW_LEN(n), n, shape);
+    const extent of_mean = predict_mean_of(x, in->process, u, task.l, scratch, n, shape);
+    const extent of_root = predict_root_of(S, S, in->process, scratch, scratch + n * ROW_LEN(n), n, shape);
     renormalise(S, n);
+    *far = task.updates && !mean_widens ? of_root : extent_join(of_mean, of_root);
     return KQ_OK;
 }
 
-KQ_KERNEL int fixed_predict_to_4(num *x, const fixed_inputs *in, fixed_task task, unsigned *events)
+KQ_KERNEL int fixed_predict_to_4(num *x, const fixed_inputs *in, fixed_task task, extent *far)
 {
     num scratch[PREDICT_SCRATCH(4)];
-    return fixed_predict_with(x, in, task, scratch, events);
+    return fixed_predict_with(x, in, task, scratch, far);
 }
 
-KQ_KERNEL int fixed_predict_to_9(num *x, const fixed_inputs *in, fixed_task task, unsigned *events)
+KQ_KERNEL int fixed_predict_to_9(num *x, const fixed_inputs *in, fixed_task task, extent *far)
 {
     num scratch[PREDICT_SCRATCH(9)];
-    return fixed_predict_with(x, in, task, scratch, events);
+    return fixed_predict_with(x, in, task, scratch, far);
 }
 
-KQ_KERNEL int fixed_predict_to_16(num *x, const fixed_inputs *in, fixed_task task, unsigned *events)
+KQ_KERNEL int fixed_predict_to_16(num *x, const fixed_inputs *in, fixed_task task, extent *far)
 {
     num scratch[PREDICT_SCRATCH(16)];
-    return fixed_predict_with(x, in, task, scratch, events);
+    return fixed_predict_with(x, in, task, scratch, far);
 }
 
 /* Nothing has changed where it answers NOT_PLAIN. */
-KQ_KERNEL int fixed_predict_state(num *x, const fixed_inputs *in, fixed_task task, unsigned *events)
+KQ_KERNEL int fixed_predict_state(num *x, const fixed_inputs *in, fixed_task task, extent *far)
 {
-    if (task.n <= 4) return fixed_predict_to_4(x, in, task, events);
-    if (task.n <= 9) return fixed_predict_to_9(x, in, task, events);
-    return fixed_predict_to_16(x, in, task, events);
+    if (task.n <= 4) return fixed_predict_to_4(x, in, task, far);
+    if (task.n <= 9) return fixed_predict_to_9(x, in, task, far);
+    return fixed_predict_to_16(x, in, task, far);
 }
 
 /* The unusual measurement and those that follow it: the library takes them, and what it keeps of the
@@ -187,13 +204,14 @@ KQ_KERNEL void copy_state(num *to, const num *from, int n)
 KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
 {
     num state[MEAN_PLANES * 4 + ROOT_LEN(4)];
+    const num *S = state + MEAN_PLANES * task.n;
     filter copy = {.states = (uint8_t)task.n, .ready = FILTER_READY, .memory = state};
     copy_state(state, f->memory, task.n);
     if (task.predicts) {
-        unsigned events;
-        if (fixed_predict_state(state, in, task, &events)) return NOT_PLAIN;
-        copy.events = (uint16_t)events;
-        if (!KQ_MOSTLY(root_is_within(state + MEAN_PLANES * task.n, task.n))) return NOT_PLAIN;
+        extent far;
+        if (fixed_predict_state(state, in, task, &far)) return NOT_PLAIN;
+        KQ_IN_ORDER;
+        if (!KQ_MOSTLY(state_is_within(S, task.n, fixed_extent(state, task)))) return NOT_PLAIN;
     }
     if (task.updates) {
         fixed_update_state(&copy, in, task);
@@ -217,9 +235,9 @@ KQ_KERNEL int fixed_run_in_place(filter *f, const fixed_inputs *in, fixed_task t
     num *S = f->memory + MEAN_PLANES * task.n;
     if (task.updates && sensor_check_together(in->sensor, in->z, task.m)) return NOT_PLAIN;
     if (task.predicts) {
-        unsigned events;
-        if (fixed_predict_state(f->memory, in, task, &events)) return NOT_PLAIN;
-        filter_note(f, events | state_held(f->memory, S, task.n));
+        extent far;
+        if (fixed_predict_state(f->memory, in, task, &far)) return NOT_PLAIN;
+        filter_note(f, state_held(f->memory, S, task.n, far));
     }
     if (task.updates) {
         fixed_update_state(f, in, task);
@@ -272,11 +290,10 @@ KQ_KERNEL int fixed_steady_step(steady *st, const num *u, const num *z, int n, i
                                 int options)
 {
     if (!steady_is_plain(st, n, m, options) || !z) return NOT_PLAIN;
-    if (sensor_check_together(st->sensor, z, m)) return NOT_PLAIN;
+    if (measured_check(st->sensor, z, m)) return NOT_PLAIN;
     if (!controls_are_plain(st->process, u, l)) return NOT_PLAIN;
     const int shape = options & KQ_FIXED_UPPER ? SHAPE_UPPER : SHAPE_DENSE;
-    steady_step_now(st, l ? u : 0, z, n, m, l, shape);
-    return KQ_OK;
+    return steady_step_now(st, l ? u : 0, z, n, m, l, shape) ? KQ_OK : NOT_PLAIN;
 }
 
 /* From the smoothed state a step later to that of the record, in the place of it.  What is kept

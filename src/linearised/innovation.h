@@ -20,7 +20,6 @@
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
-#include "../filter/sharp.h"
 #include "jacobian.h"
 #include "mean.h"
 
@@ -40,8 +39,7 @@ KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
     return KQ_OK;
 }
 
-/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused.  One that had left
-   the numbers nobody has looked at in the update: it is held as by a plain one. */
+/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused. */
 KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_status status)
 {
     const int n = f->states;
@@ -49,8 +47,7 @@ KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_sta
         copy(f->memory, mean->words, MEAN_PLANES * n);
         return status;
     }
-    filter_note(f, mean_shift(f->memory, n, mean->words, mean->words + n));
-    if (!mean_is_finite(f->memory, n)) refuse_overflow(f);
+    move_by(f, mean->words, mean->words + n);
     return status;
 }
 

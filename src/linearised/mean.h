@@ -1,10 +1,12 @@
-/* May the mean of a filter be moved by others than its steps? */
+/* The mean of a filter, moved by others than its steps */
 #ifndef KQ_SRC_LINEARISED_MEAN_H
 #define KQ_SRC_LINEARISED_MEAN_H
 
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
+#include "../arithmetic/hold.h"
+#include "../arithmetic/mean.h"
 #include "../model/types.h"
 #include "../filter/attached.h"
 #include "../filter/filter.h"
@@ -23,6 +25,17 @@ static kq_status free_mean_check(const filter *f)
     const kq_status status = filter_check(f);
     if (status) return status;
     return mean_is_free(f) ? KQ_OK : KQ_ERR_RECORDING;
+}
+
+/* x += d + low; low: NULL for none.  What is moved beyond the numbers is lost (arithmetic/hold.h), and what is
+   recorded ends. */
+static void move_by(filter *f, const num *d, const num *low)
+{
+    num *x = f->memory;
+    const int n = f->states;
+    const unsigned events = mean_held(x, filter_root(f), n, mean_shift(x, n, d, low));
+    filter_note(f, events);
+    if ((events & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
 }
 
 #endif

@@ -54,53 +54,50 @@ kq_status T(kq_predict_check)(const filter *f, const process *p)
 
 /* ------------------------------------------------------------------ predict */
 
-static void move_by(filter *f, const num *d) { filter_note(f, mean_shift(f->memory, f->states, d, 0)); }
-
 /* P <- A P A' + Q.  One text for all sizes of scratch */
-KQ_NOINLINE static void advance_root(filter *f, const process *p, num *scratch)
+KQ_NOINLINE static extent advance_root(filter *f, const process *p, num *scratch)
 {
     const int n = f->states;
     num *S = filter_root(f);
-    predict_root(S, S, p, scratch, scratch + n * ROW_LEN(n));
+    return predict_root(S, S, p, scratch, scratch + n * ROW_LEN(n));
 }
 
-KQ_NOINLINE static void advance_root_to_4(filter *f, const process *p)
+KQ_NOINLINE static extent advance_root_to_4(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(4)];
-    advance_root(f, p, scratch);
+    return advance_root(f, p, scratch);
 }
 
-KQ_NOINLINE static void advance_root_to_9(filter *f, const process *p)
+KQ_NOINLINE static extent advance_root_to_9(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(9)];
-    advance_root(f, p, scratch);
+    return advance_root(f, p, scratch);
 }
 
-KQ_NOINLINE static void advance_root_to_16(filter *f, const process *p)
+KQ_NOINLINE static extent advance_root_to_16(filter *f, const process *p)
 {
     num scratch[PREDICT_SCRATCH(16)];
-    advance_root(f, p, scratch);
+    return advance_root(f, p, scratch);
 }
 
-unsigned T(kq_predict_end)(filter *f, const num *d)
+unsigned T(kq_predict_end)(filter *f, const num *d, extent of_root)
 {
     const int n = f->states;
-    move_by(f, d);
+    const extent far = extent_join(of_root, mean_shift(f->memory, n, d, 0));
     renormalise(filter_root(f), n);
-    const unsigned events = state_held(f->memory, filter_root(f), n);
+    const unsigned events = state_held(f->memory, filter_root(f), n, far);
     filter_note(f, events);
     predict_ends_sharp(f);
     return events;
 }
 
-/* A predict that has been checked, of a filter that is not recorded or has been.  Answers the events of the
-   root. */
+/* A predict that has been checked, of a filter that is not recorded or has been.  Answers the
+   events. */
 static unsigned predict_linearised(filter *f, const process *p, const num *d)
 {
-    if (f->states <= 4) advance_root_to_4(f, p);
-    else if (f->states <= 9) advance_root_to_9(f, p);
-    else advance_root_to_16(f, p);
-    return T(kq_predict_end)(f, d);
+    if (f->states <= 4) return T(kq_predict_end)(f, d, advance_root_to_4(f, p));
+    if (f->states <= 9) return T(kq_predict_end)(f, d, advance_root_to_9(f, p));
+    return T(kq_predict_end)(f, d, advance_root_to_16(f, p));
 }
 
 /* The smoothers on line take the whole predict in the place of the filter's.  Where it leaves the mean is not
@@ -115,7 +112,7 @@ KQ_NOINLINE static kq_status predict_by_maps(filter *f, const process *p, const 
     status = f->attached->hooks->predict(f, p, 0);
     if (status) return status;
     copy(f->memory, aside, words);
-    move_by(f, d);
+    move_by(f, d, 0);
     return KQ_OK;
 }
 
@@ -141,7 +138,7 @@ kq_status T(kq_move)(filter *f, const num *d)
 {
     kq_status status = free_mean_check(f);
     if (!status) status = move_check(f, d);
-    if (!status) move_by(f, d);
+    if (!status) move_by(f, d, 0);
     return status;
 }
 

@@ -11,16 +11,15 @@
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/sharp.h"
 #include "jacobian.h"
 #include "mean.h"
 #include "rows.h"
 
 kq_status T(kq_update_check)(const filter *f, const sensor *s) { return sensor_check_for(f, s); }
 
-void T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq)
+extent T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq)
 {
-    triangularise(root, rows, p->states, p, p->states, pq, SHAPE_DENSE);
+    return triangularise(root, rows, p->states, p, p->states, pq, SHAPE_DENSE);
 }
 
 /* S <- S U and a <- S a, row by row */
@@ -59,8 +58,7 @@ kq_status T(kq_update_by_rows)(filter *f, const sensor *s, const num *e, num *ow
     if (status < KQ_OK) return status;
     for (int k = 0; k < n; k++) own[k] = mean_get(own, n, k);
     root_by_root(x + MEAN_PLANES * n, U, own, n);
-    filter_note(f, mean_shift(x, n, own, 0));
-    if (!mean_is_finite(x, n)) refuse_overflow(f);
+    move_by(f, own, 0);
     return status;
 }
 

@@ -76,7 +76,7 @@ typedef struct {
 } triangle_work;
 
 /* Row l, reflected by all rows below, becomes a reflector itself. */
-KQ_KERNEL void close_row(const triangle_work *t, int l)
+KQ_KERNEL extent close_row(const triangle_work *t, int l)
 {
     const int c = first_column(t->model, l, t->shape);
     const num *G = t->shape != SHAPE_FULL ? t->model->noise_root : 0;
@@ -85,8 +85,10 @@ KQ_KERNEL void close_row(const triangle_work *t, int l)
                       ? noise_word(G + column(l) + l, noise_shift(G, t->n, l, w, t->width))
                       : num_no_noise;
     KQ_IN_ORDER;
-    t->S[column(l) + l] = close_reflector(w + c, g, t->pq + 2 * l, t->width - c);
+    const num pivot = close_reflector(w + c, g, t->pq + 2 * l, t->width - c);
+    t->S[column(l) + l] = pivot;
     root_take_exponent(t->S, t->n, l, w, t->width);
+    return extent_of(pivot);
 }
 
 KQ_KERNEL int32_t row_noise_shift(const triangle_work *t, int l)
@@ -96,27 +98,30 @@ KQ_KERNEL int32_t row_noise_shift(const triangle_work *t, int l)
 }
 
 /* Row l by the reflector of row i; shift: that of the row's noise */
-KQ_KERNEL void reflect_row(const triangle_work *t, int l, int i, int32_t shift)
+KQ_KERNEL extent reflect_row(const triangle_work *t, int l, int i, int32_t shift)
 {
     const int c = first_column(t->model, i, t->shape);
     const num *g = t->shape != SHAPE_FULL ? t->model->noise_root + column(i) + l : 0;
     const num noise = t->shape != SHAPE_FULL ? noise_word(g, shift) : 0;
-    t->S[column(i) + l] =
+    const num entry =
         reflect(t->W + l * ROW_LEN(t->width) + c, noise, t->W + i * ROW_LEN(t->width) + c,
                 t->shape != SHAPE_FULL ? reflector_pivot(g + i - l) : 0, t->pq + 2 * i,
                 t->width - c);
+    t->S[column(i) + l] = entry;
+    return extent_of(entry);
 }
 
 /* Row l by all reflectors below */
-KQ_KERNEL void reflect_one_row(const triangle_work *t, int l)
+KQ_KERNEL extent reflect_one_row(const triangle_work *t, int l, extent far)
 {
     const int32_t shift = row_noise_shift(t, l);
     KQ_UNROLL
-    for (int i = t->n - 1; i > l; i--) reflect_row(t, l, i, shift);
+    for (int i = t->n - 1; i > l; i--) far = extent_join(far, reflect_row(t, l, i, shift));
+    return far;
 }
 
 /* Rows l and l - 1 by all reflectors below */
-KQ_KERNEL void reflect_two_rows(const triangle_work *t, int l)
+KQ_KERNEL extent reflect_two_rows(const triangle_work *t, int l, extent far)
 {
     const int n = t->n, stride = ROW_LEN(t->width);
     const num *G = t->shape != SHAPE_FULL ? t->model->noise_root : 0, *g = G;
@@ -129,36 +134,39 @@ KQ_KERNEL void reflect_two_rows(const triangle_work *t, int l)
         const int c = first_column(t->model, i, t->shape);
         const num noise_w = t->shape != SHAPE_FULL ? noise_word(g, shift_w) : 0;
         const num noise_v = t->shape != SHAPE_FULL ? noise_word(g - 1, shift_v) : 0;
-        reflect_two(s, w + c, v + c, noise_w, noise_v, r + c,
-                    t->shape != SHAPE_FULL ? reflector_pivot(g + i - l) : 0, pq, t->width - c);
+        const num pivot = t->shape != SHAPE_FULL ? reflector_pivot(g + i - l) : 0;
+        far = reflect_two(far, s, w + c, v + c, noise_w, noise_v, r + c, pivot, pq, t->width - c);
         s -= i;
         if (t->shape != SHAPE_FULL) g -= i;
         r -= stride;
         pq -= 2;
     }
+    return far;
 }
 
 /* [W, G] Theta = [0, S].  On return W and pq hold the reflectors, and S is yet to be renormalised.
-   Rows are taken two at a time, so that a reflector is loaded once for both. */
-KQ_KERNEL void triangularise(num *S, num *W, int width, const process *model, int n, num *pq,
+   Rows are taken two at a time, so that a reflector is loaded once for both.  Answers how far S reaches. */
+KQ_KERNEL extent triangularise(num *S, num *W, int width, const process *model, int n, num *pq,
                              int shape)
 {
     const triangle_work t = {S, W, n, width, model, pq, shape};
+    extent far = 0;
     KQ_UNROLL
     for (int l = n; l-- > 0;) {
-        if (!rows_in_pairs) reflect_one_row(&t, l);
-        else if (l & 1) reflect_two_rows(&t, l);
-        else if (l < n - 1) reflect_row(&t, l, l + 1, row_noise_shift(&t, l));
-        close_row(&t, l);
+        if (!rows_in_pairs) far = reflect_one_row(&t, l, far);
+        else if (l & 1) far = reflect_two_rows(&t, l, far);
+        else if (l < n - 1) far = extent_join(far, reflect_row(&t, l, l + 1, row_noise_shift(&t, l)));
+        far = extent_join(far, close_row(&t, l));
     }
+    return far;
 }
 
-KQ_KERNEL void predict_root_of(num *predicted, const num *root, const process *m, num *W, num *pq,
+KQ_KERNEL extent predict_root_of(num *predicted, const num *root, const process *m, num *W, num *pq,
                                int n, int shape)
 {
     transition_times_root(W, m, root, n, shape);
     KQ_IN_ORDER;
-    triangularise(predicted, W, n, m, n, pq, shape);
+    return triangularise(predicted, W, n, m, n, pq, shape);
 }
 
 /*
@@ -166,18 +174,18 @@ KQ_KERNEL void predict_root_of(num *predicted, const num *root, const process *m
  * and pq (2 n) are left holding Theta's reflectors.  One function for filter and smoother: the
  * smoother must meet the very factor that the filter used.
  */
-KQ_NOINLINE static void predict_root(num *predicted, const num *root, const process *m, num *W,
-                                     num *pq)
+KQ_NOINLINE static extent predict_root(num *predicted, const num *root, const process *m, num *W,
+                                      num *pq)
 {
-    predict_root_of(predicted, root, m, W, pq, m->states, SHAPE_AS_FOUND);
+    return predict_root_of(predicted, root, m, W, pq, m->states, SHAPE_AS_FOUND);
 }
 
-/* x <- A t + B u with l controls, t being a copy of x */
-KQ_INLINE unsigned predict_mean_of(num *x, const process *m, const num *u, int l,
-                                          const num *t, int n, int shape)
+/* x <- A t + B u with l controls, t being a copy of x.  Answers how far the mean reaches. */
+KQ_INLINE extent predict_mean_of(num *x, const process *m, const num *u, int l, const num *t, int n,
+                                int shape)
 {
     const scaled *row = m->transition, *control = m->control;
-    unsigned events = 0;
+    extent far = 0;
     KQ_UNROLL
     for (int i = 0; i < n; i++) {
         sum drive = 0;
@@ -185,15 +193,14 @@ KQ_INLINE unsigned predict_mean_of(num *x, const process *m, const num *u, int l
             drive = control_drive(control, u, l);
             control += l;
         }
-        events |= mean_advance(x, n, i, row, first_column(m, i, shape), t, u ? &drive : 0);
+        far = extent_join(far, mean_advance(x, n, i, row, first_column(m, i, shape), t, u ? &drive : 0));
         row += n;
     }
-    return events;
+    return far;
 }
 
 /* x <- A x + B u; t: scratch, MEAN_PLANES n */
-KQ_INLINE unsigned predict_mean(num *x, const process *m, const num *u, num *t, int n,
-                                       int shape)
+KQ_INLINE extent predict_mean(num *x, const process *m, const num *u, num *t, int n, int shape)
 {
     mean_copy(t, x, n);
     if (mean_rounds && (m->plain & PROCESS_ROUNDED)) mean_take_rests(x, m->transition, t, n);
@@ -206,11 +213,12 @@ KQ_INLINE unsigned predict_mean(num *x, const process *m, const num *u, num *t, 
 KQ_KERNEL unsigned predict_with(num *x, num *S, const process *m, const num *u, num *scratch, int n,
                                 int shape)
 {
-    const unsigned events = predict_mean(x, m, u, scratch, n, shape);
-    if (shape == SHAPE_AS_FOUND) predict_root(S, S, m, scratch, scratch + n * ROW_LEN(n));
-    else predict_root_of(S, S, m, scratch, scratch + n * ROW_LEN(n), n, shape);
+    num *pq = scratch + n * ROW_LEN(n);
+    const extent far = predict_mean(x, m, u, scratch, n, shape);
+    const extent of_root = shape == SHAPE_AS_FOUND ? predict_root(S, S, m, scratch, pq)
+                                                  : predict_root_of(S, S, m, scratch, pq, n, shape);
     renormalise(S, n);
-    return events | state_held(x, S, n);
+    return state_held(x, S, n, extent_join(far, of_root));
 }
 
 /* One text for all sizes of scratch, where sizes are known at run time */

@@ -15,24 +15,11 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/hold.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/triangle.h"
 #include "advance.h"
 #include "process.h"
-
-/* What column `from`, whose pivot is 0, holds of row k becomes part of the pivot of column `to`. */
-KQ_COLD static void join_pivot(num *restrict to, num *restrict from, int k)
-{
-    const num length = num_root(to[k] * to[k] + from[k] * from[k]);
-    if (length == 0) return;
-    const num c = to[k] / length, s = from[k] / length;
-    for (int i = 0; i <= k; i++) {
-        const num entry = to[i];
-        to[i] = c * entry + s * from[i];
-        from[i] = c * from[i] - s * entry;
-    }
-    from[k] = 0;
-}
 
 /* A pivot up to `rounding` of its row's norm becomes 0, and so does its column: what it holds of
    the rows above goes into theirs. */

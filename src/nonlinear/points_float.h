@@ -160,9 +160,9 @@ static void predict_by_rows(filter *f, const process *own, const num *y, num *D,
     for (int j = 0; j < n; j++) {
         for (int i = 0; i <= j; i++) D[i * n + j] += *s++;
     }
-    T(kq_root_of_rows)(filter_root(f), D, own, pq);
+    const extent of_root = T(kq_root_of_rows)(filter_root(f), D, own, pq);
     f->attached = 0; /* a start that is over */
-    T(kq_predict_end)(f, y);
+    T(kq_predict_end)(f, y, of_root);
 }
 
 kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_points rule,

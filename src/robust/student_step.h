@@ -68,16 +68,15 @@ typedef struct {
     scaled *along;   /* M, n x n: the noise's coordinates along those of the state, x = .. + S xi */
 } student_room;
 
-/* predict_now; and M, which are Theta's rows of the noise (smoother/whitened.h) */
+/* predict_now, of a copy that is not held: the step itself holds; and M, which are Theta's rows of the noise
+   (smoother/whitened.h) */
 static void student_predict(filter *f, const student_step *t, const student_room *room)
 {
     num row[ROW_LEN(2 * KQ_SIZE_MAX)], *S = filter_root(f);
     const process *m = t->target;
     const int n = f->states;
     const workspace v = {.W = room->reflectors, .pq = room->reflectors + n * ROW_LEN(n)};
-    const unsigned events =
-        predict_mean(f->memory, m, m->controls ? t->u : 0, v.W, n, SHAPE_AS_FOUND);
-    f->events = (uint16_t)(f->events | events);
+    predict_mean(f->memory, m, m->controls ? t->u : 0, v.W, n, SHAPE_AS_FOUND);
     predict_root(S, S, m, v.W, v.pq);
     renormalise(S, n);
     if (f->ready == FILTER_SHARP) filter_set_ready(f, FILTER_READY);

@@ -218,16 +218,18 @@ KQ_KERNEL unsigned map_compose(backward_map older, backward_map newer, const wor
     return n == 2 ? map_compose_2(older, newer, v) : map_compose_3(older, newer, v);
 }
 
-/* Predicts the filter, and makes the map of it. */
+/* Predicts the filter, and makes the map of it.  Where the state had to be held there is none, and the recording
+   ends. */
 KQ_KERNEL void predict_by_map(filter *f, const process *p, const num *u, backward_map map,
                               const workspace *v, int n)
 {
     num *S = f->memory + MEAN_PLANES * n;
-    const unsigned events =
-        predict_mean(f->memory, p, p->controls ? u : 0, v->W, n, SHAPE_AS_FOUND);
-    predict_root(S, S, p, v->W, v->pq);
+    const extent of_mean = predict_mean(f->memory, p, p->controls ? u : 0, v->W, n, SHAPE_AS_FOUND);
+    const extent far = extent_join(of_mean, predict_root(S, S, p, v->W, v->pq));
     renormalise(S, n);
+    const unsigned events = state_held(f->memory, S, n, far);
     f->events = (uint16_t)(f->events | events);
+    if (!KQ_MOSTLY(!(events & KQ_EVENT_OVERFLOW))) f->attached->hooks->record_end(f);
     if (f->ready != FILTER_READY) predict_ends_sharp(f);
     map_set_predict(map, p, v, n);
 }

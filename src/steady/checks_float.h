@@ -6,6 +6,8 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/gains.h"
 #include "../model/types.h"
 #include "../model/units.h"
 
@@ -28,6 +30,22 @@ static kq_status mean_check(const sensor *s, const num *x, int n)
 {
     (void)s;
     return numbers_check(x, n);
+}
+
+/* What z is not is seen in its innovations (innovations_are_finite). */
+KQ_KERNEL kq_status measured_check(const sensor *s, const num *z, int m)
+{
+    (void)s, (void)z, (void)m;
+    return KQ_OK;
+}
+
+/* May x become this? */
+static kq_status moved_check(const steady_word *t, int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (!num_is_finite(t[i])) return KQ_ERR_NOT_FINITE;
+    }
+    return KQ_OK;
 }
 
 /* Have the two, of the same number of states, the same units? */

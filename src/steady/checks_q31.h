@@ -8,6 +8,8 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/q31.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/gains.h"
 #include "../arithmetic/scaled.h"
 #include "../model/definitions.h"
 #include "../model/types.h"
@@ -39,6 +41,17 @@ static kq_status smoother_root_check(const num *S, int n) { return root_check(S,
 static kq_status mean_check(const sensor *s, const num *x, int n)
 {
     return ranges_check(x, s->state_format, n, UINT32_MAX);
+}
+
+KQ_KERNEL kq_status measured_check(const sensor *s, const num *z, int m)
+{
+    return sensor_check_values(s, z, m, UINT32_MAX);
+}
+
+static kq_status moved_check(const steady_word *t, int n)
+{
+    (void)t, (void)n;
+    return KQ_OK;
 }
 
 /* Have the two, of the same number of states, the same units? */

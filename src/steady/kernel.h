@@ -42,18 +42,24 @@ KQ_KERNEL unsigned steady_move(steady_word *t, const num *x, const process *p, c
     return events;
 }
 
-/* x <- t + K (z - H t) */
-KQ_KERNEL unsigned steady_correct(num *x, const steady_word *t, const scaled *gain, const sensor *s,
-                                  const num *z, int n, int m)
+/* e = z - H t.  Answers whether they are numbers. */
+KQ_KERNEL int steady_residuals(steady_number *e, const steady_word *t, const sensor *s, const num *z,
+                               int n, int m)
 {
     const scaled *h = s->measurement;
-    steady_number e[KQ_SIZE_MAX];
-    unsigned events = 0;
     KQ_UNROLL
     for (int c = 0; c < m; c++) {
         e[c] = steady_residual(z[c], h, s->selects[c], t, n);
         h += n;
     }
+    return innovations_are_finite(e, m);
+}
+
+/* x <- t + K e */
+KQ_KERNEL unsigned steady_correct(num *x, const steady_word *t, const scaled *gain, const steady_number *e,
+                                  int n, int m)
+{
+    unsigned events = 0;
     KQ_UNROLL
     for (int i = 0; i < n; i++) events |= steady_add(x, t[i], n, i, gain + i * m, e, m);
     return events;
@@ -74,12 +80,16 @@ KQ_KERNEL void steady_note(steady *st, unsigned events)
     if (events) st->events = (uint8_t)(st->events | events);
 }
 
-KQ_KERNEL void steady_step_now(steady *st, const num *u, const num *z, int n, int m, int l,
-                               int shape)
+/* Answers whether the innovations are numbers; if not, nothing has changed. */
+KQ_KERNEL int steady_step_now(steady *st, const num *u, const num *z, int n, int m, int l,
+                              int shape)
 {
     steady_word t[KQ_SIZE_MAX];
+    steady_number e[KQ_SIZE_MAX];
     const unsigned moved = steady_move(t, st->memory, st->process, u, n, l, shape);
-    steady_note(st, moved | steady_correct(st->memory, t, st->gain, st->sensor, z, n, m));
+    if (!KQ_MOSTLY(steady_residuals(e, t, st->sensor, z, n, m))) return 0;
+    steady_note(st, moved | steady_correct(st->memory, t, st->gain, e, n, m));
+    return 1;
 }
 
 #endif

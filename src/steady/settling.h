@@ -103,15 +103,17 @@ static void settling_move_mean(const settling *w, filter *f, const process *p, c
     scaled e[KQ_SIZE_MAX];
     const int n = f->states, m = s->components;
     num *x = f->memory;
-    unsigned events = predict_mean(x, p, p->controls ? u : 0, t, n, SHAPE_AS_FOUND);
+    extent far = predict_mean(x, p, p->controls ? u : 0, t, n, SHAPE_AS_FOUND);
+    unsigned events = 0;
     for (int c = 0; c < m; c++) e[c] = mean_residual(z[c], s->measurement + c * n, x, n, 0, n);
     for (int i = 0; i < n; i++) {
         for (int c = 0; c < m; c++) {
             events |= mean_correct_exactly(x, n, i, w->gain[i * m + c], e[c]);
         }
         events |= mean_hold(x, n, i);
+        far = extent_join(far, mean_extent(x, n, i));
     }
-    filter_note(f, events);
+    filter_note(f, events | mean_held(x, filter_root(f), n, far));
 }
 
 /* predict and update; has the root settled by it? */

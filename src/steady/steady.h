@@ -78,7 +78,7 @@ static kq_status steady_check_measured(const steady *st, const num *z)
     const kq_status status = steady_check(st, 0);
     if (status) return status;
     if (!z) return KQ_ERR_NULL;
-    return sensor_check_values(st->sensor, z, st->components, UINT32_MAX);
+    return measured_check(st->sensor, z, st->components);
 }
 
 static const num *steady_controls(const steady *st, const num *u)
@@ -93,8 +93,9 @@ kq_status T(kq_steady_predict)(steady *st, const num *u)
     if (status) return status;
     const int n = st->states;
     const num *drive = steady_controls(st, u);
-    steady_note(st, steady_move(t, st->memory, st->process, drive, n, st->process->controls,
-                                 SHAPE_AS_FOUND));
+    const unsigned events = steady_move(t, st->memory, st->process, drive, n, st->process->controls, SHAPE_AS_FOUND);
+    if (moved_check(t, n)) return KQ_ERR_NOT_FINITE;
+    steady_note(st, events);
     for (int i = 0; i < n; i++) steady_keep(st->memory, n, i, t[i]);
     return KQ_OK;
 }
@@ -107,11 +108,13 @@ static void steady_state(steady_word *t, const steady *st)
 kq_status T(kq_steady_update)(steady *st, const num *z)
 {
     steady_word t[KQ_SIZE_MAX];
+    steady_number e[KQ_SIZE_MAX];
     const kq_status status = steady_check_measured(st, z);
     if (status) return status;
+    const int n = st->states, m = st->components;
     steady_state(t, st);
-    steady_note(st,
-                steady_correct(st->memory, t, st->gain, st->sensor, z, st->states, st->components));
+    if (!steady_residuals(e, t, st->sensor, z, n, m)) return KQ_ERR_NOT_FINITE;
+    steady_note(st, steady_correct(st->memory, t, st->gain, e, n, m));
     steady_next_gain(st);
     return KQ_OK;
 }
@@ -121,8 +124,10 @@ kq_status T(kq_steady_step)(steady *st, const num *u, const num *z)
     kq_status status = steady_check(st, u);
     if (!status) status = steady_check_measured(st, z);
     if (status) return status;
-    steady_step_now(st, steady_controls(st, u), z, st->states, st->components,
-                    st->process->controls, SHAPE_AS_FOUND);
+    if (!steady_step_now(st, steady_controls(st, u), z, st->states, st->components,
+                         st->process->controls, SHAPE_AS_FOUND)) {
+        return KQ_ERR_NOT_FINITE;
+    }
     steady_next_gain(st);
     return KQ_OK;
 }
@@ -135,17 +140,14 @@ static int steady_has(const steady *st, int i)
 kq_status T(kq_steady_innovation)(const steady *st, const num *z, num *e)
 {
     steady_word t[KQ_SIZE_MAX];
+    steady_number found[KQ_SIZE_MAX];
     const kq_status status = steady_check_measured(st, z);
     if (status) return status;
     if (!e) return KQ_ERR_NULL;
-    const int n = st->states;
-    const sensor *s = st->sensor;
+    const int m = st->components;
     steady_state(t, st);
-    for (int c = 0; c < st->components; c++) {
-        const steady_number innovation =
-            steady_residual(z[c], s->measurement + c * n, s->selects[c], t, n);
-        e[c] = steady_word_of(innovation);
-    }
+    if (!steady_residuals(found, t, st->sensor, z, st->states, m)) return KQ_ERR_NOT_FINITE;
+    for (int c = 0; c < m; c++) e[c] = steady_word_of(found[c]);
     return KQ_OK;
 }
 

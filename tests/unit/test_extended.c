@@ -426,14 +426,12 @@ static void an_increment_has_no_more_entries_than_both_have_states(void)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_extended)(&track, &motion3, d + 2));
 }
 
-/* As by kq_update: an event says it, and the measurements that follow bring the state back. */
-static void a_mean_that_has_left_the_numbers_is_held_by_the_next_update(void)
+/* The move that takes it there says so, and the measurements that follow bring the state back. */
+static void a_mean_that_is_moved_beyond_the_numbers_is_held_at_once(void)
 {
     const num most = NUM_MAX / 2, far[] = {most, 0}, z[] = {2, -4};
     ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
     for (int k = 0; k < 3; k++) ASSERT_OK(K(move)(&track, far));
-    TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
-    ASSERT_OK(K(update_extended)(&track, &radar, e));
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&record));
     TEST_ASSERT_TRUE(K(mean)(&track, 0) == 0);
@@ -589,7 +587,7 @@ SUITE(extended, set_up)
     RUN_TEST(a_move_leaves_all_but_the_mean);
     RUN_TEST(what_is_missing_or_not_ready_is_refused);
     RUN_TEST(an_increment_has_no_more_entries_than_both_have_states);
-    RUN_TEST(a_mean_that_has_left_the_numbers_is_held_by_the_next_update);
+    RUN_TEST(a_mean_that_is_moved_beyond_the_numbers_is_held_at_once);
     RUN_TEST(numbers_must_be_finite);
     RUN_TEST(what_learns_from_the_mean_or_moves_it_is_refused);
     RUN_TEST(a_history_that_keeps_no_jacobians_refuses_linearised_predicts);

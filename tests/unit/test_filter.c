@@ -441,6 +441,19 @@ static void innovation_sees_the_whole_mean(void)
     ASSERT_WITHIN(0x1p-24 * 8 * EPS + DBL_EPSILON, -0x1p-24, e);
 }
 
+static void innovation_refuses_what_is_beyond_the_numbers(void)
+{
+    static const num far[] = {4, 0}, steep[] = {NUM_MAX, 0, 0, 1};
+    ASSERT_OK(K(move)(&track, far));
+    ASSERT_OK(K(sensor_init)(&radar, steep, R));
+    WATCH(out), WATCH(track);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
+    watch_nothing();
+    track_memory[0] = (num)NAN;
+    WATCH(out), WATCH(track);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
+}
+
 static void innovation_refuses(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(NULL, &radar, z, out));
@@ -664,20 +677,92 @@ static void predict_holds_a_state_that_leaves_the_numbers_at_once(void)
     }
 }
 
-/* A control drives the mean out of the numbers: the next scalar measurement says so, and the one after
-   it is taken. */
+/* A control drives a mean out of the numbers: that call says so, the state that is not driven keeps its mean
+   though 0 times it stands in every row, and measurements bring the other back. */
 static void a_mean_that_leaves_the_numbers_is_brought_back(void)
 {
-    static const num strong[] = {0, NUM_MAX};
-    ASSERT_OK(K(process_init)(&motion, A, strong, Q));
-    ASSERT_OK(K(predict)(&track, &motion, u));
-    ASSERT_OK(K(update)(&track, &radar, z));
+    static const num strong[] = {0, NUM_MAX}, still[] = {1, 0, 0, 1}, pushed[] = {2}, exact[] = {3, 4};
+    ASSERT_OK(K(process_init)(&motion, still, strong, Q));
+    ASSERT_OK(K(filter_init)(&track, exact, P0));
+    ASSERT_OK(K(predict)(&track, &motion, pushed));
     assert_held();
-    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    ASSERT_CLOSE(3, K(mean)(&track, 0), 4);
+    TEST_ASSERT_TRUE(K(mean)(&track, 1) == 0);
+    TEST_ASSERT_TRUE(out[1] == 0 && out[2] == 0 && (double)K(sigma)(&track, 1) >= MOST_SIGMA);
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) < 4);
+    ASSERT_OK(K(process_init)(&motion, A, B, Q));
+    for (int step = 0; step < 4; step++) {
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        ASSERT_OK(K(update)(&track, &radar, z));
+    }
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+    for (int i = 0; i < 2; i++) TEST_ASSERT_TRUE(K(sigma)(&track, i) < 4);
+    ASSERT_WITHIN(4, 3, K(mean)(&track, 0));
+}
+
+/* A diverges, P does not grow with it: the mean is lost at the step that takes it beyond its limit. */
+static void a_mean_that_diverges_alone_is_lost_with_an_event(void)
+{
+    static const num growing[] = {N(1.5), 0, 0, 1}, start[] = {1, 4}, none[4] = {0};
+    ASSERT_OK(K(process_init)(&motion, growing, B, none));
+    put_covariance(P0, 0, 0, 0, 1);
+    ASSERT_OK(K(filter_init)(&track, start, P0));
+    for (int step = 0; step < 10000 && !K(events)(&track); step++) {
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        TEST_ASSERT_TRUE(isfinite(K(mean)(&track, 0)));
+    }
+    assert_held();
+    ASSERT_CLOSE(4, K(mean)(&track, 1), 4);
+    ASSERT_CLOSE(1, out[3], 4);
+}
+
+/* State 0 grows through state 1 alone: nothing of it is on the diagonal of the root. */
+static void the_norm_of_a_row_is_held(void)
+{
+    static const num through[] = {2, 1, 0, 1}, start[] = {0, 0}, none[4] = {0};
+    ASSERT_OK(K(process_init)(&motion, through, B, none));
+    put_covariance(P0, 0, 0, 0, 1);
+    ASSERT_OK(K(filter_init)(&track, start, P0));
+    int events = 0;
+    for (int step = 0; step < 3000; step++) {
+        const double grown = 2 * (double)K(sigma)(&track, 0) + 1;
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        if (!events) TEST_ASSERT_EQUAL_HEX(grown > MOST_SIGMA ? KQ_EVENT_OVERFLOW : 0, K(events)(&track));
+        events = (int)K(events)(&track);
+        TEST_ASSERT_TRUE((double)K(sigma)(&track, 0) <= MOST_SIGMA * (1 + 8 * EPS));
+    }
+    assert_held();
+    ASSERT_CLOSE(1, out[3], 4);
     for (int step = 0; step < 3; step++) ASSERT_OK(K(update)(&track, &radar, z));
     TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
-    for (int i = 0; i < 2; i++) TEST_ASSERT_TRUE(K(sigma)(&track, i) < 2);
-    ASSERT_WITHIN(4, 3, K(mean)(&track, 0));
+    TEST_ASSERT_TRUE(K(sigma)(&track, 0) < 4);
+}
+
+/* State 1 is lost: a measurement of it says nothing of state 0, which keeps its sigma, and its correlation
+   with state 2. */
+static void a_lost_state_has_no_correlations(void)
+{
+    PROCESS(growing, 3, 0);
+    FILTER(wide, 3);
+    SENSOR(sight, 3, 1);
+    static const num transition[] = {1, 0, 0, 0, N(1.5), 0, 0, 0, 1}, none[9] = {0}, start[] = {0, N(64 * MOST_SIGMA), 0};
+    static const num prior[] = {1, N(0.9), N(0.5), N(0.9), 1, N(0.25), N(0.5), N(0.25), 1};
+    static const num H1[] = {0, 1, 0}, variance[] = {1}, seen[] = {5};
+    num P[9];
+    ASSERT_OK(K(process_init)(&growing, transition, NULL, none));
+    ASSERT_OK(K(sensor_init)(&sight, H1, variance));
+    ASSERT_OK(K(filter_init)(&wide, start, prior));
+    for (int step = 0; step < 10000 && !K(events)(&wide); step++) ASSERT_OK(K(predict)(&wide, &growing, NULL));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&wide));
+    for (int turn = 0; turn < 2; turn++) {
+        ASSERT_OK(K(covariance)(&wide, P));
+        ASSERT_CLOSE(1, P[0], 16);
+        ASSERT_CLOSE(1, P[8], 16);
+        ASSERT_CLOSE(0.5, P[2], 16);
+        TEST_ASSERT_TRUE(P[1] == 0 && P[5] == 0 && K(mean)(&wide, 0) == 0 && K(mean)(&wide, 2) == 0);
+        ASSERT_OK(K(update)(&wide, &sight, seen));
+    }
+    ASSERT_CLOSE(5, K(mean)(&wide, 1), 16);
 }
 
 /* The transition of a state that decays is not rounded: 200 steps of it leave no more than their own
@@ -722,6 +807,9 @@ static void run_numbers_end(void)
     RUN_TEST(predict_holds_a_state_that_leaves_the_numbers_at_once);
     RUN_TEST(a_history_ends_where_predict_holds);
     RUN_TEST(a_mean_that_leaves_the_numbers_is_brought_back);
+    RUN_TEST(a_mean_that_diverges_alone_is_lost_with_an_event);
+    RUN_TEST(the_norm_of_a_row_is_held);
+    RUN_TEST(a_lost_state_has_no_correlations);
     RUN_TEST(a_decay_is_not_biased);
 }
 
@@ -774,6 +862,7 @@ static void run_reading(void)
     RUN_TEST(innovation_is_the_measurement_less_the_expected_one);
     RUN_TEST(innovation_may_overwrite_the_measurement);
     RUN_TEST(innovation_sees_the_whole_mean);
+    RUN_TEST(innovation_refuses_what_is_beyond_the_numbers);
     RUN_TEST(innovation_refuses);
     RUN_TEST(gain_is_that_of_the_next_update);
     RUN_TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors);

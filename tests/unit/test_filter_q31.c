@@ -523,6 +523,26 @@ static void a_variance_that_grows_without_end_is_told(void)
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, kq_events_q31(&level));
 }
 
+/* However long state 0 has grown, a measurement of it leaves state 1 what is known of it. */
+static void a_state_that_grew_for_long_spoils_no_other(void)
+{
+    static const double thousand[] = {1000, 1000}, growing[] = {2, 0, 0, 1}, none[4] = {0}, at[2] = {0};
+    static const double prior[] = {1, 0.9, 0.9, 1}, first[] = {1, 0}, r[] = {0.01};
+    const int32_t seen[] = {5 << 20};
+    for (int steps = 30; steps < 2000; steps += steps < 300 ? 7 : 500) {
+        put_process(&growth, 2, 0, thousand, thousand, growing, NULL, none);
+        put_sensor(&gauge, 2, 1, thousand, thousand, first, r);
+        put_prior(&seed, 2, thousand, at, prior);
+        ASSERT_OK(kq_filter_init_q31(&track, &seed.table, NULL));
+        for (int k = 0; k < steps; k++) ASSERT_OK(kq_predict_q31(&track, &growth.process, NULL));
+        for (int turn = 0; turn < 3; turn++) ASSERT_OK(kq_update_q31(&track, &gauge.sensor, seen));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+        const double word = 1 << 21, sigma = sqrt(1 - 0.81);
+        ASSERT_WITHIN(0.01 * sigma * word, sigma * word, kq_sigma_q31(&track, 1));
+        ASSERT_WITHIN(0.01 * sigma * word, 0, kq_mean_q31(&track, 1));
+    }
+}
+
 static void a_sigma_beyond_the_word_is_held(void)
 {
     static const double whole[] = {INT32_MAX}, wide[] = {1e30}, zero[] = {0};
@@ -698,6 +718,7 @@ static void run_saturation(void)
     RUN_TEST(an_update_is_held_too);
     RUN_TEST(a_sigma_beyond_the_word_is_held);
     RUN_TEST(a_variance_that_grows_without_end_is_told);
+    RUN_TEST(a_state_that_grew_for_long_spoils_no_other);
     RUN_TEST(an_innovation_is_rounded_to_a_word);
     RUN_TEST(a_score_is_held);
     RUN_TEST(the_determinant_of_a_run_is_counted_all_the_time);

@@ -461,6 +461,50 @@ static void a_state_that_grows_is_held_as_by_the_library(void)
     }
 }
 
+/* Predicts of both until there is an event, and some more; what brings the state back is taken by both. */
+static void compare_until_held(const fixed_size *size, const num *drive)
+{
+    const num z[COMPONENTS] = {1, 2};
+    for (int left = -1, t = 0; left && t < 3000; t++, left -= left > 0) {
+        ASSERT_OK(size->predict(&ours.filter, &process_of, drive));
+        ASSERT_OK(K(predict)(&theirs.filter, &process_of, drive));
+        ASSERT_SAME();
+        if (left < 0 && K(events)(&ours.filter)) left = 3;
+    }
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&ours.filter));
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(size->step(&ours.filter, &process_of, NULL, &sensor_of, z));
+        ASSERT_OK(K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
+        TEST_ASSERT_EQUAL_HEX(K(events)(&theirs.filter), K(events)(&ours.filter));
+        if (size->n < STATES) ASSERT_SAME(); /* of the largest, what is unusual is taken from there on */
+    }
+}
+
+/* State 0 through the last one alone, and by its mean alone */
+static void what_leaves_the_numbers_otherwise_is_held_as_by_the_library(void)
+{
+    const num u[1] = {2};
+    for (size_t k = 0; k < COUNT(dense); k++) {
+        const fixed_size *sizes[] = {&dense[k], &upper[k], &bare[k]};
+        const int n = dense[k].n;
+        for (int way = 0; way < 3; way++) {
+            begin(n, dense[k].m, way == 1);
+            B[n / 2] = NUM_MAX;
+            ASSERT_OK(K(process_init)(&process_of, A, B, Q));
+            compare_until_held(sizes[way], u);
+            if (n == 1) continue;
+            memset(A, 0, sizeof A), memset(P0, 0, sizeof P0), memset(Q, 0, sizeof Q);
+            for (int i = 0; i < n; i++) A[i * (n + 1)] = 1;
+            A[0] = 2, A[n - 1] = 1, P0[n * n - 1] = 1;
+            ASSERT_OK(K(process_init)(&process_of, A, B, Q));
+            for (int i = 0; i < n; i++) x0[i] = 0;
+            begin_filter(&ours, n);
+            begin_filter(&theirs, n);
+            compare_until_held(sizes[way], NULL);
+        }
+    }
+}
+
 /* Controls that are not as many as was said are taken as many as they are; of none that were said, too. */
 static void other_numbers_of_controls_are_taken_as_they_are(void)
 {
@@ -586,5 +630,6 @@ SUITE(fixed, set_up)
     RUN_TEST(a_rounded_A_is_taken_as_it_is);
     RUN_TEST(what_is_unusual_at_small_sizes_has_the_librarys_bits);
     RUN_TEST(a_state_that_grows_is_held_as_by_the_library);
+    RUN_TEST(what_leaves_the_numbers_otherwise_is_held_as_by_the_library);
     RUN_TEST(other_numbers_of_controls_are_taken_as_they_are);
 }

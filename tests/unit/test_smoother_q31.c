@@ -134,6 +134,28 @@ static void smoothing_is_that_in_double(void)
     }
 }
 
+/* A prior that stands for infinity, 2^400 words, is no growth: nothing of its recording ends. */
+static void a_prior_that_stands_for_infinity_is_recorded(void)
+{
+    static const double large[] = {100, 100}, moving[] = {1, 0.5, 0, 1}, noise_of[] = {0.01, 0, 0, 0.01};
+    static const double zero[2], unit[] = {1, 0, 0, 1}, none[2];
+    static process_model process;
+    static prior_model prior;
+    put_process(&process, 2, 0, large, drive_range, moving, NULL, noise_of);
+    put_sensor(&radar, 2, 2, large, large, unit, none);
+    put_prior(&prior, 2, large, zero, unit);
+    for (int i = 0; i < 2; i++) prior.root[KQ_TRIANGLE(2) + i] += 400;
+    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    const int32_t z[] = {1 << 20, 1 << 21};
+    for (int t = 0; t < 5; t++) {
+        ASSERT_OK(kq_predict_q31(&track, &process.process, NULL));
+        ASSERT_OK(kq_update_q31(&track, &radar.sensor, z));
+    }
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track) & (KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL));
+    ASSERT_OK(kq_smooth_q31(&tape));
+}
+
 /* ------------------------------------------------------- components without noise */
 
 KQ_FILTER_Q31(sharp, 3);
@@ -489,6 +511,7 @@ static void what_is_read_of_a_bad_step_or_state_is_no_word(void)
 SUITE(smoother, set_up)
 {
     RUN_TEST(smoothing_is_that_in_double);
+    RUN_TEST(a_prior_that_stands_for_infinity_is_recorded);
     RUN_TEST(two_components_without_noise_are_smoothed_as_in_double);
     RUN_TEST(states_only_gives_the_means);
     RUN_TEST(a_step_gives_extras);

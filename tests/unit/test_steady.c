@@ -497,6 +497,45 @@ static void numbers_must_be_finite(void)
     assert_entries_must_be_finite(u, 1, step);
 }
 
+static kq_status predict(void) { return K(steady_predict)(&steady, u); }
+
+static kq_status update(void) { return K(steady_update)(&steady, z); }
+
+static kq_status innovate(void) { return K(steady_innovation)(&steady, z, innovation); }
+
+/* One diverges: the step that would take its mean beyond the numbers is refused, as each after it, with all its
+   forms; so is one whose unmeasured state is there already. */
+static void a_mean_beyond_the_numbers_is_refused(void)
+{
+    static const num growing[] = {4, 0, 0, 1}, no_gain[N * M] = {0}, far[] = {NUM_MAX, 1};
+    draw_step();
+    ASSERT_OK(K(process_init)(&motion, growing, B, Q));
+    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, no_gain, 1));
+    kq_status status = KQ_OK;
+    for (int k = 0; k < 2000 && !status; k++) {
+        TEST_ASSERT_TRUE(isfinite(K(steady_mean)(&steady, 0)) && isfinite(K(steady_mean)(&steady, 1)));
+        status = k % 2 ? step() : predict();
+    }
+    WATCH(steady), WATCH(steady_memory), WATCH(innovation);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, predict());
+    watch_nothing();
+    static const num opposite[] = {-1, 0, 0, 1};
+    ASSERT_OK(K(sensor_init)(&radar, opposite, R));
+    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, far, no_gain, 1));
+    z[0] = NUM_MAX;
+    WATCH(steady), WATCH(steady_memory), WATCH(innovation);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
+    watch_nothing();
+    steady_memory[0] = 0, steady_memory[1] = (num)NAN, z[0] = 1;
+    ASSERT_OK(K(sensor_init)(&radar, H, R));
+    WATCH(steady), WATCH(innovation);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
+}
+
 /* ------------------------------------------------------------------ the smoother */
 
 static kq_status make(size_t length)
@@ -975,6 +1014,7 @@ SUITE(steady, set_up)
     RUN_TEST(what_is_read_of_nothing_is_no_number);
     RUN_TEST(the_filter_refuses_what_is_wrong);
     RUN_TEST(numbers_must_be_finite);
+    RUN_TEST(a_mean_beyond_the_numbers_is_refused);
     RUN_TEST(the_smoother_is_the_one_with_covariances);
     RUN_TEST(a_singular_covariance_is_smoothed);
     RUN_TEST(no_coordinate_grows);
