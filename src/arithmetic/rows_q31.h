@@ -285,23 +285,34 @@ KQ_SHARED scaled mean_resolution(const scaled *h, int n)
     return scaled_shift(total, -48);
 }
 
+/* f_j += h_k S_kj, k <= j, for rows that have no bit on the scale of all of them */
+static void project_far(scaled *f, const int32_t *S, const scaled *h, uint32_t far, int n)
+{
+    for (int k = 0; k < n; k++) {
+        for (int j = k; j < n && (far >> k & 1); j++) {
+            f[j] = scaled_plus(f[j], scaled_times(h[k], scaled_normal(root_entry(S, n, k, j))));
+        }
+    }
+}
+
 /*
  * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
  * beside others has but a few.  What they lack is in `rests`, n words of at most 2^26, in units of 2^-27:
- * its product with 16 words of a column is below 2^60.  Answers
+ * its product with 16 words of a column is below 2^60.  One that has none is left to project_far.  Answers
  * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
  * below either says nothing.
  */
 static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
 {
     int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
-    uint32_t size = 0;
+    uint32_t size = 0, far = 0;
     align(c, h, exponents_of(S, n), 1, n, &exponent);
     const int32_t scale = exponent - 30;
     for (int k = 0; k < n; k++) {
         const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
         const int64_t all = shift_up_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
-        const int known = h[k].mantissa == 0 || down <= 0 || down >= 62;
+        const int known = h[k].mantissa == 0 || down <= 0 || down > 31;
+        if (h[k].mantissa != 0 && down > 31) far |= UINT32_C(1) << k;
         low[k] = known ? 0 : (int32_t)(shift_down_rounded_wide(all, down) - shift_up_wide(c[k], 27, 58));
         size += magnitude(c[k]);
     }
@@ -310,6 +321,7 @@ static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scal
         const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 27);
         f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
     }
+    project_far(f, S, h, far, n);
     const scaled length = scaled_of(size, scale);
     const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
     const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);

@@ -543,6 +543,27 @@ static void a_state_that_grew_for_long_spoils_no_other(void)
     }
 }
 
+/* State 1 has grown, and is measured together with state 0: what is known of that is part of what it is then. */
+static void a_state_that_grew_for_long_is_measured_with_others(void)
+{
+    static const double thousand[] = {1000, 1000}, growing[] = {1, 0, 0, 2}, none[4] = {0}, at[2] = {0};
+    static const double prior[] = {1, 0.9, 0.9, 1}, row[] = {-0.37, 0.91}, r[] = {0.01};
+    static const int32_t seen[] = {5 << 20};
+    const double left = 1 - 0.81, word = 1 << 21;
+    for (int steps = 20; steps < 2000; steps += steps < 300 ? 7 : 500) {
+        put_process(&growth, 2, 0, thousand, thousand, growing, NULL, none);
+        put_sensor(&gauge, 2, 1, thousand, thousand, row, r);
+        put_prior(&seed, 2, thousand, at, prior);
+        ASSERT_OK(kq_filter_init_q31(&track, &seed.table, NULL));
+        for (int k = 0; k < steps; k++) ASSERT_OK(kq_predict_q31(&track, &growth.process, NULL));
+        ASSERT_OK(kq_update_q31(&track, &gauge.sensor, seen));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+        ASSERT_WITHIN(1e-4 * word, sqrt(left) * word, kq_sigma_q31(&track, 0));
+        ASSERT_WITHIN(1e-4 * word, sqrt(0.37 * 0.37 * left + 0.01) / 0.91 * word, kq_sigma_q31(&track, 1));
+        ASSERT_WITHIN(1e-3 * word, 2.5 / 0.91 * word, kq_mean_q31(&track, 1));
+    }
+}
+
 static void a_sigma_beyond_the_word_is_held(void)
 {
     static const double whole[] = {INT32_MAX}, wide[] = {1e30}, zero[] = {0};
@@ -719,6 +740,7 @@ static void run_saturation(void)
     RUN_TEST(a_sigma_beyond_the_word_is_held);
     RUN_TEST(a_variance_that_grows_without_end_is_told);
     RUN_TEST(a_state_that_grew_for_long_spoils_no_other);
+    RUN_TEST(a_state_that_grew_for_long_is_measured_with_others);
     RUN_TEST(an_innovation_is_rounded_to_a_word);
     RUN_TEST(a_score_is_held);
     RUN_TEST(the_determinant_of_a_run_is_counted_all_the_time);
