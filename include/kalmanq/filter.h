@@ -374,6 +374,17 @@ kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const
 kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                           size_t steps, kq_filter_f64 *ahead);
 
+/**
+ * Can f be a filter between two calls?  As kq_process_check, but nothing is kept of what every step changes:
+ * sizes, flags, and whether mean and root are numbers that a step may leave (q31: rows of the root within
+ * their norms, the mean within its words).
+ *   f        read, with its memory.  Its addresses are followed as they are.
+ * Of one bit turned it finds FOUND.  (tools/test.sh unit.filter prints the shares.)
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (f contradicts itself: initialise it again).
+ */
+kq_status kq_filter_check_f32(const kq_filter_f32 *f);
+kq_status kq_filter_check_f64(const kq_filter_f64 *f);
+
 /* ------------------------------------------------------------------ q31
  *
  * The same filter in integers: rows of S with 32-bit mantissas and an exponent each, the mean in
@@ -525,6 +536,9 @@ kq_status kq_log_likelihood_scaled_q31(const kq_filter_q31 *f, kq_scaled_q31 *va
 int kq_taken_q31(const kq_filter_q31 *f);
 unsigned kq_events_q31(const kq_filter_q31 *f);
 void kq_events_clear_q31(kq_filter_q31 *f);
+
+/** As kq_filter_check_f32. */
+kq_status kq_filter_check_q31(const kq_filter_q31 *f);
 
 #ifdef __cplusplus
 }

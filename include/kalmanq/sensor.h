@@ -34,6 +34,8 @@ typedef struct {
     const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
     uint16_t plain;               /* n + 256 m where R is diagonal and has noise, otherwise 0 */
+    uint8_t seal;                 /* of sizes and addresses (kq_sensor_check); 0: none */
+    uint8_t noise_seal;           /* of the noise */
     const struct kq_sensor_kind_f32 *kind; /* what an update does with it */
 } kq_sensor_f32;
 
@@ -47,6 +49,8 @@ typedef struct {
     const double *covariance;
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
+    uint8_t seal;
+    uint8_t noise_seal;
     const struct kq_sensor_kind_f64 *kind;
 } kq_sensor_f64;
 
@@ -54,11 +58,11 @@ typedef struct {
 #define KQ_SENSOR_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
     static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 #define KQ_SENSOR_F64(name, n, m)                                                                  \
     static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
     static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 
 /** What an update does with a sensor; for the tables that follow. */
 extern const struct kq_sensor_kind_f32 kq_sensor_independent_f32, kq_sensor_lean_f32;
@@ -88,18 +92,18 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
 #define KQ_PRIVATE_SENSOR(n, m, H, plain, kind, ...)                                               \
     {                                                                                              \
         n, m, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__),       \
-            plain, kind                                                                            \
+            plain, 0, 0, kind                                                                      \
     }
 
 /** The same with the memory of a diagonal R only. */
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
     static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
     static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 #define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
     static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
     static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -176,6 +180,18 @@ kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const doubl
 kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
+/**
+ * Is s what its last init or change has left?  As kq_process_check.
+ *   s        read: all of it, its memory and H
+ * Of one bit turned in s or in its memory all are found (tools/test.sh unit.sensor).  Of H only whether it
+ * still takes alone the states that it took; R is not looked at.  Of a const table sizes alone are seen, and
+ * a component that does not measure one state as it is said to.
+ * Cost: that of kq_sensor_change_measurement.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE.
+ */
+kq_status kq_sensor_check_f32(const kq_sensor_f32 *s);
+kq_status kq_sensor_check_f64(const kq_sensor_f64 *s);
+
 /* ------------------------------------------------------------------ q31 */
 
 /** A sensor as a table (process.h, fixed_point.h). */
@@ -201,6 +217,8 @@ typedef struct {
     const kq_scaled_q31 *noise; /* NULL until initialised */
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
+    uint8_t seal;
+    uint8_t noise_seal;
     const struct kq_sensor_kind_q31 *kind;
 } kq_sensor_q31;
 
@@ -241,12 +259,12 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
 #define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                        \
     {                                                                                              \
         n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
-            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, &kq_sensor_independent_q31               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, 0, 0, &kq_sensor_independent_q31         \
     }
 #define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                   \
     {                                                                                              \
         n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
-            KQ_PRIVATE_LIST(__VA_ARGS__), 0, &kq_sensor_lean_q31                                   \
+            KQ_PRIVATE_LIST(__VA_ARGS__), 0, 0, 0, &kq_sensor_lean_q31                             \
     }
 
 /**
@@ -254,6 +272,9 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
 kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
+
+/** As kq_sensor_check_f32; the noise is where its table has it. */
+kq_status kq_sensor_check_q31(const kq_sensor_q31 *s);
 
 #ifdef __cplusplus
 }

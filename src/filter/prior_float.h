@@ -1,12 +1,15 @@
 #ifndef KQ_SRC_FILTER_PRIOR_FLOAT_H
 #define KQ_SRC_FILTER_PRIOR_FLOAT_H
 
+#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/mean.h"
+#include "../arithmetic/triangle.h"
 #include "../model/types.h"
+#include "../model/units.h"
 #include "filter.h"
 #include "likelihood.h"
 
@@ -33,6 +36,18 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
     likelihood_run_clear(&f->run);
     filter_know_all(f);
     filter_set_ready(f, FILTER_READY);
+}
+
+/* Can a call have left this mean and this root? */
+KQ_COLD static int state_is_possible(const filter *f)
+{
+    const int n = f->states;
+    const num *S = filter_root(f);
+    if (!all_finite(f->memory, MEAN_PLANES * n + KQ_TRIANGLE(n))) return 0;
+    for (int i = 0; i < n; i++) {
+        if (S[column(i) + i] < 0) return 0;
+    }
+    return 1;
 }
 
 #endif

@@ -7,8 +7,13 @@
 
 #include "../arithmetic/q31.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/fixed.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/triangle.h"
 #include "../model/definitions.h"
+#include "../model/types.h"
 #include "../model/units.h"
+#include "filter.h"
 
 /* ------------------------------------------------------------------ prior */
 
@@ -24,6 +29,32 @@ KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_
         *misfit = (kq_misfit_q31){.quantity = KQ_STATE, .component = i, .bits = 0};
     }
     return status;
+}
+
+/* Row i of a root: normalised, but for rounding, a pivot >= 0 and an exponent that is one */
+KQ_COLD static int row_is_possible(const num *S, int n, int i)
+{
+    const int32_t exponent = exponents_of(S, n)[i];
+    uint64_t square = 0; /* in units of 16 */
+    for (int j = i; j < n; j++) {
+        const uint64_t size = magnitude(S[column(j) + i]);
+        square += size * size >> 4;
+    }
+    if (S[column(i) + i] < 0 || square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
+    if (square == 0) return exponent == lowest_exponent;
+    if (exponent > high_exponent || exponent < lowest_exponent) return 0;
+    return exponent < low_exponent || square > (UINT64_C(1) << 54) - (UINT64_C(1) << 40);
+}
+
+/* Can a call have left this mean and this root? */
+KQ_COLD static int state_is_possible(const filter *f)
+{
+    const int n = f->states;
+    const num *S = filter_root(f);
+    for (int i = 0; i < n; i++) {
+        if (!row_is_possible(S, n, i) || (uint32_t)f->memory[n + i] >> 24) return 0;
+    }
+    return 1;
 }
 
 #endif

@@ -16,6 +16,7 @@
 #include "../arithmetic/size.h"
 #include "definitions.h"
 #include "factor.h"
+#include "intact.h"
 #include "process.h"
 #include "sensor.h"
 #include "types.h"
@@ -130,6 +131,7 @@ KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const num *H)
     if (!H) return KQ_ERR_NULL;
     if (!all_finite(H, s->components * s->states)) return KQ_ERR_NOT_FINITE;
     sensor_set_measurement(s, H);
+    s->seal = seal_close(sensor_addresses(s));
     return KQ_OK;
 }
 

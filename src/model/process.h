@@ -11,7 +11,9 @@
 #include "../arithmetic/mean.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
+#include "seal.h"
 #include "types.h"
+#include "units.h"
 
 KQ_INLINE kq_status process_check(const process *p)
 {
@@ -47,6 +49,11 @@ KQ_COLD static uint32_t process_fingerprint(const process *p)
     return (print ^ print >> 16) & ~process_mixed;
 }
 
+KQ_COLD static uint8_t process_seal(const process *p)
+{
+    return seal_close(seal_join(process_addresses(p), p->states | (uint32_t)p->controls << 8));
+}
+
 KQ_COLD static void process_set_transition(process *p, const scaled *A)
 {
     const int n = p->states;
@@ -62,6 +69,7 @@ KQ_COLD static void process_set_transition(process *p, const scaled *A)
     p->plain = (uint8_t)(n | rounded | (upper ? PROCESS_UPPER : 0));
     p->transition = A;
     p->fingerprint = process_fingerprint(p);
+    p->seal = process_seal(p);
 }
 
 /* The fingerprint of a process of noise c G; of c = 1: the source's own */

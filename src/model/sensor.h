@@ -18,6 +18,7 @@
 #include "../arithmetic/rotor.h"
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/triangle.h"
+#include "seal.h"
 #include "types.h"
 #include "units.h"
 
@@ -83,12 +84,23 @@ struct T(kq_sensor_kind) {
 
 extern const sensor_kind T(kq_sensor_independent), T(kq_sensor_lean), T(kq_sensor_correlated);
 
+KQ_COLD static uint8_t sensor_noise_seal(const sensor *s)
+{
+    const int m = s->components, count = sensor_is_correlated(s) ? KQ_TRIANGLE(m) : m;
+    const unsigned char *bytes = (const unsigned char *)s->noise;
+    uint32_t seal = 0;
+    for (int k = 0; k < count * (int)sizeof *s->noise; k++) seal = seal_join(seal, bytes[k]);
+    return seal_close(seal);
+}
+
 /* What the steps of known sizes look at: is it of that kind, and no component free of noise? */
 KQ_COLD static void sensor_set_plain(sensor *s)
 {
     int plain = s->kind->plain;
     for (int c = 0; plain && c < s->components; c++) plain = noise_is_ordinary(s->noise[c]);
     s->plain = (uint16_t)(plain ? s->states | s->components << 8 : 0);
+    s->seal = seal_close(sensor_addresses(s));
+    s->noise_seal = sensor_noise_seal(s);
 }
 
 /* How it is taken.  GENERAL: as the library has it.  LEAN: by a sensor without the careful path.

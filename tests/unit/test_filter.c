@@ -2,6 +2,7 @@
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
+#include "turned.h"
 #include "unchanged.h"
 
 PROCESS(motion, 2, 1);
@@ -780,9 +781,43 @@ static void run_reading(void)
     RUN_TEST(gain_refuses);
 }
 
+/* ------------------------------------------------------------------- check */
+
+static kq_status check_track(void) { return K(filter_check)(&track); }
+
+static void check_takes_what_steps_leave(void)
+{
+    for (int t = 0; t < 200; t++) {
+        const num far[] = {t % 50 ? 3 : N(1e6), 1};
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(filter_check)(&track));
+        ASSERT_OK(K(update_subset)(&track, &radar, far, (uint32_t)(t % 4)));
+        ASSERT_OK_UNCHANGED(K(filter_check)(&track));
+    }
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_check)(&blank));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_check)(NULL));
+}
+
+/* Of what is no address and no reading: sizes and flags, but the events that there are */
+static void check_finds_what_contradicts_itself(void)
+{
+    ASSERT_OK(K(predict)(&track, &motion, u));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    TEST_ASSERT_EQUAL_INT(8, BITS_FOUND(track.states, check_track));
+    TEST_ASSERT_EQUAL_INT(8, BITS_FOUND(track.ready, check_track));
+    TEST_ASSERT_EQUAL_INT(8, BITS_FOUND(track.plain, check_track));
+    TEST_ASSERT_EQUAL_INT(16, BITS_FOUND(track.known, check_track));
+    TEST_ASSERT_EQUAL_INT(6, BITS_FOUND(track.events, check_track));
+    const num *S = track_memory + FILTER_LEN(2) - KQ_TRIANGLE(2);
+    assert_share("root", bits_found((num *)S, KQ_TRIANGLE(2) * sizeof *S, check_track), KQ_TRIANGLE(2) * sizeof *S, 0);
+    assert_share("filter memory", BITS_FOUND(track_memory, check_track), sizeof track_memory, 1);
+}
+
 SUITE(filter, set_up)
 {
     run_assign_and_init();
+    RUN_TEST(check_takes_what_steps_leave);
+    RUN_TEST(check_finds_what_contradicts_itself);
     run_predict();
     run_reading();
     run_numbers_end();

@@ -1,5 +1,6 @@
 /* Process, sensor and prior in q31: what init takes, what it refuses, and what it says of it. */
 #include "q31.h"
+#include "turned.h"
 #include "unchanged.h"
 
 static process_model motion;
@@ -459,9 +460,50 @@ static void run_process(void)
     RUN_TEST(change_transition_moves_otherwise);
 }
 
+/* ------------------------------------------------------------------- check */
+
+static kq_status check_process(void) { return kq_process_check_q31(&motion.process); }
+static kq_status check_sensor(void) { return kq_sensor_check_q31(&radar.sensor); }
+static kq_status check_filter(void) { return kq_filter_check_q31(&track); }
+
+static void check_finds_every_bit(void)
+{
+    const int process_bytes = (int)(2 + KQ_SIZE_MAX + 2 + 4 + 5 * sizeof(void *));
+    const int sensor_bytes = (int)(3 + KQ_SIZE_MAX + 4 + 5 * sizeof(void *));
+    TEST_ASSERT_EQUAL_INT(8 * process_bytes, BITS_FOUND(motion.process, check_process));
+    TEST_ASSERT_EQUAL_INT(8 * sensor_bytes, BITS_FOUND(radar.sensor, check_sensor));
+    const size_t G = KQ_ROOT_LEN_Q31(2) * sizeof *motion.noise_root, D = KQ_TRIANGLE(2) * sizeof *radar.noise;
+    assert_share("G", bits_found(motion.noise_root, G, check_process), G, 100);
+    assert_share("A", bits_found(motion.transition, 4 * sizeof *motion.transition, check_process), 4 * sizeof *motion.transition, 100);
+    assert_share("noise", bits_found(radar.noise, D, check_sensor), D, 100);
+    TEST_ASSERT_EQUAL_INT(8, BITS_FOUND(track.ready, check_filter));
+    TEST_ASSERT_EQUAL_INT(16, BITS_FOUND(track.known, check_filter));
+    assert_share("filter memory", BITS_FOUND(track_memory, check_filter), sizeof track_memory, 1);
+}
+
+static void check_takes_what_calls_have_left(void)
+{
+    uint32_t state = 1;
+    for (int t = 0; t < 2000; t++) {
+        const int32_t z[] = {(int32_t)(noise(&state) * 0x1p22), (int32_t)(noise(&state) * 0x1p20)};
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        ASSERT_OK(kq_filter_check_q31(&track));
+        ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, (uint32_t)(t % 4)));
+        ASSERT_OK(kq_filter_check_q31(&track));
+    }
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
+    ASSERT_OK(kq_process_check_q31(&motion.process));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&radar.sensor, radar.measurement));
+    ASSERT_OK(kq_sensor_check_q31(&radar.sensor));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_check_q31(&blank_process));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_check_q31(&blank_sensor));
+}
+
 SUITE(model, set_up)
 {
     run_process();
+    RUN_TEST(check_finds_every_bit);
+    RUN_TEST(check_takes_what_calls_have_left);
     RUN_TEST(sensor_refuses_null);
     RUN_TEST(sensor_checks_its_table);
     RUN_TEST(init_diagonal_takes_a_diagonal_table_alone);
