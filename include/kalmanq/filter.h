@@ -379,7 +379,7 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
  * sizes, flags, and whether mean and root are numbers that a step may leave (q31: rows of the root within
  * their norms, the mean within its words).
  *   f        read, with its memory.  Its addresses are followed as they are.
- * Of one bit turned it finds FOUND.  (tools/test.sh unit.filter prints the shares.)
+ * Most bits turned in mean and root make another possible number: those are not found (tools/test.sh unit.filter).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (f contradicts itself: initialise it again).
  */
 kq_status kq_filter_check_f32(const kq_filter_f32 *f);

@@ -1,5 +1,6 @@
 /* Process, sensor and prior in q31: what init takes, what it refuses, and what it says of it. */
 #include "q31.h"
+#include "reading.h"
 #include "turned.h"
 #include "unchanged.h"
 
