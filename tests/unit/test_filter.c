@@ -808,9 +808,9 @@ static void check_finds_what_contradicts_itself(void)
     TEST_ASSERT_EQUAL_INT(8, BITS_FOUND(track.plain, check_track));
     TEST_ASSERT_EQUAL_INT(16, BITS_FOUND(track.known, check_track));
     TEST_ASSERT_EQUAL_INT(6, BITS_FOUND(track.events, check_track));
-    const num *S = track_memory + FILTER_LEN(2) - KQ_TRIANGLE(2);
-    assert_share("root", bits_found((num *)S, KQ_TRIANGLE(2) * sizeof *S, check_track), KQ_TRIANGLE(2) * sizeof *S, 0);
-    assert_share("filter memory", BITS_FOUND(track_memory, check_track), sizeof track_memory, 1);
+    const int found = BITS_FOUND(track_memory, check_track);
+    assert_share("filter memory", found, sizeof track_memory, 0);
+    TEST_ASSERT_TRUE(found >= 2); /* the signs of the pivots */
 }
 
 SUITE(filter, set_up)

@@ -469,8 +469,8 @@ static kq_status check_filter(void) { return kq_filter_check_q31(&track); }
 
 static void check_finds_every_bit(void)
 {
-    const int process_bytes = (int)(2 + KQ_SIZE_MAX + 2 + 4 + 5 * sizeof(void *));
-    const int sensor_bytes = (int)(3 + KQ_SIZE_MAX + 4 + 5 * sizeof(void *));
+    const int process_bytes = (int)(2 + 2 + 2 + 4 + 5 * sizeof(void *));
+    const int sensor_bytes = (int)(3 + 2 + 4 + 5 * sizeof(void *));
     TEST_ASSERT_EQUAL_INT(8 * process_bytes, BITS_FOUND(motion.process, check_process));
     TEST_ASSERT_EQUAL_INT(8 * sensor_bytes, BITS_FOUND(radar.sensor, check_sensor));
     const size_t G = KQ_ROOT_LEN_Q31(2) * sizeof *motion.noise_root, D = KQ_TRIANGLE(2) * sizeof *radar.noise;
