@@ -107,6 +107,7 @@ typedef struct {
     uint8_t ready;   /* 0: not initialised; otherwise flags */
     uint16_t events; /* KQ_EVENT_... */
     uint8_t plain;   /* n where an ordinary step will do, otherwise 0 */
+    uint8_t seal;    /* of sizes and addresses (kq_filter_check) */
     uint16_t known;  /* bit i: component i can be read */
     float *memory;   /* the caller's: mean, then root */
     struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
@@ -120,6 +121,7 @@ typedef struct {
     uint8_t ready;
     uint16_t events;
     uint8_t plain;
+    uint8_t seal;
     uint16_t known;
     double *memory;
     struct kq_attached_f64 *attached;
@@ -132,11 +134,11 @@ typedef struct {
 #define KQ_FILTER_F32(name, n)                                                                     \
     static float name##_memory[KQ_FILTER_LEN_F32(n)];                                              \
     static kq_filter_f32 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 #define KQ_FILTER_F64(name, n)                                                                     \
     static double name##_memory[KQ_FILTER_LEN_F64(n)];                                             \
     static kq_filter_f64 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -427,6 +429,7 @@ typedef struct {
     uint8_t ready;
     uint16_t events;
     uint8_t plain;
+    uint8_t seal;
     uint16_t known;
     int32_t *memory;
     struct kq_attached_q31 *attached;
@@ -440,6 +443,7 @@ typedef struct {
 #define KQ_FILTER_Q31(name, n)                                                                     \
     static int32_t name##_memory[KQ_FILTER_LEN_Q31(n)];                                            \
     static kq_filter_q31 name = {n,                                                                \
+                                 0,                                                                \
                                  0,                                                                \
                                  0,                                                                \
                                  0,                                                                \

@@ -145,6 +145,12 @@ KQ_KERNEL unsigned mean_advance(num *x, int n, int i, const num *row, int first,
     return 0;
 }
 
+/* Can a call have left this pair?  lo is what the rounding of hi has left, and that of a difference. */
+static inline int mean_is_possible(const num *x, int n, int i)
+{
+    return num_magnitude(x[n + i]) <= 4 * num_epsilon * num_magnitude(x[i]);
+}
+
 static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
 {
     return mean_residual(z, h, x, n, 0, n);

@@ -9,30 +9,55 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/mean.h"
 #include "../arithmetic/size.h"
+#include "../model/seal.h"
 #include "../model/types.h"
+#include "../model/units.h"
+#include "attached.h"
 #include "filter.h"
+#include "likelihood.h"
 #include "prior.h"
 
 enum { ALL_EVENTS = 2 * KQ_EVENT_CONTRADICTION - 1 };
 
-/* A start knows less than all. */
+/* Is something unknown yet?  The start that knows what is attached then. */
+KQ_COLD static int is_starting(const filter *f)
+{
+    return f->attached->hooks->give && f->known != filter_all_known(f);
+}
+
+/* Of a filter that is ready: `known` is whole, and a low-noise measurement is one (NARROW has SHARP). */
 KQ_COLD static int flags_are_possible(const filter *f)
 {
     const int between = FILTER_READY | FILTER_SHARP | FILTER_NARROW;
-    const uint32_t all = (UINT32_C(1) << f->states) - 1;
     const int plain = f->ready == FILTER_READY && !f->attached ? f->states : 0;
-    if (!(f->ready & FILTER_READY) || f->ready & ~between) return 0;
-    if (f->known != all || f->plain != plain) return 0;
-    return !(f->events & ~ALL_EVENTS);
+    if (f->plain != plain || f->events & ~ALL_EVENTS || f->faint > num_most_faint) return 0;
+    if (!f->ready) return 1;
+    if (!(f->ready & FILTER_READY) || f->ready & ~between || f->known != filter_all_known(f)) return 0;
+    return !(f->ready & FILTER_NARROW) || f->ready & FILTER_SHARP;
+}
+
+/* Mean and root as a step may leave them */
+KQ_COLD static kq_status state_check(const filter *f)
+{
+    const int n = f->states;
+    if (!mean_is_finite(f->memory, n)) return KQ_ERR_NOT_FINITE;
+    for (int i = 0; i < n; i++) {
+        if (!mean_is_possible(f->memory, n, i) || !row_is_possible(filter_root(f), n, i)) return KQ_ERR_TABLE;
+    }
+    return KQ_OK;
 }
 
 KQ_COLD kq_status T(kq_filter_check)(const filter *f)
 {
-    const kq_status status = filter_check(f);
-    if (status) return status;
-    if (!size_is_valid(f->states) || !f->memory || !flags_are_possible(f)) return KQ_ERR_TABLE;
-    return state_is_possible(f) ? KQ_OK : KQ_ERR_TABLE;
+    if (!f) return KQ_ERR_NULL;
+    if (!f->ready && !f->attached) return KQ_ERR_NOT_READY;
+    if (!size_is_valid(f->states) || f->seal != seal_close(filter_addresses(f))) return KQ_ERR_TABLE;
+    if (!f->ready && !is_starting(f)) return KQ_ERR_NOT_READY;
+    if (!flags_are_possible(f)) return KQ_ERR_TABLE;
+    if (!likelihood_is_possible(&f->last) || !likelihood_run_is_possible(&f->run)) return KQ_ERR_TABLE;
+    return state_check(f);
 }
 
 #endif

@@ -29,25 +29,22 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
 {
     const int n = f->states;
     for (int i = 0; i < n; i++) mean_set(f->memory, n, i, x0[i]);
-    f->attached = 0; /* not looked at: it may be gone */
     f->events = 0;
     f->faint = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
-    filter_know_all(f);
-    filter_set_ready(f, FILTER_READY);
+    filter_make_ready(f);
 }
 
-/* Can a call have left this mean and this root? */
-KQ_COLD static int state_is_possible(const filter *f)
+static int mean_is_finite(const num *x, int n) { return all_finite(x, n); }
+
+/* Row i of a root: a pivot >= 0, and no entry above what predict holds */
+KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
-    const int n = f->states;
-    const num *S = filter_root(f);
-    if (!all_finite(f->memory, MEAN_PLANES * n + KQ_TRIANGLE(n))) return 0;
-    for (int i = 0; i < n; i++) {
-        if (S[column(i) + i] < 0) return 0;
+    for (int j = i; j < n; j++) {
+        if (!(num_magnitude(S[column(j) + i]) <= 2 * num_most_sigma)) return 0;
     }
-    return 1;
+    return S[column(i) + i] >= 0;
 }
 
 #endif

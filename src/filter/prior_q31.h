@@ -31,6 +31,12 @@ KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_
     return status;
 }
 
+static int mean_is_finite(const num *x, int n)
+{
+    (void)x, (void)n;
+    return 1;
+}
+
 /* Row i of a root: normalised, but for rounding, a pivot >= 0 and an exponent that is one */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
@@ -44,17 +50,6 @@ KQ_COLD static int row_is_possible(const num *S, int n, int i)
     if (square == 0) return exponent == lowest_exponent;
     if (exponent > high_exponent || exponent < lowest_exponent) return 0;
     return exponent < low_exponent || square > (UINT64_C(1) << 54) - (UINT64_C(1) << 40);
-}
-
-/* Can a call have left this mean and this root? */
-KQ_COLD static int state_is_possible(const filter *f)
-{
-    const int n = f->states;
-    const num *S = filter_root(f);
-    for (int i = 0; i < n; i++) {
-        if (!row_is_possible(S, n, i) || (uint32_t)f->memory[n + i] >> 24) return 0;
-    }
-    return 1;
 }
 
 #endif

@@ -27,8 +27,6 @@ static kq_status jacobian_check_mean(const process *p)
     return KQ_OK;
 }
 
-static int mean_is_finite(const num *x, int n) { return all_finite(x, n); }
-
 static kq_status increment_check(const num *d, int n) { return all_finite(d, n) ? KQ_OK : KQ_ERR_NOT_FINITE; }
 
 #endif

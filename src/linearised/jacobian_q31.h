@@ -57,12 +57,6 @@ static kq_status jacobian_check_mean(const process *p)
     return transition_check(p->transition, 0, p->states, 0, 0);
 }
 
-static int mean_is_finite(const num *x, int n)
-{
-    (void)x, (void)n;
-    return 1;
-}
-
 static kq_status increment_check(const num *d, int n)
 {
     for (int i = 0; i < n; i++) {

@@ -63,6 +63,12 @@ KQ_COLD static uint32_t sensor_addresses(const sensor *s)
     return seal_join(seal_address(seal, s->memory), s->length);
 }
 
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t filter_addresses(const filter *f)
+{
+    return seal_address(seal_address(f->states | (uint32_t)f->known << 8, f->memory), f->attached);
+}
+
 static int sensor_fits(const sensor *s, const filter *f) { return s->states == f->states; }
 
 /* z of m components, of which `present` are read */

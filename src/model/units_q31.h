@@ -76,6 +76,13 @@ KQ_COLD static uint32_t sensor_addresses(const sensor *s)
     return seal_address(seal, s->measurement_format);
 }
 
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t filter_addresses(const filter *f)
+{
+    const uint32_t seal = seal_address(f->states | (uint32_t)f->known << 8, f->memory);
+    return seal_address(seal_address(seal, f->attached), f->state_format);
+}
+
 static int sensor_fits(const sensor *s, const filter *f)
 {
     return s->states == f->states && formats_agree(s->state_format, f->state_format, s->states);
