@@ -105,9 +105,9 @@ KQ_KERNEL unsigned mean_advance(num *x, int n, int i, const num *row, int first,
     return 0;
 }
 
-static inline int mean_is_possible(const num *x, int n, int i)
+static inline int mean_is_possible(const num *x, int n, int i, num size)
 {
-    (void)x, (void)n, (void)i;
+    (void)x, (void)n, (void)i, (void)size;
     return 1;
 }
 

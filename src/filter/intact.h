@@ -32,7 +32,7 @@ KQ_COLD static int flags_are_possible(const filter *f)
 {
     const int between = FILTER_READY | FILTER_SHARP | FILTER_NARROW;
     const int plain = f->ready == FILTER_READY && !f->attached ? f->states : 0;
-    if (f->plain != plain || f->events & ~ALL_EVENTS || f->faint > num_most_faint) return 0;
+    if ((f->plain && f->plain != plain) || f->events & ~ALL_EVENTS || f->faint > num_most_faint) return 0;
     if (!f->ready) return 1;
     if (!(f->ready & FILTER_READY) || f->ready & ~between || f->known != filter_all_known(f)) return 0;
     return !(f->ready & FILTER_NARROW) || f->ready & FILTER_SHARP;
@@ -42,9 +42,10 @@ KQ_COLD static int flags_are_possible(const filter *f)
 KQ_COLD static kq_status state_check(const filter *f)
 {
     const int n = f->states;
+    const num *S = filter_root(f);
     if (!mean_is_finite(f->memory, n)) return KQ_ERR_NOT_FINITE;
     for (int i = 0; i < n; i++) {
-        if (!mean_is_possible(f->memory, n, i) || !row_is_possible(filter_root(f), n, i)) return KQ_ERR_TABLE;
+        if (!row_is_possible(S, n, i) || !mean_is_possible(f->memory, n, i, row_size(S, n, i))) return KQ_ERR_TABLE;
     }
     return KQ_OK;
 }

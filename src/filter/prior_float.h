@@ -38,13 +38,22 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
 
 static int mean_is_finite(const num *x, int n) { return all_finite(x, n); }
 
-/* Row i of a root: a pivot >= 0, and no entry above what predict holds */
+/* The largest entry of row i of a root, NaN where one is no number */
+KQ_COLD static num row_size(const num *S, int n, int i)
+{
+    num most = 0;
+    for (int j = i; j < n; j++) {
+        const num size = num_magnitude(S[column(j) + i]);
+        if (!(size <= most)) most = size;
+    }
+    return most;
+}
+
+/* Row i of a root: nothing above what predict holds, and a pivot >= 0 but for rounding */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
-    for (int j = i; j < n; j++) {
-        if (!(num_magnitude(S[column(j) + i]) <= 2 * num_most_sigma)) return 0;
-    }
-    return S[column(i) + i] >= 0;
+    const num size = row_size(S, n, i);
+    return size <= 2 * num_most_sigma && S[column(i) + i] >= -num_row_rounding * size;
 }
 
 #endif

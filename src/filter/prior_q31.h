@@ -37,7 +37,16 @@ static int mean_is_finite(const num *x, int n)
     return 1;
 }
 
-/* Row i of a root: normalised, but for rounding, a pivot >= 0 and an exponent that is one */
+/* A row's norm, about */
+KQ_COLD static num row_size(const num *S, int n, int i)
+{
+    (void)S, (void)n, (void)i;
+    return num_one;
+}
+
+enum { row_rounding = 256 }; /* in words of a row */
+
+/* Row i of a root: normalised and a pivot >= 0, but for rounding, and an exponent that is one */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
     const int32_t exponent = exponents_of(S, n)[i];
@@ -46,7 +55,7 @@ KQ_COLD static int row_is_possible(const num *S, int n, int i)
         const uint64_t size = magnitude(S[column(j) + i]);
         square += size * size >> 4;
     }
-    if (S[column(i) + i] < 0 || square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
+    if (S[column(i) + i] < -row_rounding || square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
     if (square == 0) return exponent == lowest_exponent;
     if (exponent > high_exponent || exponent < lowest_exponent) return 0;
     return exponent < low_exponent || square > (UINT64_C(1) << 54) - (UINT64_C(1) << 40);
