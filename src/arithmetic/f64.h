@@ -61,6 +61,16 @@ static inline uint32_t num_bits(num a)
     return (uint32_t)both.bits ^ (uint32_t)(both.bits >> 32) * UINT32_C(0x9e3779b1);
 }
 
+/* Its bits in 32: one that is turned turns one. */
+static inline uint32_t num_folded(num a)
+{
+    const union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    return (uint32_t)(both.bits ^ both.bits >> 32);
+}
+
 /* Is a >= 0 beyond `most`, or not a number? */
 static inline int num_exceeds(num a, num most) { return !(a <= most); }
 

@@ -112,7 +112,6 @@ KQ_COLD kq_status T(kq_sensor_change_jacobian)(sensor *s, const scaled *H, kq_mi
     if (!status) status = measurement_check(H, s->components, s->states, misfit);
     if (status) return status;
     sensor_set_measurement(s, H);
-    s->seal = seal_close(sensor_addresses(s));
     say_all_fit(misfit);
     return KQ_OK;
 }

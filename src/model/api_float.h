@@ -91,7 +91,7 @@ KQ_COLD kq_status T(kq_sensor_assign)(sensor *s, int n, int m, num *memory, size
     const size_t most = KQ_SENSOR_LEN((size_t)m);
     *s = (sensor){.states = (uint8_t)n,
                   .components = (uint8_t)m,
-                  .length = (uint16_t)(length < most ? length : most),
+                  .length = (uint8_t)(length < most ? length : most),
                   .memory = memory};
     return KQ_OK;
 }
@@ -131,7 +131,6 @@ KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const num *H)
     if (!H) return KQ_ERR_NULL;
     if (!all_finite(H, s->components * s->states)) return KQ_ERR_NOT_FINITE;
     sensor_set_measurement(s, H);
-    s->seal = seal_close(sensor_addresses(s));
     return KQ_OK;
 }
 

@@ -82,7 +82,6 @@ KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const scaled *H)
     status = measurement_check(H, s->components, s->states, 0);
     if (status) return status;
     sensor_set_measurement(s, H);
-    s->seal = seal_close(sensor_addresses(s));
     return KQ_OK;
 }
 

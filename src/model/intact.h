@@ -41,7 +41,8 @@ KQ_COLD static int selects_agree(const sensor *s, const sensor *found)
     for (int c = 0; c < s->components; c++) {
         if (s->selects[c] != found->selects[c] && (s->seal || s->selects[c])) return 0;
     }
-    return !s->seal || (s->plain == found->plain && s->noise_seal == found->noise_seal);
+    return !s->seal || (s->plain == found->plain && s->noise_seal == found->noise_seal &&
+                        s->measurement_seal == found->measurement_seal);
 }
 
 KQ_COLD kq_status T(kq_sensor_check)(const sensor *s)
@@ -50,7 +51,7 @@ KQ_COLD kq_status T(kq_sensor_check)(const sensor *s)
     if (status) return status;
     if (!size_is_valid(s->states) || !size_is_valid(s->components)) return KQ_ERR_TABLE;
     if (!s->measurement || !s->kind) return KQ_ERR_TABLE;
-    if (s->seal && s->seal != seal_close(sensor_addresses(s))) return KQ_ERR_TABLE;
+    if (s->seal && s->seal != sensor_seal(s)) return KQ_ERR_TABLE;
     sensor found = *s;
     sensor_set_measurement(&found, s->measurement);
     sensor_set_plain(&found);

@@ -7,6 +7,11 @@
 
 #include <stdint.h>
 
+#include "../arithmetic/arithmetic.h"
+#include "../arithmetic/compiler.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/scaled.h"
+
 static inline uint32_t seal_join(uint32_t seal, uint32_t word)
 {
     return (seal << 5 | seal >> 27) ^ word;
@@ -19,10 +24,19 @@ static inline uint32_t seal_address(uint32_t seal, const void *at)
 }
 
 /* 129 .. 255: neither 0, which is none, nor one bit from it */
-static inline uint8_t seal_close(uint32_t seal)
+KQ_SHARED uint8_t seal_close(uint32_t seal)
 {
     while (seal > 127) seal = (seal & 127) + (seal >> 7);
     return (uint8_t)(128 + (seal == 0 ? 127 : seal));
+}
+
+/* Of numbers */
+KQ_SHARED uint8_t seal_of(const scaled *numbers, int count)
+{
+    const num *word = (const num *)numbers;
+    uint32_t seal = 0;
+    for (count *= SCALED_WORDS; count > 0; count--) seal = seal_join(seal, num_folded(*word++));
+    return seal_close(seal);
 }
 
 #endif

@@ -42,11 +42,20 @@ KQ_COLD static int selected_state(const scaled *h, int n)
     return selected;
 }
 
+KQ_COLD static uint8_t sensor_seal(const sensor *s) { return seal_close(sensor_addresses(s)); }
+
+KQ_COLD static uint8_t sensor_measurement_seal(const sensor *s)
+{
+    return seal_of(s->measurement, s->components * s->states);
+}
+
 KQ_COLD static void sensor_set_measurement(sensor *s, const scaled *H)
 {
     const int n = s->states;
     for (int c = 0; c < s->components; c++) s->selects[c] = (uint8_t)selected_state(H + c * n, n);
     s->measurement = H;
+    s->measurement_seal = sensor_measurement_seal(s);
+    s->seal = sensor_seal(s);
 }
 
 /* Unit upper triangular U -> U^-1, in place; the diagonal is left alone. */
@@ -86,11 +95,7 @@ extern const sensor_kind T(kq_sensor_independent), T(kq_sensor_lean), T(kq_senso
 
 KQ_COLD static uint8_t sensor_noise_seal(const sensor *s)
 {
-    const int m = s->components, count = sensor_is_correlated(s) ? KQ_TRIANGLE(m) : m;
-    const unsigned char *bytes = (const unsigned char *)s->noise;
-    uint32_t seal = 0;
-    for (int k = 0; k < count * (int)sizeof *s->noise; k++) seal = seal_join(seal, bytes[k]);
-    return seal_close(seal);
+    return seal_of(s->noise, sensor_is_correlated(s) ? KQ_TRIANGLE(s->components) : s->components);
 }
 
 /* What the steps of known sizes look at: is it of that kind, and no component free of noise? */
@@ -99,7 +104,7 @@ KQ_COLD static void sensor_set_plain(sensor *s)
     int plain = s->kind->plain;
     for (int c = 0; plain && c < s->components; c++) plain = noise_is_ordinary(s->noise[c]);
     s->plain = (uint16_t)(plain ? s->states | s->components << 8 : 0);
-    s->seal = seal_close(sensor_addresses(s));
+    s->seal = sensor_seal(s);
     s->noise_seal = sensor_noise_seal(s);
 }
 

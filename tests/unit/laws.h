@@ -62,16 +62,26 @@ static void begin(instance *i, const numbers *s)
     CALL(S(history_attach)(&i->tape, &i->filter));
 }
 
+/* No check finds anything in what calls leave. */
+static void assert_intact(const instance *i, const process_model *p, const sensor_model *s)
+{
+    ASSERT_OK(S(filter_check)(&i->filter));
+    if (p) ASSERT_OK(S(process_check)(&p->process));
+    if (s) ASSERT_OK(S(sensor_check)(&s->sensor));
+}
+
 static void take(instance *i, const sensor_model *s, const num *z)
 {
     const word *words = measured(&s->sensor, z);
     CALL(S(update)(&i->filter, &s->sensor, words));
+    assert_intact(i, NULL, s);
 }
 
 static void take_subset(instance *i, const sensor_model *s, const num *z, uint32_t present)
 {
     const word *words = measured(&s->sensor, z);
     CALL(S(update_subset)(&i->filter, &s->sensor, words, present));
+    assert_intact(i, NULL, s);
 }
 
 /* u: NULL or one control */
@@ -79,6 +89,7 @@ static void advance(instance *i, const process_model *p, const num *u)
 {
     const word *words = driven(&p->process, u, 1);
     CALL(S(predict)(&i->filter, &p->process, words));
+    assert_intact(i, p, NULL);
 }
 
 /* Step 0: pair, single.  1: nothing.  2: pair.  3: the pair's second, single.  4: nothing.

@@ -489,8 +489,8 @@ static int process_bits(void)
 static void check_finds_every_bit_of_a_process(void)
 {
     TEST_ASSERT_EQUAL_INT(process_bits(), BITS_FOUND(motion, check_motion));
-    assert_share("process memory", BITS_FOUND(motion_memory, check_motion), sizeof motion_memory, 100);
-    assert_share("A", BITS_FOUND(A, check_motion), sizeof A, 100);
+    ASSERT_ALL_FOUND(motion_memory, check_motion);
+    ASSERT_ALL_FOUND(A, check_motion);
 }
 
 static void check_takes_what_calls_have_left(void)

@@ -2,9 +2,10 @@
 #ifndef KALMANQ_TESTS_TURNED_H
 #define KALMANQ_TESTS_TURNED_H
 
-#include <stdio.h>
+#include <stddef.h>
 
-#include "arithmetic.h"
+#include "kalmanq/status.h"
+#include "suite.h"
 
 /* Of the bytes at `at`, which are as they were afterwards.  `check` is good before and after. */
 static inline int bits_found(void *at, size_t size, kq_status (*check)(void))
@@ -24,16 +25,6 @@ static inline int bits_found(void *at, size_t size, kq_status (*check)(void))
 }
 
 #define BITS_FOUND(object, check) bits_found(&(object), sizeof(object), check)
-#define FIELD_BITS(object, field) (8 * (int)sizeof((object).field))
-
-/* A share that must not fall */
-static inline void assert_share(const char *what, int found, size_t bytes, int least)
-{
-    const int all = (int)(8 * bytes), share = (int)(100L * found / all);
-    char text[80];
-    (void)snprintf(text, sizeof text, "%s: %d of %d bits found, %d %%", what, found, all, share);
-    (void)puts(text);
-    TEST_ASSERT_TRUE_MESSAGE(share >= least, text);
-}
+#define ASSERT_ALL_FOUND(object, check) TEST_ASSERT_EQUAL_INT(8 * (int)sizeof(object), BITS_FOUND(object, check))
 
 #endif
