@@ -384,8 +384,8 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
  * Most bits turned in mean and root make another possible number: those are not found (tools/test.sh unit.filter).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (f contradicts itself: initialise it again).
  */
-kq_status kq_filter_check_f32(const kq_filter_f32 *f);
-kq_status kq_filter_check_f64(const kq_filter_f64 *f);
+kq_status kq_filter_check_f32(kq_filter_f32 *f);
+kq_status kq_filter_check_f64(kq_filter_f64 *f);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -542,7 +542,7 @@ unsigned kq_events_q31(const kq_filter_q31 *f);
 void kq_events_clear_q31(kq_filter_q31 *f);
 
 /** As kq_filter_check_f32. */
-kq_status kq_filter_check_q31(const kq_filter_q31 *f);
+kq_status kq_filter_check_q31(kq_filter_q31 *f);
 
 #ifdef __cplusplus
 }

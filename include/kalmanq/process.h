@@ -176,8 +176,8 @@ kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
  * Cost: that of kq_process_change_transition.  Nothing of it is in a step.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (p contradicts itself: initialise it again).
  */
-kq_status kq_process_check_f32(const kq_process_f32 *p);
-kq_status kq_process_check_f64(const kq_process_f64 *p);
+kq_status kq_process_check_f32(kq_process_f32 *p);
+kq_status kq_process_check_f64(kq_process_f64 *p);
 
 /* ------------------------------------------------------------------ q31 */
 
@@ -245,7 +245,7 @@ kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *tab
 kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A);
 
 /** As kq_process_check_f32. */
-kq_status kq_process_check_q31(const kq_process_q31 *p);
+kq_status kq_process_check_q31(kq_process_q31 *p);
 
 #ifdef __cplusplus
 }

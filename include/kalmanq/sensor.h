@@ -191,8 +191,8 @@ kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
  * Cost: that of kq_sensor_change_measurement.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE.
  */
-kq_status kq_sensor_check_f32(const kq_sensor_f32 *s);
-kq_status kq_sensor_check_f64(const kq_sensor_f64 *s);
+kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
+kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
 
 /* ------------------------------------------------------------------ q31 */
 
@@ -277,7 +277,7 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
 kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
 
 /** As kq_sensor_check_f32; the noise is where its table has it. */
-kq_status kq_sensor_check_q31(const kq_sensor_q31 *s);
+kq_status kq_sensor_check_q31(kq_sensor_q31 *s);
 
 #ifdef __cplusplus
 }

@@ -13,7 +13,6 @@
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/size.h"
 #include "../arithmetic/triangle.h"
-#include "../model/seal.h"
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
@@ -58,15 +57,12 @@ KQ_COLD KQ_NOINLINE static void filter_hold(filter *f)
 
 KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
 
-/* Of what steps leave as it is: states, known, addresses */
-KQ_COLD static void filter_set_seal(filter *f) { f->seal = seal_close(filter_addresses(f)); }
-
 /* What was attached before is not looked at: it may be gone. */
 KQ_COLD static void filter_set_attached(filter *f, struct T(kq_attached) *a)
 {
     f->attached = a;
+    f->seal = 0;
     filter_set_ready(f, f->ready);
-    filter_set_seal(f);
 }
 
 static inline uint32_t filter_all_known(const filter *f) { return (UINT32_C(1) << f->states) - 1; }

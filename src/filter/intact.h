@@ -50,15 +50,18 @@ KQ_COLD static kq_status state_check(const filter *f)
     return KQ_OK;
 }
 
-KQ_COLD kq_status T(kq_filter_check)(const filter *f)
+KQ_COLD kq_status T(kq_filter_check)(filter *f)
 {
     if (!f) return KQ_ERR_NULL;
     if (!f->ready && !f->attached) return KQ_ERR_NOT_READY;
-    if (!size_is_valid(f->states) || f->seal != seal_close(filter_addresses(f))) return KQ_ERR_TABLE;
+    const uint8_t seal = seal_close(filter_addresses(f));
+    if (!size_is_valid(f->states) || !f->memory || (f->seal && f->seal != seal)) return KQ_ERR_TABLE;
     if (!f->ready && !is_starting(f)) return KQ_ERR_NOT_READY;
     if (!flags_are_possible(f)) return KQ_ERR_TABLE;
     if (!likelihood_is_possible(&f->last) || !likelihood_run_is_possible(&f->run)) return KQ_ERR_TABLE;
-    return state_check(f);
+    const kq_status status = state_check(f);
+    if (!status) f->seal = seal;
+    return status;
 }
 
 #endif

@@ -11,7 +11,6 @@
 #include "../arithmetic/mean.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
-#include "seal.h"
 #include "types.h"
 #include "units.h"
 
@@ -40,18 +39,16 @@ KQ_SHARED uint32_t fingerprint_of(uint32_t print, const num *words, int count)
     return print;
 }
 
-/* Of what the smoother reads, G and A, in 31 bits */
+/* One whose noise has been scaled: its fingerprint is not that of its G. */
+static const uint32_t process_scaled = UINT32_C(1) << 30;
+
+/* Of what the smoother reads, G and A, in 30 bits */
 KQ_COLD static uint32_t process_fingerprint(const process *p)
 {
     const int n = p->states;
     const uint32_t noise = fingerprint_of(0, p->noise_root, ROOT_LEN(n));
     const uint32_t print = fingerprint_of(noise, (const num *)p->transition, n * n * SCALED_WORDS);
-    return (print ^ print >> 16) & ~process_mixed;
-}
-
-KQ_COLD static uint8_t process_seal(const process *p)
-{
-    return seal_close(seal_join(process_addresses(p), p->states | (uint32_t)p->controls << 8));
+    return (print ^ print >> 16) & ~(process_mixed | process_scaled);
 }
 
 KQ_COLD static void process_set_transition(process *p, const scaled *A)
@@ -69,7 +66,7 @@ KQ_COLD static void process_set_transition(process *p, const scaled *A)
     p->plain = (uint8_t)(n | rounded | (upper ? PROCESS_UPPER : 0));
     p->transition = A;
     p->fingerprint = process_fingerprint(p);
-    p->seal = process_seal(p);
+    p->seal = 0;
 }
 
 /* The fingerprint of a process of noise c G; of c = 1: the source's own */
@@ -77,7 +74,7 @@ static uint32_t scaled_fingerprint(const process *source, scaled c)
 {
     if (scaled_is_unit(c)) return source->fingerprint;
     const uint32_t print = fingerprint_join(source->fingerprint, scaled_bits(c));
-    return (print ^ print >> 16) & ~process_mixed;
+    return ((print ^ print >> 16) & ~process_mixed) | process_scaled;
 }
 
 /* n and what the steps of known sizes are told of A: is it upper triangular? */

@@ -18,7 +18,6 @@
 #include "../arithmetic/rotor.h"
 #include "../arithmetic/scaled.h"
 #include "../arithmetic/triangle.h"
-#include "seal.h"
 #include "types.h"
 #include "units.h"
 
@@ -42,20 +41,12 @@ KQ_COLD static int selected_state(const scaled *h, int n)
     return selected;
 }
 
-KQ_COLD static uint8_t sensor_seal(const sensor *s) { return seal_close(sensor_addresses(s)); }
-
-KQ_COLD static uint8_t sensor_measurement_seal(const sensor *s)
-{
-    return seal_of(s->measurement, s->components * s->states);
-}
-
 KQ_COLD static void sensor_set_measurement(sensor *s, const scaled *H)
 {
     const int n = s->states;
     for (int c = 0; c < s->components; c++) s->selects[c] = (uint8_t)selected_state(H + c * n, n);
     s->measurement = H;
-    s->measurement_seal = sensor_measurement_seal(s);
-    s->seal = sensor_seal(s);
+    s->seal = 0;
 }
 
 /* Unit upper triangular U -> U^-1, in place; the diagonal is left alone. */
@@ -93,19 +84,12 @@ struct T(kq_sensor_kind) {
 
 extern const sensor_kind T(kq_sensor_independent), T(kq_sensor_lean), T(kq_sensor_correlated);
 
-KQ_COLD static uint8_t sensor_noise_seal(const sensor *s)
-{
-    return seal_of(s->noise, sensor_is_correlated(s) ? KQ_TRIANGLE(s->components) : s->components);
-}
-
 /* What the steps of known sizes look at: is it of that kind, and no component free of noise? */
 KQ_COLD static void sensor_set_plain(sensor *s)
 {
     int plain = s->kind->plain;
     for (int c = 0; plain && c < s->components; c++) plain = noise_is_ordinary(s->noise[c]);
     s->plain = (uint16_t)(plain ? s->states | s->components << 8 : 0);
-    s->seal = sensor_seal(s);
-    s->noise_seal = sensor_noise_seal(s);
 }
 
 /* How it is taken.  GENERAL: as the library has it.  LEAN: by a sensor without the careful path.

@@ -136,7 +136,7 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     s->noise = s->memory;
     s->covariance = R;
     s->kind = &T(kq_sensor_correlated);
-    sensor_set_plain(s);
+    s->plain = 0;
     return T(kq_sensor_change_measurement)(s, H);
 }
 

@@ -340,8 +340,8 @@ static void run(const model *p, uint64_t seed, unsigned char *classes)
     measure(p, seed);
     make(p);
     for (int t = 0; t < BEFORE; t++) need(step(p, t) ? KQ_ERR_RANGE : KQ_OK, "a step");
+    need(check() ? KQ_ERR_TABLE : KQ_OK, "a check of what is right"); /* and it keeps its seals */
     memcpy(&kept, &now, sizeof kept);
-    need(check() ? KQ_ERR_TABLE : KQ_OK, "a check of what is right");
     for (int t = 0; t < STEPS; t++) {
         need(step(p, BEFORE + t) ? KQ_ERR_RANGE : KQ_OK, "a step");
         read_state(&twin[t], p->n);

@@ -497,7 +497,7 @@ static void check_takes_what_calls_have_left(void)
 {
     static num memory[KQ_PROCESS_LEN(2)];
     static const num other[] = {1, 0, 0.5, 1}, G[] = {1, 0, 1};
-    static const K(process) table = KQ_PROCESS_TABLE(2, 0, other, NULL, G);
+    static K(process) table = KQ_PROCESS_TABLE(2, 0, other, NULL, G);
     K(process) copy = motion, scaled;
     ASSERT_OK(K(process_check)(&copy));
     ASSERT_OK(K(process_check)(&table));

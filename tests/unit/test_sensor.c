@@ -370,7 +370,7 @@ static void check_finds_every_bit_of_a_sensor(void)
 
 static void check_takes_what_calls_have_left(void)
 {
-    static const K(sensor) table = SENSOR_TABLE(2, 2, H, r);
+    static K(sensor) table = SENSOR_TABLE(2, 2, H, r);
     K(sensor) copy = radar;
     ASSERT_OK(K(sensor_check)(&copy));
     ASSERT_OK(K(sensor_check)(&table));
