@@ -377,12 +377,17 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
                           size_t steps, kq_filter_f64 *ahead);
 
 /**
- * Can f be a filter between two calls?  As kq_process_check, but nothing is kept of what every step changes:
- * sizes, flags, and whether mean and root are numbers that a step may leave (q31: rows of the root within
- * their norms, the mean within its words).
- *   f        read, with its memory.  Its addresses are followed as they are.
- * Most bits turned in mean and root make another possible number: those are not found (tools/test.sh unit.filter).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (f contradicts itself: initialise it again).
+ * Can f be what a call has left?  Call it between two calls, also while a start has unknown states.
+ *   f        read, with its memory; its seal is written
+ * The first call after an init, a copy, an attach or a detach keeps a seal of sizes and addresses, later calls
+ * compare.  Flags, counts, mean and root change with every step: it is asked whether a call may leave them so.
+ * Of 100 turned bits of a filter's mean and root 1 to 4 are found in floats, 12 and 24 in q31.  What is not found
+ * is a state that may be; measurements correct it.  In no part has a turned bit crashed a step after this check, nor has
+ * one of the struct misled the state.  Of 100 bits of the mean 1 (f32) to 3 (q31) still mislead after 50 steps: watch
+ * kq_nis.  Of 100 bits of the likelihoods 13 to 31 falsify kq_log_likelihood (three models, three seeds;
+ * tests/campaign/turned.c prints it).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean: damaged, or driven there by A or a control),
+ * KQ_ERR_TABLE (f is damaged: initialise it again).
  */
 kq_status kq_filter_check_f32(kq_filter_f32 *f);
 kq_status kq_filter_check_f64(kq_filter_f64 *f);

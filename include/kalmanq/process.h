@@ -166,15 +166,14 @@ kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
 kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
 
 /**
- * Is p what its last init or change has left?  For what memory does to objects: one bit turned, or an
- * overrun.  Sizes and addresses are compared with what was kept of them before any is followed.
- *   p        read: all of it, A and Q's root G
- * Of one bit turned in p, in its memory or in A all are found (process.intact in tests/unit/test_process.c;
- * tools/test.sh unit.process prints how many).  B and the formats are not looked at.  Of a const table and of
- * what kq_process_scale_noise has made nothing is kept: there sizes alone are seen, and a `first` that A
- * contradicts.  Other copies of a struct are as good as it.
- * Cost: that of kq_process_change_transition.  Nothing of it is in a step.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (p contradicts itself: initialise it again).
+ * Has memory damaged p?  The first call after an init or a change keeps seals in p, later calls compare.
+ * Call it once when p is prepared, then as often as you like.
+ *   p        read, with A and the root G of Q; its seal is written.  Not a const table: flash has its own checks.
+ * One turned bit is always found in p, in G and in A (in A and G already by the first call).  Of a table and of a
+ * process of kq_process_scale_noise it is found in p alone.  B and the formats are not looked at.
+ * Sizes and addresses are compared before any address is followed.
+ * Cost: as kq_process_change_transition.  Linked only if it is called; a step does nothing for it.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (p is damaged: initialise it again).
  */
 kq_status kq_process_check_f32(kq_process_f32 *p);
 kq_status kq_process_check_f64(kq_process_f64 *p);

@@ -183,13 +183,11 @@ kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
 /**
- * Is s what its last init or change has left?  As kq_process_check.
- *   s        read: all of it, its memory and H
- * Of one bit turned in s or in its memory all are found (tools/test.sh unit.sensor).  Of H only whether it
- * still takes alone the states that it took; R is not looked at.  Of a const table sizes alone are seen, and
- * a component that does not measure one state as it is said to.
- * Cost: that of kq_sensor_change_measurement.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE.
+ * Has memory damaged s?  As kq_process_check: the first call after an init or a change keeps seals.
+ *   s        read, with its memory and H; its seals are written
+ * One turned bit is always found in s, in its memory and in H.  R and the formats are not looked at.
+ * Cost: as kq_sensor_change_measurement.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (s is damaged: initialise it again).
  */
 kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
 kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
