@@ -53,7 +53,7 @@ KQ_COLD static num row_size(const num *S, int n, int i)
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
     const num size = row_size(S, n, i);
-    return size <= 2 * num_most_sigma && S[column(i) + i] >= -size / 1024;
+    return size <= 2 * num_most_sigma && S[column(i) + i] >= -size / 16;
 }
 
 #endif

@@ -44,7 +44,7 @@ KQ_COLD static num row_size(const num *S, int n, int i)
     return num_one;
 }
 
-enum { row_rounding = 1 << 20 }; /* of a pivot, in words of a row: after noise-free measurements */
+enum { row_rounding = 1 << 26 }; /* of a pivot, in words of a row: after noise-free measurements */
 
 /* Row i of a root: normalised and a pivot >= 0, but for rounding, and an exponent that is one */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
