@@ -49,11 +49,10 @@ KQ_COLD static num row_size(const num *S, int n, int i)
     return most;
 }
 
-/* Row i of a root: nothing above what predict holds, and a pivot >= 0 but for rounding */
+/* Row i of a root: nothing above what predict holds */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
-    const num size = row_size(S, n, i);
-    return size <= 2 * num_most_sigma && S[column(i) + i] >= -size / 16;
+    return row_size(S, n, i) <= 2 * num_most_sigma;
 }
 
 #endif

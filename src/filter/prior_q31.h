@@ -44,9 +44,7 @@ KQ_COLD static num row_size(const num *S, int n, int i)
     return num_one;
 }
 
-enum { row_rounding = 1 << 26 }; /* of a pivot, in words of a row: after noise-free measurements */
-
-/* Row i of a root: normalised and a pivot >= 0, but for rounding, and an exponent that is one */
+/* Row i of a root: normalised, but for rounding, and an exponent that is one */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
     const int32_t exponent = exponents_of(S, n)[i];
@@ -55,7 +53,7 @@ KQ_COLD static int row_is_possible(const num *S, int n, int i)
         const uint64_t size = magnitude(S[column(j) + i]);
         square += size * size >> 4;
     }
-    if (S[column(i) + i] < -row_rounding || square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
+    if (square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
     if (square == 0) return exponent == lowest_exponent;
     if (exponent > high_exponent || exponent < lowest_exponent) return 0;
     return exponent < low_exponent || square > (UINT64_C(1) << 54) - (UINT64_C(1) << 40);

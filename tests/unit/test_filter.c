@@ -811,7 +811,7 @@ static void check_finds_what_contradicts_itself(void)
     ASSERT_ALL_FOUND(track.seal, check_track);
     TEST_ASSERT_EQUAL_INT(7, BITS_FOUND(track.plain, check_track)); /* 0 is slower, and right */
     TEST_ASSERT_EQUAL_INT(6, BITS_FOUND(track.events, check_track));
-    TEST_ASSERT_GREATER_THAN_INT(1, BITS_FOUND(track_memory, check_track)); /* signs of pivots */
+    TEST_ASSERT_GREATER_THAN_INT(1, BITS_FOUND(track_memory, check_track)); /* high bits of exponents */
 }
 
 /* An address that is not the filter's is not followed; a mean that is no number is no turned bit. */
