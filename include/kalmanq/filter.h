@@ -381,7 +381,7 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
  *   f        read, with its memory; its seal is written
  * The first call after an init, a copy, an attach or a detach keeps a seal of sizes and addresses, later calls
  * compare.  Flags, counts, mean and root change with every step: it is asked whether a call may leave them so.
- * Of 100 turned bits of a filter's mean and root 1 to 4 are found in floats, 12 and 24 in q31.  What is not found
+ * Of 100 turned bits of a filter's mean and root 0.4 to 2.5 are found in floats, 12 and 24 in q31.  What is not found
  * is a state that may be; measurements correct it.  In no part has a turned bit crashed a step after this check, nor has
  * one of the struct misled the state.  Of 100 bits of the mean 1 (f32) to 3 (q31) still mislead after 50 steps: watch
  * kq_nis.  Of 100 bits of the likelihoods 13 to 31 falsify kq_log_likelihood (three models, three seeds;
