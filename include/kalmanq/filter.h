@@ -107,6 +107,7 @@ typedef struct {
     uint8_t ready;   /* 0: not initialised; otherwise flags */
     uint16_t events; /* KQ_EVENT_... */
     uint8_t plain;   /* n where an ordinary step will do, otherwise 0 */
+    uint8_t seal;    /* of sizes and addresses (kq_filter_check) */
     uint16_t known;  /* bit i: component i can be read */
     float *memory;   /* the caller's: mean, then root */
     struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
@@ -120,6 +121,7 @@ typedef struct {
     uint8_t ready;
     uint16_t events;
     uint8_t plain;
+    uint8_t seal;
     uint16_t known;
     double *memory;
     struct kq_attached_f64 *attached;
@@ -132,11 +134,11 @@ typedef struct {
 #define KQ_FILTER_F32(name, n)                                                                     \
     static float name##_memory[KQ_FILTER_LEN_F32(n)];                                              \
     static kq_filter_f32 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 #define KQ_FILTER_F64(name, n)                                                                     \
     static double name##_memory[KQ_FILTER_LEN_F64(n)];                                             \
     static kq_filter_f64 name = {                                                                  \
-        n, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+        n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -377,6 +379,22 @@ kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const
 kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                           size_t steps, kq_filter_f64 *ahead);
 
+/**
+ * Can f be what a call has left?  Call it between two calls, also while a start has unknown states.
+ *   f        read, with its memory; its seal is written
+ * The first call after an init, a copy, an attach or a detach keeps a seal of sizes and addresses, later calls
+ * compare.  Flags, counts, mean and root change with every step: it is asked whether a call may leave them so.
+ * Of 100 turned bits of a filter's mean and root 0.4 to 2.5 are found in floats, 12 and 24 in q31.  What is not found
+ * is a state that may be; measurements correct it.  In no part has a turned bit crashed a step after this check, nor has
+ * one of the struct misled the state.  Of 100 bits of the mean 1 (f32) to 3 (q31) still mislead after 50 steps: watch
+ * kq_nis.  Of 100 bits of the likelihoods 13 to 31 falsify kq_log_likelihood (three models, three seeds;
+ * tests/campaign/turned.c prints it).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean: damaged, or driven there by A or a control),
+ * KQ_ERR_TABLE (f is damaged: initialise it again).
+ */
+kq_status kq_filter_check_f32(kq_filter_f32 *f);
+kq_status kq_filter_check_f64(kq_filter_f64 *f);
+
 /* ------------------------------------------------------------------ q31
  *
  * The same filter in integers: rows of S with 32-bit mantissas and an exponent each, the mean in
@@ -419,6 +437,7 @@ typedef struct {
     uint8_t ready;
     uint16_t events;
     uint8_t plain;
+    uint8_t seal;
     uint16_t known;
     int32_t *memory;
     struct kq_attached_q31 *attached;
@@ -432,6 +451,7 @@ typedef struct {
 #define KQ_FILTER_Q31(name, n)                                                                     \
     static int32_t name##_memory[KQ_FILTER_LEN_Q31(n)];                                            \
     static kq_filter_q31 name = {n,                                                                \
+                                 0,                                                                \
                                  0,                                                                \
                                  0,                                                                \
                                  0,                                                                \
@@ -528,6 +548,9 @@ kq_status kq_log_likelihood_scaled_q31(const kq_filter_q31 *f, kq_scaled_q31 *va
 int kq_taken_q31(const kq_filter_q31 *f);
 unsigned kq_events_q31(const kq_filter_q31 *f);
 void kq_events_clear_q31(kq_filter_q31 *f);
+
+/** As kq_filter_check_f32. */
+kq_status kq_filter_check_q31(kq_filter_q31 *f);
 
 #ifdef __cplusplus
 }

@@ -38,6 +38,7 @@ typedef struct {
     uint8_t first[KQ_SIZE_MAX]; /* first[i]: all of A's rows >= i are 0 left of it */
     uint8_t plain;              /* n, 128 more where A is upper triangular, 64 more where an A_ii < 1/2
                                    (a const table: maybe); 0: not initialised */
+    uint8_t seal;         /* of sizes and addresses (kq_process_check); 0: none */
     uint32_t fingerprint; /* of A and G: what a history and a settling know the process by */
 } kq_process_f32;
 
@@ -51,6 +52,7 @@ typedef struct {
     const double *control;
     uint8_t first[KQ_SIZE_MAX];
     uint8_t plain;
+    uint8_t seal;
     uint32_t fingerprint;
 } kq_process_f64;
 
@@ -58,10 +60,10 @@ typedef struct {
     scope, in static memory. */
 #define KQ_PROCESS_F32(name, n, l)                                                                 \
     static float name##_memory[KQ_PROCESS_LEN(n)];                                                 \
-    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0}
+    static kq_process_f32 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0}
 #define KQ_PROCESS_F64(name, n, l)                                                                 \
     static double name##_memory[KQ_PROCESS_LEN(n)];                                                \
-    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0}
+    static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0}
 
 /**
  * A process as a constant, in flash: what stands behind the = of a static const kq_process_<T>.
@@ -86,7 +88,7 @@ typedef struct {
 #define KQ_PROCESS_TABLE(n, l, A, B, ...)                                                          \
     {                                                                                              \
         n, l, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), A, B, KQ_PRIVATE_LIST(__VA_ARGS__),          \
-            (n) + 64, 0                                                                            \
+            (n) + 64, 0, 0                                                                         \
     }
 
 /**
@@ -163,6 +165,19 @@ kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const dou
 kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
 kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
 
+/**
+ * Has memory damaged p?  The first call after an init or a change keeps seals in p, later calls compare.
+ * Call it once when p is prepared, then as often as you like.
+ *   p        read, with A and the root G of Q; its seal is written.  Not a const table: flash has its own checks.
+ * One turned bit is always found in p, in G and in A (in A and G already by the first call).  Of a table and of a
+ * process of kq_process_scale_noise it is found in p alone.  B and the formats are not looked at.
+ * Sizes and addresses are compared before any address is followed.
+ * Cost: as kq_process_change_transition.  Linked only if it is called; a step does nothing for it.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (p is damaged: initialise it again).
+ */
+kq_status kq_process_check_f32(kq_process_f32 *p);
+kq_status kq_process_check_f64(kq_process_f64 *p);
+
 /* ------------------------------------------------------------------ q31 */
 
 /** A process as a table, const and in flash if you like; prepare.h fills in the arrays, or a
@@ -183,6 +198,7 @@ typedef struct {
     uint8_t controls;
     uint8_t first[KQ_SIZE_MAX];
     uint8_t plain;
+    uint8_t seal;
     uint32_t fingerprint;
     const kq_format_q31 *state_format;
     const kq_format_q31 *control_format;
@@ -217,7 +233,7 @@ kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *tab
  */
 #define KQ_PROCESS_TABLE_Q31(n, l, state_format, control_format, A, B, ...)                        \
     {                                                                                              \
-        n, l, KQ_PRIVATE_LIST(__VA_ARGS__), n, 0, state_format, control_format, A, B,              \
+        n, l, KQ_PRIVATE_LIST(__VA_ARGS__), n, 0, 0, state_format, control_format, A, B,           \
             KQ_PRIVATE_GIVEN(__VA_ARGS__)                                                          \
     }
 
@@ -226,6 +242,9 @@ kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *tab
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
 kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A);
+
+/** As kq_process_check_f32. */
+kq_status kq_process_check_q31(kq_process_q31 *p);
 
 #ifdef __cplusplus
 }

@@ -26,7 +26,8 @@ extern "C" {
 typedef struct {
     uint8_t states;               /* n */
     uint8_t components;           /* m */
-    uint16_t length;              /* words at memory */
+    uint8_t length;               /* words at memory */
+    uint8_t measurement_seal;     /* of H (kq_sensor_check) */
     float *memory;                /* the caller's; NULL for a const table */
     const float *noise;           /* diagonal: m variances; correlated: the decorrelation,
                                      upper triangle by columns; NULL until initialised */
@@ -34,19 +35,24 @@ typedef struct {
     const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
     uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
     uint16_t plain;               /* n + 256 m where R is diagonal and has noise, otherwise 0 */
+    uint8_t seal;                 /* of sizes and addresses; 0: none */
+    uint8_t noise_seal;           /* of the noise */
     const struct kq_sensor_kind_f32 *kind; /* what an update does with it */
 } kq_sensor_f32;
 
 typedef struct {
     uint8_t states;
     uint8_t components;
-    uint16_t length;
+    uint8_t length;
+    uint8_t measurement_seal;
     double *memory;
     const double *noise;
     const double *measurement;
     const double *covariance;
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
+    uint8_t seal;
+    uint8_t noise_seal;
     const struct kq_sensor_kind_f64 *kind;
 } kq_sensor_f64;
 
@@ -54,11 +60,11 @@ typedef struct {
 #define KQ_SENSOR_F32(name, n, m)                                                                  \
     static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
     static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 #define KQ_SENSOR_F64(name, n, m)                                                                  \
     static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
     static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 
 /** What an update does with a sensor; for the tables that follow. */
 extern const struct kq_sensor_kind_f32 kq_sensor_independent_f32, kq_sensor_lean_f32;
@@ -87,19 +93,19 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
     KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f64, __VA_ARGS__)
 #define KQ_PRIVATE_SENSOR(n, m, H, plain, kind, ...)                                               \
     {                                                                                              \
-        n, m, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__),       \
-            plain, kind                                                                            \
+        n, m, 0, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__),       \
+            plain, 0, 0, kind                                                                      \
     }
 
 /** The same with the memory of a diagonal R only. */
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
     static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
     static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 #define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
     static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
     static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), name##_memory, NULL, NULL, NULL, {0}, 0, NULL}
+        n, m, KQ_SENSOR_DIAGONAL_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -176,6 +182,16 @@ kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const doubl
 kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
+/**
+ * Has memory damaged s?  As kq_process_check: the first call after an init or a change keeps seals.
+ *   s        read, with its memory and H; its seals are written
+ * One turned bit is always found in s, in its memory and in H.  R and the formats are not looked at.
+ * Cost: as kq_sensor_change_measurement.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (s is damaged: initialise it again).
+ */
+kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
+kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
+
 /* ------------------------------------------------------------------ q31 */
 
 /** A sensor as a table (process.h, fixed_point.h). */
@@ -195,12 +211,15 @@ typedef struct {
     uint8_t states;
     uint8_t components;
     uint8_t correlated;
+    uint8_t measurement_seal;
     const kq_format_q31 *state_format;
     const kq_format_q31 *measurement_format;
     const kq_scaled_q31 *measurement;
     const kq_scaled_q31 *noise; /* NULL until initialised */
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
+    uint8_t seal;
+    uint8_t noise_seal;
     const struct kq_sensor_kind_q31 *kind;
 } kq_sensor_q31;
 
@@ -240,13 +259,13 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
  */
 #define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                        \
     {                                                                                              \
-        n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
-            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, &kq_sensor_independent_q31               \
+        n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, 0, 0, &kq_sensor_independent_q31         \
     }
 #define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                   \
     {                                                                                              \
-        n, m, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
-            KQ_PRIVATE_LIST(__VA_ARGS__), 0, &kq_sensor_lean_q31                                   \
+        n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
+            KQ_PRIVATE_LIST(__VA_ARGS__), 0, 0, 0, &kq_sensor_lean_q31                             \
     }
 
 /**
@@ -254,6 +273,9 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
 kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
+
+/** As kq_sensor_check_f32; the noise is where its table has it. */
+kq_status kq_sensor_check_q31(kq_sensor_q31 *s);
 
 #ifdef __cplusplus
 }

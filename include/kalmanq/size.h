@@ -27,7 +27,7 @@
  *
  * A, B and H stay where they are; a q31 table of a process is 2n^2 + 2nl + n(n+1)/2 + n words, its formats
  * 2n + 2l.  An object itself takes on a 32-bit chip, beside its memory: process, sensor and history 44
- * bytes; filter 56 (f32), 72 (q31), 80 (f64).
+ * bytes; filter 60 (f32), 72 (q31), 88 (f64).
  *
  * Stack is not seen by the linker: kq_predict needs n^2 + 2n words (q31: n^2 + 3n), n rounded up to 4, 9
  * or 16, other functions say theirs.  Budget: objects + memory + the worst stack + the frames of your own

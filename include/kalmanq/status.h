@@ -48,7 +48,7 @@ typedef enum {
     KQ_ERR_RANGE = -11,
     /** q31: a coefficient has no mantissa and exponent within their limits, or |A_ii| > 16. */
     KQ_ERR_COEFFICIENT = -12,
-    /** q31: a table contradicts itself, as a corrupted one does. */
+    /** An object (kq_..._check) or a q31 table contradicts itself, as a corrupted one does. */
     KQ_ERR_TABLE = -13,
     /** A history, a lag or a point is attached to the filter, and what is asked for cannot be recorded on
         it; or what is to be attached has another filter; or something is attached already, and that or what

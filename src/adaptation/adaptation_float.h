@@ -91,7 +91,8 @@ static void set_scaled_sensor(adaptation *a, const sensor *s, num r, num *noise)
     a->scaled_sensor = *s;
     a->scaled_sensor.memory = noise;
     a->scaled_sensor.noise = noise;
-    a->scaled_sensor.length = (uint16_t)KQ_SENSOR_LEN(m);
+    a->scaled_sensor.seal = 0;
+    a->scaled_sensor.length = (uint8_t)KQ_SENSOR_LEN(m);
     if (!s->covariance) {
         for (int c = 0; c < m; c++) noise[c] = scaled_variance(s->noise[c], r);
         return;

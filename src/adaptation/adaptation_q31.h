@@ -67,6 +67,7 @@ static void set_scaled_sensor(adaptation *a, const sensor *s, scaled r, scaled *
     const int m = s->components, count = s->correlated ? KQ_TRIANGLE(m) : m;
     a->scaled_sensor = *s;
     a->scaled_sensor.noise = noise;
+    a->scaled_sensor.seal = 0;
     for (int k = 0; k < count; k++) noise[k] = s->noise[k];
     for (int c = 0; c < m; c++) {
         scaled *variance = noise + (s->correlated ? column(c) + c : c);

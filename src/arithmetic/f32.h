@@ -65,6 +65,9 @@ static inline uint32_t num_bits(num a)
 /* Its 32 highest bits */
 static inline uint32_t num_top_bits(num a) { return num_bits(a); }
 
+/* Its bits in 32: one that is turned turns one. */
+static inline uint32_t num_folded(num a) { return num_bits(a); }
+
 /* Is a >= 0 beyond `most`, or not a number?  As integers, where the FPU would have to load it. */
 static inline int num_exceeds(num a, num most) { return num_bits(a) > num_bits(most); }
 

@@ -52,24 +52,30 @@ static inline num num_magnitude(num a) { return a < 0 ? -a : a; }
 static inline int num_is_finite(num a) { return a - a == 0; }
 static inline num num_nan(void) { return (num)NAN; }
 
+static inline uint64_t num_all_bits(num a)
+{
+    const union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    return both.bits;
+}
+
 /* What tells a number from others, in 32 bits */
 static inline uint32_t num_bits(num a)
 {
-    const union {
-        num value;
-        uint64_t bits;
-    } both = {a};
-    return (uint32_t)both.bits ^ (uint32_t)(both.bits >> 32) * UINT32_C(0x9e3779b1);
+    const uint64_t bits = num_all_bits(a);
+    return (uint32_t)bits ^ (uint32_t)(bits >> 32) * UINT32_C(0x9e3779b1);
 }
 
 /* Its 32 highest bits */
-static inline uint32_t num_top_bits(num a)
+static inline uint32_t num_top_bits(num a) { return (uint32_t)(num_all_bits(a) >> 32); }
+
+/* Its bits in 32: one that is turned turns one. */
+static inline uint32_t num_folded(num a)
 {
-    const union {
-        num value;
-        uint64_t bits;
-    } both = {a};
-    return (uint32_t)(both.bits >> 32);
+    const uint64_t bits = num_all_bits(a);
+    return (uint32_t)(bits ^ bits >> 32);
 }
 
 /* Is a >= 0 beyond `most`, or not a number? */

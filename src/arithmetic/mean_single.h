@@ -115,6 +115,12 @@ KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, c
     return extent_of(d);
 }
 
+static inline int mean_is_possible(const num *x, int n, int i, num size)
+{
+    (void)x, (void)n, (void)i, (void)size;
+    return 1;
+}
+
 static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
 {
     return mean_residual(z, h, x, n, 0, n);

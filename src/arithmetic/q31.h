@@ -30,6 +30,9 @@ static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fadin
 /* What tells a number from others, in 32 bits */
 static inline uint32_t num_bits(num a) { return (uint32_t)a; }
 
+/* Its bits in 32: one that is turned turns one. */
+static inline uint32_t num_folded(num a) { return (uint32_t)a; }
+
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
 static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
 

@@ -23,6 +23,7 @@
 #include "gain.h"
 #include "independent.h"
 #include "init.h"
+#include "intact.h"
 #include "measured.h"
 #include "readings.h"
 #include "step.h"

@@ -71,13 +71,19 @@ KQ_COLD KQ_NOINLINE static void note_condition(filter *f)
 KQ_COLD static void filter_set_attached(filter *f, struct T(kq_attached) *a)
 {
     f->attached = a;
+    f->seal = 0;
     filter_set_ready(f, f->ready);
 }
 
-/* Every component can be read. */
-static inline void filter_know_all(filter *f)
+static inline uint32_t filter_all_known(const filter *f) { return (UINT32_C(1) << f->states) - 1; }
+
+/* With the mean and the root that are in its memory, and nothing attached; what was is not looked at: it may
+   be gone.  Every component can be read. */
+KQ_COLD static void filter_make_ready(filter *f)
 {
-    f->known = (uint16_t)((UINT32_C(1) << f->states) - 1);
+    f->ready = FILTER_READY;
+    f->known = (uint16_t)filter_all_known(f);
+    filter_set_attached(f, 0);
 }
 
 KQ_INLINE kq_status filter_check(const filter *f)

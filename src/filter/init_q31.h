@@ -30,13 +30,11 @@ KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
     copy(filter_root(f), prior->root, ROOT_LEN(n));
     renormalise(filter_root(f), n);
     f->state_format = prior->state_format;
-    f->attached = 0; /* not looked at: it may be gone */
     f->events = 0;
     f->faint = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
-    filter_know_all(f);
-    filter_set_ready(f, FILTER_READY);
+    filter_make_ready(f);
     say_all_fit(misfit);
     return KQ_OK;
 }

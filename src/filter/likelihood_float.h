@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "kalmanq/filter.h"
+#include "kalmanq/size.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
@@ -15,6 +16,9 @@
 
 typedef T(kq_likelihood) likelihood;
 typedef T(kq_likelihood_run) likelihood_run;
+
+/* The exponent of an update's determinant: 16 variances of less than 2^1100, and a start's */
+static const int32_t likelihood_reach = INT32_C(1) << 16;
 
 /* ------------------------------------------------------------------ an update */
 
@@ -84,6 +88,13 @@ static num likelihood_log(const likelihood *p)
     return -num_half * (((num)p->count * num_log_2_pi + log_determinant) + p->nis);
 }
 
+/* Can a call have left it? */
+KQ_COLD static int likelihood_is_possible(const likelihood *p)
+{
+    return p->nis >= 0 && p->determinant >= num_half && p->determinant <= 1 && p->count >= 0 &&
+           p->count <= KQ_SIZE_MAX && p->exponent <= likelihood_reach && p->exponent >= -likelihood_reach;
+}
+
 /* ------------------------------------------------------------------ a run */
 
 static void likelihood_run_clear(likelihood_run *p)
@@ -121,6 +132,13 @@ KQ_KERNEL void likelihood_run_add(likelihood_run *p, const likelihood *last)
     p->exponent += last->exponent;
     p->count += last->count;
     if (p->count >= likelihood_part) likelihood_run_fold(p);
+}
+
+KQ_COLD static int likelihood_run_is_possible(const likelihood_run *p)
+{
+    const int32_t most = likelihood_powers + likelihood_powers / 2;
+    return p->determinant >= num_half && p->determinant <= 1 && p->count >= 0 && p->count < likelihood_part &&
+           p->exponent <= most && p->exponent >= -most;
 }
 
 static num likelihood_run_log(const likelihood_run *p)

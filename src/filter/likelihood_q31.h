@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "kalmanq/filter.h"
+#include "kalmanq/size.h"
 
 #include "../arithmetic/q31.h"
 #include "../arithmetic/compiler.h"
@@ -17,6 +18,9 @@
 
 typedef T(kq_likelihood) likelihood;
 typedef T(kq_likelihood_run) likelihood_run;
+
+/* The exponent of an update's determinant: 16 variances of less than 2^18800, twice at a start */
+static const int32_t likelihood_reach = INT32_C(1) << 20;
 
 static void likelihood_clear(likelihood *p)
 {
@@ -98,6 +102,14 @@ static score likelihood_log(const likelihood *p)
     return -((log_of_units(p->count) + log_of_number(p->determinant) + p->nis) / 2);
 }
 
+/* Can a call have left it? */
+KQ_COLD static int likelihood_is_possible(const likelihood *p)
+{
+    const int32_t exponent = p->determinant.exponent;
+    return p->nis >= 0 && p->nis <= score_max && p->determinant.mantissa >= INT32_C(1) << 30 && p->count >= 0 &&
+           p->count <= KQ_SIZE_MAX && exponent <= likelihood_reach && exponent >= -likelihood_reach;
+}
+
 /* ------------------------------------------------------------------ a run */
 
 static void likelihood_run_clear(likelihood_run *p)
@@ -147,6 +159,12 @@ KQ_KERNEL void likelihood_run_add(likelihood_run *p, const likelihood *last)
     p->determinant = scaled_times(p->determinant, last->determinant);
     p->count += last->count;
     if (p->sum >= score_max || p->count >= likelihood_part) likelihood_run_fold(p);
+}
+
+KQ_COLD static int likelihood_run_is_possible(const likelihood_run *p)
+{
+    return p->sum <= score_max && p->sum >= -score_max && p->determinant.mantissa >= INT32_C(1) << 30 &&
+           p->count >= 0 && p->count < likelihood_part;
 }
 
 /* With everything in the sum */

@@ -1,12 +1,15 @@
 #ifndef KQ_SRC_FILTER_PRIOR_FLOAT_H
 #define KQ_SRC_FILTER_PRIOR_FLOAT_H
 
+#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/mean.h"
+#include "../arithmetic/triangle.h"
 #include "../model/types.h"
+#include "../model/units.h"
 #include "filter.h"
 #include "likelihood.h"
 
@@ -26,13 +29,30 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
 {
     const int n = f->states;
     for (int i = 0; i < n; i++) mean_set(f->memory, n, i, x0[i]);
-    f->attached = 0; /* not looked at: it may be gone */
     f->events = 0;
     f->faint = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
-    filter_know_all(f);
-    filter_set_ready(f, FILTER_READY);
+    filter_make_ready(f);
+}
+
+static int mean_is_finite(const num *x, int n) { return all_finite(x, n); }
+
+/* The largest entry of row i of a root, NaN where one is no number */
+KQ_COLD static num row_size(const num *S, int n, int i)
+{
+    num most = 0;
+    for (int j = i; j < n; j++) {
+        const num size = num_magnitude(S[column(j) + i]);
+        if (!(size <= most)) most = size;
+    }
+    return most;
+}
+
+/* Row i of a root: nothing above what predict holds */
+KQ_COLD static int row_is_possible(const num *S, int n, int i)
+{
+    return row_size(S, n, i) <= 2 * num_most_sigma;
 }
 
 #endif

@@ -7,8 +7,13 @@
 
 #include "../arithmetic/q31.h"
 #include "../arithmetic/compiler.h"
+#include "../arithmetic/fixed.h"
+#include "../arithmetic/rows.h"
+#include "../arithmetic/triangle.h"
 #include "../model/definitions.h"
+#include "../model/types.h"
 #include "../model/units.h"
+#include "filter.h"
 
 /* ------------------------------------------------------------------ prior */
 
@@ -24,6 +29,34 @@ KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_
         *misfit = (kq_misfit_q31){.quantity = KQ_STATE, .component = i, .bits = 0};
     }
     return status;
+}
+
+static int mean_is_finite(const num *x, int n)
+{
+    (void)x, (void)n;
+    return 1;
+}
+
+/* A row's norm, about */
+KQ_COLD static num row_size(const num *S, int n, int i)
+{
+    (void)S, (void)n, (void)i;
+    return num_one;
+}
+
+/* Row i of a root: normalised, but for rounding, and an exponent that is one */
+KQ_COLD static int row_is_possible(const num *S, int n, int i)
+{
+    const int32_t exponent = exponents_of(S, n)[i];
+    uint64_t square = 0; /* in units of 16 */
+    for (int j = i; j < n; j++) {
+        const uint64_t size = magnitude(S[column(j) + i]);
+        square += size * size >> 4;
+    }
+    if (square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
+    if (square == 0) return exponent == lowest_exponent;
+    if (exponent > high_exponent || exponent < lowest_exponent) return 0;
+    return exponent < low_exponent || square > (UINT64_C(1) << 54) - (UINT64_C(1) << 40);
 }
 
 #endif

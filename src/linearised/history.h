@@ -54,6 +54,7 @@ static const process *keep_process(jacobians *j, const process *p)
     own->noise_root = j->noise;
     own->control = 0;
     own->controls = 0;
+    own->seal = 0;
     return own;
 }
 

@@ -20,6 +20,7 @@
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
+#include "../filter/prior.h"
 #include "jacobian.h"
 #include "mean.h"
 

@@ -11,6 +11,7 @@
 #include "../model/types.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
+#include "../filter/prior.h"
 #include "jacobian.h"
 #include "mean.h"
 #include "rows.h"

@@ -16,6 +16,7 @@
 #include "../arithmetic/size.h"
 #include "definitions.h"
 #include "factor.h"
+#include "intact.h"
 #include "process.h"
 #include "sensor.h"
 #include "types.h"
@@ -90,7 +91,7 @@ KQ_COLD kq_status T(kq_sensor_assign)(sensor *s, int n, int m, num *memory, size
     const size_t most = KQ_SENSOR_LEN((size_t)m);
     *s = (sensor){.states = (uint8_t)n,
                   .components = (uint8_t)m,
-                  .length = (uint16_t)(length < most ? length : most),
+                  .length = (uint8_t)(length < most ? length : most),
                   .memory = memory};
     return KQ_OK;
 }

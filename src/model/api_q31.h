@@ -14,6 +14,7 @@
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/scaled.h"
 #include "definitions.h"
+#include "intact.h"
 #include "process.h"
 #include "sensor.h"
 #include "types.h"

@@ -12,6 +12,7 @@
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
 #include "types.h"
+#include "units.h"
 
 KQ_INLINE kq_status process_check(const process *p)
 {
@@ -38,13 +39,16 @@ KQ_SHARED uint32_t fingerprint_of(uint32_t print, const num *words, int count)
     return print;
 }
 
-/* Of what the smoother reads, G and A, in 31 bits */
+/* One whose noise has been scaled: its fingerprint is not that of its G. */
+static const uint32_t process_scaled = UINT32_C(1) << 30;
+
+/* Of what the smoother reads, G and A, in 30 bits */
 KQ_COLD static uint32_t process_fingerprint(const process *p)
 {
     const int n = p->states;
     const uint32_t noise = fingerprint_of(0, p->noise_root, ROOT_LEN(n));
     const uint32_t print = fingerprint_of(noise, (const num *)p->transition, n * n * SCALED_WORDS);
-    return (print ^ print >> 16) & ~process_mixed;
+    return (print ^ print >> 16) & ~(process_mixed | process_scaled);
 }
 
 KQ_COLD static void process_set_transition(process *p, const scaled *A)
@@ -62,6 +66,7 @@ KQ_COLD static void process_set_transition(process *p, const scaled *A)
     p->plain = (uint8_t)(n | rounded | (upper ? PROCESS_UPPER : 0));
     p->transition = A;
     p->fingerprint = process_fingerprint(p);
+    p->seal = 0;
 }
 
 /* The fingerprint of a process of noise c G; of c = 1: the source's own */
@@ -69,7 +74,7 @@ static uint32_t scaled_fingerprint(const process *source, scaled c)
 {
     if (scaled_is_unit(c)) return source->fingerprint;
     const uint32_t print = fingerprint_join(source->fingerprint, scaled_bits(c));
-    return (print ^ print >> 16) & ~process_mixed;
+    return ((print ^ print >> 16) & ~process_mixed) | process_scaled;
 }
 
 /* n and what the steps of known sizes are told of A: is it upper triangular? */

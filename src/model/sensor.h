@@ -46,6 +46,7 @@ KQ_COLD static void sensor_set_measurement(sensor *s, const scaled *H)
     const int n = s->states;
     for (int c = 0; c < s->components; c++) s->selects[c] = (uint8_t)selected_state(H + c * n, n);
     s->measurement = H;
+    s->seal = 0;
 }
 
 /* Unit upper triangular U -> U^-1, in place; the diagonal is left alone. */

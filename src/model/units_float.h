@@ -8,6 +8,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
+#include "seal.h"
 #include "types.h"
 
 /* One sum tells it: of zeros, where all are numbers. */
@@ -16,6 +17,15 @@ KQ_SHARED int all_finite(const num *a, int count)
     num total = 0;
     for (; count > 0; count--, a++) total += *a - *a;
     return total == 0;
+}
+
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t process_addresses(const process *p)
+{
+    uint32_t seal = seal_address(0, p->noise_root);
+    seal = seal_address(seal, p->transition);
+    seal = seal_address(seal, p->control);
+    return seal_join(seal_address(seal, p->memory), p->length);
 }
 
 static int process_fits(const process *p, const filter *f) { return p->states == f->states; }
@@ -42,6 +52,22 @@ static kq_status process_check_controls(const process *p, const num *u)
 }
 
 static int sensor_is_correlated(const sensor *s) { return s->covariance != 0; }
+
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t sensor_addresses(const sensor *s)
+{
+    uint32_t seal = seal_address(s->states | (uint32_t)s->components << 8, s->noise);
+    seal = seal_address(seal, s->measurement);
+    seal = seal_address(seal, s->kind);
+    seal = seal_address(seal, s->covariance);
+    return seal_join(seal_address(seal, s->memory), s->length);
+}
+
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t filter_addresses(const filter *f)
+{
+    return seal_address(seal_address(f->states | (uint32_t)f->known << 8, f->memory), f->attached);
+}
 
 static int sensor_fits(const sensor *s, const filter *f) { return s->states == f->states; }
 

@@ -11,6 +11,7 @@
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/fixed.h"
 #include "../arithmetic/scaled.h"
+#include "seal.h"
 #include "types.h"
 
 static int formats_agree(const kq_format_q31 *a, const kq_format_q31 *b, int count)
@@ -31,6 +32,15 @@ KQ_KERNEL kq_status ranges_check(const num *words, const kq_format_q31 *format, 
         if (magnitude(words[c]) > (uint32_t)format[c].range) return KQ_ERR_RANGE;
     }
     return KQ_OK;
+}
+
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t process_addresses(const process *p)
+{
+    uint32_t seal = seal_address(0, p->noise_root);
+    seal = seal_address(seal, p->transition);
+    seal = seal_address(seal, p->control);
+    return seal_address(seal_address(seal, p->state_format), p->control_format);
 }
 
 static int process_fits(const process *p, const filter *f)
@@ -55,6 +65,23 @@ static kq_status process_check_controls(const process *p, const num *u)
 }
 
 static int sensor_is_correlated(const sensor *s) { return s->correlated; }
+
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t sensor_addresses(const sensor *s)
+{
+    uint32_t seal = seal_address(s->states | (uint32_t)s->components << 8, s->noise);
+    seal = seal_address(seal, s->measurement);
+    seal = seal_address(seal, s->kind);
+    seal = seal_address(seal_join(seal, s->correlated), s->state_format);
+    return seal_address(seal, s->measurement_format);
+}
+
+/* Of the addresses that a step follows */
+KQ_COLD static uint32_t filter_addresses(const filter *f)
+{
+    const uint32_t seal = seal_address(f->states | (uint32_t)f->known << 8, f->memory);
+    return seal_address(seal_address(seal, f->attached), f->state_format);
+}
 
 static int sensor_fits(const sensor *s, const filter *f)
 {

@@ -161,7 +161,7 @@ static void predict_by_rows(filter *f, const process *own, const num *y, num *D,
         for (int i = 0; i <= j; i++) D[i * n + j] += *s++;
     }
     const extent of_root = T(kq_root_of_rows)(filter_root(f), D, own, pq);
-    f->attached = 0; /* a start that is over */
+    if (f->attached) filter_set_attached(f, 0); /* a start that is over */
     T(kq_predict_end)(f, y, of_root);
 }
 

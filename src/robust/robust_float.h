@@ -63,6 +63,7 @@ static void set_scaled_noise(process *target, const process *source, num *root, 
     copy(G, source->noise_root, KQ_TRIANGLE(n));
     root_scale(G, c, n);
     target->fingerprint = scaled_fingerprint(source, c);
+    target->seal = 0;
     for (int i = 0; i < n; i++) {
         num *pivot = G + column(i) + i;
         if (*pivot < num_tiny_root || source->noise_root[column(i) + i] <= num_tiny_root) {

@@ -61,6 +61,7 @@ static void set_scaled_noise(process *target, const process *source, num *root, 
     copy(root, source->noise_root, ROOT_LEN(n));
     root_scale(root, c, n);
     target->fingerprint = scaled_fingerprint(source, c);
+    target->seal = 0;
     if (!scaled_is_unit(c)) renormalise(root, n);
     for (int i = 0; i < n; i++) {
         if (exponents_of(source->noise_root, n)[i] != lowest_exponent) continue;

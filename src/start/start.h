@@ -53,6 +53,7 @@ static void start_close(start *s)
     for (int i = 0; i < s->states; i++) {
         if (unknown_is_zero(s, i)) f->known = (uint16_t)(f->known | UINT32_C(1) << i);
     }
+    f->seal = 0;
     if (!s->unknowns) return;
     filter_set_ready(f, 0);
     filter_set_attached(f, &s->attached);

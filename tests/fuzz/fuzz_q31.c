@@ -152,6 +152,8 @@ static void random_call(run *r)
     default: must(kq_step_q31(f, p, chance(0.8) ? u : NULL, s, z), "step"), r->steps++;
     }
     check_filter(f);
+    must(kq_process_check_q31(p), "kq_process_check_q31");
+    must(kq_sensor_check_q31(s), "kq_sensor_check_q31");
     free(u), free(z);
 }
 

@@ -144,6 +144,7 @@ static void check_filter(const kq_filter_q31 *f)
     check_mean(f->memory, n);
     check_root(f->memory + 2 * n, n);
     check_readers(f, n);
+    must(kq_filter_check_q31(f), "kq_filter_check_q31");
     must(kq_covariance_q31(f, P), "kq_covariance_q31");
     check_covariance(P, n);
     seen.calls++;

@@ -82,6 +82,9 @@ template <> struct Api<float> {
     static constexpr auto events = kq_events_f32;
     static constexpr auto eventsClear = kq_events_clear_f32;
     static constexpr auto forecast = kq_forecast_f32;
+    static constexpr auto processCheck = kq_process_check_f32;
+    static constexpr auto sensorCheck = kq_sensor_check_f32;
+    static constexpr auto filterCheck = kq_filter_check_f32;
 
     static constexpr auto historyAssign = kq_history_assign_f32;
     static constexpr auto historyAttach = kq_history_attach_f32;
@@ -163,6 +166,9 @@ template <> struct Api<double> {
     static constexpr auto events = kq_events_f64;
     static constexpr auto eventsClear = kq_events_clear_f64;
     static constexpr auto forecast = kq_forecast_f64;
+    static constexpr auto processCheck = kq_process_check_f64;
+    static constexpr auto sensorCheck = kq_sensor_check_f64;
+    static constexpr auto filterCheck = kq_filter_check_f64;
 
     static constexpr auto historyAssign = kq_history_assign_f64;
     static constexpr auto historyAttach = kq_history_attach_f64;
@@ -240,6 +246,9 @@ template <> struct Api<Q31> {
     static constexpr auto events = kq_events_q31;
     static constexpr auto eventsClear = kq_events_clear_q31;
     static constexpr auto forecast = kq_forecast_q31;
+    static constexpr auto processCheck = kq_process_check_q31;
+    static constexpr auto sensorCheck = kq_sensor_check_q31;
+    static constexpr auto filterCheck = kq_filter_check_q31;
 
     static constexpr auto historyAssign = kq_history_assign_q31;
     static constexpr auto historyAttach = kq_history_attach_q31;

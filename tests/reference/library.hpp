@@ -1,5 +1,5 @@
 // The library's side of a sequence: its processes and sensors, built from the same numbers as the
-// reference's, and what is read back.
+// reference's, and what is read back.  After each call the objects' checks are asked: none may find anything.
 #ifndef KALMANQ_TESTS_REFERENCE_LIBRARY_HPP
 #define KALMANQ_TESTS_REFERENCE_LIBRARY_HPP
 
@@ -78,6 +78,8 @@ template <class T> class Library
                                 ? Api::update(filter, sensor, z.data())
                                 : Api::updateSubset(filter, sensor, z.data(), reading.present);
         kq::require(status, "update");
+        kq::require(Api::sensorCheck(sensor), "sensor check");
+        kq::require(Api::filterCheck(filter), "filter check");
     }
 
     void predict(typename Api::Filter *filter, const Step &step)
@@ -85,6 +87,8 @@ template <class T> class Library
         const auto *process = this->process(step.process);
         const auto u = controls(step.process).words(step.u);
         kq::require(Api::predict(filter, process, dataOrNull(u)), "predict");
+        kq::require(Api::processCheck(process), "process check");
+        kq::require(Api::filterCheck(filter), "filter check");
     }
 
   private:

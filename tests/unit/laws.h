@@ -62,28 +62,39 @@ static void begin(instance *i, const numbers *s)
     CALL(S(history_attach)(&i->tape, &i->filter));
 }
 
-static void take(instance *i, const sensor_model *s, const num *z)
+/* No check finds anything in what calls leave. */
+static void assert_intact(instance *i, process_model *p, sensor_model *s)
+{
+    ASSERT_OK(S(filter_check)(&i->filter));
+    if (p) ASSERT_OK(S(process_check)(&p->process));
+    if (s) ASSERT_OK(S(sensor_check)(&s->sensor));
+}
+
+static void take(instance *i, sensor_model *s, const num *z)
 {
     const word *words = measured(&s->sensor, z);
     CALL(S(update)(&i->filter, &s->sensor, words));
+    assert_intact(i, NULL, s);
 }
 
-static void take_subset(instance *i, const sensor_model *s, const num *z, uint32_t present)
+static void take_subset(instance *i, sensor_model *s, const num *z, uint32_t present)
 {
     const word *words = measured(&s->sensor, z);
     CALL(S(update_subset)(&i->filter, &s->sensor, words, present));
+    assert_intact(i, NULL, s);
 }
 
 /* u: NULL or one control */
-static void advance(instance *i, const process_model *p, const num *u)
+static void advance(instance *i, process_model *p, const num *u)
 {
     const word *words = driven(&p->process, u, 1);
     CALL(S(predict)(&i->filter, &p->process, words));
+    assert_intact(i, p, NULL);
 }
 
 /* Step 0: pair, single.  1: nothing.  2: pair.  3: the pair's second, single.  4: nothing.
    5: pair, single.  6: single.  7: pair. */
-static void go_on(instance *i, const model *m, const numbers *s, int t)
+static void go_on(instance *i, model *m, const numbers *s, int t)
 {
     static const uint32_t pair[STEPS] = {3, 0, 3, 2, 0, 3, 0, 3};
     static const int single[STEPS] = {1, 0, 0, 1, 0, 1, 1, 0};

@@ -2,6 +2,7 @@
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
+#include "turned.h"
 #include "unchanged.h"
 
 PROCESS(motion, 2, 1);
@@ -869,9 +870,58 @@ static void run_reading(void)
     RUN_TEST(gain_refuses);
 }
 
+/* ------------------------------------------------------------------- check */
+
+static kq_status check_track(void) { return K(filter_check)(&track); }
+
+static void check_takes_what_steps_leave(void)
+{
+    for (int t = 0; t < 200; t++) {
+        const num far[] = {t % 50 ? 3 : N(1e6), 1};
+        ASSERT_OK(K(predict)(&track, &motion, u));
+        ASSERT_OK(K(filter_check)(&track));
+        ASSERT_OK(K(update_subset)(&track, &radar, far, (uint32_t)(t % 4)));
+        ASSERT_OK_UNCHANGED(K(filter_check)(&track));
+    }
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_check)(&blank));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_check)(NULL));
+}
+
+/* All but `faint`, and the events and likelihoods that may be */
+static void check_finds_what_contradicts_itself(void)
+{
+    ASSERT_OK(K(predict)(&track, &motion, u));
+    ASSERT_OK(K(update)(&track, &radar, z));
+    ASSERT_ALL_FOUND(track.states, check_track);
+    ASSERT_ALL_FOUND(track.ready, check_track);
+    ASSERT_ALL_FOUND(track.known, check_track);
+    ASSERT_ALL_FOUND(track.memory, check_track);
+    ASSERT_ALL_FOUND(track.attached, check_track);
+    ASSERT_ALL_FOUND(track.seal, check_track);
+    TEST_ASSERT_EQUAL_INT(7, BITS_FOUND(track.plain, check_track)); /* 0 is slower, and right */
+    TEST_ASSERT_EQUAL_INT(6, BITS_FOUND(track.events, check_track));
+    TEST_ASSERT_GREATER_THAN_INT(1, BITS_FOUND(track_memory, check_track)); /* high bits of exponents */
+}
+
+/* An address that is not the filter's is not followed; a mean that is no number is no turned bit. */
+static void check_follows_no_other_address(void)
+{
+    K(filter) copy = track;
+    copy.memory = NULL;
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_TABLE, K(filter_check)(&copy));
+    copy = track;
+    copy.states = 200;
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_TABLE, K(filter_check)(&copy));
+    track_memory[0] = N(NAN);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_FINITE, K(filter_check)(&track));
+}
+
 SUITE(filter, set_up)
 {
     run_assign_and_init();
+    RUN_TEST(check_takes_what_steps_leave);
+    RUN_TEST(check_finds_what_contradicts_itself);
+    RUN_TEST(check_follows_no_other_address);
     run_predict();
     run_reading();
     run_numbers_end();

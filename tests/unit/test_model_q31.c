@@ -1,5 +1,7 @@
 /* Process, sensor and prior in q31: what init takes, what it refuses, and what it says of it. */
 #include "q31.h"
+#include "reading.h"
+#include "turned.h"
 #include "unchanged.h"
 
 static process_model motion;
@@ -459,9 +461,57 @@ static void run_process(void)
     RUN_TEST(change_transition_moves_otherwise);
 }
 
+/* ------------------------------------------------------------------- check */
+
+static kq_status check_process(void) { return kq_process_check_q31(&motion.process); }
+static kq_status check_sensor(void) { return kq_sensor_check_q31(&radar.sensor); }
+static kq_status check_filter(void) { return kq_filter_check_q31(&track); }
+
+static void assert_found(void *words, int count, kq_status (*check)(void))
+{
+    TEST_ASSERT_EQUAL_INT(32 * count, bits_found(words, (size_t)count * sizeof(int32_t), check));
+}
+
+/* All but padding, and what of `first` and `selects` is not read */
+static void check_finds_every_bit(void)
+{
+    const size_t process = 2 + 2 + 2 + 4 + 5 * sizeof(void *), sensor = 4 + 2 + 4 + 5 * sizeof(void *);
+    TEST_ASSERT_EQUAL_INT(8 * (int)process, BITS_FOUND(motion.process, check_process));
+    TEST_ASSERT_EQUAL_INT(8 * (int)sensor, BITS_FOUND(radar.sensor, check_sensor));
+    assert_found(motion.noise_root, KQ_ROOT_LEN_Q31(2), check_process);
+    assert_found(motion.transition, 2 * 4, check_process);
+    assert_found(radar.noise, 2 * KQ_TRIANGLE(2), check_sensor);
+    assert_found(radar.measurement, 2 * 4, check_sensor);
+    ASSERT_ALL_FOUND(track.ready, check_filter);
+    ASSERT_ALL_FOUND(track.known, check_filter);
+    ASSERT_ALL_FOUND(track.memory, check_filter);
+    ASSERT_ALL_FOUND(track.state_format, check_filter);
+    TEST_ASSERT_GREATER_THAN_INT(2 * 8 + 2 * 18, BITS_FOUND(track_memory, check_filter)); /* low words, exponents */
+}
+
+static void check_takes_what_calls_have_left(void)
+{
+    uint32_t state = 1;
+    for (int t = 0; t < 2000; t++) {
+        const int32_t z[] = {(int32_t)(noise(&state) * 0x1p22), (int32_t)(noise(&state) * 0x1p20)};
+        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        ASSERT_OK(kq_filter_check_q31(&track));
+        ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, (uint32_t)(t % 4)));
+        ASSERT_OK(kq_filter_check_q31(&track));
+    }
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
+    ASSERT_OK(kq_process_check_q31(&motion.process));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&radar.sensor, radar.measurement));
+    ASSERT_OK(kq_sensor_check_q31(&radar.sensor));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_check_q31(&blank_process));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_check_q31(&blank_sensor));
+}
+
 SUITE(model, set_up)
 {
     run_process();
+    RUN_TEST(check_finds_every_bit);
+    RUN_TEST(check_takes_what_calls_have_left);
     RUN_TEST(sensor_refuses_null);
     RUN_TEST(sensor_checks_its_table);
     RUN_TEST(init_diagonal_takes_a_diagonal_table_alone);

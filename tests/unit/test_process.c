@@ -2,6 +2,7 @@
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
+#include "turned.h"
 #include "unchanged.h"
 
 PROCESS(motion, 2, 1);
@@ -475,6 +476,42 @@ static void three_states_take_every_noise_of_rank_two(void)
 
 /* ------------------------------------------------------------------------------------- */
 
+/* ------------------------------------------------------------------- check */
+
+static kq_status check_motion(void) { return K(process_check)(&motion); }
+
+/* All but padding, and `first` beyond n, which is not read */
+static int process_bits(void)
+{
+    return 8 * (int)(2 + sizeof motion.length + 4 * sizeof(void *) + 2 + 2) + 32;
+}
+
+static void check_finds_every_bit_of_a_process(void)
+{
+    TEST_ASSERT_EQUAL_INT(process_bits(), BITS_FOUND(motion, check_motion));
+    ASSERT_ALL_FOUND(motion_memory, check_motion);
+    ASSERT_ALL_FOUND(A, check_motion);
+}
+
+static void check_takes_what_calls_have_left(void)
+{
+    static num memory[KQ_PROCESS_LEN(2)];
+    static const num other[] = {1, 0, 0.5, 1}, G[] = {1, 0, 1};
+    static K(process) table = KQ_PROCESS_TABLE(2, 0, other, NULL, G);
+    K(process) copy = motion, scaled;
+    ASSERT_OK(K(process_check)(&copy));
+    ASSERT_OK(K(process_check)(&table));
+    ASSERT_OK(K(process_change_transition)(&copy, other));
+    ASSERT_OK_UNCHANGED(K(process_check)(&copy));
+    ASSERT_OK(K(process_assign)(&scaled, 2, 1, memory, COUNT(memory)));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(process_check)(&scaled));
+    ASSERT_OK(K(process_scale_noise)(&scaled, &motion, 2));
+    ASSERT_OK(K(process_check)(&scaled));
+    ASSERT_OK(K(process_change_transition)(&scaled, other));
+    ASSERT_OK(K(process_check)(&scaled));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_check)(NULL));
+}
+
 static void run_assign_and_init(void)
 {
     RUN_TEST(assign_does_what_the_macro_does);
@@ -501,6 +538,8 @@ static void run_assign_and_init(void)
 SUITE(process, set_up)
 {
     run_assign_and_init();
+    RUN_TEST(check_finds_every_bit_of_a_process);
+    RUN_TEST(check_takes_what_calls_have_left);
     RUN_TEST(a_factor_of_any_width_gives_its_product);
     RUN_TEST(a_factor_and_its_product_are_the_same_noise);
     RUN_TEST(a_factor_keeps_what_its_product_would_round_away);

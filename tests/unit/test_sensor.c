@@ -2,6 +2,7 @@
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
+#include "turned.h"
 #include "unchanged.h"
 
 SENSOR(radar, 2, 2);
@@ -339,6 +340,50 @@ static void sixteen_correlated_components_work(void)
 
 /* ------------------------------------------------------------------------------------- */
 
+/* ------------------------------------------------------------------- check */
+
+static kq_status check_radar(void) { return K(sensor_check)(&radar); }
+
+/* All but padding, and `selects` beyond m, which is not read; of the memory so many words */
+static void assert_every_bit_is_found(int words)
+{
+    const size_t fields = 2 + 2 + 5 * sizeof(void *) + 2 + sizeof radar.plain + 2;
+    TEST_ASSERT_EQUAL_INT(8 * (int)fields, BITS_FOUND(radar, check_radar));
+    const size_t size = (size_t)words * sizeof *radar_memory;
+    TEST_ASSERT_EQUAL_INT(8 * (int)size, bits_found(radar_memory, size, check_radar));
+}
+
+static void check_finds_every_bit_of_a_sensor(void)
+{
+    assert_every_bit_is_found(3);
+    static num other[COUNT(H)];
+    memcpy(other, H, sizeof other);
+    ASSERT_OK(K(sensor_change_measurement)(&radar, other));
+    ASSERT_ALL_FOUND(other, check_radar);
+    ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
+    assert_every_bit_is_found(2);
+    ASSERT_OK(K(sensor_init_lean)(&radar, H, r));
+    assert_every_bit_is_found(2);
+    ASSERT_OK(K(sensor_change_measurement)(&radar, R));
+    assert_every_bit_is_found(2);
+}
+
+static void check_takes_what_calls_have_left(void)
+{
+    static K(sensor) table = SENSOR_TABLE(2, 2, H, r);
+    K(sensor) copy = radar;
+    ASSERT_OK(K(sensor_check)(&copy));
+    ASSERT_OK(K(sensor_check)(&table));
+    ASSERT_OK(K(sensor_change_measurement)(&copy, R));
+    ASSERT_OK_UNCHANGED(K(sensor_check)(&copy));
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(update_subset)(&track, &radar, z, 2));
+    ASSERT_OK(K(sensor_check)(&radar));
+    ASSERT_OK(K(sensor_assign)(&copy, 2, 2, radar_memory, COUNT(radar_memory)));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(sensor_check)(&copy));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_check)(NULL));
+}
+
 static void run_assign_and_init(void)
 {
     RUN_TEST(assign_does_what_the_macro_does);
@@ -364,6 +409,8 @@ static void run_assign_and_init(void)
 SUITE(sensor, set_up)
 {
     run_assign_and_init();
+    RUN_TEST(check_finds_every_bit_of_a_sensor);
+    RUN_TEST(check_takes_what_calls_have_left);
     RUN_TEST(init_diagonal_takes_variances);
     RUN_TEST(init_diagonal_takes_noise_free_components);
     RUN_TEST(init_diagonal_refuses_null);
