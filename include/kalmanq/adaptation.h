@@ -199,9 +199,9 @@ typedef struct {
 #define KQ_PRIVATE_ADAPTATION_OBJECT(n, m, length, memory)                                         \
     {                                                                                              \
         {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0}, \
-            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0},                                          \
+            {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0},                                       \
         {                                                                                          \
-            0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL                                          \
+            0, 0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL                                 \
         },                                                                                         \
             NULL                                                                                   \
     }
@@ -231,8 +231,8 @@ typedef struct {
                                      {0, 0},                                                       \
                                      {0, 0},                                                       \
                                      {{0, 0}, {0, 0}, {0, 0}},                                     \
-                                     {0, 0, {0}, 0, 0, NULL, NULL, NULL, NULL, NULL},              \
-                                     {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, NULL},              \
+                                     {0, 0, {0}, 0, 0, 0, NULL, NULL, NULL, NULL, NULL},           \
+                                     {0, 0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL},     \
                                      NULL}
 
 /**
