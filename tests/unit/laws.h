@@ -417,7 +417,7 @@ static void begin_both(void)
 }
 
 /* Sensor of one component for two states, in memory that is used again. */
-static const sensor_model *scalar_sensor(const num *h, num r)
+static sensor_model *scalar_sensor(const num *h, num r)
 {
     static num row[2], variance[1];
     static sensor_model s;

@@ -138,7 +138,7 @@ static void smoothing_is_that_in_double(void)
 static void a_prior_that_stands_for_infinity_is_recorded(void)
 {
     static const double large[] = {100, 100}, moving[] = {1, 0.5, 0, 1}, noise_of[] = {0.01, 0, 0, 0.01};
-    static const double zero[2], unit[] = {1, 0, 0, 1}, none[2];
+    static const double zero[2], unit[] = {1, 0, 0, 1}, none[4];
     static process_model process;
     static prior_model prior;
     put_process(&process, 2, 0, large, drive_range, moving, NULL, noise_of);
