@@ -129,8 +129,8 @@ static void clear_events(run *r)
 
 static void random_call(run *r)
 {
-    const kq_process_q31 *p = &r->m.process[chance(0.1)];
-    const kq_sensor_q31 *s = &r->m.sensor[between(0, r->m.sensors - 1)];
+    kq_process_q31 *p = &r->m.process[chance(0.1)];
+    kq_sensor_q31 *s = &r->m.sensor[between(0, r->m.sensors - 1)];
     kq_filter_q31 *f = &r->filter;
     int32_t *u = malloc(sizeof *u * (size_t)(p->controls + 1));
     int32_t *z = malloc(sizeof *z * (size_t)s->components);

@@ -133,7 +133,7 @@ static void check_readers(const kq_filter_q31 *f, int n)
     demand(kq_log_likelihood_last_q31(f) != KQ_NOT_A_SCORE_Q31, "no score", 0);
 }
 
-static void check_filter(const kq_filter_q31 *f)
+static void check_filter(kq_filter_q31 *f)
 {
     const unsigned known = KQ_EVENT_SATURATED | KQ_EVENT_FLOOR | KQ_EVENT_HISTORY_FULL |
                            KQ_EVENT_PRECISION | KQ_EVENT_CONTRADICTION |

@@ -72,7 +72,7 @@ template <class T> class Library
 
     void update(typename Api::Filter *filter, const Reading &reading)
     {
-        const auto *sensor = this->sensor(reading.sensor);
+        auto *sensor = this->sensor(reading.sensor);
         const auto z = components(reading.sensor).words(reading.z);
         const auto status = reading.present == UINT32_MAX
                                 ? Api::update(filter, sensor, z.data())
@@ -84,7 +84,7 @@ template <class T> class Library
 
     void predict(typename Api::Filter *filter, const Step &step)
     {
-        const auto *process = this->process(step.process);
+        auto *process = this->process(step.process);
         const auto u = controls(step.process).words(step.u);
         kq::require(Api::predict(filter, process, dataOrNull(u)), "predict");
         kq::require(Api::processCheck(process), "process check");
