@@ -15,7 +15,8 @@ from typing import Sequence
 import numpy as np
 from compiled_models import five, kinematic
 
-from kalmanq import Model, model_file
+from kalmanq import Model
+from kalmanq.model import model_file
 from kalmanq.model import Gaps
 
 MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two calls, a settled step; M0 the same

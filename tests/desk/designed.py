@@ -7,9 +7,9 @@ from pathlib import Path
 
 import five
 from design_models import write
-from kalmanq.designs import Part, design
-from kalmanq.parts import Parts
-from kalmanq.reach import draw
+from kalmanq.firmware.designs import Part, design
+from kalmanq.firmware.reach import draw
+from kalmanq.run.parts import Parts
 
 ROOMY = 1 << 24
 

@@ -8,8 +8,8 @@ import sys
 
 import numpy as np
 
-from kalmanq.gallery import ENTRIES
-from kalmanq.gallery.fitted import fit, run_of
+from kalmanq_studies.gallery import ENTRIES
+from kalmanq_studies.gallery.fitted import fit, run_of
 
 
 def listed(array: np.ndarray | None) -> object:

@@ -10,7 +10,7 @@ import numpy as np
 import kalmanq
 from kalmanq import Filter, LagSmoother, PointSmoother, Robust, Run, Smoother, SteadyFilter
 from kalmanq.core import ffi, lib
-from kalmanq.filters import LEVELS
+from kalmanq.run.filters import LEVELS
 
 NOT_A_WORD = -(2**31)
 

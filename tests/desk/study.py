@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from kalmanq.campaigns import run_campaign
-from kalmanq.studies.heavy_tails import claims, population, scores
-from kalmanq.studies.heavy_tails.claims import EVEN, METRICS, QUIET, TAILED
-from kalmanq.studies.heavy_tails.collected import GAUSSIAN, Collected
-from kalmanq.studies.heavy_tails.perform import perform
-from kalmanq.studies.heavy_tails.settings import FULL, SETTINGS, Part, Plan, tasks_of
+from kalmanq.run.campaigns import run_campaign
+from kalmanq_studies.heavy_tails import claims, population, scores
+from kalmanq_studies.heavy_tails.claims import EVEN, METRICS, QUIET, TAILED
+from kalmanq_studies.heavy_tails.collected import GAUSSIAN, Collected
+from kalmanq_studies.heavy_tails.perform import perform
+from kalmanq_studies.heavy_tails.settings import FULL, SETTINGS, Part, Plan, tasks_of
 
 MANY = Plan(known=Part(10, 1000, (1.4, 1.5, 1.6, 1.65, 1.7, 1.75, 1.8, 1.9, GAUSSIAN)), skewed=FULL.skewed,
             fitted=Part(4, 50, (TAILED, GAUSSIAN)), robust=Part(10, 100, (*claims.ROBUST_ALPHAS, GAUSSIAN)))

@@ -14,8 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kalmanq import Filter, LagSmoother, Smoother, model_file, pictures, tables
+from kalmanq import Filter, LagSmoother, Smoother
 from kalmanq.commands.simulate import simulate
+from kalmanq.data import tables
+from kalmanq.model import model_file
+from kalmanq.pages import pictures
 
 EXAMPLES = Path(model_file.__file__).parent / "examples"
 NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"

@@ -21,7 +21,7 @@ from compiled import Compiled, make
 from compiled_models import factorial, five, kinematic, random_model
 
 import kalmanq
-from kalmanq import Model, Quantity, model_file
+from kalmanq import Model, Quantity
 from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import exact, fixed, forms
 from kalmanq.compiler.names import named
@@ -30,6 +30,7 @@ from kalmanq.compiler.proof_file import no_less
 from kalmanq.compiler.routines import QUOTIENT
 from kalmanq.compiler.search import Runner
 from kalmanq.errors import KalmanqError
+from kalmanq.model import model_file
 from kalmanq.model import Gaps
 
 ARITHMETICS = ("f32", "q31")

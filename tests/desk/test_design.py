@@ -15,17 +15,18 @@ import pytest
 
 import five
 from products import PRODUCTS
-from kalmanq import KalmanqError, Model, ModelError, Quantity, costs
-from kalmanq.c_source import WAYS, source, ways_of
+from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.commands.simulate import simulate
 from kalmanq.core import lib
-from kalmanq.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
-from kalmanq.filters import Filter
-from kalmanq.life import life_of, tail
+from kalmanq.firmware import costs
+from kalmanq.firmware.c_source import WAYS, source, ways_of
+from kalmanq.firmware.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
+from kalmanq.firmware.life import life_of, tail
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import Record, draw, reach
 from kalmanq.model import Gaps
-from kalmanq.parts import Parts
-from kalmanq.ranges import with_ranges
-from kalmanq.reach import Record, draw, reach
+from kalmanq.run.filters import Filter
+from kalmanq.run.parts import Parts
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"

@@ -13,8 +13,8 @@ from models import textbook
 from scipy.stats import chi2, norm
 
 from kalmanq import Filter
-from kalmanq.lectures import EXAMPLES, concentration, densities, prediction_error, smoothing
-from kalmanq.lectures.example import caption, covariances_apart, ranged
+from kalmanq_studies.lectures import EXAMPLES, concentration, densities, prediction_error, smoothing
+from kalmanq_studies.lectures.example import caption, covariances_apart, ranged
 
 ARITHMETICS, SEEDS = ("f32", "f64", "q31"), (1, 2, 3)
 # A number in memory is so far, relative, from what is meant: half a unit in the last place of 24 or 53 bits.  A word of

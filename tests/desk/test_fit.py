@@ -13,12 +13,14 @@ import pytest
 from test_commands import kalmanq as command
 
 import kalmanq
-from kalmanq import KalmanqError, Model, model_file, pictures
+from kalmanq import KalmanqError, Model
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import Cholesky
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.problem import Problem
+from kalmanq.model import model_file
+from kalmanq.pages import pictures
 
 EXAMPLES = Path(model_file.__file__).parent / "examples"
 NILE = EXAMPLES / "nile.csv"

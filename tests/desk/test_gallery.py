@@ -15,13 +15,15 @@ import numpy as np
 import pytest
 from models import pair, textbook
 
-from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, VaryingSmoother, model_file, tables
-from kalmanq.commands.gallery import Asked, show
+from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, VaryingSmoother
 from kalmanq.command_line import Entry as Names
 from kalmanq.command_line import Example, console
-from kalmanq.gallery import ENTRIES, sources
-from kalmanq.gallery.fitted import fit, log_likelihood
-from kalmanq.lectures import EXAMPLES
+from kalmanq.data import tables
+from kalmanq.model import model_file
+from kalmanq_studies.commands.gallery import Asked, show
+from kalmanq_studies.gallery import ENTRIES, sources
+from kalmanq_studies.gallery.fitted import fit, log_likelihood
+from kalmanq_studies.lectures import EXAMPLES
 
 PNG = b"\x89PNG\r\n\x1a\n"
 RECORDED = [name for name, entry in ENTRIES.items() if entry.data().regressors is None]

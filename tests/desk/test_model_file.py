@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import models
-from kalmanq import Model, builders, model_file
-from kalmanq.model_file import ModelFileError
+from kalmanq import Model
+from kalmanq.model import builders, model_file
+from kalmanq.model.model_file import ModelFileError
 
 EXAMPLES = sorted((Path(model_file.__file__).parent / "examples").glob("*.toml"))
 FIELDS = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "unknown")

@@ -19,12 +19,13 @@ import pytest
 from scipy.optimize import least_squares
 
 import models
-from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, command_line, model_file
+from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, command_line
 from kalmanq.commands.check_nonlinear import findings
 from kalmanq.core import ffi, lib
+from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, arctan2, read, simulate
-from kalmanq.nonlinear.derivatives import Derivative
 from kalmanq.nonlinear.calls import Given
+from kalmanq.nonlinear.derivatives import Derivative
 from kalmanq.nonlinear.jacobians import points_along, prior_points, wrong_entries, worst_entry
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))

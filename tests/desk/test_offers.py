@@ -14,7 +14,7 @@ from products import PRODUCTS
 from test_commands import EXAMPLES
 from typer.testing import CliRunner
 
-from kalmanq import Model, Quantity, command_line, model_file
+from kalmanq import Model, Quantity, command_line
 from kalmanq.commands import design, report
 from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import costs, forms, offers
@@ -22,8 +22,9 @@ from kalmanq.compiler.product import Wanted, compiled
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.compiler.structure import Structure
 from kalmanq.errors import KalmanqError
-from kalmanq.ranges import with_ranges
-from kalmanq.reach import Record
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import Record
+from kalmanq.model import model_file
 
 ARITHMETICS = ("f32", "q31")
 MEASURES = ("two_calls", "step_settled", "flash")

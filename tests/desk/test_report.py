@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from kalmanq import Filter, Model, Quantity, model_file
+from kalmanq import Filter, Model, Quantity
 from kalmanq import command_line
 from kalmanq.commands import report
 from kalmanq.commands.simulate import simulate
-from kalmanq.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
-from kalmanq.verdict import findings, headline
+from kalmanq.model import model_file
+from kalmanq.pages.verdict import findings, headline
+from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from test_commands import EXAMPLES, kalmanq, refused
 
 NILE, MODEL, TRACK = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml", EXAMPLES / "track.toml"

@@ -11,7 +11,7 @@ import models
 from kalmanq import Filter, KalmanqError, LagSmoother, Quantity, Robust, Smoother, SteadyFilter
 from kalmanq.core import ARITHMETICS as CORE
 from kalmanq.core import ffi, lib
-from kalmanq.parts import Parts, doubles
+from kalmanq.run.parts import Parts, doubles
 from test_twin import ARITHMETICS, LIMITS, SEEDS
 
 # ------------------------------------------------------------------------------ gates

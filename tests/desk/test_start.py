@@ -10,9 +10,9 @@ from scipy.linalg import block_diag
 
 from kalmanq import KalmanqError, KalmanqWarning, Model, Quantity, Smoother
 from kalmanq.core import lib
-from kalmanq.designs import Part, design
-from kalmanq.ranges import with_ranges
-from kalmanq.reach import Record
+from kalmanq.firmware.designs import Part, design
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import Record
 
 
 def turn(rows: float) -> np.ndarray:

@@ -16,14 +16,14 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 import study
-from kalmanq.campaigns import journal_of, run_campaign
-from kalmanq.commands.study import shrink
-from kalmanq.pictures import save
-from kalmanq.studies.heavy_tails import claims, estimators, population, scores, stable
-from kalmanq.studies.heavy_tails.figures import figures
-from kalmanq.studies.heavy_tails.grid import Grid, posterior_means
-from kalmanq.studies.heavy_tails.perform import perform
-from kalmanq.studies.heavy_tails.settings import SETTINGS, Part, Plan, Task, tasks_of
+from kalmanq.pages.pictures import save
+from kalmanq.run.campaigns import journal_of, run_campaign
+from kalmanq_studies.commands.study import shrink
+from kalmanq_studies.heavy_tails import claims, estimators, population, scores, stable
+from kalmanq_studies.heavy_tails.figures import figures
+from kalmanq_studies.heavy_tails.grid import Grid, posterior_means
+from kalmanq_studies.heavy_tails.perform import perform
+from kalmanq_studies.heavy_tails.settings import SETTINGS, Part, Plan, Task, tasks_of
 from test_commands import kalmanq, refused
 
 EVEN, QUIET = SETTINGS

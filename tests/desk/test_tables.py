@@ -9,7 +9,8 @@ import warnings
 import numpy as np
 import pytest
 
-from kalmanq import KalmanqError, KalmanqWarning, Quantity, tables
+from kalmanq import KalmanqError, KalmanqWarning, Quantity
+from kalmanq.data import tables
 from test_commands import EXAMPLES, MODEL, NILE, kalmanq, refused
 
 FLOW = [1.5, np.nan, -2.25, 1000.0]
@@ -17,7 +18,7 @@ WANTED = [Quantity("pos", "m"), Quantity("speed")]
 
 
 def columns(path, wanted=("flow",), **said):
-    from kalmanq.layouts import Layout, Source
+    from kalmanq.data.layouts import Layout, Source
 
     made = tables.joined(list(tables.read(Source(path, Layout(**said)), wanted, 2)))
     return [made.columns[one if isinstance(one, str) else one.name].tolist() for one in wanted]

@@ -14,7 +14,7 @@ import pytest
 import kalmanq
 import models
 from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, PointSmoother, Quantity, Robust, Smoother
-from kalmanq.streamed import StreamedSmoother
+from kalmanq.run.streamed import StreamedSmoother
 from test_commands import EXAMPLES, kalmanq as command
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,8 +14,8 @@ import kalmanq
 from kalmanq import (
     AdaptiveFilter, Consistency, Filter, KalmanqError, LeastSquares, Quantity, Robust, SettlingFilter, SteadyFilter)
 from kalmanq.core import arithmetic_of, ffi, lib
-from kalmanq.filters import LEVELS
-from kalmanq.parts import Parts, matrix
+from kalmanq.run.filters import LEVELS
+from kalmanq.run.parts import Parts, matrix
 
 FOLDER = Path(__file__).resolve().parents[1] / "vectors"
 Q31 = arithmetic_of("q31")

@@ -14,14 +14,14 @@ import numpy as np
 import typer
 
 from kalmanq import KalmanqError, Model
-from kalmanq.c_source import source, ways_of
-from kalmanq.costs import shape
-from kalmanq.data import present_of
-from kalmanq.filters import Filter
+from kalmanq.data.rows import present_of
+from kalmanq.firmware.c_source import source, ways_of
+from kalmanq.firmware.costs import shape
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import Record, draw
 from kalmanq.model import Gaps, Quantity
-from kalmanq.parts import Parts
-from kalmanq.ranges import with_ranges
-from kalmanq.reach import Record, draw
+from kalmanq.run.filters import Filter
+from kalmanq.run.parts import Parts
 
 ROWS, COUNTED = 32, 8
 SIZES = ((1, 1), (2, 1), (2, 2), (3, 1), (3, 3), (4, 1), (4, 2), (5, 2), (6, 1), (6, 3), (7, 2), (8, 4), (9, 3), (10, 1))

@@ -8,16 +8,16 @@ Results are those of the chip, bit for bit: `Filter(model, "q31").memory` are it
 """
 
 from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
-from kalmanq.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
 from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
-from kalmanq.following import PointSmoother, SettlingFilter
 from kalmanq.model import Gaps, Model, Quantity
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
-from kalmanq.results import Run
-from kalmanq.reweighting import ReweightedSmoother
-from kalmanq.statistics import Consistency, LeastSquares
-from kalmanq.steady import SteadyFilter, SteadyState, steady_state
-from kalmanq.varying import VaryingSmoother
+from kalmanq.run.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
+from kalmanq.run.following import PointSmoother, SettlingFilter
+from kalmanq.run.results import Run
+from kalmanq.run.reweighting import ReweightedSmoother
+from kalmanq.run.statistics import Consistency, LeastSquares
+from kalmanq.run.steady import SteadyFilter, SteadyState, steady_state
+from kalmanq.run.varying import VaryingSmoother
 
 __all__ = [
     "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Fit", "Gaps", "KalmanqError",

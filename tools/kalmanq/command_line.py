@@ -143,7 +143,7 @@ def reads_data(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def reading(**given: Any) -> None:
-        from kalmanq.layouts import Source, layout_of
+        from kalmanq.data.layouts import Source, layout_of
 
         with told_in_one_line():
             layout = layout_of(*(given.pop(name) for name in added))
@@ -423,7 +423,7 @@ def examples(
 ) -> None:
     """The theory's examples: rocket, densities, concentration, prediction-error, stationary, smoothing."""
     with told_in_one_line(None, out):
-        from kalmanq.commands.examples import Asked, show
+        from kalmanq_studies.commands.examples import Asked, show
 
         show(Asked(name.value if name else None, arith.value, seed, out, json_), console())
 
@@ -436,7 +436,7 @@ def gallery(
 ) -> None:
     """Textbook models with data, fitted, smoothed and drawn: level, trend, season, ARMA, regression, factor, ..."""
     with told_in_one_line(None, out):
-        from kalmanq.commands.gallery import Asked, show
+        from kalmanq_studies.commands.gallery import Asked, show
 
         show(Asked(name.value if name else None, out, json_), console())
 
@@ -454,7 +454,7 @@ def study(
 ) -> None:
     """Run a study of the library's behaviour, and write its findings."""
     with told_in_one_line(out):
-        from kalmanq.commands.study import Asked, run_study
+        from kalmanq_studies.commands.study import Asked, run_study
 
         run_study(Asked(name.value, out, quick, seed, workers, dask, fresh, json_), console())
 

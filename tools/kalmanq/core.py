@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from kalmanq._core import ffi, lib
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import Quantity
 
 __all__ = ["ARITHMETICS", "Arithmetic", "EVENTS", "arithmetic_of", "ffi", "lib", "require", "warn_of"]
 
@@ -150,7 +149,7 @@ class Arithmetic:
 
     # ---------------------------------------------------- words of measurements and controls
 
-    def words(self, given: np.ndarray, quantities: Sequence[Quantity], formats: Any, what: str) -> np.ndarray:
+    def words(self, given: np.ndarray, quantities: Sequence[Any], formats: Any, what: str) -> np.ndarray:
         """Rows of values as the arithmetic has them; what is NaN stays NaN, in q31 it is no word."""
         if not self.is_fixed:
             with np.errstate(over="ignore"):
@@ -172,7 +171,7 @@ def nearest(values: np.ndarray) -> np.ndarray:
     return whole + (rest >= 0.5) - (rest <= -0.5)
 
 
-def _refuse_rows(wrong: np.ndarray, given: np.ndarray, quantities: Sequence[Quantity], reason: str) -> None:
+def _refuse_rows(wrong: np.ndarray, given: np.ndarray, quantities: Sequence[Any], reason: str) -> None:
     if np.any(wrong):
         row, column = map(int, np.argwhere(wrong)[0])
         raise KalmanqError(

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from kalmanq import model_file
 from kalmanq.errors import KalmanqError
+from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.parts import Parts
-from kalmanq.steady import steady_state
+from kalmanq.run.parts import Parts
+from kalmanq.run.steady import steady_state
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import Optional
 import numpy as np
 from rich.console import Console
 
-from kalmanq import tables
 from kalmanq.commands.check import Finding, prior_finding, tell
+from kalmanq.data import tables
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import jacobians
 from kalmanq.nonlinear.file import read

@@ -10,11 +10,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import model_file, tables
+from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Filter
+from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.results import Run
+from kalmanq.run.filters import Filter
+from kalmanq.run.results import Run
 
 
 def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
@@ -66,7 +67,7 @@ def compare_file(model_path: Path, data: tables.AnySource, plot: Optional[Path],
     z, u = tables.measurements_and_controls(data, model)
     errors, figures = compare(model, z, u)
     if plot:
-        from kalmanq import pictures
+        from kalmanq.pages import pictures
 
         pictures.save(pictures.draw_errors(errors), plot, [data, model_path])
     if as_json:

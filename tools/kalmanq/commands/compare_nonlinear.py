@@ -11,15 +11,15 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import tables
 from kalmanq.commands.compare import beside, table_of
-from kalmanq.diagnostics import nees
+from kalmanq.data import tables
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear.file import read
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.smoothers import NonlinearSmoother
-from kalmanq.results import Run
+from kalmanq.run.diagnostics import nees
+from kalmanq.run.results import Run
 
 TRIED = (("extended", 1), ("iterated", 1), ("cubature", 1), ("central", 1), ("posterior", 1), ("extended", 6),
          ("cubature", 6))  # method, passes of the smoother
@@ -95,7 +95,7 @@ def compare_file(path: Path, data: tables.AnySource, plot: Optional[Path], as_js
     errors, figures = arithmetics(model, z, u)
     found = compare_methods(model, z, u, truth)
     if plot:
-        from kalmanq import pictures
+        from kalmanq.pages import pictures
 
         pictures.save(pictures.draw_errors(errors), plot, [data, path])
     if as_json:

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from kalmanq import model_file
-from kalmanq.c_source import WORDS, identifier
 from kalmanq.compiler.costs import estimates
 from kalmanq.compiler.files import texts_of
 from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
 from kalmanq.compiler.proof_file import lines_of_class, losses, narrow_ranges, of_means
+from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.files import whole
+from kalmanq.firmware.c_source import WORDS, identifier
+from kalmanq.model import model_file
 
 
 @dataclass(frozen=True)

@@ -13,18 +13,19 @@ from typing import Optional, Sequence
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import model_file, tables
-from kalmanq.c_source import WAYS, Source, identifier, source
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
 from kalmanq.compiler.proof_file import no_less
-from kalmanq.costs import COMPACT, CORES, flags, include_path
-from kalmanq.designs import PARTS, Designs, Part, Trial, Way, design
+from kalmanq.data import tables
+from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.files import whole
+from kalmanq.firmware.c_source import WAYS, Source, identifier, source
+from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
+from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import Record, draw
+from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.parts import Parts
-from kalmanq.ranges import with_ranges
-from kalmanq.reach import Record, draw
+from kalmanq.run.parts import Parts
 
 
 @dataclass(frozen=True)

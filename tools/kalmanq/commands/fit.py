@@ -12,12 +12,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kalmanq import model_file, tables
+from kalmanq.data import tables
+from kalmanq.data.files import refuse_one_output, whole
 from kalmanq.errors import KalmanqError
-from kalmanq.files import refuse_one_output, whole
 from kalmanq.fitting import Fit, fit
 from kalmanq.fitting.choice import require_units
 from kalmanq.fitting.entries import free_and_held
+from kalmanq.model import model_file
 from kalmanq.model import Model
 
 
@@ -54,7 +55,7 @@ def fit_files(asked: Asked, console: Console) -> str:
         with whole(asked.out, inputs) as path:
             path.write_text(model_file.text_of(found.model), encoding="utf-8")
     if asked.plot:
-        from kalmanq import pictures
+        from kalmanq.pages import pictures
 
         pictures.save(pictures.draw_course(found, model.name), asked.plot, inputs)
     _tell(asked, found, free, console)
@@ -64,7 +65,7 @@ def fit_files(asked: Asked, console: Console) -> str:
 def _require_two_outputs(asked: Asked) -> None:
     refuse_one_output(asked.out, asked.plot)
     if asked.plot:
-        from kalmanq import pictures
+        from kalmanq.pages import pictures
 
         pictures.require_png(asked.plot)
 

@@ -10,20 +10,23 @@ from typing import NamedTuple, Optional
 import numpy as np
 from rich.console import Console
 
-from kalmanq import charts, costs, model_file, page, tables, verdict
-from kalmanq.campaigns import versions
-from kalmanq.charts import NARROW, Canvas, buckets_for, chart
 from kalmanq.commands.compare import compare
 from kalmanq.compiler.offers import COLUMNS, offers
+from kalmanq.data import tables
+from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.files import whole
-from kalmanq.filters import Smoother
+from kalmanq.firmware import costs
+from kalmanq.firmware.ranges import widened
+from kalmanq.firmware.reach import Record
+from kalmanq.model import model_file
 from kalmanq.model import Model, Quantity
-from kalmanq.pictures import measured_states
-from kalmanq.ranges import widened
-from kalmanq.reach import Record
-from kalmanq.results import Run
-from kalmanq.verdict import Finding, Whiteness
+from kalmanq.pages import charts, page, verdict
+from kalmanq.pages.charts import NARROW, Canvas, buckets_for, chart
+from kalmanq.pages.pictures import measured_states
+from kalmanq.pages.verdict import Finding, Whiteness
+from kalmanq.run.campaigns import versions
+from kalmanq.run.filters import Smoother
+from kalmanq.run.results import Run
 
 MATRICES = {
     "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",

@@ -14,19 +14,19 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import tables
 from kalmanq.core import names_of
+from kalmanq.data import tables
+from kalmanq.data.files import refuse_one_output
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.files import refuse_one_output
-from kalmanq.filters import Filter, LagSmoother, Robust
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.file import read_any
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
 from kalmanq.nonlinear.methods import BY_POINTS
-from kalmanq.results import Run
-from kalmanq.streamed import StreamedSmoother
+from kalmanq.run.filters import Filter, LagSmoother, Robust
+from kalmanq.run.results import Run
+from kalmanq.run.streamed import StreamedSmoother
 
 BLOCK = 65536  # rows in memory at once
 PLOTTED = 200_000  # more rows than that are no picture
@@ -230,7 +230,7 @@ def _ahead(filter_: Any, steps: int) -> list[Filter]:
 
 
 def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
-    from kalmanq import pictures
+    from kalmanq.pages import pictures
 
     whole = summary.kept[0]
     for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",

@@ -8,7 +8,8 @@ from typing import Optional, Union
 
 import numpy as np
 
-from kalmanq import nonlinear, tables
+from kalmanq import nonlinear
+from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, root_of
 from kalmanq.nonlinear import NonlinearModel

@@ -14,13 +14,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import model_file, tables
-from kalmanq.campaigns import journal_of, progress_bar, run_campaign
 from kalmanq.commands.simulate import controls_of, drawn
-from kalmanq.diagnostics import is_scored, mean_bounds, nees, student_limit
+from kalmanq.data import tables
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.filters import Filter, Smoother
+from kalmanq.model import model_file
 from kalmanq.model import Model
+from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
+from kalmanq.run.diagnostics import is_scored, mean_bounds, nees, student_limit
+from kalmanq.run.filters import Filter, Smoother
 
 NO_FIGURES = ("run", "taken", "events")  # columns without a mean over the runs
 TAIL = ("nees", "nis", "taken", "loglik", "events")

@@ -9,8 +9,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from kalmanq import model_file
-from kalmanq.steady import steady_state
+from kalmanq.model import model_file
+from kalmanq.run.steady import steady_state
 
 
 def steady_file(path: Path, as_json: bool, console: Console) -> None:

@@ -6,10 +6,10 @@ from typing import Sequence
 
 import numpy as np
 
-from kalmanq.c_source import plain
 from kalmanq.compiler import lag_text
 from kalmanq.compiler.lines import indented
 from kalmanq.compiler.plan import LARGEST, Plan, bookkeeping
+from kalmanq.firmware.c_source import plain
 
 
 def comment(plan: Plan, remarks: Sequence[str]) -> list[str]:

@@ -15,8 +15,8 @@ from kalmanq.compiler.roots import Root
 from kalmanq.compiler.search import Found, NoCompiler, Overflow, Runner, Track
 from kalmanq.compiler.structure import Structure, structure
 from kalmanq.compiler.text import probes_of
-from kalmanq.designs import TOLERABLE
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.designs import TOLERABLE
 from kalmanq.model import Model
 
 SNAP = Decimal("1e-6")  # of P, where the covariance counts as settled

@@ -9,8 +9,8 @@ import numpy as np
 from kalmanq.compiler import costs
 from kalmanq.compiler.product import MARGIN, RECORD, RECORDS, Product, ram_of
 from kalmanq.compiler.rounding import FAR
-from kalmanq.costs import CORES
-from kalmanq.designs import TOLERABLE
+from kalmanq.firmware.costs import CORES
+from kalmanq.firmware.designs import TOLERABLE
 
 FEW = 3  # sigma
 

@@ -7,7 +7,7 @@ import numpy as np
 from kalmanq.commands.check import unseen
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
-from kalmanq.parts import is_diagonal
+from kalmanq.run.parts import is_diagonal
 
 LASTING = 1 - 1e-12
 FLOAT = np.finfo(np.float32)

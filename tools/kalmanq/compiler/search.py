@@ -18,8 +18,8 @@ from kalmanq.compiler.exact import Numbers, root
 from kalmanq.compiler.header import header
 from kalmanq.compiler.plan import Plan
 from kalmanq.compiler.text import code, probes_of
+from kalmanq.data.files import telling_where
 from kalmanq.errors import KalmanqError
-from kalmanq.files import telling_where
 
 SEARCH = Path(__file__).with_name("search.c")
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.data import controls_of, present_of, rows_of
+from kalmanq.data.rows import controls_of, present_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.start import known_start
 from kalmanq.model import Model
-from kalmanq.parts import Parts
+from kalmanq.run.parts import Parts
 
 FREE = {"A": lib.KQ_EM_A, "H": lib.KQ_EM_H, "Q": lib.KQ_EM_Q, "R": lib.KQ_EM_R, "x0": lib.KQ_EM_X0,
         "P0": lib.KQ_EM_P0}

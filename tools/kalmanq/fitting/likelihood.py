@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import require
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Filter
 from kalmanq.fitting.expectation import FREE, Expectation, Records
 from kalmanq.model import Model
-from kalmanq.parts import Parts
+from kalmanq.run.filters import Filter
+from kalmanq.run.parts import Parts
 
 
 def likelihood(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,

@@ -8,13 +8,13 @@ import numpy as np
 
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
-from kalmanq.filters import Smoother
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Entries, Infeasible, Multiple
 from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.noise import Noise, is_definite
 from kalmanq.model import Model
+from kalmanq.run.filters import Smoother
 
 # x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kalmanq.filters import Smoother
 from kalmanq.model import Model
+from kalmanq.run.filters import Smoother
 
 if TYPE_CHECKING:
     from kalmanq.fitting.expectation import Records

@@ -19,7 +19,7 @@ from typing import Any, Union
 
 from kalmanq.errors import ModelError
 from kalmanq.model import Model, Quantity
-from kalmanq.model_file import ModelFileError, known, quantities, read as read_linear
+from kalmanq.model.model_file import ModelFileError, known, quantities, read as read_linear
 from kalmanq.nonlinear.calls import UserError, told
 from kalmanq.nonlinear.model import NonlinearModel
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import NOT_A_WORD, require, warn_of
-from kalmanq.data import index_of, row_of, rows_of
+from kalmanq.data.rows import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.model import NOTHING, NonlinearModel
 from kalmanq.nonlinear.steps import Steps
-from kalmanq.parts import Parts
-from kalmanq.readings import Readable, Results
-from kalmanq.results import Run
+from kalmanq.run.parts import Parts
+from kalmanq.run.readings import Readable, Results
+from kalmanq.run.results import Run
 
 ITERATIONS = 4
 

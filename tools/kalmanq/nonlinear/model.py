@@ -7,9 +7,9 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.arrays import numbers_of
 from kalmanq.errors import ModelError
 from kalmanq.model import SIZE_MAX, Model, Quantities
+from kalmanq.model.arrays import numbers_of
 from kalmanq.nonlinear.calls import Given
 from kalmanq.nonlinear.derivatives import Derivative, unwrapped
 

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
-from kalmanq.data import index_of, rows_of
+from kalmanq.data.rows import index_of, rows_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, controls_of, parts_of, refuse_method
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.objective import objective
-from kalmanq.parts import Parts
-from kalmanq.readings import Readable
-from kalmanq.results import Run
+from kalmanq.run.parts import Parts
+from kalmanq.run.readings import Readable
+from kalmanq.run.results import Run
 
 SETTLED = 0.01  # sigma: no mean moves by more
 HALVINGS = 4

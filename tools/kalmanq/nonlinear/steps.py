@@ -7,11 +7,11 @@ from typing import Any, Callable
 import numpy as np
 
 from kalmanq.core import ffi, lib, nearest, require
-from kalmanq.data import present_of
+from kalmanq.data.rows import present_of
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear.callbacks import Answer
 from kalmanq.nonlinear.model import NonlinearModel
-from kalmanq.parts import Parts, doubles
+from kalmanq.run.parts import Parts, doubles
 
 RULES = {"cubature": lib.KQ_POINTS_CUBATURE, "central": lib.KQ_POINTS_CENTRAL}
 

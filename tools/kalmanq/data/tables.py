@@ -1,0 +1,257 @@
+"""CSV files: read in blocks, so that files of any length fit; written whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import re
+import warnings
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Iterator, Optional, Sequence, TextIO, Union
+
+import numpy as np
+
+from kalmanq.data.files import whole
+from kalmanq.data.layouts import (
+    AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, separator_of, source_of)
+from kalmanq.data.times import times_in
+from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.model import Quantity
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some rows of a file; first_row: the line in the file of the first of them."""
+
+    first_row: int
+    columns: dict[str, np.ndarray]
+
+
+def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65536, *,
+         optional: Sequence[str] = (), has_to_fit: bool = False) -> Iterator[Block]:
+    """The columns `wanted`, in blocks of so many rows.  An empty cell is NaN; other columns are left out.
+
+    optional    columns that are read, too, where all of them are there
+    has_to_fit  a value beyond the range that its quantity declares is refused; otherwise it is warned of
+    """
+    source = source_of(data)
+    with opened(source) as text:
+        yield from _Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit).blocks(rows)
+
+
+def _quantity(one: Union[str, Quantity]) -> Quantity:
+    return Quantity(one) if isinstance(one, str) else one
+
+
+class _Table:
+    """A text that is read once from its beginning to its end."""
+
+    def __init__(self, source: Source, text: TextIO, wanted: Sequence[Quantity], optional: Sequence[str],
+                 has_to_fit: bool):
+        self._source, self._has_to_fit = source, has_to_fit
+        self._beyond: dict[str, tuple[str, int, int]] = {}  # of a quantity: why, the first row, how many
+        self._numbers = Numbers(source.layout)
+        self._wanted = list(wanted)
+        self._line = 1  # of the header, then of the next row
+        header, rest = self._header(text)
+        self._reader, cells = self._begun(header, rest)
+        self._width = len(cells)
+        self._places = [place_of(source, cells, one.name, one.unit, self._line) for one in wanted]
+        if optional and set(optional) <= set(cells):
+            self._wanted += map(_quantity, optional)
+            self._places += [place_of(source, cells, name, "", self._line) for name in optional]
+        self._times = times_in(cells, self._places, [one.name for one in wanted])
+        self._line += 1
+
+    def _header(self, text: TextIO) -> tuple[str, Iterator[str]]:
+        """Below lines that begin with '#', and one by which a spreadsheet tells its separator"""
+        lines = iter(text)
+        for line in lines:
+            told = re.fullmatch(r"sep=(.)\s*", line)
+            if told and not self._source.layout.separator:
+                self._source = replace(self._source, layout=replace(self._source.layout, separator=told.group(1)))
+            if not told and not line.startswith("#"):
+                return line, lines
+            self._line += 1
+        return "", lines
+
+    def _begun(self, header: str, rest: Iterator[str]) -> tuple["csv._reader", list[str]]:
+        names = [one.name for one in self._wanted]
+        for name in self._source.layout.rename:
+            if name not in names:
+                raise KalmanqError(f"--rename: there is no {name}; there are {', '.join(names)}")
+        separator = separator_of(self._source, header, names, self._line)
+        reader = csv.reader(chain([header], rest), delimiter=separator)
+        try:
+            cells = [cell.strip() for cell in next(reader, [])]
+        except csv.Error as problem:
+            raise TableError(self._source, str(problem), self._line) from problem
+        if not any(cells):
+            raise TableError(self._source, "empty, or without a header of names", self._line)
+        return reader, cells
+
+    def blocks(self, rows: int) -> Iterator[Block]:
+        begun, block, blank = self._line, [], 0  # rows without a cell: of one column, a missing number; at the end, nothing
+        try:
+            for row in self._reader:
+                if not row:
+                    blank += 1
+                    continue
+                if blank and self._width > 1:
+                    raise TableError(self._source, "an empty row", self._line + len(block))
+                block += [[""]] * blank
+                blank = 0
+                if len(row) != self._width:
+                    self._refuse_width(row, self._line + len(block))
+                block.append(row)
+                if len(block) >= rows:
+                    yield self._block(block)
+                    block = []
+        except csv.Error as problem:
+            raise TableError(self._source, str(problem), begun - 2 + self._reader.line_num) from problem
+        if not block and self._line == begun:
+            raise TableError(self._source, "no data below the header")
+        if block:
+            yield self._block(block)
+        for why, line, count in self._beyond.values():
+            more = f" (and {count - 1} more)" if count > 1 else ""
+            warnings.warn(f"{self._source}: row {line}: {why}{more}", KalmanqWarning, stacklevel=2)
+        if self._times:
+            self._times.warn(str(self._source))
+
+    def _refuse_width(self, row: list[str], line: int) -> None:
+        fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
+        is_decimal = any(has_decimal_comma([f"{whole},{part}"]) for whole, part in zip(row, row[1:]))
+        hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else ""
+        raise TableError(self._source, f"{fields}, not {self._width}{hint}", line)
+
+    def _block(self, block: list[list[str]]) -> Block:
+        columns = [[row[place].strip() for row in block] for place in self._places]
+        self._numbers.look(columns)
+        made = {one.name: self._values(one, cells) for one, cells in zip(self._wanted, columns)}
+        if self._times:
+            self._times.look([row[self._times.place].strip() for row in block], self._line)
+        first, self._line = self._line, self._line + len(block)
+        return Block(first, made)
+
+    def _values(self, one: Quantity, cells: list[str]) -> np.ndarray:
+        try:
+            values = np.array(self._numbers.plain(cells), dtype=np.float64)
+            if values.shape != (len(cells),):
+                raise ValueError
+        except (TypeError, ValueError):
+            values = np.array([self._number(self._line + k, one.name, cell) for k, cell in enumerate(cells)])
+        for missing in self._numbers.numbers_missing:
+            values[values == missing] = np.nan
+        wrong = np.isinf(values)
+        if np.any(wrong):
+            raise TableError(self._source, "is beyond the numbers", self._line + int(np.argmax(wrong)), one.name)
+        if one.range is not None:
+            self._look_at_range(one, values, one.range)
+        return values
+
+    def _look_at_range(self, one: Quantity, values: np.ndarray, span: float) -> None:
+        wrong = np.abs(values) > span
+        count = int(np.sum(wrong))
+        if not count:
+            return
+        row = int(np.argmax(wrong))
+        value = f"{values[row]:g}"
+        why = f"{one.name} = {value} is beyond its declared range of {span:g}: --missing {value} if that stands for " \
+              "nothing, otherwise a wider range in the model"
+        if self._has_to_fit:
+            raise TableError(self._source, why, self._line + row)
+        before = self._beyond.get(one.name, (why, self._line + row, 0))
+        self._beyond[one.name] = (*before[:2], before[2] + count)
+
+    def _number(self, line: int, name: str, cell: str) -> float:
+        try:
+            return self._numbers.number(cell)
+        except ValueError:
+            raise TableError(self._source, f"{cell[:40]!r} is not a number{self._numbers.hint(cell)}", line,
+                             name) from None
+
+
+def joined(blocks: Sequence[Block]) -> Block:
+    return Block(blocks[0].first_row, {name: np.concatenate([one.columns[name] for one in blocks])
+                                       for name in blocks[0].columns})
+
+
+def measurements_and_controls(data: AnySource, model: Any, *,
+                              has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray]]:
+    """All rows of a model's columns: z (T x m) and u (T x l) or None."""
+    z, u, _ = measurements_controls_and(data, model, (), has_to_fit)
+    return z, u
+
+
+def measurements_controls_and(data: AnySource, model: Any, others: Sequence[str], has_to_fit: bool = False
+                              ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
+    """And the other columns, where all of them are there"""
+    block = joined(list(read(data, [*model.measurements, *model.controls], optional=others, has_to_fit=has_to_fit)))
+    z, u = split(block, model, data)
+    is_there = bool(others) and all(name in block.columns for name in others)
+    return z, u, np.column_stack([block.columns[name] for name in others]) if is_there else None
+
+
+def split(block: Block, model: Any, data: AnySource) -> tuple[np.ndarray, Optional[np.ndarray]]:
+    """Measurements and controls of a block"""
+    z = np.column_stack([block.columns[one.name] for one in model.measurements])
+    return z, controls_in(block, model.controls, data) if model.controls else None
+
+
+def controls_in(block: Block, controls: Sequence[Quantity], data: AnySource) -> np.ndarray:
+    u = np.column_stack([block.columns[one.name] for one in controls])
+    if np.any(np.isnan(u)):
+        row, column = map(int, np.argwhere(np.isnan(u))[0])
+        raise TableError(source_of(data), "a control is missing", block.first_row + row, controls[column].name)
+    return u
+
+
+def write_text(text: TextIO, names: Sequence[str], columns: Sequence[np.ndarray]) -> None:
+    """Integers as they are, other numbers with as many digits as bring back the same bits."""
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    _write_rows(writer, columns)
+
+
+def _write_rows(writer: "csv._writer", columns: Sequence[np.ndarray]) -> None:
+    writer.writerows(zip(*([_cell(value) for value in column.tolist()] for column in columns)))
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return "" if value != value else format(value, ".17g")
+    return str(value)
+
+
+class Writer:
+    """`with Writer(path, names, inputs) as writer:` writes rows of columns; the file appears at the end."""
+
+    def __init__(self, path: Path, names: Sequence[str], inputs: Sequence[AnySource] = ()):
+        self._whole = whole(path, inputs)
+        self._names = names
+
+    def __enter__(self) -> Writer:
+        temporary = self._whole.__enter__()
+        try:
+            self._text = open(temporary, "w", newline="", encoding="utf-8")
+        except OSError as problem:
+            if not self._whole.__exit__(type(problem), problem, problem.__traceback__):
+                raise
+        self._writer = csv.writer(self._text, lineterminator="\n")
+        self._writer.writerow(self._names)
+        return self
+
+    def write(self, columns: Sequence[np.ndarray]) -> None:
+        _write_rows(self._writer, columns)
+
+    def __exit__(self, kind: Optional[type[BaseException]], problem: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        try:
+            self._text.close()
+        except OSError as last:  # what was still to be written
+            self._whole.__exit__(type(last), last, last.__traceback__)
+            raise
+        self._whole.__exit__(kind, problem, trace)

@@ -1,0 +1,274 @@
+"""The ways to run a model on a chip: tried on records, priced, and one of them chosen."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.core import lib, names_of
+from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.firmware import costs
+from kalmanq.firmware.c_source import ways_of
+from kalmanq.firmware.costs import Cost
+from kalmanq.firmware.ranges import Choice, widened
+from kalmanq.firmware.reach import Reach, Record, draw, reach
+from kalmanq.model import Gaps, Model
+from kalmanq.run.filters import Filter
+from kalmanq.run.parts import Parts
+from kalmanq.run.results import Run
+
+ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
+BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than 2^-16 it takes coarsely
+GAP = 10  # rows, where a model declares no gap
+OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
+NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
+DRAWN, DRAWN_SEEDS = 4000, range(100, 103)  # rows and seeds of records beside those that are given
+SETTLED = 100  # rows before the outage
+WORTH = 0.9  # fewer instructions than that share are worth more code
+START_UP = 1024  # bytes of flash that a program has beside all this
+WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_PRECISION | lib.KQ_EVENT_SHARP
+         | lib.KQ_EVENT_FLOOR | lib.KQ_EVENT_CONTRADICTION)
+# kB of flash and RAM of a part as one would take it; --flash and --ram say otherwise
+PARTS = {"m0": (32, 4), "m3": (128, 20), "m4f": (256, 64), "m7": (512, 128), "m33": (256, 64), "rv32": (128, 32),
+         "avr": (32, 2)}
+
+
+@dataclass(frozen=True)
+class Part:
+    core: str
+    flash: int  # bytes
+    ram: int
+
+    def holds(self, cost: Cost) -> bool:
+        return cost.flash + START_UP <= self.flash and cost.ram + cost.stack <= self.ram
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What kq_mean alone, without its low part, is off double's mean at most, in sigma, where states are within their
+    ranges.
+
+    low    what the low part has at most
+    seen   the largest error of mean and low part over so many rows: of the records, and of others drawn from the model
+    times  as far as the ranges are beyond the states there: an error is in proportion to the states, or less
+    """
+
+    low: float
+    seen: float
+    times: float
+    rows: int
+
+    @property
+    def within(self) -> float:
+        return self.low + self.times * self.seen
+
+
+@dataclass
+class Trial:
+    """An arithmetic beside double, over all records: of each state, in sigma, of the mean with its low part."""
+
+    arithmetic: str
+    worst: np.ndarray
+    rms: np.ndarray
+    events: int = 0
+    refused: str = ""
+    cure: str = ""
+    reading: Optional[Reading] = None  # where it is not refused
+    start: float = 0.0  # how far first estimates are from those of an unknown start, where the ranges are the prior
+
+    @property
+    def is_good(self) -> bool:
+        return not self.refused and not self.events & WRONG and bool(self.worst.max(initial=0) <= TOLERABLE)
+
+    @property
+    def warnings(self) -> list[str]:
+        cure = [f"{self.arithmetic} would do with {self.cure}"] if self.cure else []
+        if self.refused:
+            return [self.refused, *cure]
+        made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
+        if self.start > ACCURATE:
+            made.append(f"{self.arithmetic}: the ranges are the prior of the unknown start; it takes first estimates "
+                        f"{self.start:.1g} sigma from double's")
+        if self.worst.max(initial=0) > ACCURATE:
+            made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")
+        return made
+
+
+@dataclass
+class Way:
+    """One way to run, with what it costs on the core and why it may not do."""
+
+    arithmetic: str
+    way: str
+    cost: Cost
+    fits: bool
+    trial: Trial
+
+    @property
+    def is_good(self) -> bool:
+        return self.fits and self.trial.is_good
+
+
+@dataclass(frozen=True)
+class Lean:
+    """A lean sensor after an outage of so many rows, beside the full one."""
+
+    outage: int
+    rows: Optional[int] = None  # with measurements, after which it is NEAR the full one and stays so; None: not soon
+    refused: str = ""  # why lean is not offered
+
+    @property
+    def said(self) -> str:
+        rows = "1 row" if self.rows == 1 else f"{self.rows} rows"
+        return self.refused or f"after {self.outage} rows without measurements all sigmas are within " \
+                               f"{100 * NEAR:g} % of the full sensor's in {rows}"
+
+
+@dataclass
+class Designs:
+    """model: with all ranges; lean: of each arithmetic that may do; notes: what was chosen for ranges."""
+
+    model: Model
+    part: Part
+    reached: Reach
+    trials: dict[str, Trial]
+    ways: list[Way]
+    lean: dict[str, Lean] = field(default_factory=dict)
+    notes: list[Choice] = field(default_factory=list)
+
+    def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
+        """The one with fewest instructions that is good, unless a little more buys less code; None: there is none."""
+        asked = [one for one in self.ways
+                 if arithmetic in (None, one.arithmetic) and way in (None, one.way)]
+        good = [one for one in asked if one.is_good]
+        if not good:
+            return None
+        fastest = min(one.cost.instructions for one in good)
+        near = [one for one in good if WORTH * one.cost.instructions <= fastest]
+        return min(near, key=lambda one: one.cost.flash)
+
+
+def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = ()) -> Designs:
+    """Tries every way to run a model that has all its ranges."""
+    runs = [_run(model, "f64", record) for record in records]
+    trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
+    trials["q31"].cure = _cure(model, records, runs, trials["q31"])
+    made = Designs(model, part, reach(model, records), trials, [], notes=list(notes))
+    drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
+    for name, trial in trials.items():
+        if trial.refused:
+            continue
+        trial.reading = _reading(model, trial, made.reached, records, runs, drawn)
+        made.lean[name] = _lean(model, name, runs)
+        for way in ways_of(Parts(model, name)):
+            if costs.is_measured(part.core, name, way) and not (way == "lean" and made.lean[name].refused):
+                cost = costs.estimate(model, part.core, name, way)
+                made.ways.append(Way(name, way, cost, part.holds(cost), trial))
+    return made
+
+
+def _run(model: Model, arithmetic: str, record: Record, way: str = "") -> Run:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", KalmanqWarning)  # events are told of the trial
+        return Filter(model, arithmetic, way=way).run(record.z, record.u)
+
+
+def _bounded(model: Model) -> Model:
+    """With the prior that q31 has of an unknown start: a third of the range"""
+    known = np.outer(~model.unknown, ~model.unknown)
+    thirds = np.where(model.unknown, [(one.range or 0.0) / 3 for one in model.states], 0.0)
+    return model.changed(P0=np.where(known, model.P0, 0.0) + np.diag(thirds**2), unknown=[])
+
+
+def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run]) -> Trial:
+    """Compared with double; an unknown start in q31 also with double that has the ranges as its prior, and the nearer
+    of both counts."""
+    bounded = _bounded(model) if arithmetic == "q31" and np.any(model.unknown) else None
+    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
+    try:
+        for record, double in zip(records, exact):
+            run = _run(model, arithmetic, record)
+            error = errors_of(run, double)
+            if bounded:
+                start = max(start, float(np.nanmax(np.abs(error), initial=0)))
+                other = errors_of(run, _run(bounded, "f64", record))
+                error = np.where(np.abs(other) < np.abs(error), other, error)  # NaN: not known yet, and does not count
+            worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
+            squares += np.nansum(error**2, axis=0)
+            count += np.sum(np.isfinite(error), axis=0)
+            events |= run.events
+    except KalmanqError as problem:
+        return Trial(arithmetic, worst, worst, refused=f"{arithmetic}: {problem}")
+    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events, start=start)
+
+
+def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: Trial) -> str:
+    """Wider ranges, where the records go beyond those that are declared and fixed point is good with them"""
+    if trial.is_good:
+        return ""
+    wider, said = widened(model, records)
+    return ", ".join(said) if said and _try(wider, "q31", records, exact).is_good else ""
+
+
+def _reading(model: Model, trial: Trial, reached: Reach, records: Sequence[Record], runs: Sequence[Run],
+             drawn: Sequence[Record]) -> Reading:
+    name, exact = trial.arithmetic, [_run(model, "f64", one) for one in drawn]
+    ranges = np.array([one.range for one in model.states])
+    half = 2.0 ** (-1.0 - np.array(Parts(model, name).fractions("states"))) if name == "q31" else ranges * 2.0**-24
+    sigmas = np.concatenate([np.asarray(run.sigma) for run in (*runs, *exact)])
+    states = np.fmax(reached.states, reach(model, drawn).states)
+    seen = np.fmax(trial.worst.max(), _try(model, name, drawn, exact).worst.max())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low = np.nanmax(np.where(sigmas > 0, half / sigmas, 0), initial=0)
+        times = np.max(np.where(states > 0, ranges / states, 1), initial=1)
+    return Reading(float(low), float(seen), float(times), sum(len(one.z) for one in (*records, *drawn)))
+
+
+def errors_of(run: Run, exact: Run) -> np.ndarray:
+    """T x n, of means in sigma; NaN where nothing is known, or all."""
+    assert exact.sigma is not None
+    sigma = np.where(exact.sigma > 0, exact.sigma, np.nan)
+    return (run.mean - exact.mean) / sigma
+
+
+def _lean(model: Model, arithmetic: str, runs: Sequence[Run]) -> Lean:
+    """May measurements be taken coarsely?  Not on the records, and after an outage for some rows alone."""
+    outage = min(OUTAGE * (model.gaps.max_gap or GAP), LONGEST)
+    if "lean" not in ways_of(Parts(model, arithmetic)):
+        return Lean(outage, refused="R is correlated or too small, or the start is unknown")
+    if not _is_blunt(model, runs):
+        return Lean(outage, refused=f"on the records R is less than 2^{np.log2(BLUNT):g} S: it would take "
+                                    "measurements coarsely")
+    try:
+        rows = _recovery(model, arithmetic, outage)
+    except KalmanqError as problem:
+        return Lean(outage, refused=f"an outage of {outage} rows: {problem}")
+    return Lean(outage, rows, "" if rows else f"after {outage} rows without measurements a sigma is not within "
+                f"{100 * NEAR:g} % of the full sensor's in {SOON * model.n} rows")
+
+
+def _recovery(model: Model, arithmetic: str, outage: int) -> Optional[int]:
+    """Rows after an outage until lean's sigmas are NEAR the full sensor's for good; None: that is not SOON."""
+    soon, begin = SOON * model.n, SETTLED + outage
+    z = np.zeros((begin + 2 * soon, model.m))  # sigmas do not depend on what is measured
+    z[SETTLED:begin] = np.nan
+    centred = model.changed(x0=np.zeros(model.n))
+    with np.errstate(over="ignore", invalid="ignore"):
+        lean, full = (_run(centred, arithmetic, Record(z), way).sigma[begin:] for way in ("lean", "tables"))
+        far = np.flatnonzero(np.any(~(np.abs(lean - full) <= NEAR * full), axis=1))
+    rows = int(far[-1]) + 2 if len(far) else 1
+    return rows if rows <= soon else None
+
+
+def _is_blunt(model: Model, runs: Sequence[Run]) -> bool:
+    """Is no measurement of so little noise that a lean sensor might take it coarsely?"""
+    for run in runs:
+        assert run.innovation_sigma is not None
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.diag(model.R) / run.innovation_sigma**2
+        if np.nanmin(share, initial=np.inf) < BLUNT:
+            return False
+    return True

@@ -1,5 +1,0 @@
-"""Textbook models, each with data, its parameters fitted, its states smoothed, and a picture."""
-
-from kalmanq.gallery.entries import ENTRIES, Entry
-
-__all__ = ["ENTRIES", "Entry"]

@@ -1,0 +1,227 @@
+"""What a filter is of: matrices, a prior, and what states, measurements and controls are called."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.errors import ModelError
+from kalmanq.model.arrays import numbers_of
+
+SIZE_MAX = 16
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A state, a measurement or a control.
+
+    name      what its columns are called
+    unit      for tables and pictures
+    range     the largest |value| that it takes; fixed point needs it
+    fraction  n of Qm.n, value = word 2^-n; None: the most that the range leaves room for
+    """
+
+    name: str
+    unit: str = ""
+    range: Optional[float] = None
+    fraction: Optional[int] = None
+
+    @property
+    def label(self) -> str:
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps (None: any
+    number, but for a compiled filter as many as its covariance takes to settle)."""
+
+    max_gap: int = 0
+    min_run: Optional[int] = None
+
+
+Quantities = Optional[Sequence[Union[Quantity, str]]]
+
+
+class Model:
+    """A linear state-space model.
+
+        x[t+1] = A x[t] + B u[t] + w[t],  w ~ N(0, Q)        z[t] = H x[t] + v[t],  v ~ N(0, R)
+
+    A        n x n
+    H        m x n; n numbers where m = 1
+    R        m x m; m variances where the noises are independent; a number where m = 1
+    Q        n x n, or n variances; or in its place
+    G        n x r, with Q = G G'; n numbers where r = 1: exact where Q is singular
+    B        n x l, or None: no control
+    x0       n, mean before the first measurement; None: 0
+    P0       n x n, or n variances, before the first measurement; None: nothing is known of any state
+    unknown  the states, by name or number, of which nothing is known at first; "all"
+
+    All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
+    ModelError names what does not fit.
+    """
+
+    def __init__(
+        self,
+        A: ArrayLike,
+        H: ArrayLike,
+        R: ArrayLike,
+        Q: Optional[ArrayLike] = None,
+        *,
+        G: Optional[ArrayLike] = None,
+        B: Optional[ArrayLike] = None,
+        x0: Optional[ArrayLike] = None,
+        P0: Optional[ArrayLike] = None,
+        unknown: Union[str, Sequence[Union[int, str]]] = (),
+        states: Quantities = None,
+        measurements: Quantities = None,
+        controls: Quantities = None,
+        gaps: Gaps = Gaps(),
+        name: str = "model",
+    ):
+        self.name = name
+        self.gaps = gaps
+        self.A = _square("A", A)
+        self.n = len(self.A)
+        self.H = _rows("H", H, self.n)
+        self.m = len(self.H)
+        self.R = _covariance("R", R, self.m)
+        if (Q is None) == (G is None):
+            raise ModelError("Q", "give either Q or G, with Q = G G'")
+        self.G = None if G is None else _columns("G", G, self.n)
+        self.Q = _covariance("Q", Q, self.n) if self.G is None else _fixed(self.G @ self.G.T)
+        self.B = None if B is None else _columns("B", B, self.n)
+        self.l = 0 if self.B is None else self.B.shape[1]
+        self.states = _quantities("states", states, self.n, "x")
+        self.measurements = _quantities("measurements", measurements, self.m, "z")
+        self.controls = _quantities("controls", controls, self.l, "u")
+        self.unknown = self._unknown("all" if P0 is None else unknown)
+        self.x0 = _vector("x0", np.zeros(self.n) if x0 is None else x0, self.n)
+        self.P0 = _covariance("P0", np.zeros((self.n, self.n)) if P0 is None else P0, self.n)
+
+    def _unknown(self, given: Union[str, Sequence[Union[int, str]]]) -> np.ndarray:
+        mask = np.zeros(self.n, bool)
+        names = [state.name for state in self.states]
+        for which in range(self.n) if isinstance(given, str) and given == "all" else given:
+            if which in names:
+                mask[names.index(which)] = True
+            elif isinstance(which, (int, np.integer)) and 0 <= which < self.n:
+                mask[which] = True
+            else:
+                raise ModelError("unknown", f"there is no state {which!r}")
+        mask.setflags(write=False)
+        return mask
+
+    def changed(self, **what: object) -> Model:
+        """The model with some of what it was made of in another way."""
+        made = dict(
+            A=self.A, H=self.H, R=self.R, Q=None if self.G is not None else self.Q, G=self.G, B=self.B,
+            x0=self.x0, P0=self.P0, unknown=np.flatnonzero(self.unknown).tolist(), states=self.states,
+            measurements=self.measurements, controls=self.controls, gaps=self.gaps, name=self.name,
+        )
+        if "Q" in what:
+            made["G"] = None
+        if "G" in what:
+            made["Q"] = None
+        return Model(**{**made, **what})  # type: ignore[arg-type]
+
+    def __repr__(self) -> str:
+        return f"Model({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
+
+
+def root_of(P: np.ndarray) -> np.ndarray:
+    """L with P = L L', of a P that may be singular."""
+    values, vectors = np.linalg.eigh(P)
+    return vectors * np.sqrt(values.clip(0))
+
+
+def _fixed(array: np.ndarray) -> np.ndarray:
+    made = np.array(array, np.float64, order="C")
+    made.setflags(write=False)
+    return made
+
+
+def _numbers(name: str, given: ArrayLike) -> np.ndarray:
+    try:
+        array = numbers_of(given)
+    except (TypeError, ValueError, OverflowError) as problem:
+        lost = f" ({problem})" if "complex" in str(problem) else ""
+        raise ModelError(name, f"not an array of numbers, with rows of one length{lost}") from problem
+    if not np.all(np.isfinite(array)):
+        raise ModelError(name, "has an entry that is not finite")
+    return array
+
+
+def _shape(array: np.ndarray) -> str:
+    return " x ".join(map(str, array.shape)) if array.ndim else "a number"
+
+
+def _square(name: str, given: ArrayLike) -> np.ndarray:
+    array = np.atleast_1d(_numbers(name, given))
+    if array.ndim == 1 and len(array) == 1:
+        array = array.reshape(1, 1)
+    if array.ndim != 2 or array.shape[0] != array.shape[1]:
+        raise ModelError(name, f"is {_shape(array)}, not square")
+    return _sized(name, array)
+
+
+def _sized(name: str, array: np.ndarray) -> np.ndarray:
+    if not 1 <= len(array) <= SIZE_MAX:
+        raise ModelError(name, f"has {len(array)} rows; there are 1 to {SIZE_MAX}")
+    return _fixed(array)
+
+
+def _rows(name: str, given: ArrayLike, columns: int) -> np.ndarray:
+    """r x columns; one row may be flat."""
+    array = _numbers(name, given)
+    if array.ndim < 2:
+        array = array.reshape(1, -1)
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise ModelError(name, f"is {_shape(array)}: it has a column for each of {columns} states")
+    return _sized(name, array)
+
+
+def _columns(name: str, given: ArrayLike, rows: int) -> np.ndarray:
+    """rows x c; one column may be flat."""
+    array = _numbers(name, given)
+    if array.ndim < 2:
+        array = array.reshape(-1, 1)
+    if array.ndim != 2 or array.shape[0] != rows or not 1 <= array.shape[1] <= SIZE_MAX:
+        raise ModelError(name, f"is {_shape(array)}: it has a row for each of {rows} states")
+    return _fixed(array)
+
+
+def _vector(name: str, given: ArrayLike, length: int) -> np.ndarray:
+    array = np.atleast_1d(_numbers(name, given))
+    if array.shape != (length,):
+        raise ModelError(name, f"is {_shape(array)}, not {length} numbers")
+    return _fixed(array)
+
+
+def _covariance(name: str, given: ArrayLike, size: int) -> np.ndarray:
+    array = np.atleast_1d(_numbers(name, given))
+    if array.shape == (size,):
+        array = np.diag(array)
+    if array.shape != (size, size):
+        raise ModelError(name, f"is {_shape(array)}, not {size} x {size}, nor {size} variances")
+    if not np.allclose(array, array.T, rtol=1e-12, atol=0):
+        raise ModelError(name, "is not symmetric")
+    if np.any(np.diag(array) < 0):
+        raise ModelError(name, "has a negative variance")
+    return _fixed((array + array.T) / 2)
+
+
+def _quantities(name: str, given: Quantities, size: int, letter: str) -> tuple[Quantity, ...]:
+    if given is None:
+        return tuple(Quantity(f"{letter}{k + 1}") for k in range(size))
+    made = tuple(one if isinstance(one, Quantity) else Quantity(str(one)) for one in given)
+    if len(made) != size:
+        raise ModelError(name, f"are {len(made)}, not {size}")
+    names = [one.name for one in made]
+    if len(set(names)) != size:
+        raise ModelError(name, "have one name twice")
+    return made

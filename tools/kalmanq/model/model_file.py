@@ -1,0 +1,300 @@
+"""Model files: TOML, one model a file.
+
+    [model]         A, B, H, Q (or G), R, x0, P0 as nested arrays, a vector flat; or builder = "..." with its
+                    parameters.  P0 = "unknown", or "unknown" in the place of a state's variance.
+    [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
+    [gaps]          max_gap, min_run
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from pathlib import Path
+from typing import Any, Mapping, Optional
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError, ModelError
+from kalmanq.model import builders
+from kalmanq.model.model import Gaps, Model, Quantity
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0")
+ROWS_MAX = 100_000_000  # of a gap, or of a run
+FRACTION_MAX = 1000
+LARGEST, SHOWN = sys.float_info.max, 40
+SECTIONS = {
+    "model": (*MATRICES, "name", "builder"),
+    "states": ("names", "units", "ranges", "fractions"),
+    "measurements": ("names", "units", "ranges", "fractions"),
+    "controls": ("names", "units", "ranges", "fractions"),
+    "gaps": ("max_gap", "min_run"),
+}
+
+
+class ModelFileError(KalmanqError):
+    """PATH: line N: KEY: what was expected."""
+
+
+def read(path: Path) -> Model:
+    if Path(path).suffix == ".py":
+        raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check and simulate (without --runs) "
+                             "take; this takes a linear one (TOML)")
+    text = _text(path)
+    try:
+        given = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        said = re.sub(r" \(at line (\d+), column \d+\)", "", str(problem))
+        line = re.search(r"at line (\d+)", str(problem))
+        number = line.group(1) if line else len(text.splitlines())  # "at end of document"
+        raise ModelFileError(f"{path}: line {number}: {said}") from None
+    except RecursionError:
+        raise ModelFileError(f"{path}: arrays are nested too deeply") from None
+    except ValueError:  # Python's own limit
+        raise ModelFileError(f"{path}: a number has too many digits") from None
+    section = "model"
+    try:
+        for section, content in given.items():
+            known(section, content)
+        section = "model"
+        return _model(path, given)
+    except ModelError as problem:
+        section = problem.key if problem.key in SECTIONS else section
+        line_number = line_of(text, section, problem.key)
+        where = f"line {line_number}: " if line_number else ""
+        raise ModelFileError(f"{path}: {where}{problem}") from None
+    except KalmanqError as problem:
+        raise ModelFileError(f"{path}: {problem}") from problem
+    except RecursionError:
+        raise ModelFileError(f"{path}: arrays are nested too deeply") from None
+
+
+def _text(path: Path) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise ModelFileError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise ModelFileError(f"{path}: is a folder") from None
+    except UnicodeDecodeError:
+        raise ModelFileError(f"{path}: is not UTF-8 text") from None
+
+
+def line_of(text: str, section: str, key: str) -> Optional[int]:
+    """The line of [section], key = ...; that of the section where the key is not there."""
+    inside, found = False, None
+    for number, line in enumerate(text.splitlines(), 1):
+        header = re.match(r"\s*\[\s*([\w-]+)\s*\]", line)
+        if header:
+            inside = header.group(1) == section
+            found = number if inside and found is None else found
+        if inside and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
+            return number
+    return found
+
+
+def known(section: str, content: Any) -> None:
+    if section not in SECTIONS:
+        raise ModelError(section, "no such section" + _near(section, SECTIONS))
+    if not isinstance(content, dict):
+        raise ModelError(section, f"is a section: [{section}]")
+    if section == "model" and "builder" in content:
+        return
+    for key in content:
+        if key not in SECTIONS[section]:
+            raise ModelError(key, f"no such key in [{section}]" + _near(key, SECTIONS[section]))
+
+
+def _near(name: str, known: Any) -> str:
+    near = difflib.get_close_matches(name, list(known), 1, 0.5)
+    return f"; {near[0]}?" if near else f": {', '.join(known)}"
+
+
+def _model(path: Path, given: Mapping[str, Any]) -> Model:
+    model = dict(given.get("model", {}))
+    if not model:
+        raise ModelError("model", "there is no section [model]")
+    name = _typed(model.pop("name", Path(path).stem), str, "name", "a text")
+    if "builder" in model:
+        made = _built(model)
+    else:
+        made = {key: _array(key, value) for key, value in model.items() if key != "P0"}
+        for key in ("A", "H", "R"):
+            if key not in made:
+                raise ModelError(key, "is missing from [model]")
+        if "P0" not in model:
+            raise ModelError("P0", 'is missing from [model]: a matrix, variances, or "unknown"')
+        made.update(_prior(model["P0"]))
+    sizes = {"states": len(np.atleast_2d(made["A"])), "measurements": _height(made["H"]),
+             "controls": 0 if made.get("B") is None else _width(made["B"])}
+    for which, size in sizes.items():
+        default = made.pop(which, None)
+        made[which] = quantities(which, given.get(which, {}), size, default)
+    return Model(**made, gaps=_gaps(given.get("gaps", {})), name=name)
+
+
+def _built(model: dict[str, Any]) -> dict[str, Any]:
+    builder = _typed(model.pop("builder"), str, "builder", "a text")
+    replaced = {key: model.pop(key) for key in ("x0", "P0") if key in model}
+    made = builders.build(builder, model, has_prior="P0" in replaced)
+    if "x0" in replaced:
+        made["x0"] = _array("x0", replaced["x0"])
+    if "P0" in replaced:
+        made.update(_prior(replaced["P0"]))
+    return made
+
+
+def _prior(given: Any) -> dict[str, Any]:
+    """P0, and the states of which nothing is known"""
+    if given == "unknown":
+        return {"P0": None}
+    if isinstance(given, list) and any(isinstance(one, str) for one in given):
+        unknown = [i for i, one in enumerate(given) if one == "unknown"]
+        if any(isinstance(one, str) and one != "unknown" for one in given):
+            raise ModelError("P0", 'a state\'s variance is a number or "unknown"')
+        known = [0.0 if isinstance(one, str) else one for one in given]
+        return {"P0": _array("P0", known), "unknown": unknown}
+    return {"P0": _array("P0", given)}
+
+
+def _is_numbers(given: Any) -> bool:
+    """A text that reads as a number is none, nor is true."""
+    if isinstance(given, list):
+        return all(map(_is_numbers, given))
+    return isinstance(given, (int, float)) and not isinstance(given, bool)
+
+
+def _array(key: str, given: Any) -> np.ndarray:
+    if not _is_numbers(given):
+        raise ModelError(key, "is not an array of numbers")
+    try:
+        array = np.array(given, np.float64)
+    except OverflowError:
+        raise ModelError(key, "has a number with too many digits") from None
+    except (TypeError, ValueError):
+        raise ModelError(key, "is not an array of numbers with rows of one length") from None
+    if not np.all(np.isfinite(array)):
+        raise ModelError(key, "has an entry that is not finite")
+    return array
+
+
+def _height(H: np.ndarray) -> int:
+    return len(H) if H.ndim == 2 else 1
+
+
+def _width(B: np.ndarray) -> int:
+    return B.shape[1] if B.ndim == 2 else 1
+
+
+def _typed(given: Any, kind: type, key: str, expected: str) -> Any:
+    if not isinstance(given, kind) or isinstance(given, bool):
+        raise ModelError(key, f"is not {expected}")
+    return given
+
+
+def quantities(which: str, given: Mapping[str, Any], size: int, default: Optional[list[str]]) -> list[Quantity]:
+    letter = {"states": "x", "measurements": "z", "controls": "u"}[which]
+    names = default or [f"{letter}{k + 1}" for k in range(size)]
+    columns: dict[str, list[Any]] = {"names": names, "units": [""] * size, "ranges": [None] * size,
+                                     "fractions": [None] * size}
+    kinds: dict[str, tuple[Any, str]] = {"names": (str, "texts"), "units": (str, "texts"),
+                                         "ranges": ((int, float), "numbers"), "fractions": (int, "whole numbers")}
+    for key, values in given.items():
+        kind, expected = kinds[key]
+        if not isinstance(values, list) or any(not isinstance(one, kind) or isinstance(one, bool) for one in values):
+            raise ModelError(which, f"{key} is not a list of {expected}")
+        if len(values) != size:
+            raise ModelError(which, f"{key} has {len(values)} entries; there are {size} {which}")
+        columns[key] = values
+    for one in columns["ranges"]:
+        if one is not None and not 0 < one <= LARGEST:
+            raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not above 0" if not one > LARGEST else
+                             "ranges: one is beyond the numbers")
+    for one in columns["fractions"]:
+        if one is not None and abs(one) > FRACTION_MAX:
+            raise ModelError(which, f"fractions: {str(one)[:SHOWN]} is beyond {FRACTION_MAX} bits")
+    return [Quantity(name, unit, None if span is None else float(span), fraction)
+            for name, unit, span, fraction in zip(*columns.values())]
+
+
+def _gaps(given: Mapping[str, Any]) -> Gaps:
+    for key, least in (("max_gap", 0), ("min_run", 1)):
+        if key in given and _typed(given[key], int, "gaps", f"right: {key} is a whole number") < least:
+            raise ModelError("gaps", f"{key} is at least {least}")
+        if given.get(key, least) > ROWS_MAX:
+            raise ModelError("gaps", f"{key} is at most {ROWS_MAX}")
+    return Gaps(**given)
+
+
+# ------------------------------------------------------------------------------ writing
+
+
+def text_of(model: Model) -> str:
+    """A model file that reads back to the same bits."""
+    lines = ["[model]", f"name = {_quoted(model.name)}"]
+    for key in ("A", "B", "H", "G" if model.G is not None else "Q", "R"):
+        value = getattr(model, key)
+        if value is not None:
+            lines.append(f"{key} = {_rows(value)}")
+    lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
+    for which in ("states", "measurements", "controls"):
+        lines += _section(which, getattr(model, which))
+    if model.gaps != Gaps():
+        lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
+        lines += [] if model.gaps.min_run is None else [f"min_run = {model.gaps.min_run}"]
+    return "\n".join(lines) + "\n"
+
+
+def text_of_builder(builder: str, parameters: Mapping[str, Any], model: Model) -> str:
+    """As text_of, of the builder and the parameters that `model` was made by."""
+    lines = ["[model]", f"name = {_quoted(model.name)}", f'builder = "{builder}"']
+    is_unknown = bool(np.all(model.unknown))
+    lines += [f"{name} = {value!r}" for name, value in parameters.items() if not (is_unknown and name == "variance")]
+    lines += ['P0 = "unknown"'] if is_unknown else []
+    for which in ("states", "measurements"):
+        lines += _section(which, getattr(model, which))
+    return "\n".join(lines) + "\n"
+
+
+def _prior_text(model: Model) -> str:
+    if np.all(model.unknown):
+        return '"unknown"'
+    if np.any(model.unknown):
+        if np.any(model.P0 - np.diag(np.diag(model.P0))):
+            raise KalmanqError("P0: correlated and in part unknown, which a model file cannot say")
+        cells = ['"unknown"' if unknown else repr(float(value))
+                 for unknown, value in zip(model.unknown, np.diag(model.P0))]
+        return f"[{', '.join(cells)}]"
+    return _rows(model.P0)
+
+
+def _section(which: str, quantities: tuple[Quantity, ...]) -> list[str]:
+    if not quantities:
+        return []
+    lines = ["", f"[{which}]", f"names = [{', '.join(_quoted(one.name) for one in quantities)}]"]
+    if any(one.unit for one in quantities):
+        lines.append(f"units = [{', '.join(_quoted(one.unit) for one in quantities)}]")
+    if all(one.range is not None for one in quantities):
+        lines.append(f"ranges = {_list(np.array([one.range for one in quantities]))}")
+    if all(one.fraction is not None for one in quantities):
+        lines.append(f"fractions = [{', '.join(str(one.fraction) for one in quantities)}]")
+    return lines
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
+
+
+def _list(row: np.ndarray) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in row) + "]"
+
+
+def _rows(matrix: np.ndarray) -> str:
+    return "[" + ", ".join(_list(row) for row in matrix) + "]"

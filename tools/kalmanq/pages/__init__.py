@@ -1,0 +1,1 @@
+"""What is shown: pictures, and the page of a report with its charts and verdict."""

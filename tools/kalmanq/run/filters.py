@@ -1,0 +1,391 @@
+"""Filters and smoothers: the C core's, bit for bit, over arrays."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import ffi, lib, require, warn_of
+from kalmanq.data.rows import controls_of, index_of, row_of, rows_of
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.run.parts import Parts
+from kalmanq.run.readings import Readable, Results
+from kalmanq.run.results import Run
+
+if TYPE_CHECKING:
+    from kalmanq.run.statistics import Consistency
+
+LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
+          0.9999: lib.KQ_LEVEL_9999}
+WAYS = {"gate": lib.SEQUENCE_GATED, "huber": lib.SEQUENCE_HUBER, "student": lib.SEQUENCE_STUDENT,
+        "jump": lib.SEQUENCE_JUMP, "step-student": lib.SEQUENCE_STEP_STUDENT}
+USUAL = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0, "step-student": 2.0}
+
+
+@dataclass(frozen=True)
+class Robust:
+    """An update, or a step, for noise that is not Gaussian (robust.h says which to take).
+
+    way        "gate": a row that is too far off, for as many components as it has, is not taken;
+               "huber", "student": it counts less;
+               "jump": the covariance is raised; "step-student": the process noise is raised
+    parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
+               k of Huber, nu of Student, g of jump; None: what is usual
+    run        gate: after so many rejections in a row one is taken; 65535: never
+    While something of an unknown start is still unknown, measurements are taken as they are.
+    """
+
+    way: str
+    parameter: Optional[float] = None
+    run: int = 8
+
+    def __post_init__(self) -> None:
+        if self.way not in WAYS:
+            raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(WAYS)}")
+        if self.way == "gate" and self.value not in LEVELS:
+            raise KalmanqError(f"a gate's level is one of {', '.join(map(str, LEVELS))}")
+
+    @property
+    def value(self) -> float:
+        return USUAL[self.way] if self.parameter is None else self.parameter
+
+
+class Filter(Readable):
+    """A filter of a model in one arithmetic, before the first measurement.
+
+        f = Filter(model, "q31")
+        f.update(z); f.predict(u); ...      one row at a time
+        run = f.run(z, u)                   or a sequence in one call, which may be called again for more
+
+    way   of f32 and q31, "lean", "tables", "init" or "sizes": the numbers are those of the chip with the C file that
+          `design` writes in that way
+
+    What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
+    `nis`, `taken`, `log_likelihood`, `events`.
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
+        super().__init__(model, parts or Parts(model, arithmetic, way))
+        self.begins = True  # the next row is the first one
+        self.row = 0  # where the filter stands
+        self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
+        self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
+        if np.any(model.unknown):
+            self._start = self._object("start", model.n, 0, sizes=(model.n, 0))
+            self.parts.init_start(self._start, self._handle)
+        else:
+            self.parts.init_filter(self._handle)
+
+    # ------------------------------------------------------------------ one row
+
+    def predict(self, u: Optional[ArrayLike] = None) -> None:
+        """To the next row; u: l controls, or None."""
+        words = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
+        require(self._call("predict", self.parts.process, self._pointer(words)), "predict")
+        self._moved(1)
+
+    def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Consistency] = None) -> None:
+        """Takes m measurements; what is NaN is missing."""
+        if robust and robust.way == "step-student":
+            raise KalmanqError("a Student-t step is predict and update at once: use run")
+        given = row_of(z, self.model.m, "z")
+        self._sequence(given, None, robust, watch, moves=False)
+        self.begins = False
+
+    def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
+        """predict, then update; refused as a whole."""
+        self.parts.words(row_of(z, self.model.m, "z"), "measurements")
+        self.predict(u)
+        self.update(z)
+
+    def fade(self, forgetting: float) -> None:
+        """Fading memory: P / forgetting, 0 < forgetting <= 1; before predict."""
+        require(self._call("fade", self.arithmetic.parameter(forgetting)), "fade")
+
+    def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
+        """The state so many rows ahead, as a filter; u: steps x l."""
+        ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
+        if steps < 0:
+            raise KalmanqError("steps: below 0")
+        controls = controls_of(u, self.model, steps)
+        words = None if controls is None else self.parts.words(controls, "controls")
+        require(self._call("forecast", self.parts.process, self._pointer(words), steps, ahead._handle), "forecast")
+        ahead.row = self.row
+        ahead._moved(steps)
+        return ahead
+
+    def copy(self) -> Filter:
+        """The same state; what is attached stays with this one."""
+        made = Filter(self.model, self.arithmetic.name, parts=self.parts)
+        require(made._call("filter_copy", self._handle), "copy")
+        made.row, made.begins, made._left = self.row, self.begins, self._left
+        return made
+
+    # ------------------------------------------------------------------ what the next update would do
+
+    def gain(self) -> np.ndarray:
+        """n x m: the gain that the next update would use."""
+        n, m, a = self.model.n, self.model.m, self.arithmetic
+        made = np.zeros((n, m), a.number_of_any_size)
+        require(self._call("gain", self.parts.sensor, self._pointer(made, self._any_size)), "gain")
+        scale = np.subtract.outer(self.parts.fractions("states"), self.parts.fractions("measurements"))
+        return a.numbers(made, scale)
+
+    def measurement(self) -> tuple[np.ndarray, np.ndarray]:
+        """z^ = H x (m) and its covariance S = H P H' + R (m x m)."""
+        m, a = self.model.m, self.arithmetic
+        z, S = a.empty(m), np.zeros((m, m), a.number_of_any_size)
+        require(self._call("measurement", self.parts.sensor, self._pointer(z), self._pointer(S, self._any_size)),
+                "measurement")
+        fractions = np.array(self.parts.fractions("measurements"))
+        return a.values(z, fractions), a.numbers(S, fractions[:, None] + fractions)
+
+    # ------------------------------------------------------------------ sequences
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
+            watch: Optional[Consistency] = None, covariance: bool = False) -> Run:
+        """A sequence in one call of C, without Python's lock.
+
+        z      T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
+               predict comes before each other one.  Or a DataFrame with a column for each measurement.
+        u      T x l: row t moves the state from row t to row t + 1
+        watch  sees every update
+        A KalmanqError says at which row it stopped; the state is then that before it.
+        """
+        given = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(given))
+        index = index_of(z, u)
+        run = self._sequence(given, controls, robust, watch, covariance=covariance)
+        run.index = index
+        warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
+        self.warn_of_wide()
+        return run
+
+    def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None,
+                  watch: Optional[Consistency] = None, *, moves: bool = True, covariance: bool = False) -> Run:
+        a, T = self.arithmetic, len(given)
+        words = self.parts.words(given, "measurements")
+        controls = None if u is None else self.parts.words(u, "controls")
+        carried = self.parts.carried(controls, self._left, T) if moves else None
+        out = Results(self, T, covariance)
+        q = ffi.new(f"kq_sequence_{a.name} *")
+        q.filter, q.process, q.sensor = self._handle, self.parts.process, self.parts.sensor
+        q.steps, q.begins = T, self.begins or not moves
+        q.z, q.u = self._pointer(words), self._pointer(carried)
+        q.is_upper = not np.any(np.tril(self.model.A, -1))
+        q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
+        q.watch = ffi.NULL if watch is None else watch.of(self, robust)
+        kept = self._way(q, robust)
+        out.ask(q)
+        self._ask(q, out)
+        status = a.function("sequence_run")(q)
+        del kept
+        done = int(q.done)
+        if moves and done:
+            self._moved(done - self.begins, None if controls is None else controls[done - 1])
+        self._end(q)
+        require(status, "the run", done)
+        return out.run()
+
+    def _moved(self, rows: int, left: Optional[np.ndarray] = None) -> None:
+        self.row, self.begins, self._left = self.row + rows, False, left
+
+    def _way(self, q: Any, robust: Optional[Robust]) -> list[Any]:
+        """Sets how measurements are taken; returns what has to stay until the call is over."""
+        a = self.arithmetic
+        if robust is None:
+            return []
+        q.way = WAYS[robust.way]
+        if robust.way == "gate":
+            return self._gate(q, robust)
+        q.parameter = a.parameter(robust.value)
+        return list(self._target(q)) if robust.way == "step-student" else []
+
+    def _gate(self, q: Any, robust: Robust) -> list[Any]:
+        """The limit of each row is that of the components which it has."""
+        if robust not in self._gates:
+            a, level = self.arithmetic, LEVELS[robust.value]
+            gate, limit = a.struct("gate"), a.function("chi_square_limit")
+            gate.run = robust.run
+            self._gates[robust] = gate, np.array([limit(count + 1, level) for count in range(self.model.m)], a.score)
+        q.gate, limits = self._gates[robust]
+        q.limits = self._scores(limits)
+        return []
+
+    def _target(self, q: Any) -> tuple[Any, ...]:
+        a, n, l = self.arithmetic, self.model.n, self.model.l
+        target = a.struct("process")
+        memory = a.empty(int(lib.kq_root_length_q31(n)))
+        if a.is_fixed:
+            q.root = self._pointer(memory)
+        else:
+            require(a.function("process_assign")(target, n, l, self._pointer(memory), memory.size), "process")
+        q.target = target
+        return target, memory
+
+    def _ask(self, q: Any, out: Results) -> None:
+        """What a smoother or an adaptation wants of a run beside the filter's results."""
+
+    def _end(self, q: Any) -> None:
+        """What of a run has to be known at the next one."""
+
+
+class LagSmoother(Filter):
+    """A filter with a fixed-lag smoother: `run` has `lagged`, the state of `lag` rows before, too."""
+
+    def __init__(self, model: Model, lag: int, arithmetic: str = "f64"):
+        super().__init__(model, arithmetic)
+        if lag < 0:
+            raise KalmanqError("lag: below 0")
+        self.lag = lag
+        self._lag = self._object("lag", model.n, model.m, lag, sizes=(model.n, model.m, lag))
+        self._follows = False
+
+    def _ask(self, q: Any, out: Results) -> None:
+        q.lag, q.age, q.lag_follows = self._lag, self.lag, self._follows
+        for name in ("lagged", "lagged_low", "lagged_sigma"):
+            out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
+            setattr(q, name, self._pointer(out.numbers[name]))
+        self._lagged_variance = self._variances_of_any_size(int(q.steps))
+        q.lagged_variance = self._pointer(self._lagged_variance, self._any_size)
+
+    def _tell(self, run: Run, out: Results) -> None:
+        run.lag = self.lag
+        run.lagged = self._values(out.numbers["lagged"], out.numbers["lagged_low"])
+        run.lagged_sigma = self._sigmas(out.numbers["lagged_sigma"], self._lagged_variance)
+
+    def _end(self, q: Any) -> None:
+        self._follows = bool(q.lag_follows)
+
+
+class AdaptiveFilter(Filter):
+    """A filter that learns the sizes of Q and R on its way (adaptation.h): `run` has `scales`, too.
+
+    scales        "both", "process" or "sensor"; the other one stays 1
+    memory        M, in updates: 10 .. 100000
+    step          0 < step <= 1
+    limits        of both scales
+    sensor_limits of R's, where they are others
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64", *, scales: str = "both", memory: int = 500,
+                 step: float = 0.1, limits: tuple[float, float] = (1e-3, 1e3),
+                 sensor_limits: Optional[tuple[float, float]] = None, parts: Optional[Parts] = None):
+        super().__init__(model, arithmetic, parts=parts)
+        a, n, m = self.arithmetic, model.n, model.m
+        self._adaptation = a.struct("adaptation")
+        store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
+        root = np.zeros(int(lib.kq_root_length_q31(n)), np.int32)
+        self._kept += [store, root]
+        extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
+        require(a.function("adaptation_assign")(self._adaptation, n, m, self._pointer(store, self._any_size),
+                                                store.size, *extra), "adaptation")
+        which = {"both": lib.KQ_ADAPT_BOTH, "process": lib.KQ_ADAPT_PROCESS, "sensor": lib.KQ_ADAPT_SENSOR}
+        if scales not in which:
+            raise KalmanqError(f"there are no scales {scales!r}: {', '.join(which)}")
+        ends = map(a.parameter, (*limits, *(sensor_limits or limits)))
+        rule = ffi.new(f"kq_adaptation_rule_{a.name} *", {
+            "scales": which[scales], "memory": memory, "step": a.parameter(step),
+            **dict(zip(("process_least", "process_most", "sensor_least", "sensor_most"), ends))})
+        require(a.function("adaptation_init")(self._adaptation, self.parts.process, self.parts.sensor, rule),
+                "adaptation")
+        require(a.function("adaptation_attach")(self._adaptation, self._handle), "adaptation")
+
+    def _ask(self, q: Any, out: Results) -> None:
+        q.adaptation = self._adaptation
+        made = np.zeros((int(q.steps), 2), self.arithmetic.number_of_any_size)
+        out.any_size["scales"] = made
+        q.scales = self._pointer(made, self._any_size)
+
+    def _tell(self, run: Run, out: Results) -> None:
+        run.scales = self.arithmetic.numbers(out.any_size["scales"])
+
+    @property
+    def scales(self) -> np.ndarray:
+        """2: of Q and R, as they are now."""
+        a, made = self.arithmetic, []
+        for name in ("process", "sensor"):
+            scale = a.function(f"adaptation_{name}_scale")(self._adaptation)
+            made.append(np.ldexp(float(scale.mantissa), scale.exponent) if a.is_fixed else scale)
+        return np.array(made, np.float64)
+
+
+class Smoother:
+    """Of a recorded run: mean and covariance of every row given all rows.
+
+        run = Smoother(model, "f32").run(z, u)      run.smoothed, run.smoothed_sigma
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64"):
+        self.model = model
+        self.parts = Parts(model, arithmetic)
+        self.last: Optional[Filter] = None  # the filter at the end of the last run
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False,
+            means_only: bool = False) -> Run:
+        """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
+        rows = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(rows))
+        recording = _Recording(self.model, self.parts, rows, controls)
+        run = recording.run(z, u, covariance=covariance)
+        recording.smooth(run, covariance, means_only)
+        self.last = recording
+        return run
+
+
+class _Recording(Filter):
+    """A filter with a history of so many rows and, where the start is unknown, what keeps its first rows."""
+
+    def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]):
+        super().__init__(model, parts.arithmetic.name, parts=parts)
+        n, m, rows = model.n, model.m, max(len(z), 1)
+        self.is_unknown = bool(np.any(model.unknown))
+        if self.is_unknown:
+            early = rows_to_know(model, parts, z, u)
+            self._start = self._object("start", n, early, sizes=(n, early))
+            self.parts.init_start(self._start, self._handle)
+        self._history = self._object("history", n, sizes=(n, m, rows, 0))
+        require(self.arithmetic.function("history_attach")(self._history, self._handle), "history")
+
+    def smooth(self, run: Run, covariance: bool, means_only: bool) -> None:
+        if not len(run):
+            return
+        self._smooth(means_only)
+        what = "start" if self.is_unknown else "history"
+        self.read_smoothed(run, what, self._start if self.is_unknown else self._history, covariance, means_only)
+        run.events |= int(self.arithmetic.function("history_events")(self._history))
+
+    def _smooth(self, means_only: bool) -> None:
+        a = self.arithmetic
+        if not self.is_unknown or means_only:
+            require(a.function("smooth_states" if means_only else "smooth")(self._history), "smoother")
+        if self.is_unknown:
+            require(a.function("start_smooth")(self._start), "smoother")
+
+
+EARLY_MAX = 65534  # kq_start_assign
+
+
+def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]) -> int:
+    """Rows until all of the start is known: what has to be kept of them takes memory."""
+    trial, block = Filter(model, parts.arithmetic.name, parts=parts), 64
+    for first in range(0, len(z), block):
+        rows = slice(first, first + block)
+        trial.run(z[rows], None if u is None else u[rows])
+        if parts.arithmetic.function("start_count")(trial._start) == 0 or first + block > EARLY_MAX:
+            return min(first + block, EARLY_MAX)
+    return min(len(z) + 1, EARLY_MAX)
+
+
+def run_many(sequences: Sequence[Any], run: Callable[[Any], Run], workers: Optional[int] = None) -> list[Run]:
+    """`run` of each sequence, on several cores: C runs without Python's lock."""
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(run, sequences))
+
+
+__all__ = ["AdaptiveFilter", "Filter", "LagSmoother", "Robust", "Smoother", "run_many"]

@@ -1,0 +1,142 @@
+"""What follows a filter from a row on: one instant that is refined, and a covariance that settles."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import require
+from kalmanq.data.rows import row_of
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.run.filters import Filter, Robust
+from kalmanq.run.parts import Parts
+from kalmanq.run.readings import Results
+from kalmanq.run.results import Run
+
+
+class PointSmoother(Filter):
+    """A filter with a fixed-point smoother: `run` has `point`, the state of one row given all rows so far, too.
+
+        run = PointSmoother(model, row=0).run(z)        run.point[-1], run.point_sigma[-1]
+
+    row   counted from the first one ever; what is known of it must be all of the state by then.  It is begun by
+          the `run` or `update` that takes that row
+    """
+
+    def __init__(self, model: Model, row: int = 0, arithmetic: str = "f64"):
+        super().__init__(model, arithmetic)
+        if row < 0:
+            raise KalmanqError("row: below 0")
+        self.point_row = row
+        self._point = self._object("point", model.n, model.m, sizes=(model.n, model.m))
+        self._follows = False
+
+    @property
+    def point(self) -> np.ndarray:
+        """n: the row's state, given all so far"""
+        self._refine()
+        made = self._words("mean", self._point, "point_")
+        return self._values(made, self._words("mean_low", self._point, "point_"))
+
+    @property
+    def point_sigma(self) -> np.ndarray:
+        self._refine()
+        variance = self._variances_of_any_size(1)
+        if variance is not None:
+            full = np.zeros((self.model.n, self.model.n), self.arithmetic.number_of_any_size)
+            require(self.arithmetic.function("point_covariance")(self._point, self._pointer(full, self._any_size)),
+                    "point")
+            variance[0] = np.diag(full)
+        return self._sigmas(self._words("sigma", self._point, "point_")[None], variance)[0]
+
+    def _refine(self) -> None:
+        require(self.arithmetic.function("point_smooth")(self._point), "point")
+
+    def _ask(self, q: Any, out: Results) -> None:
+        T, n = int(q.steps), self.model.n
+        q.point, q.point_follows = self._point, self._follows
+        first = self.row + int(not q.begins)  # of this call
+        q.point_row = self.point_row - first if self.point_row >= first else T
+        for name in ("point", "point_low", "point_sigma"):
+            out.numbers[name] = np.zeros((T, n), self.arithmetic.number)
+        q.point_mean, q.point_low, q.point_sigma = (
+            self._pointer(out.numbers[name]) for name in ("point", "point_low", "point_sigma"))
+        self._point_variance = self._variances_of_any_size(T)
+        q.point_variance = self._pointer(self._point_variance, self._any_size)
+        if "covariance" in out.any_size:
+            out.any_size["point_covariance"] = np.zeros((T, n, n), self.arithmetic.number_of_any_size)
+            q.point_covariance = self._pointer(out.any_size["point_covariance"], self._any_size)
+
+    def _tell(self, run: Run, out: Results) -> None:
+        run.point_row = self.point_row
+        run.point = self._values(out.numbers["point"], out.numbers["point_low"])
+        run.point_sigma = self._sigmas(out.numbers["point_sigma"], self._point_variance)
+        if "point_covariance" in out.any_size:
+            full = out.any_size["point_covariance"]
+            run.point_covariance = self.arithmetic.numbers(full, self.parts.covariance_scale)
+
+    def _end(self, q: Any) -> None:
+        self._follows = bool(q.point_follows)
+
+
+class SettlingFilter(Filter):
+    """A filter that leaves its covariance alone once that has settled, and begins again after a gap (steady.h).
+
+        run = SettlingFilter(model, "q31", bits=10).run(z)        run.settled
+
+    bits  it has settled when a row changes no row of the covariance's root by more than 2^-bits of its norm
+    While it is settled, `nis` and `log_likelihood` are those of the last row before.  Rows come by `run` or `step`.
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64", bits: int = 10, *, parts: Optional[Parts] = None):
+        super().__init__(model, arithmetic, parts=parts)
+        a, n, m = self.arithmetic, model.n, model.m
+        self._settling, self._attached = a.struct("settling"), False
+        memory, gain = a.empty(self._length("settling", n)), np.zeros((n, m), a.number_of_any_size)
+        self._kept += [memory, gain]
+        require(a.function("settling_assign")(self._settling, n, m, self._pointer(memory), memory.size,
+                                              self._pointer(gain, self._any_size)), "settling")
+        require(a.function("settling_init")(self._settling, bits), "settling")
+        if not np.any(model.unknown):
+            require(a.function("settling_attach")(self._settling, self._handle), "settling")
+            self._attached = True
+
+    @property
+    def is_settled(self) -> bool:
+        """Did the last step move the mean alone?"""
+        return bool(self.arithmetic.function("settling_is_settled")(self._settling))
+
+    def release(self) -> None:
+        """Back to the full filter at the next step."""
+        require(self.arithmetic.function("settling_release")(self._settling), "settling")
+
+    def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
+        """predict and update, which may rest on the gain."""
+        given = row_of(z, self.model.m, "z")
+        self.parts.words(given, "measurements")  # what is refused changes nothing
+        controls = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
+        self._moved(0, None if controls is None else controls[0])
+        self._sequence(given, None)
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
+            watch: Any = None, covariance: bool = False) -> Run:
+        if robust or watch:
+            raise KalmanqError("a filter that settles takes every measurement as it is, and none is watched")
+        return super().run(z, u, covariance=covariance)
+
+    def _ask(self, q: Any, out: Results) -> None:
+        q.settling, q.is_settling = self._settling, self._attached
+        out.settled = np.zeros(int(q.steps), np.uint8)
+        q.settled = self.arithmetic.pointer(out.settled, "uint8_t")
+
+    def _tell(self, run: Run, out: Results) -> None:
+        run.settled = out.settled.astype(bool)
+
+    def _end(self, q: Any) -> None:
+        self._attached = bool(q.is_settling)
+
+
+__all__ = ["PointSmoother", "SettlingFilter"]

@@ -1,0 +1,82 @@
+"""A smoother for states that jump: the noise of each step is reweighted by what all rows say of it (robust.h)."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kalmanq.core import require
+from kalmanq.data.rows import controls_of, index_of, rows_of
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.run.filters import Filter, _Recording
+from kalmanq.run.parts import Parts
+from kalmanq.run.readings import Results
+from kalmanq.run.results import Run
+
+
+class ReweightedSmoother:
+    """A smoother with Student-t process noise: fixed-interval passes, each with the weights of the one before.
+
+        run = ReweightedSmoother(model).run(z)      run.smoothed, run.smoothed_sigma, run.weights
+
+    nu       degrees of freedom, above 0: the fewer, the more often it jumps
+    passes   1 or more; from a first weight of 16, more than five do not gain
+    first    the weight of Q at every step of the first pass: from 1, large jumps are found slowly
+    What a run says of the filter (mean, sigma, log-likelihood) is the plain filter's; outliers become jumps.
+    """
+
+    def __init__(self, model: Model, arithmetic: str = "f64", *, nu: float = 2.0, passes: int = 5,
+                 first: float = 16.0):
+        if np.any(model.unknown):
+            raise KalmanqError("a reweighted smoother needs a known start: give P0 for every state")
+        if passes < 1:
+            raise KalmanqError("passes: below 1")
+        self.model, self.parts = model, Parts(model, arithmetic)
+        self.nu, self.passes, self.first = nu, passes, first
+
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
+        """As Smoother.run."""
+        rows = rows_of(z, self.model.measurements, "z")
+        controls = controls_of(u, self.model, len(rows))
+        run = Filter(self.model, parts=self.parts).run(z, u)
+        run.index = index_of(z, u)
+        arithmetic = self.parts.arithmetic
+        weights = arithmetic.made_of(np.full(max(len(rows), 1), self.first))
+        for left in reversed(range(self.passes if len(rows) else 0)):
+            run.weights = arithmetic.numbers(weights.copy())
+            run.weights[0] = np.nan  # no step leads to the first row
+            recording = _Weighted(self.model, self.parts, rows, controls, weights, self.nu)
+            if left:
+                recording.reweight()
+            else:
+                recording.smooth(run, covariance, means_only=False)
+        return run
+
+
+class _Weighted(_Recording):
+    """A recorded run whose step to row t has weights[t] Q; smoothing it writes the weights of the next one."""
+
+    def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray], weights: np.ndarray,
+                 nu: float):
+        super().__init__(model, parts, z, u)
+        self._weights, self._nu = weights, nu
+        self._sequence(z, u)
+
+    def _ask(self, q: Any, out: Results) -> None:
+        self._scaled = self._target(q)
+        q.weights = self._pointer(self._weights, self._any_size)
+
+    def reweight(self) -> None:
+        a, (target, root) = self.arithmetic, self._scaled
+        require(a.function("smooth_reweighted")(
+            self._history, target, self.parts.process, *([self._pointer(root)] if a.is_fixed else []),
+            a.parameter(self._nu), self._pointer(self._weights[1:], self._any_size)), "reweighting")
+
+    def _smooth(self, means_only: bool) -> None:
+        self.reweight()
+
+
+__all__ = ["ReweightedSmoother"]

@@ -1,0 +1,62 @@
+"""kalmanq examples: the theory's examples, each with its numbers and its figure."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Mapping, Optional
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kalmanq.pages import pictures
+from kalmanq_studies.commands.listing import tell_choices
+from kalmanq_studies.lectures import EXAMPLES
+from kalmanq_studies.lectures.example import caption
+
+
+@dataclass(frozen=True)
+class Asked:
+    """name: None for the list; arithmetic: "all" for all three"""
+
+    name: Optional[str]
+    arithmetic: str
+    seed: int
+    out: Optional[Path]
+    json: bool
+
+
+def show(asked: Asked, console: Console) -> None:
+    if asked.name is None:
+        tell_choices("example", {name: one.shows for name, one in EXAMPLES.items()}, "what it shows",
+                     "kalmanq examples NAME --out FIGURE.png", asked.out, asked.json, console)
+        return
+    example = EXAMPLES[asked.name]
+    wanted = ("f64", "f32", "q31") if asked.arithmetic == "all" else (asked.arithmetic,)
+    with console.status(f"{asked.name} in {', '.join(wanted)}"):
+        results = {name: example.compute(name, asked.seed) for name in wanted}
+        said = caption(example, results)
+        if asked.out:
+            pictures.save_small(example.draw(results, said), asked.out)
+    _tell(asked, {name: example.numbers(of) for name, of in results.items()}, said, console)
+
+
+def _tell(asked: Asked, numbers: Mapping[str, Mapping[str, Any]], said: str, console: Console) -> None:
+    if asked.json:
+        arrays = {arithmetic: {name: np.asarray(value).tolist() for name, value in of.items()}
+                  for arithmetic, of in numbers.items()}
+        print(json.dumps({"example": asked.name, "seed": asked.seed, **arrays}, indent=2))
+        return
+    table = Table("", *numbers, title=f"{asked.name}: {EXAMPLES[str(asked.name)].shows}", title_justify="left")
+    for name in next(iter(numbers.values())):
+        table.add_row(name, *(_text(of[name]) for of in numbers.values()))
+    console.print(table)
+    console.print(said)
+    console.print(f"wrote {asked.out}" if asked.out else "--out FIGURE.png draws it")
+
+
+def _text(value: Any) -> str:
+    """Rows of a matrix below each other"""
+    return "\n".join("  ".join(f"{one:.9g}" for one in row) for row in np.atleast_2d(value))

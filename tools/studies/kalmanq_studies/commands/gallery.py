@@ -1,0 +1,136 @@
+"""kalmanq gallery: textbook models with data, fitted, smoothed and drawn."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Callable, Optional
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from kalmanq.data import tables
+from kalmanq.data.files import whole
+from kalmanq.errors import KalmanqError
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import Record
+from kalmanq.model import model_file
+from kalmanq.pages import pictures
+from kalmanq.run.filters import Smoother
+from kalmanq.run.results import Run
+from kalmanq.run.varying import VaryingSmoother
+from kalmanq_studies.commands.listing import tell_choices
+from kalmanq_studies.gallery import ENTRIES, Entry
+from kalmanq_studies.gallery.fitted import Fitted, fit
+from kalmanq_studies.gallery.picture import Ahead, draw, forecast
+from kalmanq_studies.gallery.sources import Data
+
+
+@dataclass(frozen=True)
+class Asked:
+    """name: None for the list"""
+
+    name: Optional[str]
+    out: Optional[Path]
+    json: bool
+
+
+def show(asked: Asked, console: Console) -> None:
+    if asked.name is None:
+        tell_choices("model", {name: one.shows for name, one in ENTRIES.items()}, "what it is, and its data",
+                     "kalmanq gallery NAME --out FOLDER", asked.out, asked.json, console)
+        return
+    entry, name = ENTRIES[asked.name], asked.name
+    if asked.out and not asked.out.is_dir():
+        raise KalmanqError(f"{asked.out}: there is no such folder")
+    with console.status(f"{name}: fitting"):
+        fitted = fit(entry, name)
+        written = _write(entry, name, fitted, asked.out) if asked.out else []
+    _tell(asked, entry, fitted, written, console)
+
+
+# ------------------------------------------------------------------------------ files
+
+
+def _write(entry: Entry, name: str, fitted: Fitted, folder: Path) -> list[Path]:
+    data = entry.data()
+    run, ahead = _smoothed(entry, fitted, data)
+    title = f"{entry.shows}\nlog-likelihood {fitted.log_likelihood:.2f}"
+    makers: dict[str, Callable[[Path], None]] = {
+        f"{name}.csv": lambda path: _write_data(path, data),
+        f"{name}_smoothed.csv": lambda path: _write_run(path, run, data),
+        f"{name}.png": lambda path: pictures.save_small(draw(entry, data, run, ahead, title), path)}
+    if data.regressors is None:  # a model file has one H for all rows
+        start, end = (_text(entry, name, parameters, data) for parameters in (entry.start, fitted.parameters))
+        makers = {f"{name}.toml": lambda path: _write_text(path, start),
+                  f"{name}_fitted.toml": lambda path: _write_text(path, end), **makers}
+    for file, make in makers.items():
+        make(folder / file)
+    return [folder / file for file in makers]
+
+
+def _smoothed(entry: Entry, fitted: Fitted, data: Data) -> tuple[Run, Optional[Ahead]]:
+    if data.regressors is not None:  # what they will be is not known
+        return VaryingSmoother(fitted.model).run(data.z, data.regressors, covariance=True), None
+    smoother = Smoother(fitted.model)
+    run = smoother.run(data.z, covariance=True)
+    assert smoother.last is not None
+    return run, forecast(smoother.last, entry.ahead, data) if entry.ahead else None
+
+
+def _text(entry: Entry, name: str, parameters: dict, data: Data) -> str:
+    """With ranges, so that it runs in fixed point, too.  Before an unknown start is known, every state may be as large
+    as what is measured."""
+    model, _ = with_ranges(entry.model(parameters, name), [Record(data.z)], life=0)
+    if entry.is_unknown:
+        most = max(one.range or 0.0 for one in (*model.states, *model.measurements))
+        model = model.changed(states=[replace(one, range=most) for one in model.states])
+    return f"# {entry.shows}.\n" + model_file.text_of_builder(entry.builder, parameters, model)
+
+
+def _write_text(path: Path, text: str) -> None:
+    with whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _write_data(path: Path, data: Data) -> None:
+    names = [data.axis, *data.names, *data.regressor_names]
+    columns = [data.at, *data.z.T, *([] if data.regressors is None else data.regressors.T)]
+    with whole(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as text:
+        text.write(f"# {data.said}\n")
+        tables.write_text(text, names, columns)
+
+
+def _write_run(path: Path, run: Run, data: Data) -> None:
+    columns = {data.axis: data.at, **run.columns()}
+    with tables.Writer(path, list(columns)) as writer:
+        writer.write(list(columns.values()))
+
+
+# ------------------------------------------------------------------------------ what is told
+
+
+def _tell(asked: Asked, entry: Entry, fitted: Fitted, written: list[Path], console: Console) -> None:
+    if asked.json:
+        print(json.dumps({"model": asked.name, "builder": entry.builder, "parameters": fitted.parameters,
+                          "free": list(entry.free), "log_likelihood": fitted.log_likelihood,
+                          "settled": fitted.is_settled, "files": [str(path) for path in written]}, indent=2))
+        return
+    table = Table("parameter", "where fitting began", "fitted", title=f"{asked.name}: {entry.shows}",
+                  title_justify="left")
+    for name in entry.free:
+        table.add_row(name, *(_numbers(of[name]) for of in (entry.start, fitted.parameters)))
+    console.print(table)
+    console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'settled' if fitted.is_settled else 'NOT settled'}")
+    for path in written:
+        console.print(f"wrote {path}")
+    if entry.data().regressors is not None:
+        console.print("H is another one at each row, so there is no model file: kalmanq.VaryingSmoother runs it")
+    if not written:
+        console.print("--out FOLDER writes model, data, smoothed states and a picture")
+
+
+def _numbers(value: object) -> str:
+    return "  ".join(f"{one:.6g}" for one in np.ravel(value))

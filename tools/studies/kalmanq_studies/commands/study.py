@@ -1,0 +1,95 @@
+"""kalmanq study: a study of many runs, and its page of findings."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+from PIL import Image
+from rich.console import Console
+
+from kalmanq.data.files import telling_where, whole
+from kalmanq.data.tables import write_text
+from kalmanq.errors import KalmanqError
+from kalmanq.pages.pictures import save
+from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign, versions
+from kalmanq_studies.heavy_tails import claims
+from kalmanq_studies.heavy_tails.collected import HEADER, Collected
+from kalmanq_studies.heavy_tails.figures import figures
+from kalmanq_studies.heavy_tails.page import page
+from kalmanq_studies.heavy_tails.perform import perform
+from kalmanq_studies.heavy_tails.settings import FULL, QUICK, tasks_of
+
+PAGE, TABLE = "README.md", "heavy_tails.csv"
+COLOURS = 256  # of a picture: of fewer, some curves come out in one colour
+
+
+@dataclass(frozen=True)
+class Asked:
+    name: str
+    out: Path
+    quick: bool
+    seed: int
+    workers: Optional[int]
+    dask: Optional[str]
+    fresh: bool
+    json: bool
+
+
+def run_study(asked: Asked, console: Console) -> None:
+    if asked.workers is not None and asked.dask is not None:
+        raise KalmanqError("--workers and --dask: one of them")
+    if not asked.out.is_dir():
+        raise KalmanqError(f"{asked.out}: there is no such folder")
+    journal = journal_of(asked.out / asked.name)
+    collected = collect(asked, journal)
+    written = write(collected, asked)
+    journal.unlink(missing_ok=True)
+    found = list(claims.claims(collected))
+    if asked.json:
+        print(json.dumps({"study": asked.name, "quick": asked.quick, "seed": asked.seed, "files": written,
+                          "claims": [vars(claim) for claim in found]}, indent=2))
+        return
+    for claim in found:
+        console.print(f"{claim.said}\n  {claim.verdict}")
+    console.print(f"wrote {', '.join(written)} in {asked.out}")
+
+
+def collect(asked: Asked, journal: Path) -> Collected:
+    plan = QUICK if asked.quick else FULL
+    tasks = tasks_of(plan, asked.seed)
+    fingerprint = {"study": asked.name, "seed": asked.seed, **plan.fingerprint()}
+    with progress_bar(asked.name) as progress:
+        results = run_campaign(perform, tasks, fingerprint=fingerprint, journal=journal, workers=asked.workers,
+                               dask=asked.dask, progress=progress, fresh=asked.fresh)
+        return Collected(tasks, results)
+
+
+def write(collected: Collected, asked: Asked) -> list[str]:
+    """All files, or none: they are made elsewhere first."""
+    with tempfile.TemporaryDirectory() as folder, telling_where(Path(folder)):
+        made = Path(folder)
+        for name, draw in figures().items():
+            save(draw(collected), made / f"{name}.png")
+            shrink(made / f"{name}.png")
+        rows = list(collected.table())
+        with open(made / TABLE, "w", newline="", encoding="utf-8") as text:
+            write_text(text, HEADER, [np.array(column, object) for column in zip(*rows)])
+        (made / PAGE).write_text(page(collected, command_of(asked), versions()), encoding="utf-8")
+        for path in sorted(made.iterdir()):
+            with whole(asked.out / path.name) as temporary:
+                temporary.write_bytes(path.read_bytes())
+        return sorted(path.name for path in made.iterdir())
+
+
+def shrink(picture: Path) -> None:
+    """To a palette: pages of a repository have small pictures."""
+    Image.open(picture).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(picture, optimize=True)
+
+
+def command_of(asked: Asked) -> str:
+    return f"kalmanq study {asked.name}{' --quick' if asked.quick else ''} --seed {asked.seed} --out FOLDER"
