@@ -14,12 +14,12 @@ import pytest
 from typer.testing import CliRunner
 
 from kalmanq import KalmanqError, Smoother, command_line
-from kalmanq.commands.simulate import simulate
-from kalmanq.commands.simulate_runs import Study, one_run, summary
 from kalmanq.model import model_file
 from kalmanq.run import campaigns
 from kalmanq.run.campaigns import CampaignInterrupted, journal_of, run_campaign
 from kalmanq.run.diagnostics import nees
+from kalmanq.run.monte_carlo import Study, one_run, summary
+from kalmanq.run.simulation import simulate
 from models import cart
 from test_commands import EXAMPLES, kalmanq, refused, rows_of
 

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from kalmanq import Filter, LagSmoother, Smoother
-from kalmanq.commands.simulate import simulate
 from kalmanq.data import tables
 from kalmanq.model import model_file
 from kalmanq.pages import pictures
+from kalmanq.run.simulation import simulate
 
-EXAMPLES = Path(model_file.__file__).parent / "examples"
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
 PNG = b"\x89PNG\r\n\x1a\n"
 

@@ -22,7 +22,6 @@ from compiled_models import factorial, five, kinematic, random_model
 
 import kalmanq
 from kalmanq import Model, Quantity
-from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import exact, fixed, forms
 from kalmanq.compiler.names import named
 from kalmanq.compiler.product import Maker, NotProven, Wanted, compiled, ram_of
@@ -32,6 +31,7 @@ from kalmanq.compiler.search import Runner
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 from kalmanq.model import Gaps
+from kalmanq.run.simulation import simulate
 
 ARITHMETICS = ("f32", "q31")
 SEEDS = (1, 2, 3)
@@ -761,7 +761,7 @@ class Interrupted:
             raise KeyboardInterrupt
 
 sys.meta_path.insert(0, Interrupted())
-from kalmanq_command import main
+from kalmanq.__main__ import main
 main()
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
@@ -782,7 +782,8 @@ def test_a_file_that_does_not_fit_is_named(command: list[str], named: str, tmp_p
     program = f"""
 import resource, sys
 from kalmanq.command_line import main
-import kalmanq.commands.{command[0]}
+from kalmanq.commands import COMMANDS
+import importlib; importlib.import_module(COMMANDS[{command[0]!r}][0])
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 sys.argv = {words}
 main()

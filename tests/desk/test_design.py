@@ -16,7 +16,6 @@ import pytest
 import five
 from products import PRODUCTS
 from kalmanq import KalmanqError, Model, ModelError, Quantity
-from kalmanq.commands.simulate import simulate
 from kalmanq.core import lib
 from kalmanq.firmware import costs
 from kalmanq.firmware.c_source import WAYS, source, ways_of
@@ -27,6 +26,7 @@ from kalmanq.firmware.reach import Record, draw, reach
 from kalmanq.model import Gaps
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
+from kalmanq.run.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"

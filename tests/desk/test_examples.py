@@ -113,7 +113,7 @@ def test_prediction_errors_are_those_of_theory(arithmetic):
 
 def test_the_prediction_that_is_compared_is_the_filters():
     """z without its innovation, and a forecast of one row"""
-    from kalmanq.commands.simulate import simulate
+    from kalmanq.run.simulation import simulate
 
     model, made = prediction_error.model(), result("prediction-error")
     _, z = simulate(model, prediction_error.ROWS, np.random.SeedSequence(1).spawn(1)[0])

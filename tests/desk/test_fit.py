@@ -22,7 +22,7 @@ from kalmanq.fitting.problem import Problem
 from kalmanq.model import model_file
 from kalmanq.pages import pictures
 
-EXAMPLES = Path(model_file.__file__).parent / "examples"
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 NILE = EXAMPLES / "nile.csv"
 SEEDS = range(3)
 

@@ -12,7 +12,7 @@ from kalmanq import Model
 from kalmanq.model import builders, model_file
 from kalmanq.model.model_file import ModelFileError
 
-EXAMPLES = sorted((Path(model_file.__file__).parent / "examples").glob("*.toml"))
+EXAMPLES = sorted((Path(model_file.__file__).parents[1] / "examples").glob("*.toml"))
 FIELDS = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "unknown")
 
 

@@ -20,18 +20,18 @@ from scipy.optimize import least_squares
 
 import models
 from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, command_line
-from kalmanq.commands.check_nonlinear import findings
 from kalmanq.core import ffi, lib
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, arctan2, read, simulate
 from kalmanq.nonlinear.calls import Given
+from kalmanq.nonlinear.checks import findings
 from kalmanq.nonlinear.derivatives import Derivative
 from kalmanq.nonlinear.jacobians import points_along, prior_points, wrong_entries, worst_entry
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
 import nonlinear_models as textbook  # noqa: E402
 
-EXAMPLES = Path(model_file.__file__).parent / "examples"
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 TRACK, TRACK_DATA = EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv"
 BATTERY, BATTERY_DATA = EXAMPLES / "battery.py", EXAMPLES / "battery.csv"
 LINEARISE = {"extended": textbook.linearise_extended, "cubature": textbook.linearise_cubature}

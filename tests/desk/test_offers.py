@@ -16,7 +16,6 @@ from typer.testing import CliRunner
 
 from kalmanq import Model, Quantity, command_line
 from kalmanq.commands import design, report
-from kalmanq.commands.simulate import simulate
 from kalmanq.compiler import costs, forms, offers
 from kalmanq.compiler.product import Wanted, compiled
 from kalmanq.compiler.proof_file import no_less
@@ -25,6 +24,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record
 from kalmanq.model import model_file
+from kalmanq.run.simulation import simulate
 
 ARITHMETICS = ("f32", "q31")
 MEASURES = ("two_calls", "step_settled", "flash")

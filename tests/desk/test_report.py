@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 from kalmanq import Filter, Model, Quantity
 from kalmanq import command_line
 from kalmanq.commands import report
-from kalmanq.commands.simulate import simulate
 from kalmanq.model import model_file
 from kalmanq.pages.verdict import findings, headline
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
+from kalmanq.run.simulation import simulate
 from test_commands import EXAMPLES, kalmanq, refused
 
 NILE, MODEL, TRACK = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml", EXAMPLES / "track.toml"

@@ -1,4 +1,4 @@
-"""Kalman filters for microcontrollers, at a desk: the C core itself over NumPy arrays.
+"""Kalman filters for microcontrollers, on the host: the C core itself over NumPy arrays.
 
     model = kalmanq.Model(A=[[1, 1], [0, 1]], H=[1, 0], R=4, G=[0.5, 1], P0=[100, 10])
     run = kalmanq.Smoother(model, "f32").run(z)        z: T values, NaN where one is missing
@@ -7,22 +7,45 @@
 Results are those of the chip, bit for bit: `Filter(model, "q31").memory` are its words.
 """
 
-from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
-from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
-from kalmanq.model import Gaps, Model, Quantity
-from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
-from kalmanq.run.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
-from kalmanq.run.following import PointSmoother, SettlingFilter
-from kalmanq.run.results import Run
-from kalmanq.run.reweighting import ReweightedSmoother
-from kalmanq.run.statistics import Consistency, LeastSquares
-from kalmanq.run.steady import SteadyFilter, SteadyState, steady_state
-from kalmanq.run.varying import VaryingSmoother
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = [
-    "AdaptiveFilter", "Consistency", "Estimate", "Estimation", "Filter", "Fit", "Gaps", "KalmanqError",
-    "KalmanqWarning", "LagSmoother", "LeastSquares", "Model", "ModelError", "NonlinearFilter", "NonlinearModel",
-    "NonlinearSmoother", "PointSmoother", "Quantity", "ReweightedSmoother", "Robust", "Run", "SettlingFilter",
-    "Smoother", "SteadyFilter", "SteadyState", "VaryingSmoother", "fit", "gradient", "likelihood", "run_many",
-    "steady_state",
-]
+if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it is first used, from its place below
+    from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
+    from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
+    from kalmanq.model import Gaps, Model, Quantity
+    from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
+    from kalmanq.run.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
+    from kalmanq.run.following import PointSmoother, SettlingFilter
+    from kalmanq.run.results import Run
+    from kalmanq.run.reweighting import ReweightedSmoother
+    from kalmanq.run.statistics import Consistency, LeastSquares
+    from kalmanq.run.steady import SteadyFilter, SteadyState, steady_state
+    from kalmanq.run.varying import VaryingSmoother
+
+_PLACES = {
+    "errors": "KalmanqError KalmanqWarning ModelError",
+    "fitting": "Estimate Estimation Fit fit gradient likelihood",
+    "model": "Gaps Model Quantity",
+    "nonlinear": "NonlinearFilter NonlinearModel NonlinearSmoother",
+    "run.filters": "AdaptiveFilter Filter LagSmoother Robust Smoother run_many",
+    "run.following": "PointSmoother SettlingFilter",
+    "run.results": "Run",
+    "run.reweighting": "ReweightedSmoother",
+    "run.statistics": "Consistency LeastSquares",
+    "run.steady": "SteadyFilter SteadyState steady_state",
+    "run.varying": "VaryingSmoother",
+}
+_PLACE = {name: place for place, names in _PLACES.items() for name in names.split()}
+__all__ = sorted(_PLACE)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACE:
+        raise AttributeError(f"module 'kalmanq' has no attribute {name!r}")
+    globals()[name] = found = getattr(import_module(f"kalmanq.{_PLACE[name]}"), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

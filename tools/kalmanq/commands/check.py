@@ -1,133 +1,52 @@
-"""kalmanq check: is a model fit for a filter?"""
+"""kalmanq check: is a model fit for a filter?  Of a nonlinear one: are its Jacobians right, do its ranges fit?"""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Optional
 
 import numpy as np
+import typer
 from rich.console import Console
 
+from kalmanq.commands.messages import REFUSED
+from kalmanq.commands.options import ANY_MODEL, JSON, command_of, read_any
+from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
-from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.run.parts import Parts
-from kalmanq.run.steady import steady_state
+from kalmanq.nonlinear import checks as nonlinear
+from kalmanq.run import checks as linear
 
 
 @dataclass(frozen=True)
-class Finding:
-    is_good: bool
-    subject: str
-    said: str
+class Asked:
+    model: Path = ANY_MODEL
+    data: Optional[Path] = typer.Argument(None, metavar="[DATA.csv]", help="Of a nonlinear model: what to look along.")
+    json: bool = JSON
 
 
-def directions(A: np.ndarray, H: np.ndarray) -> np.ndarray:
-    """The observability matrix, each row of norm 1, so that its rank is no matter of units alone."""
-    rows, block = [], H.copy()
-    for _ in range(len(A)):
-        rows.append(block / np.maximum(np.linalg.norm(block, axis=1, keepdims=True), 1e-300))
-        block = block @ A
-    return np.vstack(rows)
-
-
-def unseen(A: np.ndarray, H: np.ndarray) -> list[complex]:
-    """Eigenvalues of A whose states no measurement shows (Popov, Belevitch, Hautus)."""
-    n, found = len(A), []
-    scale = max(np.abs(A).max(), 1.0)
-    for value in np.linalg.eigvals(A):
-        pencil = np.vstack([(A - value * np.eye(n)) / scale, H / max(np.abs(H).max(), 1e-300)])
-        if np.linalg.svd(pencil, compute_uv=False)[-1] < 1e-9:
-            found.append(complex(value))
-    return found
-
-
-def findings(model: Model) -> list[Finding]:
-    made = [_seen(model), _driven(model), _settles(model), _conditioned(model)]
-    made += [_fixed_point(model)] if any(one.range for one in model.states) else []
-    made += [prior_finding(model)] if any(one.range for one in np.array(model.states)[~model.unknown]) else []
-    return made
-
-
-def _seen(model: Model) -> Finding:
-    values = unseen(model.A, model.H)
-    lasting = [value for value in values if abs(value) >= 1 - 1e-12]
-    if lasting:
-        return Finding(False, "observable", f"no: a direction with eigenvalue {lasting[0]:.4g} is never measured "
-                       "and does not fade; measure it or leave it out")
-    if values:
-        return Finding(True, "observable", "not all of it, but what is not measured fades by itself")
-    return Finding(True, "observable", "every state is seen by the measurements")
-
-
-def _driven(model: Model) -> Finding:
-    G = model.G if model.G is not None else np.linalg.cholesky(model.Q + 1e-300 * np.eye(model.n)) \
-        if np.all(np.linalg.eigvalsh(model.Q) > 0) else model.Q
-    lasting = [value for value in unseen(model.A.T, G.T) if abs(value) >= 1 - 1e-12]
-    if lasting:
-        return Finding(True, "stabilisable", f"no: a direction with eigenvalue {lasting[0]:.4g} has no process noise; "
-                       "its sigma falls without end and the filter stops listening to it")
-    return Finding(True, "stabilisable", "the process noise reaches all that does not fade")
-
-
-def _settles(model: Model) -> Finding:
-    try:
-        state = steady_state(model)
-    except KalmanqError as problem:
-        return Finding(True, "steady state", f"none: {problem}")
-    closed = model.A @ (np.eye(model.n) - state.gain @ model.H)
-    return Finding(True, "steady state", f"forgets by {np.abs(np.linalg.eigvals(closed)).max():.4g} a row")
-
-
-def _conditioned(model: Model) -> Finding:
-    values = np.linalg.svd(directions(model.A, model.H), compute_uv=False)
-    condition = values[0] / max(values[-1], 1e-300)
-    said = f"observability matrix: {condition:.3g}"
-    return Finding(True, "conditioning", said + ("; some states are told apart poorly" if condition > 1e8 else ""))
-
-
-def _fixed_point(model: Model) -> Finding:
-    try:
-        parts = Parts(model, "q31")
-    except KalmanqError as problem:
-        return Finding(False, "ranges", str(problem))
-    formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for one, bits in
-                        zip(model.states, parts.fractions("states")))
-    return Finding(True, "ranges", f"fit: {formats}")
-
-
-def prior_finding(model: Model) -> Finding:
-    """Does the filter begin within its ranges?  Beyond 3 sigma it hardly is."""
-    wide, reaching = [], []
-    for i, one in enumerate(model.states):
-        if one.range is None or model.unknown[i]:
-            continue
-        sigma, mean = float(np.sqrt(model.P0[i, i])), abs(float(model.x0[i]))
-        told = f"{one.name} is {model.x0[i]:g} +- {sigma:g}, its range {one.range:g}"
-        if mean > one.range or sigma > one.range:
-            wide.append(told)
-        elif mean + 3 * sigma > one.range:
-            reaching.append(told)
-    if wide:
-        return Finding(False, "prior", f"beyond its range: {'; '.join(wide)}; raise the range, or lower P0")
-    if reaching:
-        return Finding(True, "prior", f"3 sigma reach beyond the range: {'; '.join(reaching)}")
-    return Finding(True, "prior", "3 sigma are within the ranges")
-
-
-def check_file(path: Path, as_json: bool, console: Console) -> bool:
-    model = model_file.read(path)
-    return tell(model, findings(model), as_json, console)
-
-
-def tell(model: Any, made: list[Finding], as_json: bool, console: Console) -> bool:
-    """Is all of it good?"""
-    if as_json:
+def check(asked: Asked, console: Console) -> None:
+    if asked.data is not None and asked.model.suffix != ".py":
+        raise KalmanqError(f"{asked.data}: a linear model is checked without data")
+    model = read_any(asked.model)
+    made = linear.findings(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(asked, model))
+    if asked.json:
         print(json.dumps({one.subject: {"good": one.is_good, "said": one.said} for one in made}, indent=2))
     else:
         console.print(f"{model.name}: {model.n} states, {model.m} measurements, {model.l} controls")
         for one in made:
             console.print(f"  {'ok ' if one.is_good else 'NO '} {one.subject}: {one.said}")
-    return all(one.is_good for one in made)
+    if not all(one.is_good for one in made):
+        raise SystemExit(REFUSED)
+
+
+def _rows(asked: Asked, model: nonlinear.NonlinearModel) -> Optional[nonlinear.Rows]:
+    if asked.data is None:
+        return None
+    z, u = tables.measurements_and_controls(asked.data, model)
+    return z, np.zeros((len(z), 0)) if u is None else u
+
+
+command = command_of(Asked, check)

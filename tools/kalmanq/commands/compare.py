@@ -1,57 +1,70 @@
-"""kalmanq compare: every arithmetic beside double."""
+"""kalmanq compare: every arithmetic beside double; of a nonlinear model the methods beside each other, too."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.options import ANY_MODEL, DATA, JSON, command_of, read_any
 from kalmanq.data import tables
-from kalmanq.errors import KalmanqError
-from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.run.filters import Filter
-from kalmanq.run.results import Run
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.comparison import arithmetics, compare_methods
+from kalmanq.run.comparison import compare
+
+SHOWN = 4  # states in the table; the JSON has all
 
 
-def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
-    """Worst error of a mean in sigma, at every row and of each arithmetic; the figures of each."""
-    exact = Filter(model, "f64").run(z, u)
-    errors, figures = {}, {}
-    for name in ("f32", "q31"):
-        try:
-            run = Filter(model, name).run(z, u)
-        except KalmanqError as problem:
-            figures[name] = {"refused": str(problem)}
-            continue
-        errors[name], figures[name] = beside(run, exact)
-    return errors, figures
+@dataclass(frozen=True)
+class Asked:
+    model: Path = ANY_MODEL
+    data: Path = DATA
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
+    json: bool = JSON
 
 
-def beside(run: Run, exact: Run) -> tuple[np.ndarray, dict]:
-    """A run beside another one of the same rows: the worst error of a mean in sigma at each row, and figures"""
-    assert run.sigma is not None and run.log_likelihood is not None
-    assert exact.sigma is not None and exact.log_likelihood is not None
-    with np.errstate(invalid="ignore", divide="ignore"):
-        error = np.abs(run.mean - exact.mean) / exact.sigma
-        sigma = np.abs(run.sigma / exact.sigma - 1)
-    worst = np.nan_to_num(np.max(error, axis=1), nan=0.0)
-    row = int(np.argmax(worst))
-    return worst, {
-        "mean_error_in_sigma": float(np.nanmax(error)), "worst_row": row,
-        "worst_state": run.model.states[int(np.argmax(error[row]))].name,
-        "sigma_relative_error": float(np.nanmax(sigma)),
-        "log_likelihood_error": float(np.sum(run.log_likelihood) - np.sum(exact.log_likelihood)),
-        "events": run.event_names}
+def compare_file(asked: Asked, console: Console) -> None:
+    model = read_any(asked.model)
+    if isinstance(model, Model):
+        z, u = tables.measurements_and_controls(asked.data, model)
+        errors, figures = compare(model, z, u)
+        _draw(asked, errors)
+        if asked.json:
+            print(json.dumps(figures, indent=2))
+            return
+        console.print(_table(figures, model.name, len(z)))
+    else:
+        true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
+        z, u, truth = tables.measurements_controls_and(asked.data, model, true_states)
+        errors, figures = arithmetics(model, z, u)
+        found = compare_methods(model, z, u, truth)
+        _draw(asked, errors)
+        if asked.json:
+            print(json.dumps({"arithmetics": figures, "methods": found}, indent=2))
+            return
+        console.print(_table(figures, model.name, len(z)))
+        _tell_methods(model, found, len(z), truth is not None, console)
+    if asked.plot:
+        console.print(f"wrote {asked.plot}")
 
 
-def table_of(figures: dict[str, dict], title: str) -> Table:
+def _draw(asked: Asked, errors: dict[str, np.ndarray]) -> None:
+    if asked.plot:
+        from kalmanq.pages import pictures
+
+        pictures.save(pictures.draw_errors(errors), asked.plot, [asked.data, asked.model])
+
+
+def _table(figures: dict[str, dict], name: str, rows: int) -> Table:
     table = Table("arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events",
-                  title=title, title_justify="left")
+                  title=f"{name}: worst errors of {rows} rows beside double", title_justify="left")
     for name, of in figures.items():
         if "refused" in of:
             table.add_row(name, of["refused"])
@@ -62,17 +75,35 @@ def table_of(figures: dict[str, dict], title: str) -> Table:
     return table
 
 
-def compare_file(model_path: Path, data: tables.AnySource, plot: Optional[Path], as_json: bool, console: Console) -> None:
-    model = model_file.read(model_path)
-    z, u = tables.measurements_and_controls(data, model)
-    errors, figures = compare(model, z, u)
-    if plot:
-        from kalmanq.pages import pictures
+def _tell_methods(model: NonlinearModel, found: dict[str, dict], rows: int, is_known: bool, console: Console) -> None:
+    console.print(_methods_table(model, found, rows, is_known))
+    for told in sorted({one for of in found.values() for one in of.get("warnings", [])}):
+        console.print(f"(!) {told}")
+    for method, of in found.items():
+        if "refused" in of:
+            console.print(f"{method}: {of['refused']}")
 
-        pictures.save(pictures.draw_errors(errors), plot, [data, model_path])
-    if as_json:
-        print(json.dumps(figures, indent=2))
-        return
-    console.print(table_of(figures, f"{model.name}: worst errors of {len(z)} rows beside double"))
-    if plot:
-        console.print(f"wrote {plot}")
+
+def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_known: bool) -> Table:
+    shown = model.state_names[:SHOWN] if is_known else []
+    known = ["NEES", "smoothed", *(f"RMS {name}" for name in shown)] if is_known else []
+    said = "NIS a measurement" + (", NEES a state; RMS of smoothed states" if is_known else "")
+    table = Table("method", "NIS", "log-likelihood", *known, title_justify="left",
+                  title=f"{model.name}: methods in double, {rows} rows; {said}")
+    for method, of in found.items():
+        if "refused" in of:
+            table.add_row(method, "refused")
+            continue
+        cells = [_cell(of.get("nis_per_measurement"), ".3f"), _cell(of.get("log_likelihood"), ".2f")]
+        if is_known:
+            cells += [_cell(of.get("filtered_nees_per_state"), ".4g"), _cell(of["smoothed_nees_per_state"], ".4g")]
+            cells += [f"{of['smoothed_rms'][name]:.4g}" for name in shown]
+        table.add_row(method + (" (!)" if of["warnings"] else ""), *cells)
+    return table
+
+
+def _cell(value: Optional[float], form: str) -> str:
+    return "" if value is None else format(value, form)
+
+
+command = command_of(Asked, compare_file)

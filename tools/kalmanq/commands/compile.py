@@ -8,11 +8,13 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import typer
 from rich.console import Console
 
+from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler.costs import estimates
 from kalmanq.compiler.files import texts_of
-from kalmanq.compiler.product import Product, Wanted, compiled, fractions_of, ram_of
+from kalmanq.compiler.product import KINDS, Product, Wanted, compiled, fractions_of, ram_of
 from kalmanq.compiler.proof_file import lines_of_class, losses, narrow_ranges, of_means
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
@@ -22,15 +24,15 @@ from kalmanq.model import model_file
 
 @dataclass(frozen=True)
 class Asked:
-    model: Path
-    out: Path  # NAME.c
-    arithmetic: str
-    form: str
-    partial: bool
-    nis: bool
-    lag: int
-    bound: float
-    json: bool
+    model: Path = MODEL
+    out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_proof.txt go beside it.")
+    arithmetic: ChipArithmetic = typer.Option("f32", "--arith", help="The numbers that the chip will have.")
+    form: choices("Form", KINDS) = typer.Option("covariance", "--form", help="gain: constant, where no sample is ever missing.")
+    partial: bool = typer.Option(False, "--partial", help="Samples of which some components are missing, too.")
+    nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; f32: the likelihood.")
+    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once settled.")
+    bound: float = typer.Option(1e-4, "--bound", min=0, help="Of a covariance's error, in sigma_i sigma_j.")
+    json: bool = JSON
 
 
 def compile_file(asked: Asked, console: Console) -> None:
@@ -99,3 +101,6 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
         console.print(f"  not {one.form}: {one.reason}")
     for path in written:
         console.print(f"wrote {path}")
+
+
+command = command_of(Asked, compile_file)

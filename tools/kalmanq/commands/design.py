@@ -10,9 +10,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Optional, Sequence
 
+import typer
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.data import tables
@@ -30,16 +32,16 @@ from kalmanq.run.parts import Parts
 
 @dataclass(frozen=True)
 class Asked:
-    model: Path
-    core: str
-    data: Optional[tables.AnySource]
-    arithmetic: Optional[str]
-    way: Optional[str]
-    flash: Optional[float]  # kB
-    ram: Optional[float]
-    name: str
-    out: Optional[Path]  # a folder
-    json: bool
+    model: Path = MODEL
+    core: choices("Core", CORES) = typer.Option(..., "--core", help="What it will run on.")
+    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="What it will be given; otherwise drawn.")
+    arithmetic: Optional[ChipArithmetic] = typer.Option(None, "--arith", help="Only this one; otherwise what is best.")
+    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--way", help="Only this one.")
+    flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Of the part.")
+    ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="Of the part.")
+    name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's.")
+    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go; it has to be there.")
+    json: bool = JSON
 
 
 def design_file(asked: Asked, console: Console) -> None:
@@ -224,3 +226,6 @@ def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -
         unpaid = [] if not one.plan or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):
             console.print(f"  compiled in {one.arithmetic}: {remark}", markup=False)
+
+
+command = command_of(Asked, design_file)

@@ -5,43 +5,51 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator, List, Optional
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from kalmanq.commands.messages import NO_MAXIMUM, stop
+from kalmanq.commands.options import JSON, MODEL, choices, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting import Fit, fit
 from kalmanq.fitting.choice import require_units
 from kalmanq.fitting.entries import free_and_held
+from kalmanq.fitting.expectation import FORMS
+from kalmanq.fitting.fit_model import METHODS
 from kalmanq.model import model_file
 from kalmanq.model import Model
 
 
+Form = choices("Form", FORMS)
+
+
 @dataclass(frozen=True)
 class Asked:
-    model: Path
-    data: list[tables.AnySource]
-    free: str
-    hold: str
-    method: str
-    Q_form: str
-    R_form: str
-    starts: int
-    seed: int
-    iterations: int
-    tolerance: float
-    out: Optional[Path]
-    plot: Optional[Path]
-    json: bool
+    model: Path = MODEL
+    data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file.")
+    free: str = typer.Option("Q,R", "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0].")
+    hold: str = typer.Option("", "--hold", help="Entries that stay, such as A[1,0] or Q[0,*].")
+    method: choices("Method", METHODS) = typer.Option("both", "--method", help="EM, maximum likelihood, or EM first and ML then.")
+    Q_form: Form = typer.Option("full", "--q-form", help="Of Q; a multiple of what it is.")
+    R_form: Form = typer.Option("full", "--r-form", help="Of R.")
+    starts: int = typer.Option(1, "--starts", min=1, max=1000, help="Begin so often, at random after the first.")
+    seed: int = typer.Option(0, "--seed", min=0, help="Of the further starts.")
+    iterations: int = typer.Option(1000, "--iterations", min=1, help="Evaluations that a start may take.")
+    tolerance: float = typer.Option(1e-6, "--tolerance", min=1e-9, help="Log-likelihood that may be left.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED.toml", help="The model, fitted.")
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="The likelihood's course.")
+    json: bool = JSON
 
 
-def fit_files(asked: Asked, console: Console) -> str:
-    """Why the maximum was not found, in a line; empty where it was.  The best point is written in both cases."""
+def fit_files(asked: Asked, console: Console) -> None:
+    """The best point is written, whether or not it is a maximum."""
     _require_two_outputs(asked)
     model = model_file.read(asked.model)
     free, held = free_and_held(asked.free, asked.hold, model)
@@ -59,7 +67,8 @@ def fit_files(asked: Asked, console: Console) -> str:
 
         pictures.save(pictures.draw_course(found, model.name), asked.plot, inputs)
     _tell(asked, found, free, console)
-    return "" if found.is_settled else found.message
+    if not found.is_settled:
+        stop(f"{asked.model}: {found.message}", NO_MAXIMUM)
 
 
 def _require_two_outputs(asked: Asked) -> None:
@@ -138,3 +147,6 @@ def _or_none(value: float) -> Optional[float]:
 
 def _nested(given: Any) -> Any:
     return [_nested(one) for one in given] if isinstance(given, list) else _or_none(given)
+
+
+command = command_of(Asked, fit_files)

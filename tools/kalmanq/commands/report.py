@@ -2,89 +2,34 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Optional
 
-import numpy as np
+import typer
 from rich.console import Console
 
-from kalmanq.commands.compare import compare
-from kalmanq.compiler.offers import COLUMNS, offers
+from kalmanq.commands.options import ARITHMETIC, DATA, MODEL, Arithmetic, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware import costs
-from kalmanq.firmware.ranges import widened
-from kalmanq.firmware.reach import Record
 from kalmanq.model import model_file
-from kalmanq.model import Model, Quantity
-from kalmanq.pages import charts, page, verdict
-from kalmanq.pages.charts import NARROW, Canvas, buckets_for, chart
-from kalmanq.pages.pictures import measured_states
-from kalmanq.pages.verdict import Finding, Whiteness
-from kalmanq.run.campaigns import versions
-from kalmanq.run.filters import Smoother
-from kalmanq.run.results import Run
-
-MATRICES = {
-    "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",
-    "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
-    "R": "R, covariance of the measurement noise"}
+from kalmanq.pages import report, verdict
 
 
 @dataclass(frozen=True)
 class Asked:
-    model: Path
-    data: tables.AnySource
-    arithmetic: str
-    out: Path
-
-
-class CostRow(NamedTuple):
-    """Of one step, predict and update"""
-
-    core: str
-    arithmetic: str
-    instructions: int
-    flash_bytes: int
-    stack_bytes: int
-
-
-@dataclass(frozen=True)
-class Study:
-    """What the page is of."""
-
-    model: Model
-    run: Run
-    z: np.ndarray
-    found: list[Finding]
-    white: list[Whiteness]
-    compared: dict[str, dict]
-    buckets: int
-
-    @property
-    def rows(self) -> int:
-        return len(self.run)
-
-
-def cost_rows(model: Model) -> list[CostRow]:
-    """What a step of a model of this shape costs on each core, process and sensor prepared by init."""
-    made = []
-    for core, name in costs.CORES.items():
-        for arithmetic in ("f32", "q31"):
-            cost = costs.estimate(model, core, arithmetic, "init")
-            made.append(CostRow(name, arithmetic, cost.instructions, cost.flash, cost.stack))
-    return made
+    model: Path = MODEL
+    data: Path = DATA
+    out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
+    arithmetic: Arithmetic = ARITHMETIC
 
 
 def report_file(asked: Asked, console: Console) -> None:
     _refuse(asked)
     model = model_file.read(asked.model)
     z, u = tables.measurements_and_controls(asked.data, model, has_to_fit=asked.arithmetic == "q31")
-    study = made_of(model, z, u, asked.arithmetic)
-    text = page_of(study, asked)
+    study = report.made_of(model, z, u, asked.arithmetic)
+    text = report.page_of(study, asked.model, asked.data.name)
     with whole(asked.out, [asked.model, asked.data]) as path:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found), markup=False)
@@ -100,236 +45,4 @@ def _refuse(asked: Asked) -> None:
             raise KalmanqError(f"{asked.out}: is an input; write to another file")
 
 
-def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str) -> Study:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
-        run = Smoother(model, arithmetic).run(z, u)
-        _, compared = compare(model, z, u)
-        wider = widened(model, [Record(z, u)])[1] if run.events & verdict.HELD else []
-    white = [verdict.whiteness(column) for column in verdict.standardised(run).T]
-    return Study(model, run, z, verdict.findings(run, z, wider), white, compared, buckets_for(7 * model.n + 2 * model.m + 3))
-
-
-# ------------------------------------------------------------------------------ the page
-
-
-def page_of(study: Study, asked: Asked) -> str:
-    model, run = study.model, study.run
-    assert run.log_likelihood is not None
-    sizes = ", ".join(counted(count, what) for count, what in (
-        (model.n, "state"), (model.m, "measurement"), (model.l, "control")) if count)
-    facts = [asked.data.name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
-             f"arithmetic {run.arithmetic}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
-    sections = [_verdict(study), _states(study), _residuals(study), _nis(study), _autocorrelation(study),
-                _sigmas(study), _arithmetics(study), _costs(model), _model(model, asked)]
-    return page.page(model.name, facts, [one for one in sections if one], f"kalmanq {versions()['kalmanq']}")
-
-
-def counted(count: int, what: str) -> str:
-    return f"{count} {what}" + ("" if count == 1 else "s")
-
-
-def _verdict(study: Study) -> str:
-    return page.section("Does the data fit the model?", page.paragraph(verdict.headline(study.found), "headline"),
-                        page.finding_list(study.found), name="verdict", kind="verdict")
-
-
-def _states(study: Study) -> str:
-    run, shown = study.run, measured_states(study.model)
-    assert run.sigma is not None and run.smoothed is not None and run.smoothed_sigma is not None
-    figures = []
-    for i, state in enumerate(study.model.states):
-        measured = [study.z[:, c] / factor for c, factor in shown.get(i, [])]
-        filtered, smoothed = (run.mean[:, i], run.sigma[:, i]), (run.smoothed[:, i], run.smoothed_sigma[:, i])
-
-        def draw(canvas: Canvas) -> None:
-            charts.draw_state(canvas, measured, filtered, smoothed)
-
-        said = (f"{state.label} over the rows: {_ends(*filtered)}, filtered; {_ends(*smoothed)}, smoothed, each with a "
-                "band of 95 %")
-        figures.append(page.figure(state.label, chart(f"state{i}", said, draw, height=150, buckets=study.buckets,
-                                                      span=study.rows)))
-    entries = [("filtered", "filtered: given the rows so far, with a band of 95 %"),
-               ("smoothed", "smoothed: given all rows, with a band of 95 %")]
-    return page.section("Data and bands", page.legend([("data", "measured")] * bool(shown) + entries),
-                        _drawn(study), *figures, name="states")
-
-
-def _ends(mean: np.ndarray, sigma: np.ndarray) -> str:
-    known = np.flatnonzero(np.isfinite(mean) & np.isfinite(sigma))
-    if not len(known):
-        return "nothing is known of it"
-    first, last = known[0], known[-1]
-    return f"from {mean[first]:.4g} with sigma {sigma[first]:.2g} to {mean[last]:.4g} with sigma {sigma[last]:.2g}"
-
-
-def _drawn(study: Study) -> str:
-    """What pictures of many rows leave out."""
-    if study.rows <= 2 * study.buckets:
-        return ""
-    return page.paragraph(f"Of every {round(study.rows / study.buckets)} rows or so the lowest and highest values are "
-                          "drawn, or all between them as a cloud. All figures are of all rows.")
-
-
-def _residuals(study: Study) -> str:
-    figures = []
-    for c, (one, series) in enumerate(zip(study.model.measurements, verdict.standardised(study.run).T)):
-        known = series[np.isfinite(series)]
-        beyond = f"{100 * np.mean(np.abs(known) > 2):.3g} % of {len(known)} are beyond 2" if len(known) else "none"
-
-        def draw(canvas: Canvas) -> None:
-            charts.draw_residuals(canvas, series)
-
-        figures.append(page.figure(f"{one.name}: {beyond}", chart(
-            f"residual{c}", f"Standardised innovations of {one.name} over the rows: {beyond}", draw, height=120,
-            buckets=study.buckets, span=study.rows)))
-    return page.section(
-        "Residuals", page.paragraph("What each measurement differs by from its prediction, in sigmas of that "
-                                    "difference. Of a right model they look like noise, and 4.6 % are beyond 2."),
-        page.legend([("dot", "standardised innovation"), ("dashed", "2 sigma")]), *figures, name="residuals")
-
-
-def _nis(study: Study) -> str:
-    run = study.run
-    assert run.nis is not None and run.taken is not None
-    scored = verdict.is_scored(run, study.z)
-    nis, taken = np.where(scored, run.nis, np.nan), np.where(scored, run.taken, 0)
-
-    def draw(canvas: Canvas) -> None:
-        charts.draw_nis(canvas, nis, taken)
-
-    one = next(one for one in study.found if one.subject == "NIS")
-    picture = chart("nis", f"NIS over the rows: {one.said}", draw, height=150, buckets=study.buckets, span=study.rows)
-    return page.section(
-        "NIS", page.paragraph("The squared innovation of each row, by its covariance (normalised innovation squared). "
-                              "Its mean is the number of measurements of the row, and 95 % are within the bounds of "
-                              "chi-square."),
-        page.legend([("data", "a row"), ("filtered", "mean over neighbouring rows"),
-                     ("band", "bounds of a row, 95 %")]),
-        page.figure("NIS of each row", picture), name="nis")
-
-
-def _autocorrelation(study: Study) -> str:
-    figures = []
-    for c, (one, white) in enumerate(zip(study.model.measurements, study.white)):
-        if not white.is_judged:
-            figures.append(page.paragraph(f"{one.name}: {verdict.TOO_FEW}."))
-            continue
-        outside = f"{len(white.significant)} of {len(white.correlation)} lags outside"
-
-        def draw(canvas: Canvas) -> None:
-            charts.draw_autocorrelation(canvas, white)
-
-        figures.append(page.figure(f"{one.name}: {outside}", chart(
-            f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %", draw,
-            height=150, buckets=study.buckets, across="lag, in rows", sizes=(NARROW,))))
-    return page.section(
-        "Autocorrelation", page.paragraph("How innovations resemble those some rows before. Of a right model they do "
-                                          "not: 95 % of the lags are within the bounds."),
-        page.legend([("filtered", "correlation"), ("band", "bounds of a lag, 95 %")]),
-        page.small(figures), name="autocorrelation")
-
-
-def _sigmas(study: Study) -> str:
-    run = study.run
-    assert run.sigma is not None and run.smoothed_sigma is not None
-    figures = []
-    for i, state in enumerate(study.model.states):
-        filtered, smoothed = run.sigma[:, i], run.smoothed_sigma[:, i]
-
-        def draw(canvas: Canvas) -> None:
-            charts.draw_sigma(canvas, filtered, smoothed)
-
-        said = f"Sigma of {state.label} over the rows, {_last(filtered)} in the end"
-        figures.append(page.figure(f"{state.label}: {_last(filtered)} in the end", chart(
-            f"sigma{i}", said, draw, height=110, buckets=study.buckets, span=study.rows)))
-    return page.section("Sigma", page.paragraph("How well each state is known."),
-                        page.legend([("filtered", "filtered"), ("smoothed", "smoothed")]), *figures, name="sigma")
-
-
-def _last(sigma: np.ndarray) -> str:
-    return f"{sigma[-1]:.3g}" if np.isfinite(sigma[-1]) else "unknown"
-
-
-# ------------------------------------------------------------------------------ tables
-
-
-def number(value: Optional[float], digits: int = 6) -> str:
-    return "" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
-
-
-def _arithmetics(study: Study) -> str:
-    rows = []
-    for name, of in study.compared.items():
-        if "refused" in of:
-            rows.append([name, "", "", "", "", f"refused: {of['refused']}"])
-            continue
-        error = of["mean_error_in_sigma"]
-        place = f"{of['worst_row']}, {of['worst_state']}" if np.isfinite(error) and error > 0 else ""
-        rows.append([name, number(error, 2), place, number(of["sigma_relative_error"], 2),
-                     number(of["log_likelihood_error"], 2), ", ".join(of["events"]) or "no events"])
-    return page.section(
-        "The arithmetics", page.paragraph("The same rows in the other arithmetics of the library, beside double. An "
-                                          "error of 0.01 sigma is a hundredth of what is uncertain anyway."),
-        page.table("Largest differences of a filter from double (f64)",
-                   ["arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events"],
-                   rows, text_columns=(2, 5)), name="arithmetics")
-
-
-def _costs(model: Model) -> str:
-    rows = cost_rows(model)
-    return page.section(
-        "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
-                                        "`kalmanq design` says which way to run it is best on one of them."),
-        page.paragraph(f"With gcc `{costs.flags('m3')}` (the library's files: `{costs.COMPACT}`, too; AVR: "
-                       "`-Os -mcall-prologues` for `-O2`) and the core's own folder of port/ first on the include path. "
-                       "Other flags cost more."),
-        page.table(
-            f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
-            ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
-            [[one.core, one.arithmetic, *map(str, one[2:])] for one in rows],
-            text_columns=(1,)), *_compiled(model), name="costs")
-
-
-def _compiled(model: Model) -> list[str]:
-    """What kalmanq compile would write, on the cores where it was measured; of what is refused, why"""
-    made = offers(model)
-    rows = [[costs.CORES[core], *offer.cells(core)] for offer in made for core in offer.costs]
-    table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1, 2))] if rows else []
-    return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors are those of its proof: of means "
-                           "over a record with gaps, and of P over all that it can ever be. Behind each cost is how far "
-                           "off such an estimate was at most, of more than 100 filters on that emulated core (gcc 12, "
-                           "-O2)."), *table,
-            *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
-
-
-def _model(model: Model, asked: Asked) -> str:
-    names = {"x": model.states, "u": model.controls, "z": model.measurements}
-    sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z")}
-    made = [page.table("States, measurements and controls", ["name", "what", "unit", "range", "fraction bits"],
-                       [_quantity(one, what) for what, which in (("state", "x"), ("measurement", "z"),
-                                                                 ("control", "u")) for one in names[which]],
-                       text_columns=(1, 2))]
-    for name, (of_row, of_column) in sides.items():
-        matrix = getattr(model, name)
-        if matrix is None or (name == "Q" and model.G is not None):
-            continue
-        columns = [one.name for one in names[of_column]] if of_column in names else \
-            [f"noise {k + 1}" for k in range(matrix.shape[1])]
-        made.append(page.table(MATRICES[name], ["", *columns], [
-            [one.name, *(number(cell) for cell in row)] for one, row in zip(names[of_row], matrix)]))
-    made.append(_prior(model))
-    return page.section("The model", page.folded("Matrices and parameters", *made),
-                        page.folded(f"The model file, {asked.model.name}", page.verbatim(
-                            asked.model.read_text(encoding="utf-8-sig"))), name="model")
-
-
-def _quantity(one: Quantity, what: str) -> list[str]:
-    return [one.name, what, one.unit, number(one.range), "" if one.fraction is None else str(one.fraction)]
-
-
-def _prior(model: Model) -> str:
-    cells = [[state.name, number(mean), *("unknown" if model.unknown[i] else number(cell) for cell in row)]
-             for i, (state, mean, row) in enumerate(zip(model.states, model.x0, model.P0))]
-    return page.table("Before the first row: x0 and the covariance P0", ["", "x0", *(one.name for one in model.states)],
-                      cells)
+command = command_of(Asked, report_file)

@@ -8,48 +8,50 @@ import warnings
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Iterator, Optional, Union
+from typing import Any, Iterator, Optional
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.options import (
+    ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
 from kalmanq.core import names_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
-from kalmanq.nonlinear.file import read_any
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
-from kalmanq.nonlinear.methods import BY_POINTS
-from kalmanq.run.filters import Filter, LagSmoother, Robust
+from kalmanq.nonlinear.methods import BY_POINTS, METHODS
+from kalmanq.run.filters import LOSSES, Filter, LagSmoother, Robust
+from kalmanq.run.parts import WAYS
 from kalmanq.run.results import Run
 from kalmanq.run.streamed import StreamedSmoother
 
 BLOCK = 65536  # rows in memory at once
 PLOTTED = 200_000  # more rows than that are no picture
 LOOKED_AT = 10  # rows at which a nonlinear model's own Jacobians are compared with its functions
-AnyModel = Union[Model, NonlinearModel]
 
 
 @dataclass(frozen=True)
 class Asked:
-    model: Path
-    data: tables.AnySource
-    arithmetic: str
-    smooth: bool
-    lag: Optional[int]
-    forecast: int
-    robust: Optional[str]
-    out: Optional[Path]
-    plot: Optional[Path]
-    json: bool
-    method: Optional[str] = None  # of a nonlinear model, as the two below
-    iterate: Optional[int] = None
-    passes: Optional[int] = None
-    way: Optional[str] = None  # of a linear one: to run as the C file of a design
+    model: Path = ANY_MODEL
+    data: Path = DATA
+    arithmetic: Arithmetic = ARITHMETIC
+    smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too.")
+    lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too.")
+    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one.")
+    robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
+    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way.")
+    method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
+    iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
+    passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="A row for each row of data.")
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Data, means and bands.")
+    json: bool = JSON
 
 
 @dataclass
@@ -293,3 +295,6 @@ def _no_nan(value: Any) -> Any:
     if isinstance(value, list):
         return [_no_nan(one) for one in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+command = command_of(Asked, run_file)

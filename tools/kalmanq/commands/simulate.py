@@ -1,64 +1,84 @@
-"""kalmanq simulate: measurements drawn from a model."""
+"""kalmanq simulate: measurements drawn from a model; with --runs, how far off a filter is over many runs."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import sys
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Optional, Union
+from typing import Any, Optional, Tuple
 
 import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
 
-from kalmanq import nonlinear
+from kalmanq.commands.options import ANY_MODEL, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any
 from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model, root_of
-from kalmanq.nonlinear import NonlinearModel
-from kalmanq.nonlinear.file import read_any
+from kalmanq.model import Model, model_file
+from kalmanq.nonlinear.simulation import simulate
+from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
+from kalmanq.run.monte_carlo import Study, one_run, summary
+from kalmanq.run.simulation import drawn
 
 ROWS = 200  # if nothing says how many
 
 
-def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
-             u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
-    """States (rows x n) and measurements (rows x m).  An unknown state begins at x0."""
-    if model.l and u is None:
-        u = np.zeros((rows, model.l))
-    draw = np.random.Generator(np.random.PCG64(seed))
-    G = root_of(model.Q) if model.G is None else model.G
-    V, S = root_of(model.R), root_of(model.P0)
-    x = np.empty((rows, model.n))
-    x[0] = model.x0 + np.where(model.unknown, 0, S @ draw.standard_normal(model.n))
-    noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
-    for t in range(1, rows):
-        x[t] = model.A @ x[t - 1] + G @ noise[t]
-        if model.B is not None and u is not None:
-            x[t] += model.B @ u[t - 1]
-    return x, x @ model.H.T + error @ V.T
+@dataclass(frozen=True)
+class Asked:
+    model: Path = ANY_MODEL
+    rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv has.")
+    seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal.")
+    truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true.")
+    gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="Rows without measurements.")
+    controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="Controls, by name; 0 if left out.")
+    runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run.")
+    arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out.")
+    smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too.")
+    workers: Optional[int] = WORKERS
+    dask: Optional[str] = DASK
+    fresh: bool = FRESH
+    json: bool = JSON
 
 
-def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], gap: Optional[tuple[int, int]],
-          u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
-    """As simulate, without the measurements of a gap."""
-    _refuse_gap(gap, rows)
-    x, z = simulate(model, rows, seed, u)
-    if not np.all(np.isfinite(z)):
-        raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
-    if gap:
-        z[gap[0] : gap[1]] = np.nan
-    return x, z
+def simulate_file(asked: Asked, console: Console) -> None:
+    if asked.runs is not None:
+        return simulate_runs(asked, console)
+    options = {"--arith": asked.arithmetic, "--smooth": asked.smooth, "--workers": asked.workers, "--dask": asked.dask,
+               "--fresh": asked.fresh, "--json": asked.json}
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise KalmanqError(f"{', '.join(given)}: {'go' if len(given) > 1 else 'goes'} with --runs")
+    model = read_any(asked.model)
+    rows, controls = controls_of(asked.controls, model, asked.rows)
+    _refuse_gap(asked.gap, rows)
+    if isinstance(model, Model):
+        x, z = drawn(model, rows, asked.seed, asked.gap, controls)
+        u = np.zeros((rows, model.l)) if controls is None else controls
+    else:
+        x, z, u = simulate(model, rows, asked.seed, controls)
+        if asked.gap:
+            z[asked.gap[0] : asked.gap[1]] = np.nan
+    columns = {"step": np.arange(rows)}
+    columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
+    columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
+    if asked.truth:
+        taken = [one.name for one in model.states if f"{one.name}_true" in columns]
+        if taken:
+            raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
+        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
+    if asked.out is None:
+        tables.write_text(sys.stdout, list(columns), list(columns.values()))
+        return
+    with tables.Writer(asked.out, list(columns), [asked.model, *([asked.controls] if asked.controls else [])]) as writer:
+        writer.write(list(columns.values()))
 
 
-def drawn_nonlinear(model: NonlinearModel, rows: int, seed: int, gap: Optional[tuple[int, int]],
-                    given: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States, measurements and controls"""
-    _refuse_gap(gap, rows)
-    x, z, u = nonlinear.simulate(model, rows, seed, given)
-    if gap:
-        z[gap[0] : gap[1]] = np.nan
-    return x, z, u
-
-
-def controls_of(path: Optional[tables.AnySource], model: Union[Model, NonlinearModel],
+def controls_of(path: Optional[tables.AnySource], model: AnyModel,
                 rows: Optional[int]) -> tuple[int, Optional[np.ndarray]]:
     """Rows to draw, and their controls, if there is a file of them"""
     if path is None:
@@ -77,22 +97,69 @@ def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
         raise KalmanqError(f"--gap {gap[0]} {gap[1]}: from a row to one after it, within {rows} rows")
 
 
-def simulate_file(path: Path, rows: Optional[int], seed: int, out: Optional[Path], truth: bool,
-                  gap: Optional[tuple[int, int]], controls: Optional[tables.AnySource] = None) -> None:
-    model = read_any(path)
-    rows, given = controls_of(controls, model, rows)
-    x, z, u = drawn_nonlinear(model, rows, seed, gap, given) if isinstance(model, NonlinearModel) else \
-        (*drawn(model, rows, seed, gap, given), np.zeros((rows, model.l)) if given is None else given)
-    columns = {"step": np.arange(rows)}
-    columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
-    columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
-    if truth:
-        taken = [one.name for one in model.states if f"{one.name}_true" in columns]
-        if taken:
-            raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
-        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
-    if out is None:
-        tables.write_text(sys.stdout, list(columns), list(columns.values()))
-        return
-    with tables.Writer(out, list(columns), [path, *([controls] if controls else [])]) as writer:
+# ------------------------------------------------------------------------------ many runs
+
+
+def simulate_runs(asked: Asked, console: Console) -> None:
+    out = _out(asked)
+    model = model_file.read(asked.model)
+    rows, u = controls_of(asked.controls, model, asked.rows)
+    _refuse_gap(asked.gap, rows)
+    asked = replace(asked, rows=rows, arithmetic=asked.arithmetic or "f64")
+    study = Study(model, rows, asked.seed, asked.arithmetic, asked.smooth, asked.gap, u)
+    with progress_bar(f"{model.name}, {asked.arithmetic}") as progress:
+        made = list(run_campaign(
+            partial(one_run, study), range(asked.runs), fingerprint=_fingerprint(asked, u), journal=journal_of(out),
+            workers=asked.workers, dask=asked.dask, progress=progress, fresh=asked.fresh))
+    columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
+    with tables.Writer(out, list(columns), [asked.model]) as writer:
         writer.write(list(columns.values()))
+    journal_of(out).unlink(missing_ok=True)
+    _tell(asked, model, summary(columns), console)
+
+
+def _out(asked: Asked) -> Path:
+    """Where to write; what would be refused after all runs is refused before them."""
+    if asked.out is None:
+        raise KalmanqError("--runs: needs --out, a row a run")
+    if asked.truth:
+        raise KalmanqError("--truth: of one run alone, without --runs")
+    if asked.workers is not None and asked.dask is not None:
+        raise KalmanqError("--workers and --dask: one of them")
+    if not asked.out.parent.is_dir():
+        raise KalmanqError(f"{asked.out}: there is no such folder")
+    if asked.out.exists() and asked.model.exists() and asked.out.samefile(asked.model):
+        raise KalmanqError(f"{asked.out}: is an input; write to another file")
+    return asked.out
+
+
+def _fingerprint(asked: Asked, u: Optional[np.ndarray]) -> dict[str, Any]:
+    """All that run k comes from; how many runs there are is no part of it."""
+    driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
+    return {**driven, "study": "simulate", "model": hashlib.sha256(asked.model.read_bytes()).hexdigest(), "rows": asked.rows,
+            "seed": asked.seed, "arithmetic": asked.arithmetic, "smooth": asked.smooth, "gap": asked.gap}
+
+
+def _tell(asked: Asked, model: Model, said: dict[str, Any], console: Console) -> None:
+    if asked.json:
+        print(json.dumps({"model": model.name, "arithmetic": asked.arithmetic, "rows": asked.rows,
+                          "runs": asked.runs, "seed": asked.seed, **said}, indent=2))
+        return
+    table = Table("column", "mean", "standard error", title_justify="left",
+                  title=f"{model.name}: {asked.runs} runs of {asked.rows} rows, {asked.arithmetic}")
+    for name, of in said["columns"].items():
+        table.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
+    console.print(table)
+    for name, what in (("nees", "NEES a dimension"), ("nis", "NIS a measurement")):
+        of = said[name]
+        if of["bounds"] is None:
+            console.print(f"{what}: too few runs to judge")
+        else:
+            console.print(f"{what} {of['mean']:.4f}: {'within' if of['within'] else 'OUTSIDE'} its bounds of 95 %, "
+                          f"{of['bounds'][0]:.4f} to {of['bounds'][1]:.4f}")
+    if said["runs_with_events"]:
+        console.print(f"events in {said['runs_with_events']} runs")
+    console.print(f"wrote {asked.out}")
+
+
+command = command_of(Asked, simulate_file)

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.options import JSON, MODEL, command_of
 from kalmanq.model import model_file
 from kalmanq.run.steady import steady_state
 
 
-def steady_file(path: Path, as_json: bool, console: Console) -> None:
-    model = model_file.read(path)
+@dataclass(frozen=True)
+class Asked:
+    model: Path = MODEL
+    json: bool = JSON
+
+
+def tell_steady(asked: Asked, console: Console) -> None:
+    model = model_file.read(asked.model)
     state = steady_state(model)
     closed = model.A @ (np.eye(model.n) - state.gain @ model.H)
     slowest = float(np.max(np.abs(np.linalg.eigvals(closed))))
-    if as_json:
+    if asked.json:
         print(json.dumps({
             "states": [one.name for one in model.states], "predicted": state.predicted.tolist(),
             "filtered": state.filtered.tolist(), "gain": state.gain.tolist(), "largest_eigenvalue": slowest},
@@ -33,3 +41,6 @@ def steady_file(path: Path, as_json: bool, console: Console) -> None:
     console.print(table)
     rows = np.log(0.01) / np.log(slowest) if 0 < slowest < 1 else 0
     console.print(f"largest |eigenvalue| of A (I - K H): {slowest:.6g}; an error is down to 1 % in {rows:.0f} rows")
+
+
+command = command_of(Asked, tell_steady)

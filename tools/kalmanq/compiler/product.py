@@ -28,6 +28,7 @@ MARGIN = {"f32": 4, "q31": 1}  # a compiler contracts products as it likes
 RECORD = 2000  # rows that are tried
 RECORDS = 10  # of so many rows in all, at the ends of ranges
 START = "what is better known at first (P0)"  # a cure
+KINDS = ("covariance", "gain")  # what is asked for: the first form of these whose proof holds, or a constant gain
 FORMS = {"f32": (forms.Covariance, forms.PlainCovariance, Root), "q31": (forms.Covariance,)}
 
 

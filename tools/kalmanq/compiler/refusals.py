@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from kalmanq.commands.check import unseen
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.run.checks import unseen
 from kalmanq.run.parts import is_diagonal
 
 LASTING = 1 - 1e-12

@@ -7,10 +7,10 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.commands.simulate import simulate
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import is_diagonal
+from kalmanq.run.simulation import simulate
 
 MARGIN = 1.5  # a range is so many times what was reached
 ROWS, SEEDS = 500, 12  # of the records that are drawn where there are none

@@ -13,8 +13,8 @@ from kalmanq.errors import ModelError
 from kalmanq.model.arrays import numbers_of
 
 _NOTHING = object()
-_ONES = object()  # as many as there are states
-_ANY_PRIOR = {"number": 1.0, "vector": _ONES}
+# In the place of variances that a P0 takes the place of; of as many states as there may be
+_ANY_PRIOR = {"number": 1.0, "vector": np.ones(lib.KQ_SIZE_MAX)}
 WHOLE_MAX = 1000
 
 
@@ -26,7 +26,7 @@ class Parameter:
     name: str
     kind: str
     default: Any = _NOTHING
-    is_prior: bool = False
+    is_prior: bool = False  # of a number or a vector
 
     def value(self, given: Mapping[str, Any]) -> Any:
         if self.name not in given:
@@ -127,10 +127,7 @@ def _motion(order: int) -> Callable[[dict[str, Any]], dict[str, Any]]:
 
 def _lengths(of: dict[str, Any], **lengths: int) -> None:
     for name, length in lengths.items():
-        if of[name] is _ONES:
-            of[name] = np.ones(max(0, min(length, lib.KQ_SIZE_MAX)))
-            continue
-        if of[name] is not None and np.size(of[name]) != length:
+        if of[name] is not None and of[name] is not _ANY_PRIOR["vector"] and np.size(of[name]) != length:
             raise ModelError(name, f"has {np.size(of[name])} numbers, not {length}")
 
 

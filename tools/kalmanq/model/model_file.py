@@ -255,7 +255,8 @@ def text_of_builder(builder: str, parameters: Mapping[str, Any], model: Model) -
     """As text_of, of the builder and the parameters that `model` was made by."""
     lines = ["[model]", f"name = {_quoted(model.name)}", f'builder = "{builder}"']
     is_unknown = bool(np.all(model.unknown))
-    lines += [f"{name} = {value!r}" for name, value in parameters.items() if not (is_unknown and name == "variance")]
+    priors = [one.name for one in builders.BUILDERS[builder].parameters if is_unknown and one.is_prior]
+    lines += [f"{name} = {value!r}" for name, value in parameters.items() if name not in priors]
     lines += ['P0 = "unknown"'] if is_unknown else []
     for which in ("states", "measurements"):
         lines += _section(which, getattr(model, which))

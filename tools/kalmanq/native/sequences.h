@@ -4,6 +4,8 @@
 
 #include "kalmanq/kalmanq.h"
 
+#include "tables.h"
+
 enum {
     SEQUENCE_PLAIN,
     SEQUENCE_GATED,

@@ -15,11 +15,11 @@ import re
 import sys
 import types
 from pathlib import Path
-from typing import Any, Union
+from typing import Any
 
 from kalmanq.errors import ModelError
-from kalmanq.model import Model, Quantity
-from kalmanq.model.model_file import ModelFileError, known, quantities, read as read_linear
+from kalmanq.model import Quantity
+from kalmanq.model.model_file import ModelFileError, known, quantities
 from kalmanq.nonlinear.calls import UserError, told
 from kalmanq.nonlinear.model import NonlinearModel
 
@@ -27,11 +27,6 @@ ARRAYS = ("x0", "P0", "Q", "G", "R")
 FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "simulated_controls")
 SECTIONS = ("states", "measurements", "controls")
 SUFFIX = ".py"
-
-
-def read_any(path: Path) -> Union[Model, NonlinearModel]:
-    """A linear model of a TOML file, a nonlinear one of a Python file."""
-    return read(path) if Path(path).suffix == SUFFIX else read_linear(path)
 
 
 def read(path: Path) -> NonlinearModel:
@@ -134,4 +129,4 @@ def _line(source: bytes, key: str) -> int:
     return found
 
 
-__all__ = ["read", "read_any"]
+__all__ = ["SUFFIX", "read"]

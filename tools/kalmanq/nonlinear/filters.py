@@ -40,7 +40,7 @@ class NonlinearFilter(Readable):
         super().__init__(model, parts or parts_of(model, arithmetic))
         refuse_method(method, iterations, arithmetic)
         self.method, self.iterations = method, iterations
-        self.way = methods.made(method, iterations)
+        self.way = methods.METHODS[method](iterations)
         self.steps = Steps(model, self.parts)
         self.row, self.begins = 0, True
         self._left = NOTHING  # controls of the last row
@@ -153,8 +153,8 @@ def parts_of(model: NonlinearModel, arithmetic: str) -> Parts:
 
 
 def refuse_method(method: str, iterations: int, arithmetic: str) -> None:
-    if method not in methods.NAMES:
-        raise KalmanqError(f"there is no method {method!r}: {', '.join(methods.NAMES)}")
+    if method not in methods.METHODS:
+        raise KalmanqError(f"there is no method {method!r}: {', '.join(methods.METHODS)}")
     if arithmetic == "q31" and method in methods.BY_POINTS:
         raise KalmanqError(f"{method}: sigma points are not in q31, which takes extended and iterated")
     if iterations < 1:

@@ -9,9 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from kalmanq.nonlinear.filters import NonlinearFilter
 
-NAMES = ("extended", "iterated", "cubature", "central", "posterior")
-BY_POINTS = ("cubature", "central", "posterior")
-
 
 class Update:
     """An update that has been prepared: its sensor and its innovation.  by_points: takes all components of z into the
@@ -138,7 +135,8 @@ class AtDensities:
         return points_at(f, self.densities[t], z, t, u, self.rule)
 
 
-def made(name: str, count: int) -> Any:
-    if name in ("cubature", "central"):
-        return Points(name)
-    return {"extended": Extended, "iterated": lambda: Iterated(count), "posterior": lambda: Posterior(count)}[name]()
+# By name, of how often an update is linearised
+METHODS: dict[str, Callable[[int], Any]] = {
+    "extended": lambda _: Extended(), "iterated": Iterated, "cubature": lambda _: Points("cubature"),
+    "central": lambda _: Points("central"), "posterior": Posterior}
+BY_POINTS = tuple(name for name, make in METHODS.items() if isinstance(make(1), Points))

@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
           0.9999: lib.KQ_LEVEL_9999}
-WAYS = {"gate": lib.SEQUENCE_GATED, "huber": lib.SEQUENCE_HUBER, "student": lib.SEQUENCE_STUDENT,
-        "jump": lib.SEQUENCE_JUMP, "step-student": lib.SEQUENCE_STEP_STUDENT}
-USUAL = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0, "step-student": 2.0}
+# By name: what C calls it (sequences.h), and its usual parameter
+LOSSES = {"gate": (lib.SEQUENCE_GATED, 0.9999), "huber": (lib.SEQUENCE_HUBER, 3.0),
+          "student": (lib.SEQUENCE_STUDENT, 10.0), "jump": (lib.SEQUENCE_JUMP, 9.0),
+          "step-student": (lib.SEQUENCE_STEP_STUDENT, 2.0)}
 
 
 @dataclass(frozen=True)
@@ -45,14 +46,14 @@ class Robust:
     run: int = 8
 
     def __post_init__(self) -> None:
-        if self.way not in WAYS:
-            raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(WAYS)}")
+        if self.way not in LOSSES:
+            raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(LOSSES)}")
         if self.way == "gate" and self.value not in LEVELS:
             raise KalmanqError(f"a gate's level is one of {', '.join(map(str, LEVELS))}")
 
     @property
     def value(self) -> float:
-        return USUAL[self.way] if self.parameter is None else self.parameter
+        return LOSSES[self.way][1] if self.parameter is None else self.parameter
 
 
 class Filter(Readable):
@@ -200,7 +201,7 @@ class Filter(Readable):
         a = self.arithmetic
         if robust is None:
             return []
-        q.way = WAYS[robust.way]
+        q.way = LOSSES[robust.way][0]
         if robust.way == "gate":
             return self._gate(q, robust)
         q.parameter = a.parameter(robust.value)

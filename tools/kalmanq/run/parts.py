@@ -49,8 +49,8 @@ class Parts:
             given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(np.diag(model.R)))
             require(a.function("sensor_init_lean")(self.sensor, *given), "H, R")
         if way in CONSTANT:  # what the macros leave out
-            self.process.plain = model.n + (0 if a.is_fixed else 64)
-            self.sensor.plain = 0 if way == "lean" else model.n | model.m << 8
+            a.function("process_as_table")(self.process)
+            a.function("sensor_as_table")(self.sensor, way == "lean")
 
     @property
     def zeros(self) -> tuple[list[int], list[int]]:

@@ -8,9 +8,12 @@ from pathlib import Path
 from typing import Any, Mapping, Optional
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.options import JSON, choices, command_of
+from kalmanq.core import ARITHMETICS
 from kalmanq.pages import pictures
 from kalmanq_studies.commands.listing import tell_choices
 from kalmanq_studies.lectures import EXAMPLES
@@ -19,13 +22,11 @@ from kalmanq_studies.lectures.example import caption
 
 @dataclass(frozen=True)
 class Asked:
-    """name: None for the list; arithmetic: "all" for all three"""
-
-    name: Optional[str]
-    arithmetic: str
-    seed: int
-    out: Optional[Path]
-    json: bool
+    name: Optional[choices("Example", EXAMPLES)] = typer.Argument(None, metavar="EXAMPLE", help="Otherwise the list of them.")
+    arithmetic: choices("AnyArithmetic", [*ARITHMETICS, "all"]) = typer.Option("all", "--arith", help="The numbers to compute with.")
+    seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="The example's figure.")
+    json: bool = JSON
 
 
 def show(asked: Asked, console: Console) -> None:
@@ -60,3 +61,6 @@ def _tell(asked: Asked, numbers: Mapping[str, Mapping[str, Any]], said: str, con
 def _text(value: Any) -> str:
     """Rows of a matrix below each other"""
     return "\n".join("  ".join(f"{one:.9g}" for one in row) for row in np.atleast_2d(value))
+
+
+command = command_of(Asked, show)

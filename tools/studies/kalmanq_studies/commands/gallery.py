@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Callable, Optional
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
@@ -30,11 +32,9 @@ from kalmanq_studies.gallery.sources import Data
 
 @dataclass(frozen=True)
 class Asked:
-    """name: None for the list"""
-
-    name: Optional[str]
-    out: Optional[Path]
-    json: bool
+    name: Optional[choices("Entry", ENTRIES)] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there.")
+    json: bool = JSON
 
 
 def show(asked: Asked, console: Console) -> None:
@@ -134,3 +134,6 @@ def _tell(asked: Asked, entry: Entry, fitted: Fitted, written: list[Path], conso
 
 def _numbers(value: object) -> str:
     return "  ".join(f"{one:.6g}" for one in np.ravel(value))
+
+
+command = command_of(Asked, show)

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Optional
 
 import numpy as np
+import typer
 from PIL import Image
 from rich.console import Console
 
+from kalmanq.commands.options import DASK, FRESH, JSON, WORKERS, choices, command_of
 from kalmanq.data.files import telling_where, whole
 from kalmanq.data.tables import write_text
 from kalmanq.errors import KalmanqError
@@ -30,14 +32,14 @@ COLOURS = 256  # of a picture: of fewer, some curves come out in one colour
 
 @dataclass(frozen=True)
 class Asked:
-    name: str
-    out: Path
-    quick: bool
-    seed: int
-    workers: Optional[int]
-    dask: Optional[str]
-    fresh: bool
-    json: bool
+    name: choices("Study", ["heavy-tails"]) = typer.Argument(..., metavar="NAME", help="heavy-tails: where the state jumps.")
+    out: Path = typer.Option(..., "-o", "--out", metavar="FOLDER", help="Where the page goes; it has to be there.")
+    quick: bool = typer.Option(False, "--quick", help="Few runs, in less than a minute.")
+    seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same page.")
+    workers: Optional[int] = WORKERS
+    dask: Optional[str] = DASK
+    fresh: bool = FRESH
+    json: bool = JSON
 
 
 def run_study(asked: Asked, console: Console) -> None:
@@ -79,7 +81,7 @@ def write(collected: Collected, asked: Asked) -> list[str]:
         rows = list(collected.table())
         with open(made / TABLE, "w", newline="", encoding="utf-8") as text:
             write_text(text, HEADER, [np.array(column, object) for column in zip(*rows)])
-        (made / PAGE).write_text(page(collected, command_of(asked), versions()), encoding="utf-8")
+        (made / PAGE).write_text(page(collected, written_by(asked), versions()), encoding="utf-8")
         for path in sorted(made.iterdir()):
             with whole(asked.out / path.name) as temporary:
                 temporary.write_bytes(path.read_bytes())
@@ -91,5 +93,8 @@ def shrink(picture: Path) -> None:
     Image.open(picture).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(picture, optimize=True)
 
 
-def command_of(asked: Asked) -> str:
+def written_by(asked: Asked) -> str:
     return f"kalmanq study {asked.name}{' --quick' if asked.quick else ''} --seed {asked.seed} --out FOLDER"
+
+
+command = command_of(Asked, run_study)

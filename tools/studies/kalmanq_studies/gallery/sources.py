@@ -9,10 +9,10 @@ from typing import Any, Mapping, Optional
 import numpy as np
 
 import kalmanq
-from kalmanq.commands.simulate import simulate
 from kalmanq.data import tables
 from kalmanq.model import Model
 from kalmanq.model.builders import build
+from kalmanq.run.simulation import simulate
 
 HERE = Path(__file__).parent / "data"
 NILE = Path(kalmanq.__path__[0]) / "examples" / "nile.csv"

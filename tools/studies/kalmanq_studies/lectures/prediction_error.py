@@ -9,9 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from kalmanq.commands.simulate import simulate
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
+from kalmanq.run.simulation import simulate
 from kalmanq_studies.lectures.example import (
     BLUE, FIGURE_STYLE, ORANGE, Example, apart, predicted_covariances, put_caption, ranged, shown)
 

@@ -14,12 +14,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from kalmanq.commands.simulate import simulate
 from kalmanq.model import Model
 from kalmanq.model.builders import build
 from kalmanq.run.filters import Filter, LagSmoother, Smoother
 from kalmanq.run.following import PointSmoother
 from kalmanq.run.parts import Parts
+from kalmanq.run.simulation import simulate
 from kalmanq_studies.lectures.example import (
     BLUE, FIGURE_STYLE, GREEN, GREY, ORANGE, PURPLE, Example, apart, put_caption, ranged, shown)
 

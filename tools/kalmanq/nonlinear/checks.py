@@ -1,22 +1,18 @@
-"""kalmanq check, of a nonlinear model: are its Jacobians right, do its functions agree, do its ranges fit?"""
+"""Is a nonlinear model fit for a filter: are its Jacobians right, do its functions agree, do its ranges fit?"""
 
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 from typing import Optional
 
 import numpy as np
-from rich.console import Console
 
-from kalmanq.commands.check import Finding, prior_finding, tell
-from kalmanq.data import tables
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import jacobians
-from kalmanq.nonlinear.file import read
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
+from kalmanq.run.checks import Finding, prior_finding
 
 DRAWN, SEED = 50, 1  # rows of a simulated run, where there are no data
 Rows = tuple[np.ndarray, np.ndarray]  # z and u
@@ -91,12 +87,3 @@ def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
     if "saturated" in run.event_names:
         return Finding(False, "ranges", f"{where} a state was held at the end of its word: {formats}")
     return Finding(True, "ranges", f"fit {where}: {formats}")
-
-
-def check_file(path: Path, data: Optional[tables.AnySource], as_json: bool, console: Console) -> bool:
-    model = read(path)
-    rows = None
-    if data is not None:
-        z, u = tables.measurements_and_controls(data, model)
-        rows = z, np.zeros((len(z), 0)) if u is None else u
-    return tell(model, findings(model, rows), as_json, console)

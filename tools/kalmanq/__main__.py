@@ -12,3 +12,7 @@ def main() -> None:
         print("kalmanq: interrupted", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
     command()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,48 +1,21 @@
-"""kalmanq simulate --runs: how far off a filter of the right model is, over many runs."""
+"""How far off a filter of the right model is, over many runs."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 import warnings
-from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
-from typing import Any, Optional, Sequence
+from dataclasses import dataclass
+from typing import Any, Optional
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
-from kalmanq.commands.simulate import controls_of, drawn
-from kalmanq.data import tables
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
 from kalmanq.run.diagnostics import is_scored, mean_bounds, nees, student_limit
 from kalmanq.run.filters import Filter, Smoother
+from kalmanq.run.simulation import drawn
 
 NO_FIGURES = ("run", "taken", "events")  # columns without a mean over the runs
 TAIL = ("nees", "nis", "taken", "loglik", "events")
-
-
-@dataclass(frozen=True)
-class Asked:
-    model: Path
-    rows: Optional[int]
-    seed: int
-    out: Optional[Path]
-    truth: bool
-    gap: Optional[tuple[int, int]]
-    controls: Optional[tables.AnySource]
-    runs: int
-    arithmetic: str
-    smooth: bool
-    workers: Optional[int]
-    dask: Optional[str]
-    fresh: bool
-    json: bool
 
 
 @dataclass(frozen=True)
@@ -105,50 +78,6 @@ def ratio(score: float, count: int) -> float:
 # ------------------------------------------------------------------------------ all runs
 
 
-def refuse_without_runs(options: Sequence[str]) -> None:
-    if options:
-        raise KalmanqError(f"{', '.join(options)}: {'go' if len(options) > 1 else 'goes'} with --runs")
-
-
-def simulate_runs(asked: Asked, console: Console) -> None:
-    out = _out(asked)
-    model = model_file.read(asked.model)
-    rows, u = controls_of(asked.controls, model, asked.rows)
-    asked = replace(asked, rows=rows)
-    study = Study(model, rows, asked.seed, asked.arithmetic, asked.smooth, asked.gap, u)
-    with progress_bar(f"{model.name}, {asked.arithmetic}") as progress:
-        made = list(run_campaign(
-            partial(one_run, study), range(asked.runs), fingerprint=_fingerprint(asked, u), journal=journal_of(out),
-            workers=asked.workers, dask=asked.dask, progress=progress, fresh=asked.fresh))
-    columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
-    with tables.Writer(out, list(columns), [asked.model]) as writer:
-        writer.write(list(columns.values()))
-    journal_of(out).unlink(missing_ok=True)
-    _tell(asked, model, summary(columns), console)
-
-
-def _out(asked: Asked) -> Path:
-    """Where to write; what would be refused after all runs is refused before them."""
-    if asked.out is None:
-        raise KalmanqError("--runs: needs --out, a row a run")
-    if asked.truth:
-        raise KalmanqError("--truth: of one run alone, without --runs")
-    if asked.workers is not None and asked.dask is not None:
-        raise KalmanqError("--workers and --dask: one of them")
-    if not asked.out.parent.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    if asked.out.exists() and asked.model.exists() and asked.out.samefile(asked.model):
-        raise KalmanqError(f"{asked.out}: is an input; write to another file")
-    return asked.out
-
-
-def _fingerprint(asked: Asked, u: Optional[np.ndarray]) -> dict[str, Any]:
-    """All that run k comes from; how many runs there are is no part of it."""
-    driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
-    return {**driven, "study": "simulate", "model": hashlib.sha256(asked.model.read_bytes()).hexdigest(), "rows": asked.rows,
-            "seed": asked.seed, "arithmetic": asked.arithmetic, "smooth": asked.smooth, "gap": asked.gap}
-
-
 def summary(columns: dict[str, np.ndarray]) -> dict[str, Any]:
     """Means over the runs; NEES and NIS, which are 1 if all is right, with their bounds of 95 %.
 
@@ -178,25 +107,3 @@ def _judged(mean: Optional[float], bounds: Optional[tuple[float, float]]) -> dic
     if mean is None or mean != mean or bounds is None:
         return {"mean": None if mean != mean else mean, "bounds": None, "within": None}
     return {"mean": mean, "bounds": list(bounds), "within": bool(bounds[0] <= mean <= bounds[1])}
-
-
-def _tell(asked: Asked, model: Model, said: dict[str, Any], console: Console) -> None:
-    if asked.json:
-        print(json.dumps({"model": model.name, "arithmetic": asked.arithmetic, "rows": asked.rows,
-                          "runs": asked.runs, "seed": asked.seed, **said}, indent=2))
-        return
-    table = Table("column", "mean", "standard error", title_justify="left",
-                  title=f"{model.name}: {asked.runs} runs of {asked.rows} rows, {asked.arithmetic}")
-    for name, of in said["columns"].items():
-        table.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
-    console.print(table)
-    for name, what in (("nees", "NEES a dimension"), ("nis", "NIS a measurement")):
-        of = said[name]
-        if of["bounds"] is None:
-            console.print(f"{what}: too few runs to judge")
-        else:
-            console.print(f"{what} {of['mean']:.4f}: {'within' if of['within'] else 'OUTSIDE'} its bounds of 95 %, "
-                          f"{of['bounds'][0]:.4f} to {of['bounds'][1]:.4f}")
-    if said["runs_with_events"]:
-        console.print(f"events in {said['runs_with_events']} runs")
-    console.print(f"wrote {asked.out}")

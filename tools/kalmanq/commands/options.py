@@ -1,0 +1,99 @@
+"""What commands share: options, choices out of the library's tables, and how a command is made of its options."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import fields
+from enum import Enum
+from pathlib import Path
+from typing import Any, Callable, Iterable, List, Optional, Union, get_type_hints
+
+import typer
+from rich.console import Console
+
+from kalmanq.commands.messages import console, told_in_one_line
+from kalmanq.core import ARITHMETICS
+from kalmanq.data.layouts import Source, layout_of
+from kalmanq.data.tables import AnySource
+from kalmanq.model import Model, model_file
+from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
+
+AnyModel = Union[Model, NonlinearModel]
+
+
+def choices(name: str, of: Iterable[str]) -> Any:
+    """The type of an option that is one of a table's names; a command gets the name."""
+    return Enum(name, {one: one for one in of}, type=str)  # type: ignore[misc]
+
+
+Arithmetic = choices("Arithmetic", ARITHMETICS)
+ChipArithmetic = choices("ChipArithmetic", (name for name in ARITHMETICS if name != "f64"))
+
+MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
+ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
+DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
+JSON = typer.Option(False, "--json", help="Print what came out for machines.")
+ARITHMETIC = typer.Option("f64", "--arith", help="The numbers that the chip will have.")
+WORKERS = typer.Option(None, "--workers", min=1, help="Processes; all cores if left out.")
+DASK = typer.Option(None, "--dask", metavar="ADDRESS", help="A Dask scheduler: on its cluster.")
+FRESH = typer.Option(False, "--fresh", help="Forget what an interrupted command has done.")
+
+# How a file of data is written; of every command that reads one
+LAYOUT = {
+    "separator": (Optional[str], typer.Option(
+        None, "--separator", metavar="LETTER", help="Between the fields of data, or tab; found if left out.")),
+    "decimal": (Optional[str], typer.Option(
+        None, "--decimal", metavar=". or ,", help="Of the numbers of data; found if left out.")),
+    "missing": (List[str], typer.Option(
+        [], "--missing", metavar="CELL", help="What stands for nothing, such as -9999; may be given again.")),
+    "rename": (List[str], typer.Option(
+        [], "--rename", metavar="NAME=COLUMN", help="The model's name of a column of data; may be given again.")),
+}
+READ = ("data", "controls")  # fields that are files of data
+
+
+def command_of(asked: Any, perform: Callable[[Any, Console], None]) -> Callable[..., None]:
+    """A function for typer.  The fields of the dataclass `asked` are its options: `perform` gets one of it, with a Source
+    for each file of data."""
+    hints, own = get_type_hints(asked), [one.name for one in fields(asked)]
+    options = {one.name: (hints[one.name], one.default) for one in fields(asked)}
+    reads = [name for name in READ if name in options]
+    if reads:
+        last = options.popitem()
+        options.update(LAYOUT)
+        options.update([last])
+
+    def command(**given: Any) -> None:
+        with told_in_one_line():
+            layout = layout_of(*(given[name] for name in LAYOUT)) if reads else None
+        made = {name: _plain(given[name]) for name in own}
+        for name in reads:
+            made[name] = _source(made[name], layout)
+        paths = [path for name in ("data", "out", "plot", "controls")
+                 for path in (made.get(name) if isinstance(made.get(name), list) else [made.get(name)])]
+        with told_in_one_line(made.get("model"), *paths):
+            perform(asked(**made), console())
+
+    command.__signature__ = inspect.Signature([  # type: ignore[attr-defined]
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+        for name, (kind, default) in options.items()])
+    command.__annotations__ = {name: kind for name, (kind, _) in options.items()}
+    return command
+
+
+def _plain(given: Any) -> Any:
+    return given.value if isinstance(given, Enum) else given
+
+
+def _source(given: Any, layout: Any) -> Any:
+    return [Source(one, layout) for one in given] if isinstance(given, (list, tuple)) else \
+        None if given is None else Source(given, layout)
+
+
+def read_any(path: Path) -> AnyModel:
+    """A linear model of a TOML file, a nonlinear one of a Python file."""
+    return nonlinear_file.read(path) if Path(path).suffix == nonlinear_file.SUFFIX else model_file.read(path)
+
+
+__all__ = ["ANY_MODEL", "ARITHMETIC", "AnyModel", "AnySource", "Arithmetic", "ChipArithmetic", "DASK", "DATA", "FRESH",
+           "JSON", "MODEL", "WORKERS", "choices", "command_of", "read_any"]

@@ -1,0 +1,43 @@
+"""Every arithmetic beside double."""
+
+from __future__ import annotations
+
+from typing import Optional
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.run.filters import Filter
+from kalmanq.run.results import Run
+
+
+def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
+    """Worst error of a mean in sigma, at every row and of each arithmetic; the figures of each."""
+    exact = Filter(model, "f64").run(z, u)
+    errors, figures = {}, {}
+    for name in ("f32", "q31"):
+        try:
+            run = Filter(model, name).run(z, u)
+        except KalmanqError as problem:
+            figures[name] = {"refused": str(problem)}
+            continue
+        errors[name], figures[name] = beside(run, exact)
+    return errors, figures
+
+
+def beside(run: Run, exact: Run) -> tuple[np.ndarray, dict]:
+    """A run beside another one of the same rows: the worst error of a mean in sigma at each row, and figures"""
+    assert run.sigma is not None and run.log_likelihood is not None
+    assert exact.sigma is not None and exact.log_likelihood is not None
+    with np.errstate(invalid="ignore", divide="ignore"):
+        error = np.abs(run.mean - exact.mean) / exact.sigma
+        sigma = np.abs(run.sigma / exact.sigma - 1)
+    worst = np.nan_to_num(np.max(error, axis=1), nan=0.0)
+    row = int(np.argmax(worst))
+    return worst, {
+        "mean_error_in_sigma": float(np.nanmax(error)), "worst_row": row,
+        "worst_state": run.model.states[int(np.argmax(error[row]))].name,
+        "sigma_relative_error": float(np.nanmax(sigma)),
+        "log_likelihood_error": float(np.sum(run.log_likelihood) - np.sum(exact.log_likelihood)),
+        "events": run.event_names}

@@ -1,0 +1,39 @@
+"""Runs drawn from a model."""
+
+from __future__ import annotations
+
+from typing import Optional, Union
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model, root_of
+
+
+def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
+             u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+    """States (rows x n) and measurements (rows x m).  An unknown state begins at x0."""
+    if model.l and u is None:
+        u = np.zeros((rows, model.l))
+    draw = np.random.Generator(np.random.PCG64(seed))
+    G = root_of(model.Q) if model.G is None else model.G
+    V, S = root_of(model.R), root_of(model.P0)
+    x = np.empty((rows, model.n))
+    x[0] = model.x0 + np.where(model.unknown, 0, S @ draw.standard_normal(model.n))
+    noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
+    for t in range(1, rows):
+        x[t] = model.A @ x[t - 1] + G @ noise[t]
+        if model.B is not None and u is not None:
+            x[t] += model.B @ u[t - 1]
+    return x, x @ model.H.T + error @ V.T
+
+
+def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], gap: Optional[tuple[int, int]],
+          u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+    """As simulate, without the measurements of a gap."""
+    x, z = simulate(model, rows, seed, u)
+    if not np.all(np.isfinite(z)):
+        raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
+    if gap:
+        z[gap[0] : gap[1]] = np.nan
+    return x, z
