@@ -23,7 +23,7 @@ if [ ! -d "$site" ] || [ -n "$(find "$root/src" "$root/include" "$root/tools/kal
     kq_with_progress "$KQ_DESK_PYTHON" -m pip install -v --disable-pip-version-check --no-deps --no-build-isolation \
         --target "$site" "$root/tools"
 fi
-kalmanq() { PYTHONPATH="$site" "$KQ_DESK_PYTHON" -m kalmanq.command_line "$@"; }
+kalmanq() { PYTHONPATH="$site" "$KQ_DESK_PYTHON" -m kalmanq "$@"; }
 if [ $# -gt 0 ]; then kalmanq "$@" && exit 0 || exit $?; fi
 
 examples="$root/tools/kalmanq/examples"

@@ -16,14 +16,12 @@ import pytest
 from models import pair, textbook
 
 from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, VaryingSmoother
-from kalmanq.command_line import Entry as Names
-from kalmanq.command_line import Example, console
+from kalmanq.commands.messages import console
 from kalmanq.data import tables
 from kalmanq.model import model_file
 from kalmanq_studies.commands.gallery import Asked, show
 from kalmanq_studies.gallery import ENTRIES, sources
 from kalmanq_studies.gallery.fitted import fit, log_likelihood
-from kalmanq_studies.lectures import EXAMPLES
 
 PNG = b"\x89PNG\r\n\x1a\n"
 RECORDED = [name for name, entry in ENTRIES.items() if entry.data().regressors is None]
@@ -32,11 +30,6 @@ RECORDED = [name for name, entry in ENTRIES.items() if entry.data().regressors i
 @lru_cache(None)
 def fitted(name):
     return fit(ENTRIES[name], name)
-
-
-def test_the_command_line_has_every_name():
-    assert [one.value for one in Names] == list(ENTRIES) and len(ENTRIES) >= 12
-    assert [one.value for one in Example] == list(EXAMPLES)
 
 
 @pytest.mark.parametrize("name", ENTRIES)
@@ -233,7 +226,16 @@ def kalmanq(*arguments):
                           capture_output=True, text=True)
 
 
+def test_without_the_studies_the_command_says_how_to_have_them():
+    program = ("import sys; sys.modules['kalmanq_studies'] = None\n"
+               "from kalmanq.__main__ import main\nsys.argv = ['kalmanq', 'gallery', 'level']\nmain()")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("kalmanq: gallery is one of the studies") and "pip install" in done.stderr
+
+
 def test_the_command():
+    assert len(ENTRIES) >= 12
     listed = kalmanq("--json")
     assert listed.returncode == 0 and list(json.loads(listed.stdout)) == list(ENTRIES)
     done = kalmanq("level")

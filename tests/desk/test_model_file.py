@@ -141,3 +141,41 @@ def test_numbers_of_any_length_are_one_line(text, tmp_path):
 @pytest.mark.parametrize("text", [f"seasons = {LONG}", "seasons = 1000000000", f"seasons = 4\nmean = [{LONG}]"])
 def test_a_builder_s_numbers_of_any_length_are_one_line(text, tmp_path):
     test_what_is_wrong_is_one_line(f'[model]\nbuilder = "season"\ndrift = 1\nnoise = 1\nP0 = "unknown"\n{text}\n', "", tmp_path)
+
+
+PRIORS = {"variance = [1, 4]": np.diag([1.0, 4.0]), "P0 = [2, 3]": np.diag([2.0, 3.0]), 'P0 = "unknown"': None,
+          "P0 = [[2, 1], [1, 3]]": np.array([[2.0, 1], [1, 3]]), "": "variance: is missing"}
+
+
+@pytest.mark.parametrize("prior", PRIORS)
+def test_a_new_builder_is_one_row_of_the_table(prior, tmp_path, monkeypatch):
+    """Its prior may come from its variances, or from the file's P0, which then needs none"""
+    Parameter = builders.Parameter
+    row = builders.Builder((Parameter("drift", "number"), Parameter("variance", "vector", is_prior=True)), lambda of: {
+        "A": np.eye(2), "H": np.ones((1, 2)), "R": np.ones(1), "Q": of["drift"] * np.eye(2),
+        "P0": np.diag(of["variance"]), "states": ["left", "right"]})
+    monkeypatch.setitem(builders.BUILDERS, "pair", row)
+    path = tmp_path / "pair.toml"
+    path.write_text(f'[model]\nbuilder = "pair"\ndrift = 0.5\n{prior}\n')
+    if isinstance(PRIORS[prior], str):
+        with pytest.raises(ModelFileError, match=PRIORS[prior]):
+            model_file.read(path)
+        return
+    model = model_file.read(path)
+    assert [one.name for one in model.states] == ["left", "right"] and model.Q[1, 1] == 0.5
+    assert np.all(model.unknown) if PRIORS[prior] is None else np.array_equal(model.P0, PRIORS[prior])
+    again = model_file.text_of_builder("pair", {"drift": 0.5, "variance": [1, 4]}, model)
+    path.write_text(again)
+    assert np.array_equal(model_file.read(path).unknown, model.unknown)
+
+
+@pytest.mark.parametrize("name", builders.BUILDERS)
+def test_every_builder_takes_a_prior_of_its_own(name, tmp_path):
+    """From its annotated example, without the variances, and with nothing known"""
+    text = next(path for path in EXAMPLES if path.stem == name).read_text()
+    priors = [one.name for one in builders.BUILDERS[name].parameters if one.is_prior]
+    lines = [line for line in text.splitlines() if line.split("=")[0].strip() not in priors]
+    end = next((k for k, line in enumerate(lines[1:], 1) if line.startswith("[") and line != "[model]"), len(lines))
+    path = tmp_path / "model.toml"
+    path.write_text("\n".join([*lines[:end], 'P0 = "unknown"', *lines[end:]]))
+    assert np.all(model_file.read(path).unknown)

@@ -15,7 +15,7 @@ from test_commands import EXAMPLES
 from typer.testing import CliRunner
 
 from kalmanq import Model, Quantity, command_line
-from kalmanq.commands import design, report
+from kalmanq.commands import design
 from kalmanq.compiler import costs, forms, offers
 from kalmanq.compiler.product import Wanted, compiled
 from kalmanq.compiler.proof_file import no_less
@@ -24,6 +24,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record
 from kalmanq.model import model_file
+from kalmanq.pages import report
 from kalmanq.run.simulation import simulate
 
 ARITHMETICS = ("f32", "q31")

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from kalmanq import Filter, Model, Quantity
 from kalmanq import command_line
-from kalmanq.commands import report
+from kalmanq.pages import report
 from kalmanq.model import model_file
 from kalmanq.pages.verdict import findings, headline
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds

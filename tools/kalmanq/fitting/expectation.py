@@ -10,13 +10,16 @@ from numpy.typing import ArrayLike
 from kalmanq.core import ffi, lib, require
 from kalmanq.data.rows import controls_of, present_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.fitting.start import known_start
 from kalmanq.model import Model
+from kalmanq.run.filters import Smoother
 from kalmanq.run.parts import Parts
 
 FREE = {"A": lib.KQ_EM_A, "H": lib.KQ_EM_H, "Q": lib.KQ_EM_Q, "R": lib.KQ_EM_R, "x0": lib.KQ_EM_X0,
         "P0": lib.KQ_EM_P0}
 FORMS = {"full": lib.KQ_EM_FULL, "diagonal": lib.KQ_EM_DIAGONAL, "multiple": lib.KQ_EM_MULTIPLE}
+# A start that is in part unknown has variances far beyond what the data say
+FAR = 1e12  # times the variance of the first state given all rows
+EXACT = 1e6  # times the variance of the measurements, of a state that is measured without noise or not at all
 
 
 class Records:
@@ -46,11 +49,34 @@ class Records:
         return sum(int(np.sum(~np.isnan(one))) for one in self.z)
 
 
+def known_start(model: Model, records: Records) -> tuple[np.ndarray, np.ndarray]:
+    """x0 (n) and P0 (n x n) with FAR times the smoothed variance for each unknown state, around its smoothed mean.
+
+    The log-likelihood is then the exact one less half the logarithms of these variances, and its gradient the
+    exact one but for 1 / FAR of its size: the unknown direction has no slope (Durbin and Koopman 2012, ch. 5).
+    """
+    means, variances = [], []
+    for z, u in zip(records.z, records.u):
+        run = Smoother(model).run(z, u)
+        means.append(run.smoothed[0])
+        variances.append(run.smoothed_sigma[0] ** 2)
+    x0, P0 = model.x0.copy(), np.array(model.P0)
+    unknown = model.unknown
+    mean, variance = np.nanmean(means, axis=0), np.nanmax(variances, axis=0)
+    spread = max(float(np.max(np.nanvar(z[:, ~np.all(np.isnan(z), axis=0)], axis=0), initial=0.0))
+                 for z in records.z)
+    P0[unknown], P0[:, unknown] = 0, 0
+    P0[unknown, unknown] = np.fmax(FAR * variance, EXACT * spread)[unknown]
+    P0[unknown, unknown] = np.where(P0[unknown, unknown] > 0, P0[unknown, unknown], 1.0)
+    x0[unknown] = np.where(np.isfinite(mean), mean, 0.0)[unknown]
+    return x0, P0
+
+
 class Expectation:
     """E-steps with the numbers that are in `arrays`: A, H, R, x0, P0, and Q of the noises (r x r, Q = F Q F').
 
     Nothing is made anew from one E-step to the next: write into the arrays, then `run`.
-    An unknown state begins with a variance far beyond what the data say (start.py).
+    An unknown state begins with a variance far beyond what the data say (known_start).
     """
 
     def __init__(self, model: Model, records: Records, *, free: Sequence[str] = tuple(FREE), noise: Any = None,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from kalmanq.nonlinear.filters import NonlinearFilter
+NonlinearFilter = Any  # of filters.py, which imports this file
 
 
 class Update:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +16,6 @@ from kalmanq.model import Model
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
 from kalmanq.run.results import Run
-
-if TYPE_CHECKING:
-    from kalmanq.run.statistics import Consistency
 
 LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
           0.9999: lib.KQ_LEVEL_9999}
@@ -90,7 +87,7 @@ class Filter(Readable):
         require(self._call("predict", self.parts.process, self._pointer(words)), "predict")
         self._moved(1)
 
-    def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Consistency] = None) -> None:
+    def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None) -> None:
         """Takes m measurements; what is NaN is missing."""
         if robust and robust.way == "step-student":
             raise KalmanqError("a Student-t step is predict and update at once: use run")
@@ -149,13 +146,13 @@ class Filter(Readable):
     # ------------------------------------------------------------------ sequences
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
-            watch: Optional[Consistency] = None, covariance: bool = False) -> Run:
+            watch: Optional[Any] = None, covariance: bool = False) -> Run:
         """A sequence in one call of C, without Python's lock.
 
         z      T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
                predict comes before each other one.  Or a DataFrame with a column for each measurement.
         u      T x l: row t moves the state from row t to row t + 1
-        watch  sees every update
+        watch  a Consistency, which sees every update
         A KalmanqError says at which row it stopped; the state is then that before it.
         """
         given = rows_of(z, self.model.measurements, "z")
@@ -168,7 +165,7 @@ class Filter(Readable):
         return run
 
     def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None,
-                  watch: Optional[Consistency] = None, *, moves: bool = True, covariance: bool = False) -> Run:
+                  watch: Optional[Any] = None, *, moves: bool = True, covariance: bool = False) -> Run:
         a, T = self.arithmetic, len(given)
         words = self.parts.words(given, "measurements")
         controls = None if u is None else self.parts.words(u, "controls")
