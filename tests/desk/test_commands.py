@@ -343,3 +343,24 @@ def test_simulate_goes_into_run_and_head(tmp_path):
 def test_two_outputs_are_two_files(tmp_path):
     refused(kalmanq("run", MODEL, NILE, "--out", "out.png", "--plot", "./out.png", folder=tmp_path),
             "out.png: --out and --plot are one file; give two names", tmp_path)
+
+
+@pytest.mark.parametrize("missing, command, extra", [
+    ("matplotlib", ["run", MODEL, NILE, "--plot", "out.png"], "plots"), ("matplotlib", ["report", MODEL, NILE, "-o", "o.html"], "plots"),
+    ("scipy", ["fit", MODEL, NILE], "fitting"), ("scipy", ["design", MODEL, "--core", "m3"], "fitting")])
+def test_what_an_extra_of_the_package_has_is_named(missing, command, extra, tmp_path):
+    program = (f"import sys; sys.modules[{missing!r}] = None\nfrom kalmanq.__main__ import main\n"
+               f"sys.argv = {['kalmanq', *map(str, command)]}\nmain()")
+    done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert f"this needs {missing}" in done.stderr and f"[{extra}]" in done.stderr and not list(tmp_path.iterdir())
+
+
+def test_help_imports_no_numbers():
+    """So that it is there at once"""
+    program = ("import sys\nfrom kalmanq.__main__ import main\nsys.argv = ['kalmanq', '--help']\n"
+               "try:\n    main()\nfinally:\n    print([name for name in ('numpy', 'scipy', 'kalmanq._core') if name in sys.modules])")
+    done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.rstrip().endswith("[]") and "gallery" in done.stdout
+    again = subprocess.run([sys.executable, "-B", "-m", "kalmanq", "--help"], capture_output=True, text=True)
+    assert again.returncode == 0 and "gallery" in again.stdout

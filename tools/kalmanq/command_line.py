@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from kalmanq.commands import COMMANDS, STUDIES
-from kalmanq.commands.messages import INTERRUPTED, console, told_in_one_line
+from kalmanq.commands.messages import INTERRUPTED, told_in_one_line
 from kalmanq.errors import KalmanqError
 
 TERMINATED = 143

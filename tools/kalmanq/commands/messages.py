@@ -12,6 +12,8 @@ from rich.console import Console
 
 from kalmanq.errors import KalmanqError, KalmanqWarning
 
+# What some commands need beside NumPy: the extra of the package that has it
+EXTRAS = {"matplotlib": "plots", "PIL": "plots", "scipy": "fitting"}
 REFUSED, NO_MAXIMUM, INTERRUPTED, PIPE_CLOSED = 1, 3, 130, 141
 
 
@@ -33,6 +35,11 @@ def told_in_one_line(model: Optional[Any] = None, *others: Optional[Any]) -> Ite
             stop(f"{problem.filename}: {problem.strerror}")
         _leave_the_output()
         raise SystemExit(PIPE_CLOSED) from None
+    except ModuleNotFoundError as problem:
+        missing = str(problem.name).split(".")[0]
+        if missing not in EXTRAS:
+            raise
+        stop(f"this needs {missing}, which is not installed: pip install './tools[{EXTRAS[missing]}]'")
     except MemoryError:
         stop("not enough memory for all rows at once")
     except OSError as problem:

@@ -9,8 +9,6 @@ from importlib import resources
 from typing import Any, Mapping
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.sparse.csgraph import connected_components
 
 from kalmanq.model import SIZE_MAX, Model
 from kalmanq.run.parts import is_diagonal
@@ -63,6 +61,8 @@ def shape(model: Model) -> dict[str, int]:
 
 def coupled(model: Model) -> list[np.ndarray]:
     """The states in groups that know nothing of each other: the root is 0 between them."""
+    from scipy.sparse.csgraph import connected_components
+
     P0 = model.P0 * np.outer(~model.unknown, ~model.unknown)
     seen = np.abs(model.H).T @ (np.abs(model.R) > 0) @ np.abs(model.H)
     _, group = connected_components((model.A != 0) | (model.Q != 0) | (seen != 0) | (P0 != 0), directed=False)
@@ -93,6 +93,8 @@ def measured() -> tuple[dict[str, Any], ...]:
 @lru_cache(maxsize=None)
 def factors(core: str, arithmetic: str, way: str, measure: str) -> np.ndarray:
     """Of its terms, so that the relative errors of what was measured are least."""
+    from scipy.optimize import nnls
+
     rows = [row for row in measured() if (row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way)]
     design = np.array([terms(measure, row) for row in rows])
     found = np.array([row[measure] for row in rows], float)

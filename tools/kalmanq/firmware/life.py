@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Iterator, Sequence
 
 import numpy as np
-from scipy.special import ndtri
 
 from kalmanq.firmware.reach import MARGIN, Record
 from kalmanq.model import Model
@@ -53,6 +52,8 @@ def life_of(model: Model, records: Sequence[Record], rows: int) -> Life:
 
 def tail(count: float) -> float:
     """Sigmas that so many Gaussian numbers stay within, but for CHANCE"""
+    from scipy.special import ndtri
+
     return float(-ndtri(CHANCE / (2 * count)))
 
 

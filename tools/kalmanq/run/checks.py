@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from kalmanq.errors import KalmanqError
-from kalmanq.model import model_file
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
 from kalmanq.run.steady import steady_state

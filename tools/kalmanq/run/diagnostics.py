@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import special
 
 from kalmanq.run.results import Run
 
@@ -13,6 +12,8 @@ ROUNDING = {"f32": 1e-5, "f64": 1e-12, "q31": 1e-7}
 
 def chi_square_limit(probability: float, freedom: np.ndarray) -> np.ndarray:
     """What chi-square of so many degrees of freedom stays below with this probability."""
+    from scipy import special  # late, here and below: what draws and filters needs no SciPy
+
     return 2 * special.gammaincinv(np.asarray(freedom) / 2, probability)
 
 
@@ -24,11 +25,15 @@ def mean_bounds(freedom: int) -> tuple[float, float]:
 
 def student_limit(freedom: int) -> float:
     """|t| stays below with 95 %."""
+    from scipy import special
+
     return float(special.stdtrit(freedom, 0.975))
 
 
 def share_bounds(count: int) -> tuple[float, float]:
     """Of the share of `count` trials of 5 % that succeed: 95 % of all cases are within."""
+    from scipy import special
+
     successes = np.arange(count + 1)
     at_most = special.bdtr(successes, count, 0.05)
     low, high = np.searchsorted(at_most, [0.025, 0.975])
@@ -78,6 +83,8 @@ def ljung_box(correlation: np.ndarray, pairs: np.ndarray, count: int) -> float:
     With no row missing it is the test of Ljung and Box, sum T (T + 2) / (T - k) r_k^2 with
     r_k = correlation (T - k) / T; missing rows leave fewer pairs.
     """
+    from scipy import special
+
     used = np.isfinite(correlation)
     if count < 2 or not np.any(used):
         return float("nan")

@@ -15,6 +15,7 @@ from kalmanq.model.builders import build
 from kalmanq.run.simulation import simulate
 
 HERE = Path(__file__).parent / "data"
+MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NILE = Path(kalmanq.__path__[0]) / "examples" / "nile.csv"
 
 
@@ -50,8 +51,11 @@ def nile() -> Data:
 
 def co2() -> Data:
     path = HERE / "co2.csv"
-    year, month, value = _read(path, "year", "month", "co2")
-    return Data(source_of(path), "year", year + (month - 1) / 12, ("co2",), value[:, None])
+    year, *months = _read(path, "year", *MONTHS)
+    value = np.ravel(np.column_stack(months))
+    first, last = np.flatnonzero(np.isfinite(value))[[0, -1]]
+    at = np.ravel(year[:, None] + np.arange(12) / 12)[first : last + 1]
+    return Data(source_of(path), "year", at, ("co2",), value[first : last + 1, None])
 
 
 def sunspots() -> Data:
