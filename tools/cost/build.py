@@ -17,8 +17,6 @@ TEXTBOOKS = ROOT / "tests" / "cost"
 
 FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the library's own
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
-MODULE_HEADERS = ("adaptation.h", "em.h", "lag.h", "point.h", "robust.h", "steady.h")
-NONLINEAR_HEADERS = ("extended.h", "points.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
     "lean": "step",
@@ -36,10 +34,6 @@ CALLED = {
     "em_state": "em_iterate",
     "extended_predict": "predict_extended",
     "extended_update": "update_extended",
-}
-BEGINNINGS = {
-    ROOTS: ("process.h", "kq_process_init_root_f32"),
-    LEAN: ("sensor.h", "kq_sensor_init_lean_f32"),
 }
 PARTS = ("filter", "steady", "adaptation", "em", "nonlinear")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
@@ -64,34 +58,6 @@ class Place:
     @property
     def avr_counter(self) -> Path:
         return self.work / "avr_count"
-
-    def fixed_header(self, arithmetic: str) -> Path:
-        """What a user includes to have functions of fixed sizes."""
-        return self.source / "src" / "known_sizes" / f"kq_fixed_{arithmetic}.h"
-
-    @property
-    def has_modules(self) -> bool:
-        return self.has_headers(MODULE_HEADERS)
-
-    def has_headers(self, names: Sequence[str]) -> bool:
-        folder = self.source / "include" / "kalmanq"
-        return all((folder / name).exists() for name in names)
-
-    @property
-    def lacks(self) -> tuple[str, ...]:
-        """Programs that begin otherwise, of a library that does not have what they begin with."""
-        return tuple(what for what, begin in BEGINNINGS.items() if not self.declares(*begin))
-
-    def declares(self, header: str, name: str) -> bool:
-        path = self.source / "include" / "kalmanq" / header
-        return name in path.read_text(encoding="utf-8")
-
-    def has(self, wanted: Program) -> bool:
-        if wanted.group == MODULES and not self.has_modules:
-            return False
-        if wanted.group == NONLINEAR and not self.has_headers(NONLINEAR_HEADERS):
-            return False
-        return wanted.sizes == RUNTIME or self.fixed_header(wanted.arithmetic).exists()
 
 
 # ---- what is built once ----------------------------------------------------------------------
@@ -129,7 +95,7 @@ def library(place: Place, key: tuple[str, str, str]) -> None:
     folder.mkdir(parents=True)
     for source in library_sources(place, arithmetic):
         compiled(place, BY_NAME[core], profile, source, folder / f"{source.stem}.o")
-    if arithmetic not in TEXTBOOK and place.has_modules:
+    if arithmetic not in TEXTBOOK:
         flags = (f"-DKQ_COST_{arithmetic}", "-DKQ_COST_MODULES")
         compiled(place, BY_NAME[core], profile, TARGET / "user.c", folder / "samples.o", flags)
 

@@ -60,7 +60,6 @@ class Program:
     dimensions: tuple[tuple[int, int], ...]  # (n, m)
     group: tuple[str, ...] = FILTER  # or another: so the filter's program is what it always was
     controls: int = 0
-    lacks: tuple[str, ...] = ()  # of ROOTS and LEAN, the library that is measured
 
     @property
     def name(self) -> str:
@@ -81,7 +80,7 @@ class Program:
         """A program that begins otherwise; q31's tables are roots always."""
         if what not in (ROOTS, LEAN):
             return True
-        if what in self.lacks or (what == ROOTS and self.arithmetic == "q31"):
+        if what == ROOTS and self.arithmetic == "q31":
             return False
         return self.sizes == RUNTIME and self.group == FILTER
 

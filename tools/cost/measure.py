@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from multiprocessing.pool import Pool
@@ -41,12 +41,9 @@ class Measured:
 
 
 def measure_all(source: Path, wanted: list[Program]) -> list[Measured]:
-    """In the order of the programs; those that this library cannot make are left out."""
+    """In the order of the programs"""
     with tempfile.TemporaryDirectory(prefix="kalmanq-cost-") as folder:
         place = Place(source, Path(folder))
-        wanted = [
-            replace(program, lacks=place.lacks) for program in wanted if place.has(program)
-        ]
         make_tools(place, wanted)
         keys = sorted({build.library_key(program) for program in wanted})
         with get_context("fork").Pool(WORKERS) as pool:  # an error ends both

@@ -41,10 +41,15 @@ __all__ = sorted(_PLACE)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PLACE:
-        raise AttributeError(f"module 'kalmanq' has no attribute {name!r}")
-    globals()[name] = found = getattr(import_module(f"kalmanq.{_PLACE[name]}"), name)
-    return found
+    if name in _PLACE:
+        globals()[name] = found = getattr(import_module(f"kalmanq.{_PLACE[name]}"), name)
+        return found
+    try:
+        return import_module(f"kalmanq.{name}")  # a folder or a module
+    except ModuleNotFoundError as problem:
+        if problem.name != f"kalmanq.{name}":
+            raise
+        raise AttributeError(f"module 'kalmanq' has no attribute {name!r}") from None
 
 
 def __dir__() -> list[str]:

@@ -13,10 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if __has_include(<kalmanq/steady.h>) /* an older checkout is measured without */
-#define HAS_STEADY
-#endif
-
 enum { STATES = KQ_SIZE_MAX };
 
 typedef struct {
@@ -68,7 +64,6 @@ static void make(model *M, int n, int m, int l)
     }
 }
 
-#ifdef HAS_STEADY
 enum { SOLVE_LEN = KQ_STEADY_SOLVE_LEN_F64(STATES, STATES) };
 
 static void make_gain(model *M)
@@ -83,9 +78,6 @@ static void make_gain(model *M)
     need(kq_sensor_init_diagonal_f64(&s, M->H, M->R), "sensor");
     need(kq_steady_solve_f64(&p, &s, memory, SOLVE_LEN, &wanted), "steady gain");
 }
-#else
-static void make_gain(model *M) { (void)M; }
-#endif
 
 /* ------------------------------------------------------------------ floating point */
 
