@@ -13,8 +13,8 @@ from kalmanq.errors import ModelError
 from kalmanq.model.arrays import numbers_of
 
 _NOTHING = object()
-# In the place of variances that a P0 takes the place of; of as many states as there may be
-_ANY_PRIOR = {"number": 1.0, "vector": np.ones(lib.KQ_SIZE_MAX)}
+_ONES = np.ones(lib.KQ_SIZE_MAX)  # of as many states as there may be
+_ANY_PRIOR = {"number": 1.0, "vector": _ONES}
 WHOLE_MAX = 1000
 
 
@@ -127,7 +127,10 @@ def _motion(order: int) -> Callable[[dict[str, Any]], dict[str, Any]]:
 
 def _lengths(of: dict[str, Any], **lengths: int) -> None:
     for name, length in lengths.items():
-        if of[name] is not None and of[name] is not _ANY_PRIOR["vector"] and np.size(of[name]) != length:
+        if of[name] is _ONES:
+            of[name] = np.ones(max(0, min(length, lib.KQ_SIZE_MAX)))
+            continue
+        if of[name] is not None and np.size(of[name]) != length:
             raise ModelError(name, f"has {np.size(of[name])} numbers, not {length}")
 
 
