@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import kalmanq as kalmanq_package
 from kalmanq import Filter, LagSmoother, Smoother
 from kalmanq.data import tables
 from kalmanq.model import model_file
@@ -364,3 +365,12 @@ def test_help_imports_no_numbers():
     assert done.returncode == 0 and done.stdout.rstrip().endswith("[]") and "gallery" in done.stdout
     again = subprocess.run([sys.executable, "-B", "-m", "kalmanq", "--help"], capture_output=True, text=True)
     assert again.returncode == 0 and "gallery" in again.stdout
+
+
+def test_every_public_name_is_there():
+    """They are imported when they are used; folders and modules are, too."""
+    assert len(kalmanq_package.__all__) == 31 and set(kalmanq_package.__all__) <= set(dir(kalmanq_package))
+    assert all(getattr(kalmanq_package, name).__module__.startswith("kalmanq.") for name in kalmanq_package.__all__)
+    assert kalmanq_package.nonlinear.read and kalmanq_package.core.lib
+    with pytest.raises(AttributeError, match="no attribute 'Fliter'"):
+        kalmanq_package.Fliter
