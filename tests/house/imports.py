@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Checks what the Python packages in tools/ import: imports.py [ROOT].
 
-A folder imports from folders before it in ORDER, kalmanq nothing of kalmanq_studies, and no module comes to itself again by its imports, also those
-inside functions and for type checkers alone.  kalmanq's own names are said in two places, which agree.
+A folder imports from folders before it in ORDER, kalmanq nothing of kalmanq_studies, and no module comes to itself
+again by its imports.  Imports inside functions and for type checkers alone count.  kalmanq's own names are said in two
+places, which agree.
 Answers 0 where that holds.
 """
 import ast
