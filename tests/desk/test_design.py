@@ -18,7 +18,7 @@ from products import PRODUCTS
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.core import lib
 from kalmanq.firmware import costs
-from kalmanq.firmware.c_source import WAYS, source, ways_of
+from kalmanq.firmware.c_source import source, ways_of
 from kalmanq.firmware.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
 from kalmanq.firmware.life import life_of, tail
 from kalmanq.firmware.ranges import with_ranges

@@ -20,14 +20,14 @@ from kalmanq.compiler.proof_file import no_less
 from kalmanq.data import tables
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import WAYS, Source, identifier, source
+from kalmanq.firmware.c_source import Source, identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
 from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.run.parts import Parts
+from kalmanq.run.parts import WAYS, Parts
 
 
 @dataclass(frozen=True)

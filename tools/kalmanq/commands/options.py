@@ -14,7 +14,6 @@ from rich.console import Console
 from kalmanq.commands.messages import console, told_in_one_line
 from kalmanq.core import ARITHMETICS
 from kalmanq.data.layouts import Source, layout_of
-from kalmanq.data.tables import AnySource
 from kalmanq.model import Model, model_file
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
 
@@ -95,5 +94,5 @@ def read_any(path: Path) -> AnyModel:
     return nonlinear_file.read(path) if Path(path).suffix == nonlinear_file.SUFFIX else model_file.read(path)
 
 
-__all__ = ["ANY_MODEL", "ARITHMETIC", "AnyModel", "AnySource", "Arithmetic", "ChipArithmetic", "DASK", "DATA", "FRESH",
+__all__ = ["ANY_MODEL", "ARITHMETIC", "AnyModel", "Arithmetic", "ChipArithmetic", "DASK", "DATA", "FRESH",
            "JSON", "MODEL", "WORKERS", "choices", "command_of", "read_any"]

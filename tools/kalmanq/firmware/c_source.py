@@ -12,7 +12,7 @@ from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
-from kalmanq.run.parts import CONSTANT, WAYS, Parts, is_diagonal, known_prior, ways_of
+from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, ways_of
 
 WORDS = frozenset("""auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
