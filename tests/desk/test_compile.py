@@ -751,13 +751,15 @@ def test_a_signal_leaves_no_folder(number: int, code: int, tmp_path: Path) -> No
     assert not list(folders.glob("kalmanq-compile-*")) and not list(tmp_path.glob("*cart*"))
 
 
-def test_an_interrupt_while_the_command_is_imported_is_no_traceback() -> None:
-    program = """
+@pytest.mark.parametrize("words, module", [(["kalmanq"], "typer"), (["kalmanq", "steady", "m.toml"], "numpy")])
+def test_an_interrupt_while_the_command_is_imported_is_no_traceback(words: list[str], module: str) -> None:
+    program = f"""
 import sys
+sys.argv = {words}
 
 class Interrupted:
     def find_spec(self, name, *_):
-        if name == "numpy":
+        if name == {module!r}:
             raise KeyboardInterrupt
 
 sys.meta_path.insert(0, Interrupted())

@@ -46,7 +46,7 @@ def loaded(name: str) -> Any:
     try:
         command = import_module(module).command
     except ModuleNotFoundError as problem:
-        if problem.name != STUDIES.split(".")[0]:
+        if str(problem.name).split(".")[0] != STUDIES.split(".")[0]:
             raise
         raise KalmanqError(f"{name} is one of the studies, which are not installed: pip install ./tools ./tools/studies") from None
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
