@@ -294,7 +294,7 @@ def check_page(folder, said):
     pictures = {path.stem: path.stat().st_size for path in folder.glob("*.png")}
     assert sorted(pictures) == sorted(figures()) and len(pictures) == 6 and max(pictures.values()) < 60_000
     page = (folder / "README.md").read_text(encoding="utf-8")
-    assert all(f"]({name}.png)" in page for name in pictures) and "](heavy_tails.csv)" in page
+    assert all(f"]({name}.png)" in page for name in pictures) and "FOLDER/heavy_tails.csv" in page
     assert all(claim["said"] in page and claim["verdict"] in page for claim in said["claims"])
     assert "groups of 1000" not in page and "one group of 800 runs" in page
     assert "| who says so |" in page and all(f"| {claim['source']} |" in page for claim in said["claims"])

@@ -61,7 +61,7 @@ def _head(c: Collected, command: str, versions: dict[str, str]) -> str:
         alpha = 2, with the more and the larger jumps the smaller alpha is. The filter is told the Gaussian of the same
         sigma, Q = 2 sigma^2. After Mozgunov (2014), in two settings ({settings}); noise by Chambers, Mallows and Stuck
         (1976), as corrected by Weron (1996). All filters, smoothers and fits are the C core's, in f64."""),
-        filled(f"""Written by `{command}` ({made_by}); [heavy_tails.csv](heavy_tails.csv) has all errors and estimates.
+        filled(f"""Written by `{command}` ({made_by}). FOLDER/heavy_tails.csv then has all errors and estimates.
         For each alpha and beta there are {c.runs('known')} runs with known parameters, {c.runs('skewed')} for the
         skewness, {c.runs('fitted')} with fitted ones (of Q/R = {QUIET:g} with Q, or Q and R, alone) and
         {c.runs('robust')} beside the exact posterior. Different alphas have the same random numbers, so that ratios
