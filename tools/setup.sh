@@ -179,7 +179,7 @@ kq_setup_cost() {
     kq_setup_cores
     kq_have_file arm-none-eabi-gcc nano.specs || kq_install libnewlib-arm-none-eabi
     kq_have clang || kq_have clang-14 || kq_install clang
-    kq_python numpy matplotlib typer rich unicorn elftools
+    kq_python numpy typer rich unicorn elftools
 }
 
 kq_setup() { "kq_setup_$1"; }

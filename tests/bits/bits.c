@@ -1,6 +1,6 @@
 /*
- * The bits of everything that a float arithmetic answers, over models of several sizes: a digest
- * for each quantity of each step, against expected_f32.inc and expected_f64.inc (regenerate.sh).
+ * The bits of all answers of a float arithmetic, over models of several sizes: a digest for each quantity of
+ * each model, compared with expected.inc (regenerate.sh).
  */
 #include "beyond.h"
 #include "digest.h"

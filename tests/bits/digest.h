@@ -1,8 +1,9 @@
 /*
- * Digests of what an arithmetic answers, against expected_f32.inc and expected_f64.inc; of nonlinear runs, which are
- * another program (nonlinear.c, KQ_BITS_NONLINEAR), expected_nonlinear_f32.inc and _f64.inc.
- *   KQ_BITS_WORDS     prints every word, so that two machines can be compared by diff
- *   KQ_BITS_WRITE     prints the digests as they are in those files
+ * Digests of an arithmetic's answers, one for each quantity of each case ("block"), compared with expected.inc; of
+ * nonlinear runs, which are another program (nonlinear.c, KQ_BITS_NONLINEAR), with expected_nonlinear.inc.  Where a
+ * block differs, the digests of its steps are printed.
+ *   KQ_BITS_WORDS     prints every word and the digest of every step, so that two machines can be compared by diff
+ *   KQ_BITS_WRITE     prints the digests, for regenerate.sh
  *   KQ_BITS_FILTER    filter and smoother alone, where flash has no room for the rest
  *   KQ_BITS_FALSIFY   the model is wrong in its last bits: every case must be found to differ
  */
@@ -27,7 +28,7 @@ void put(num value);
 void put_all(const num *values, int count);
 void put_status(kq_status status);
 
-/** The digest since the last check is that of `quantity` at `step`. */
+/** Adds the words since the last check to the block of `quantity`, as its `step`. */
 void check(const char *quantity, int step);
 
 /** Prints the outcome; returns whether it is bad.  Where not all is digested, the rest of the

@@ -21,8 +21,7 @@ typedef float num;
 #define SMALL 0x1p-42f /* variances at the lower end of those that count */
 #define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
 #define LARGE 0x1p+57f /* variances at the upper end of all numbers */
-#define EXPECTED_FILTER "expected_f32.inc"
-#define EXPECTED_NONLINEAR "expected_nonlinear_f32.inc"
+#define ROW(f32, f64) f32, /* of the expected digests */
 #elif defined(KQ_BITS_F64)
 typedef double num;
 #define K(name) kq_##name##_f64
@@ -40,16 +39,15 @@ typedef double num;
 #define SMALL 0x1p-170
 #define TINY 0x1p-1018
 #define LARGE 0x1p+497
-#define EXPECTED_FILTER "expected_f64.inc"
-#define EXPECTED_NONLINEAR "expected_nonlinear_f64.inc"
+#define ROW(f32, f64) f64, /* of the expected digests */
 #else
 #error "compile with one of -DKQ_BITS_F32 and -DKQ_BITS_F64"
 #endif
 
 #ifdef KQ_BITS_NONLINEAR
-#define EXPECTED EXPECTED_NONLINEAR
+#define EXPECTED "expected_nonlinear.inc"
 #else
-#define EXPECTED EXPECTED_FILTER
+#define EXPECTED "expected.inc"
 #endif
 
 #endif

@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 
 import build
+import command_line
 import emulators
-import plot
 import readme
 import table
 from cases import CLANG, FILTER, GCC, LEAN, MODULES, NONLINEAR, REGIONS, SMALL, Choice, Own, own_programs, programs
@@ -100,7 +100,7 @@ class Tables(unittest.TestCase):
 
     def test_a_failed_write_leaves_the_old_file(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "cost.png"
+            path = Path(folder) / "cost.csv"
             path.write_text("old")
             with self.assertRaises(RuntimeError), Outputs(path.parent) as outputs:
                 outputs.write(path.name, "half")
@@ -218,13 +218,6 @@ class Instructions(unittest.TestCase):
         return decoded(match)
 
 
-class Pictures(unittest.TestCase):
-    def test_labels_are_moved_apart_by_as_little_as_possible(self) -> None:
-        self.assertEqual(plot.spread([1.0, 2.0], 0.5), [1.0, 2.0])
-        for found, wanted in zip(plot.spread([1.0, 1.0, 1.1], 0.5), [0.53, 1.03, 1.53]):
-            self.assertAlmostEqual(found, wanted, delta=0.01)
-
-
 class Cards(unittest.TestCase):
     def test_a_line_has_all_its_figures(self) -> None:
         smooth = replace(ROW, what="smooth", ram_program=5000, stack_worst=850, flash_program=16000)
@@ -304,6 +297,26 @@ class Readme(unittest.TestCase):
             path.write_text(f"{readme.END}\n{readme.BEGIN}\n")
             with self.assertRaises(UserError):
                 readme.rewritten(path, (ROW,))
+
+
+class Kept(unittest.TestCase):
+    def test_the_table_has_the_rows_that_are_kept_and_no_others(self) -> None:
+        """Whatever can be measured of them"""
+        measurable = {
+            (p.core, p.arithmetic, n, m, p.sizes, p.profile, what)
+            for p in programs(Choice())
+            for n, m in p.dimensions
+            for what in p.what(n)
+        }
+        rows = table.read(ROOT / "tools" / "cost.csv").rows
+        self.assertEqual({row.key for row in rows}, readme.kept() & measurable)
+
+    def test_programs_of_the_table_have_its_sizes_alone(self) -> None:
+        every = command_line.of_kept(programs(Choice()))
+        kept = {(p.core, p.arithmetic, p.sizes, p.profile, p.group): p.dimensions for p in every}
+        self.assertEqual(kept["m0", "f32", "runtime", CLANG, FILTER], readme.CARD_SIZES)
+        self.assertEqual(kept["m3", "q31", "runtime", SMALL, NONLINEAR], readme.NONLINEAR_SIZES)
+        self.assertNotIn(("m0", "textbook-f32", "runtime", GCC, FILTER), kept)
 
 
 class Commands(unittest.TestCase):

@@ -476,18 +476,21 @@ def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path
 
 
 def test_estimates_are_near_what_was_measured():
-    """Each row of the table from all rows of its kind: instructions, flash and RAM to 20 %."""
-    errors = []
-    for row in costs.measured():
-        for measure in costs.SUMS:
-            found = costs.factors(row["core"], row["arithmetic"], row["way"], measure) @ costs.terms(measure, row)
-            errors.append(abs(found / row[measure] - 1))
-    assert len(errors) > 1000 and max(errors) < 0.2, max(errors)
+    """Of every design that the factors were fitted to, instructions, flash and RAM to 20 %; the README says how near."""
+    off = {measure: [one.off for (*_, name), one in costs.factors().items() if name == measure] for measure in costs.SUMS}
+    assert all(len(of) == len(costs.stacks()) >= 50 and max(of) < 0.2 for of in off.values()), off
+    readme = " ".join((ROOT / "tools" / "kalmanq" / "README.md").read_text(encoding="utf-8").split())
+    said = re.search(r"(\d+) % off at most for instructions, (\d+) % for flash, (\d+) % for RAM", readme)
+    assert [int(one) for one in said.groups()] == [round(100 * max(of)) for of in off.values()]
 
 
-def test_the_stack_is_never_less_than_what_was_measured():
-    for row in costs.measured():
-        assert costs.deepest(row["core"], row["arithmetic"], row["way"], row) >= row["stack"]
+def test_the_stack_grows_with_the_states_and_with_what_there_is():
+    """So that it is never less than is needed; each size is the deepest that was measured up to it."""
+    for key in costs.stacks():
+        plain = [costs.deepest(*key, {"n": n, "correlated": 0, "unknown": 0}) for n in range(1, 17)]
+        assert plain == sorted(plain) and plain[0] > 0
+        for kind in ({"correlated": 1, "unknown": 0}, {"correlated": 0, "unknown": 1}, {"correlated": 1, "unknown": 1}):
+            assert all(costs.deepest(*key, {"n": n + 1, **kind}) >= plain[n] for n in range(16))
 
 
 @pytest.mark.parametrize("core", sorted(PARTS))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, Callable, Iterable, NamedTuple, Optional
 
 import numpy as np
 
@@ -26,7 +26,8 @@ NOT_A_WORD, NOT_A_SCORE = -(2**31), -(2**63)
 class Operation(NamedTuple):
     name: str  # of vector.h, in small letters
     given: list[int]
-    expected: list[int]
+    expected: list[int]  # its outputs; none where the case has their digest alone
+    digest: int
 
 
 # linearised steps in words: the nonlinear models of the package are functions, and make them
@@ -37,20 +38,30 @@ def cases() -> list[str]:
     return sorted(path.stem for path in (FOLDER / "cases").glob("*.inc") if path.stem not in OF_THE_CORE_ALONE)
 
 
+def digest_of(words: Iterable[int]) -> int:
+    """FNV-1a, by words, as in vector.h."""
+    digest = 2166136261
+    for word in words:
+        digest = (digest ^ word & ALL) * 16777619 & ALL
+    return digest - 2**32 if digest >> 31 else digest
+
+
 def operations(case: str) -> list[Operation]:
-    """Of a case, as the README there says: code, inputs, outputs, each list with its length before it."""
+    """Of a case, as the README there says: code, inputs, and outputs (layout 1) or their digest (layout 2)."""
     header = (FOLDER / "vector.h").read_text(encoding="utf-8")
     names = re.findall(r"\bVECTOR_(\w+)", header[header.index("    VECTOR_END,"):header.index("VECTOR_OPERATIONS\n")])
     text = (FOLDER / "cases" / f"{case}.inc").read_text(encoding="utf-8")
     words = [int(word) for word in re.sub(r"/\*.*?\*/", "", text, flags=re.S).split(",") if word.strip()]
     made, at = [], 1
-    while words[at]:
+    while words[0] in (1, 2) and words[at]:
         code, count = words[at], words[at + 1]
         given, at = words[at + 2 : at + 2 + count], at + 2 + count
-        expected, at = words[at + 1 : at + 1 + words[at]], at + 1 + words[at]
-        made.append(Operation(names[code].lower(), given, expected))
-    if words[0] != 1 or at + 1 != len(words):
-        raise ValueError(f"{case}: the words are not those of layout 1")
+        expected = words[at + 1 : at + 1 + words[at]] if words[0] == 1 else []
+        digest = digest_of(expected) if words[0] == 1 else words[at]
+        at += 1 + len(expected)
+        made.append(Operation(names[code].lower(), given, expected, digest))
+    if words[0] not in (1, 2) or at + 1 != len(words):
+        raise ValueError(f"{case}: the words are not those of layout 1 or 2")
     return made
 
 

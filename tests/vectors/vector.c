@@ -164,8 +164,7 @@ static void put_word(const vector_sink *sink, const char *quantity, int32_t word
     put_words(sink, quantity, &word, 1);
 }
 
-/* The word of the same 32 bits */
-static int32_t word_of_bits(uint32_t bits)
+int32_t vector_word_of(uint32_t bits)
 {
     return bits >> 31 ? -(int32_t)(UINT32_MAX - bits) - 1 : (int32_t)bits;
 }
@@ -175,8 +174,8 @@ static void put_score(const vector_sink *sink, const char *quantity, int64_t sco
 {
     const uint64_t bits = (uint64_t)score;
     put_words(sink, quantity,
-              (const int32_t[]){word_of_bits((uint32_t)(bits >> 32)),
-                                word_of_bits((uint32_t)(bits & UINT32_MAX))},
+              (const int32_t[]){vector_word_of((uint32_t)(bits >> 32)),
+                                vector_word_of((uint32_t)(bits & UINT32_MAX))},
               2);
 }
 
@@ -506,14 +505,13 @@ static void draw_measurement(int32_t *z, const sensor_slot *slot, uint32_t *draw
     }
 }
 
+uint32_t vector_digest(uint32_t digest, int32_t word) { return (digest ^ (uint32_t)word) * UINT32_C(16777619); }
+
 static uint32_t digest_filter(uint32_t digest)
 {
     const kq_filter_q31 *f = &machine.filter;
-    const uint32_t prime = UINT32_C(16777619); /* FNV-1a, word by word */
-    for (int k = 0; k < KQ_FILTER_LEN_Q31(machine.n); k++) {
-        digest = (digest ^ (uint32_t)f->memory[k]) * prime;
-    }
-    return (digest ^ (uint32_t)(kq_nis_q31(f) & UINT32_MAX)) * prime;
+    for (int k = 0; k < KQ_FILTER_LEN_Q31(machine.n); k++) digest = vector_digest(digest, f->memory[k]);
+    return vector_digest(digest, vector_word_of((uint32_t)(kq_nis_q31(f) & UINT32_MAX)));
 }
 
 static int run(words_in *in, const vector_sink *sink)
@@ -521,7 +519,7 @@ static int run(words_in *in, const vector_sink *sink)
     const process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
     const sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
     const int steps = take_number(in, 1, 10000);
-    uint32_t draw = (uint32_t)take_word(in, 1, INT32_MAX), digest = UINT32_C(2166136261);
+    uint32_t draw = (uint32_t)take_word(in, 1, INT32_MAX), digest = VECTOR_DIGEST_OF_NOTHING;
     const int shift = take_number(in, 0, 30);
     if (!is_complete(in)) return -1;
     int32_t z[MOST] = {0};
@@ -536,7 +534,7 @@ static int run(words_in *in, const vector_sink *sink)
         digest = digest_filter(digest);
     }
     put_status(sink, status);
-    put_word(sink, "digest", word_of_bits(digest));
+    put_word(sink, "digest", vector_word_of(digest));
     put_filter(sink, &machine.filter);
     machine.step += steps;
     return 0;
@@ -743,13 +741,14 @@ int vector_operate(int32_t operation, const int32_t *in, size_t count, const vec
 typedef struct {
     const int32_t *expected;
     size_t count, compared;
-    int differs;
+    const vector_tap *tap;
+    uint32_t digest;
+    int is_digested, differs;
     vector_difference *difference;
 } comparison;
 
-static void compare(void *to, const char *quantity, int index, int32_t word)
+static void compare_word(comparison *c, const char *quantity, int index, int32_t word)
 {
-    comparison *c = to;
     if (c->differs) return;
     const int is_more = c->compared >= c->count;
     const int32_t expected = is_more ? 0 : flash_word(c->expected + c->compared);
@@ -765,33 +764,53 @@ static void compare(void *to, const char *quantity, int index, int32_t word)
     c->difference->got = word;
 }
 
+static void compare(void *to, const char *quantity, int index, int32_t word)
+{
+    comparison *c = to;
+    if (c->tap) word = c->tap->see(c->tap->to, quantity, index, word);
+    c->difference->before++;
+    if (c->is_digested) c->digest = vector_digest(c->digest, word);
+    else compare_word(c, quantity, index, word);
+}
+
 /* Are there `count` words at position `at`? */
 static int is_part(size_t length, size_t at, int32_t count)
 {
     return count >= 0 && at <= length && (uint32_t)count <= length - at;
 }
 
-size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference)
+/* Carries out an operation; do its outputs equal those of the case? */
+static int is_as_expected(comparison *c, int32_t code, const int32_t *in, size_t inputs)
+{
+    const size_t before = c->difference->before;
+    if (vector_operate(code, in, inputs, &(vector_sink){compare, c})) return 0;
+    if (c->is_digested) compare_word(c, "digest", 0, vector_word_of(c->digest));
+    if (c->differs) c->difference->before = before;
+    return !c->differs && c->compared == c->count;
+}
+
+size_t vector_replay(const int32_t *words, size_t count, const vector_tap *tap,
+                     vector_difference *difference)
 {
     static int32_t in[VECTOR_INPUTS];
-    size_t at = 1, total = 0;
+    size_t at = 1;
     *difference = (vector_difference){.code = VECTOR_END};
-    if (count == 0 || flash_word(words) != VECTOR_LAYOUT) return 0;
+    const int32_t layout = count ? flash_word(words) : 0;
+    if (layout != VECTOR_FULL && layout != VECTOR_DIGESTS) return 0;
     for (; at + 2 < count; difference->operation++) {
         const int32_t code = flash_word(words + at), inputs = flash_word(words + at + 1);
-        *difference = (vector_difference){
-            .operation = difference->operation, .code = code, .step = machine.step, .position = at};
+        *difference = (vector_difference){.operation = difference->operation, .code = code,
+                                          .step = machine.step, .position = at, .before = difference->before};
         at += 2;
         if (!is_part(count - 1, at, inputs) || inputs > VECTOR_INPUTS) return 0;
         for (size_t k = 0; k < (size_t)inputs; k++) in[k] = flash_word(words + at++);
-        const int32_t outputs = flash_word(words + at++);
+        const int32_t outputs = layout == VECTOR_DIGESTS ? 1 : flash_word(words + at++);
         if (!is_part(count, at, outputs)) return 0;
-        comparison c = {words + at, (size_t)outputs, 0, 0, difference};
+        comparison c = {words + at, (size_t)outputs, 0, tap, VECTOR_DIGEST_OF_NOTHING, layout == VECTOR_DIGESTS, 0,
+                        difference};
         difference->position = at;
-        if (vector_operate(code, in, (size_t)inputs, &(vector_sink){compare, &c})) return 0;
-        if (c.differs || c.compared != c.count) return 0;
+        if (!is_as_expected(&c, code, in, (size_t)inputs)) return 0;
         at += c.count;
-        total += c.count;
     }
-    return at + 1 == count && flash_word(words + at) == VECTOR_END ? total : 0;
+    return at + 1 == count && flash_word(words + at) == VECTOR_END ? difference->before : 0;
 }

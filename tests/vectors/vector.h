@@ -1,6 +1,6 @@
 /*
- * Golden vectors of the q31 arithmetic: a case is an array of words that holds operations, what
- * goes into them, and every bit of what comes out of them (README.md: the layout).  Replayed here
+ * Golden vectors of the q31 arithmetic: a case is an array of words that holds operations, their
+ * inputs, and every bit of their outputs or a digest of it (README.md: the layouts).  Replayed here
  * in freestanding C11, so that the same file runs on the host and in firmware: integers only, no
  * stdio, no heap.
  */
@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { VECTOR_LAYOUT = 1 }; /* word 0 of a case */
+enum { VECTOR_FULL = 1, VECTOR_DIGESTS = 2 }; /* word 0 of a case: its layout */
 
 enum {
     VECTOR_END,
@@ -111,19 +111,40 @@ int vector_operate(int32_t operation, const int32_t *in, size_t count, const vec
 /** The name of an operation, "?" where there is none. */
 const char *vector_name(int32_t operation);
 
-/* The first word that is not what the case holds */
+/** The digest of a sequence of words: begin with VECTOR_DIGEST_OF_NOTHING, and add every word.
+ * FNV-1a, by words instead of bytes. */
+#define VECTOR_DIGEST_OF_NOTHING UINT32_C(2166136261)
+uint32_t vector_digest(uint32_t digest, int32_t word);
+
+/** The word of the same 32 bits */
+int32_t vector_word_of(uint32_t bits);
+
+/* The operation that is replayed, and what differs in it */
 typedef struct {
     size_t operation;     /* its number in the case, from 0 */
     int32_t code;         /* which operation */
     int step;             /* predicts up to it, since the last prior */
-    const char *quantity; /* NULL: the case cannot be read */
+    const char *quantity; /* NULL: the case cannot be read; "digest": of all its outputs */
     int index;            /* entry of the quantity */
     size_t position;      /* in the case */
+    size_t before;        /* outputs of all operations before it */
     int32_t expected, got;
 } vector_difference;
 
-/** Replays a case; `words` are in flash (flash.h).  Returns the number of words compared, or 0 at
- * the first difference. */
-size_t vector_replay(const int32_t *words, size_t count, vector_difference *difference);
+/* Sees every output in order, and returns the word that is compared. */
+typedef struct {
+    int32_t (*see)(void *to, const char *quantity, int index, int32_t word);
+    void *to;
+} vector_tap;
+
+/**
+ * Replays a case.
+ *   words       `count` words in flash (flash.h)
+ *   tap         NULL for none
+ *   difference  out: the operation that is replayed; where the replay ends early, the first difference
+ * Returns the number of outputs compared, or 0 at the first difference.
+ */
+size_t vector_replay(const int32_t *words, size_t count, const vector_tap *tap,
+                     vector_difference *difference);
 
 #endif

@@ -1,7 +1,8 @@
 """The command line.  Started by tools/cost.py."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import List, Optional
+from typing import Container, List, Optional
 
 import typer
 
@@ -12,11 +13,10 @@ from cases import PROFILES, WHAT, Choice, Own, Program, own_programs, programs
 from cores import ROOT, compilers
 from measure import Measured, measure_all
 from errors import UserError, told_in_one_line
-from outputs import Outputs, shown, terminal, write
+from outputs import shown, terminal, write
 from table import Table, compare
 
 TABLE = ROOT / "tools" / "cost.csv"
-PICTURE = ROOT / "tools" / "cost.png"
 PAGES = (  # and what each has of the table
     (ROOT / "README.md", readme.summary),
     (ROOT / "tools" / "cost" / "README.md", readme.section),
@@ -24,8 +24,9 @@ PAGES = (  # and what each has of the table
 WIDTH = 200  # of every table, where there is no terminal
 
 HELP = """What the library costs on seven cores: instructions, estimated cycles, stack, RAM and
-flash. Without options: measures everything and writes tools/cost.csv. With any of the filters
-(each may be repeated): prints what they let through. tools/cost/README.md says what is counted."""
+flash. Without options: measures what the pages show and writes tools/cost.csv. With any of the filters
+(each may be repeated): prints what they let through, of all that can be measured. tools/cost/README.md
+says what is counted."""
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -46,7 +47,7 @@ def main(
         ROOT, help="A checkout to measure instead of this one.", show_default=False
     ),
     check: bool = typer.Option(False, "--check", help="Compare with tools/cost.csv."),
-    plot: bool = typer.Option(False, "--plot", help="Draw the table: tools/cost.png."),
+    out: Optional[Path] = typer.Option(None, "--csv", help="Write what is measured to this file."),
     update_pages: bool = typer.Option(False, "--readme", help="Put the table into the pages."),
 ) -> None:
     with told_in_one_line("cost"):
@@ -58,33 +59,52 @@ def main(
             raise typer.Exit(0 if as_in_the_table(source, choice) else 1)
         if states is not None:
             show_card(source, choice, Own(states, components, controls))
-        if plot:
-            draw()
         if update_pages:
             write_pages()
-        if states is None and not (plot or update_pages):
-            measure(source, choice, hot)
+        if states is None and not update_pages:
+            measure(source, choice, hot, out)
 
 
 # ---- what it asks for ------------------------------------------------------------------------
 
 
-def measure(source: Path, choice: Choice, hot: int) -> None:
-    """Writes the table if it is a whole one of this checkout, else prints."""
-    found = measured(source, choice)
-    if choice != Choice() or hot or source.resolve() != ROOT:
-        report.show(terminal(WIDTH), found, choice.what, hot)
+def measure(source: Path, choice: Choice, hot: int, out: Optional[Path]) -> None:
+    """Writes the committed table, or to the file that is named; else prints."""
+    is_table = choice == Choice() and not (hot or out) and source.resolve() == ROOT
+    if is_table:
+        save(TABLE, measured_programs(source, of_kept(programs(choice))), readme.kept())
+        print("--readme puts it into the pages")
         return
-    rows = tuple(row for each in found for row in each.rows)
-    write(TABLE, table.to_csv(Table(compilers(), rows)))
-    print(f"wrote {shown(TABLE)}: {len(rows)} rows; --plot and --readme show them")
+    found = measured_programs(source, programs(choice))
+    if out:
+        save(out, found)
+    else:
+        report.show(terminal(WIDTH), found, choice.what, hot)
+
+
+def save(path: Path, found: list[Measured], keys: Optional[Container[tuple[object, ...]]] = None) -> None:
+    rows = tuple(row for each in found for row in each.rows if keys is None or row.key in keys)
+    write(path, table.to_csv(Table(compilers(), rows)))
+    print(f"wrote {shown(path)}: {len(rows)} rows")
+
+
+def of_kept(wanted: list[Program]) -> list[Program]:
+    """The programs with rows that are committed, at the sizes of those rows."""
+    return [replace(program, dimensions=sizes) for program in wanted if (sizes := kept_sizes(program))]
+
+
+def kept_sizes(p: Program) -> tuple[tuple[int, int], ...]:
+    keys = readme.kept()
+    return tuple((n, m) for n, m in p.dimensions if any(
+        (p.core, p.arithmetic, n, m, p.sizes, p.profile, what) in keys for what in p.what(n)))
 
 
 def as_in_the_table(source: Path, choice: Choice) -> bool:
     """Has nothing grown, and do the pages say what the table says?"""
-    before = table.read(TABLE)
+    before, keys = table.read(TABLE), readme.kept()
     stale = [page for page, part in PAGES if not readme.matches(page, before.rows, part)]
-    now = [row for each in measured(source, choice) for row in each.rows if choice.takes_row(row)]
+    found = measured_programs(source, of_kept(programs(choice)))
+    now = [row for each in found for row in each.rows if choice.takes_row(row) and row.key in keys]
     comparison = compare(filter(choice.takes_row, before.rows), now)
     report.show_comparison(terminal(WIDTH), comparison, before.versions, compilers())
     for page in stale:
@@ -92,15 +112,6 @@ def as_in_the_table(source: Path, choice: Choice) -> bool:
     passes = comparison.passes and not stale
     print(f"{len(now)} rows measured: {'as in the table' if passes else 'FAILED'}")
     return passes
-
-
-def draw() -> None:
-    import plot  # late: Matplotlib takes its time
-
-    rows = table.read(TABLE).rows
-    with Outputs(PICTURE.parent) as outputs:
-        plot.save(rows, outputs.stage(PICTURE.name))
-    print(f"wrote {shown(PICTURE)}")
 
 
 def write_pages() -> None:
@@ -114,10 +125,6 @@ def show_card(source: Path, choice: Choice, size: Own) -> None:
     """Prints the cards of a user's own size."""
     size.check()
     report.show_cards(terminal(WIDTH), measured_programs(source, own_programs(choice, size)))
-
-
-def measured(source: Path, choice: Choice) -> list[Measured]:
-    return measured_programs(source, programs(choice))
 
 
 def measured_programs(source: Path, wanted: list[Program]) -> list[Measured]:

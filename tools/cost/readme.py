@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Callable, Iterable, Iterator, Mapping, Sequence
 
 from cases import CLANG, FIXED, GCC, LEAN, ROOTS, RUNTIME, SIZES, SMALL
-from cores import BY_NAME
+from cores import BY_NAME, CORES
 from errors import FileError
 from table import Row
 
@@ -25,6 +25,7 @@ def section(rows: tuple[Row, ...]) -> str:
     return "\n\n".join((card_table(rows), *instructions, *nonlinear))
 
 
+Where = tuple[str, str]  # core, arithmetic
 Part = Callable[[tuple[Row, ...]], str]
 
 
@@ -169,6 +170,31 @@ def card_table(rows: Iterable[Row]) -> str:
         if (card.step.n, card.step.m) in CARD_SIZES:
             lines.append("| " + " | ".join(card.cells()) + " |")
     return f"{EXPLAINED}\n\n" + "\n".join(lines)
+
+
+# ---- the rows of all this --------------------------------------------------------------------
+
+
+def kept() -> frozenset[tuple[object, ...]]:
+    """The keys of the rows that are committed: of the pages' tables; and, at all sizes, those that the stack
+    of a design is compared with (designs.py)."""
+    every = [(core.name, arithmetic) for core in CORES for arithmetic in CARD_ARITHMETICS]
+    keys: set[tuple[object, ...]] = set()
+
+    def keep(wheres: Iterable[Where], sizes: Iterable[tuple[int, int]], profile: str, whats: Iterable[str],
+             kind: str = RUNTIME) -> None:
+        keys.update((*where, *size, kind, profile, what) for where in wheres for size in sizes for what in whats)
+
+    keep(every, CARD_SIZES, GCC, ("step", "smooth", "update", ROOTS, LEAN))
+    keep(every, CARD_SIZES, CLANG, ("step", "smooth", LEAN))
+    keep(every, SIZES, GCC, ("step", LEAN))
+    for kind in (RUNTIME, FIXED):
+        keep(FITTING, SIZES, GCC, ("step",), kind)
+    for what, kind, _ in MODULE_ROWS:
+        keep(MODULE_CORES, MODULE_SIZES, GCC, (what,), kind)
+    for profile in (GCC, SMALL):
+        keep(MODULE_CORES, NONLINEAR_SIZES, profile, NONLINEAR)
+    return frozenset(keys)
 
 
 # ---- a few lines of the cards ----------------------------------------------------------------

@@ -1,4 +1,5 @@
-"""What a design costs on a core, from designs that were measured there (costs.csv, tools/cost/README.md)."""
+"""What a design costs on a core: sums whose factors were fitted to designs that were measured there (costs.csv), and the
+deepest of their stacks (stacks.csv).  tools/cost/README.md says how both files are made."""
 
 from __future__ import annotations
 
@@ -6,11 +7,11 @@ import csv
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
-from typing import Any, Mapping
+from typing import Mapping
 
 import numpy as np
 
-from kalmanq.model import SIZE_MAX, Model
+from kalmanq.model import Model
 from kalmanq.run.parts import is_diagonal
 
 CORES = {
@@ -69,53 +70,70 @@ def coupled(model: Model) -> list[np.ndarray]:
     return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
 
 
-def terms(measure: str, of: Mapping[str, int]) -> np.ndarray:
+def terms(measure: str, of: Mapping[str, int]) -> dict[str, float]:
     """What a cost is a sum of, with factors that are not negative."""
     n, m, l, upper, pairs, triples = (of[name] for name in ("n", "m", "l", "upper", "pairs", "triples"))
+    dense, correlated, unknown = 1 - upper, of["correlated"], of["unknown"]
     if measure == "instructions":
-        dense = 1 - upper
-        return np.array([
-            1, n, n * n, n**3, pairs, triples, m / n * pairs, dense * n, dense * n * n, dense * n**3, of["transition"], l, l * n, m, m * n, m * n * n,
-            of["mixing"] * n, of["mixing"] * n * n, of["correlated"] * m * m, of["unknown"]], float)
-    code = (n**3, (1 - upper) * n, (1 - upper) * n * n) if measure == "flash" else ()
-    return np.array([1, n, n * n, *code, m, m * n, l, l * n, l > 0, of["correlated"],
-                     of["correlated"] * m * m, of["unknown"], of["unknown"] * n, of["unknown"] * n * n], float)
+        return {"1": 1, "n": n, "n2": n * n, "n3": n**3, "pairs": pairs, "triples": triples, "m_pairs/n": m / n * pairs,
+                "dense_n": dense * n, "dense_n2": dense * n * n, "dense_n3": dense * n**3, "transition": of["transition"],
+                "l": l, "ln": l * n, "m": m, "mn": m * n, "mn2": m * n * n, "mixing_n": of["mixing"] * n,
+                "mixing_n2": of["mixing"] * n * n, "correlated_m2": correlated * m * m, "unknown": unknown}
+    code = {"n3": n**3, "dense_n": dense * n, "dense_n2": dense * n * n} if measure == "flash" else {}
+    return {"1": 1, "n": n, "n2": n * n, **code, "m": m, "mn": m * n, "l": l, "ln": l * n, "any_l": l > 0,
+            "correlated": correlated, "correlated_m2": correlated * m * m, "unknown": unknown, "unknown_n": unknown * n,
+            "unknown_n2": unknown * n * n}
+
+
+Key = tuple[str, str, str]  # core, arithmetic, way
+
+
+def table(name: str) -> csv.DictReader:
+    text = resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+    return csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+
+
+@dataclass(frozen=True)
+class Factors:
+    of: Mapping[str, float]  # by terms
+    off: float  # the most that the sum was off, of the designs that were measured
+
+    def sum(self, terms: Mapping[str, float]) -> float:
+        return sum(factor * terms[name] for name, factor in self.of.items())
 
 
 @lru_cache(maxsize=None)
-def measured() -> tuple[dict[str, Any], ...]:
-    text = resources.files("kalmanq.firmware").joinpath("costs.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-    return tuple({key: int(value) if value.lstrip("-").isdigit() else value for key, value in row.items()}
-                 for row in rows)
+def factors() -> Mapping[tuple[str, str, str, str], Factors]:
+    """By core, arithmetic, way and measure"""
+    fixed = ("core", "arithmetic", "way", "measure")
+    return {(row["core"], row["arithmetic"], row["way"], row["measure"]): Factors(
+        {name: float(value) for name, value in row.items() if value and name not in (*fixed, "off")},
+        float(row["off"])) for row in table("costs.csv")}
 
 
 @lru_cache(maxsize=None)
-def factors(core: str, arithmetic: str, way: str, measure: str) -> np.ndarray:
-    """Of its terms, so that the relative errors of what was measured are least."""
-    from scipy.optimize import nnls
-
-    rows = [row for row in measured() if (row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way)]
-    design = np.array([terms(measure, row) for row in rows])
-    found = np.array([row[measure] for row in rows], float)
-    scale = np.maximum(np.abs(design).max(axis=0), 1e-9)
-    solution, _ = nnls(design / scale / found[:, None], np.ones(len(rows)))
-    return solution / scale
+def stacks() -> Mapping[Key, list[dict[str, int]]]:
+    """For R correlated or not, states unknown or not: the deepest stack, by the number of states up to which it is"""
+    made: dict[Key, list[dict[str, int]]] = {}
+    for row in table("stacks.csv"):
+        key = row.pop("core"), row.pop("arithmetic"), row.pop("way")
+        made.setdefault(key, []).append({name: int(value or 0) for name, value in row.items()})
+    return made
 
 
 def deepest(core: str, arithmetic: str, way: str, of: Mapping[str, int]) -> int:
     """The stack of the deepest design up to the next size that was measured: never less than is needed."""
-    rows = [row for row in measured() if (row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way)]
-    size = min((row["n"] for row in rows if row["n"] >= of["n"]), default=SIZE_MAX)
-    return max(row["stack"] for row in rows if row["n"] <= size and
-               all(row[name] <= of[name] for name in ("correlated", "unknown")))
+    rows = stacks()[core, arithmetic, way]
+    sizes = [int(name) for name in rows[0] if name.isdigit()]
+    size = min((one for one in sizes if one >= of["n"]), default=sizes[-1])
+    return max(row[str(size)] for row in rows if all(row[name] <= of[name] for name in ("correlated", "unknown")))
 
 
 def estimate(model: Model, core: str, arithmetic: str, way: str) -> Cost:
     of = shape(model)
-    sums = (int(round(float(factors(core, arithmetic, way, measure) @ terms(measure, of)))) for measure in SUMS)
+    sums = (round(factors()[core, arithmetic, way, measure].sum(terms(measure, of))) for measure in SUMS)
     return Cost(*sums, deepest(core, arithmetic, way, of))
 
 
 def is_measured(core: str, arithmetic: str, way: str) -> bool:
-    return any((row["core"], row["arithmetic"], row["way"]) == (core, arithmetic, way) for row in measured())
+    return (core, arithmetic, way) in stacks()
