@@ -59,11 +59,6 @@ kq_length T(kq_steady_length)(int n)
     return size_is_valid(n) ? (kq_length)STEADY_LEN(n) : 0;
 }
 
-kq_length T(kq_steady_work_length)(int n, int m)
-{
-    return size_is_valid(n) && size_is_valid(m) ? (kq_length)STEADY_WORK_LEN(n, m) : 0;
-}
-
 kq_length T(kq_settling_length)(int n)
 {
     return size_is_valid(n) ? (kq_length)SETTLING_LEN(n) : 0;

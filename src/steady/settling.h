@@ -24,7 +24,6 @@
 #include "../filter/checks.h"
 #include "../filter/filter.h"
 #include "../filter/step.h"
-#include "schedule.h"
 
 typedef T(kq_settling) settling;
 
@@ -84,6 +83,25 @@ static int roots_are_same(const num *a, const num *b, int n)
 {
     for (int k = 0; k < ROOT_LEN(n); k++) {
         if (a[k] != b[k]) return 0;
+    }
+    return 1;
+}
+
+/* Is no row of a further from that of b than 2^-bits of itself? */
+static int root_has_settled(const num *a, const num *b, int n, int bits)
+{
+    for (int i = 0; i < n; i++) {
+        scaled norm = scaled_normal(root_entry(a, n, i, i)), change;
+        change = scaled_minus(norm, scaled_normal(root_entry(b, n, i, i)));
+        norm = scaled_times(norm, norm);
+        change = scaled_times(change, change);
+        for (int k = i + 1; k < n; k++) {
+            const scaled entry = scaled_normal(root_entry(a, n, i, k));
+            const scaled d = scaled_minus(entry, scaled_normal(root_entry(b, n, i, k)));
+            norm = scaled_plus(norm, scaled_times(entry, entry));
+            change = scaled_plus(change, scaled_times(d, d));
+        }
+        if (scaled_is_less(scaled_shift(norm, -2 * bits), change)) return 0;
     }
     return 1;
 }

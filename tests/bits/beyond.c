@@ -28,7 +28,6 @@ static num out[4][N * N];
 _Static_assert(LENGTH(pool) >= POINT_LEN(N, C), "point");
 _Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
 _Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
-_Static_assert(LENGTH(pool) >= STEADY_WORK_LEN(N, C), "schedule");
 _Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
 _Static_assert(LENGTH(pool) >= ADAPTATION_LEN(N, C), "adaptation");
 _Static_assert(LENGTH(pool) >= LAG_LEN(N, C, LAG), "lag");
@@ -166,70 +165,48 @@ static void solve(void)
     check("steady state", 0);
 }
 
-/* Answers how many gains there are; where there is no schedule, the filter's own as the only one.
- */
-static size_t schedule(void)
+/* The gains of the first updates behind the prior */
+static void make_gains(void)
 {
-    size_t used = 0;
+    static const num z[C];
     begin();
-    const kq_status status =
-        K(steady_schedule)(&filter, &process, &sensor, pool, LENGTH(pool), 4, gains, GAINS, &used);
-    put_status(status);
-    if (status) {
-        put_status(K(gain)(&filter, &sensor, gains));
-        used = 1;
+    for (int t = 0; t < GAINS; t++) {
+        put_status(K(gain)(&filter, &sensor, gains + t * M.n * M.m));
+        put_status(K(update)(&filter, &sensor, z));
+        put_status(K(predict)(&filter, &process, NULL));
     }
-    put_word((uint32_t)used);
-    put_all(gains, (int)used * M.n * M.m);
+    put_all(gains, GAINS * M.n * M.m);
     check("gains", 0);
-    return used;
 }
 
-static void put_steady(const K(steady) * steady, num *x)
+static void put_steady(const K(steady) * steady)
 {
-    for (int i = 0; i < M.n; i++) x[i] = K(steady_mean)(steady, i);
-    put_all(x, M.n);
+    for (int i = 0; i < M.n; i++) put(K(steady_mean)(steady, i));
 }
 
-static void steady_filter(num *x, num *e)
+static void steady_filter(void)
 {
     K(steady) steady;
-    num z[C], mean[N];
-    const size_t used = schedule();
+    num z[C], e[C], mean[N];
+    make_gains();
     put_status(K(steady_assign)(&steady, M.n, M.m, mean, N));
-    put_status(K(steady_init)(&steady, &process, &sensor, M.x0, gains, used));
+    put_status(K(steady_init)(&steady, &process, &sensor, M.x0, gains, GAINS));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
-        put_status(K(steady_innovation)(&steady, z, e + t * M.m));
-        put_all(e + t * M.m, M.m);
+        put_status(K(steady_innovation)(&steady, z, e));
+        put_all(e, M.m);
         if (t == 0) put_status(K(steady_update)(&steady, z));
         else if (t == 5) put_status(K(steady_predict)(&steady, draw_control()));
         else put_status(K(steady_step)(&steady, draw_control(), z));
-        put_steady(&steady, x + t * M.n);
+        put_steady(&steady);
     }
     check("steady-state filter", STEPS);
 }
 
-static void steady_smoother(num *x, const num *e)
-{
-    num root[KQ_TRIANGLE(N)];
-    const K(steady_smoother) constants = {M.n, M.m, root, out[0], out[1]};
-    put_status(K(steady_smoother_make)(&filter, &process, &sensor, pool, LENGTH(pool), root, out[0],
-                                       out[1]));
-    put_all(root, KQ_TRIANGLE(M.n));
-    put_all(out[0], M.n * M.n);
-    put_all(out[1], M.n * M.m);
-    put_status(K(steady_smooth)(&constants, x, e, STEPS));
-    put_all(x, STEPS * M.n);
-    check("steady-state smoother", STEPS);
-}
-
 static void steady(void)
 {
-    static num x[STEPS * N], e[STEPS * C];
     solve();
-    steady_filter(x, e);
-    steady_smoother(x, e);
+    steady_filter();
 }
 
 /* Settles within the steps, mostly; then lacks a measurement. */

@@ -56,7 +56,6 @@ static void those_of_sizes_are_the_macros(void)
         ASSERT_LENGTH(LEN(CONSISTENCY)(n, KQ_WINDOW_MAX), S(consistency_length)(n, KQ_WINDOW_MAX));
         for (int m = 1; m <= KQ_SIZE_MAX; m++) {
             ASSERT_LENGTH(LEN(ADAPTATION)(n, m), S(adaptation_length)(n, m));
-            ASSERT_LENGTH(LEN(STEADY_WORK)(n, m), S(steady_work_length)(n, m));
         }
     }
 }
@@ -91,8 +90,6 @@ static void a_size_that_is_none_has_no_length(void)
         ASSERT_NONE(S(settling_length)(n));
         ASSERT_NONE(S(adaptation_length)(n, 1));
         ASSERT_NONE(S(adaptation_length)(1, n));
-        ASSERT_NONE(S(steady_work_length)(n, 1));
-        ASSERT_NONE(S(steady_work_length)(1, n));
         ASSERT_NONE(S(consistency_length)(n, 1));
     }
     for (int m = -1; m <= 0; m++) {

@@ -241,19 +241,6 @@ static void coordinates_that_are_held_are_flagged(void)
 
 /* ------------------------------------------------------------------ the steady state */
 
-/* One state, x0 + S a beyond its word: no object keeps events, the status tells. */
-static void the_steady_smoother_tells_what_it_has_held(void)
-{
-    static const kq_scaled_q31 half = {INT32_C(1) << 30, -31};
-    static const int32_t root[] = {INT32_C(1) << 29, 0};
-    const kq_steady_smoother_q31 s = {1, 1, root, &half, &half};
-    int32_t x[] = {INT32_MAX - 10, 0}, e[] = {0, 4}, y[] = {0, 0};
-    ASSERT_OK(kq_steady_smooth_q31(&s, y, e, 2));
-    TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 30, y[0]);
-    TEST_ASSERT_EQUAL_INT(KQ_SATURATED, kq_steady_smooth_q31(&s, x, e, 2));
-    TEST_ASSERT_EQUAL_INT32(INT32_MAX, x[0]);
-}
-
 /* Once its gain is kept a filter is moved by all components at once. */
 static void a_settled_filter_is_held_at_the_end_of_a_step(void)
 {
@@ -370,7 +357,6 @@ SUITE(words, set_up)
     RUN_TEST(a_smoothed_mean_that_is_held_is_flagged);
     RUN_TEST(so_is_one_on_line);
     RUN_TEST(coordinates_that_are_held_are_flagged);
-    RUN_TEST(the_steady_smoother_tells_what_it_has_held);
     RUN_TEST(a_settled_filter_is_held_at_the_end_of_a_step);
     RUN_TEST(the_past_may_be_beyond_its_word_before_it_is_smoothed);
 }

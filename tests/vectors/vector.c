@@ -42,7 +42,7 @@ static struct {
     kq_lag_q31 lag;
     kq_point_q31 point;
     kq_steady_q31 steady;
-    const kq_scaled_q31 *gains; /* of the last schedule */
+    const kq_scaled_q31 *gains; /* of the updates */
     size_t gain_count;
     kq_settling_q31 lazy;
     kq_gate_q31 gate;
@@ -685,10 +685,9 @@ static const struct {
     [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
     [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict_point : NULL},
     [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
-    [VECTOR_SCHEDULE] = {"gain schedule", HAS_STEADY ? make_schedule : NULL},
+    [VECTOR_GAINS] = {"gains", HAS_STEADY ? make_gains : NULL},
     [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
     [VECTOR_STEADY_STEP] = {"step of the steady-state filter", HAS_STEADY ? step_steady : NULL},
-    [VECTOR_STEADY_SMOOTH] = {"steady-state smoother", HAS_STEADY ? smooth_steady : NULL},
     [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_settling : NULL},
     [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_settling : NULL},
     [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_settling : NULL},
