@@ -34,7 +34,6 @@
  * Models, and are they right?
  *     consistency.h     the innovations of the last updates, judged
  *     em.h              Q, R, A, H and the start estimated from records (f32, f64)
- *     models.h          textbook models (f32, f64)
  *
  * And
  *     self_test.h       does this build compute as it should?
@@ -67,7 +66,6 @@
 
 #include "consistency.h"
 #include "em.h"
-#include "models.h"
 
 #include "lengths.h"
 #include "self_test.h"

@@ -23,7 +23,6 @@
 #include "em.h"
 #include "lag.h"
 #include "least_squares.h"
-#include "models.h"
 #include "point.h"
 #include "robust.h"
 #include "start.h"
@@ -70,8 +69,6 @@ kq_length kq_settling_length_f64(int n);
 kq_length kq_settling_length_q31(int n);
 kq_length kq_em_length_f32(int n, int m, size_t steps);
 kq_length kq_em_length_f64(int n, int m, size_t steps);
-kq_length kq_model_length_f32(int n, int r, int m);
-kq_length kq_model_length_f64(int n, int r, int m);
 kq_length kq_root_length_q31(int n);
 
 /* ------------------------------------------------------------------ bytes of an object */

@@ -35,7 +35,6 @@ static const num num_zero_variance = 0x1p-360; /* an innovation variance below i
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */
 static const num num_most_sigma = 0x1p500;     /* the largest of a state; a mean's is its square */
 static const num num_hold_unit = 0x1p600;     /* in units of it every square is a number */
-static const int num_doublings = 50;           /* after more, what has decayed was rounding */
 static const num num_sharp = 0x1p-44;          /* least share of noise where doubling begins */
 static const num num_huge = 0x1p500;           /* and where it is given up */
 static const num num_growth = 1.25;            /* of a covariance that does not settle, a row */

@@ -31,12 +31,6 @@ kq_length T(kq_em_length)(int n, int m, size_t steps)
     return (kq_length)EM_LEN(n, m, steps);
 }
 
-kq_length T(kq_model_length)(int n, int r, int m)
-{
-    if (!(size_is_valid(n) && size_is_valid(r) && size_is_valid(m))) return 0;
-    return (kq_length)KQ_MODEL_LEN(n, r, m);
-}
-
 size_t T(kq_em_size)(void) { return sizeof(T(kq_em)); }
 
 #endif

@@ -196,7 +196,6 @@ static void run_others(void)
     for (int k = 0; k < CASES; k++) {
         if (cases[k].n <= BEYOND_STATES) run_beyond(&cases[k]);
     }
-    run_models();
 }
 
 int main(void)
