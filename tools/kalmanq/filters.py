@@ -220,7 +220,7 @@ class Filter(Readable):
     def _target(self, q: Any) -> tuple[Any, ...]:
         a, n, l = self.arithmetic, self.model.n, self.model.l
         target = a.struct("process")
-        memory = a.empty(int(lib.kq_root_length_q31(n)))
+        memory = a.empty(int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)))
         if a.is_fixed:
             q.root = self._pointer(memory)
         else:
@@ -280,7 +280,7 @@ class AdaptiveFilter(Filter):
         a, n, m = self.arithmetic, model.n, model.m
         self._adaptation = a.struct("adaptation")
         store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
-        root = np.zeros(int(lib.kq_root_length_q31(n)), np.int32)
+        root = np.zeros(int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)), np.int32)
         self._kept += [store, root]
         extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
         require(a.function("adaptation_assign")(self._adaptation, n, m, self._pointer(store, self._any_size),

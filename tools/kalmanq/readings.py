@@ -121,7 +121,7 @@ class Readable:
         return self._pointer(array, "int64_t" if self.arithmetic.is_fixed else "")
 
     def _length(self, stem: str, *sizes: int) -> int:
-        return int(self.arithmetic.function(f"{stem}_length")(*sizes))
+        return self.arithmetic.length(stem, *sizes)
 
     def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
         """A new object with its memory, assigned."""

@@ -154,7 +154,7 @@ class _Recording(NonlinearFilter):
         """KQ_JACOBIANS_LEN, with another noise at each predict"""
         n = self.model.n
         if self.arithmetic.is_fixed:
-            return rows * (2 * n * n + int(lib.kq_root_length_q31(n)))
+            return rows * (2 * n * n + int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)))
         return rows * (n * n + n * (n + 1) // 2)
 
     def smooth(self, run: Run, covariance: bool) -> None:
