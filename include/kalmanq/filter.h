@@ -29,8 +29,8 @@
  *
  * Attaching.  A history (smoother.h), a lag, a point, a start, an adaptation or a settling is attached to a
  * filter, one of them at a time (KQ_ERR_RECORDING in status.h: what takes whose place); then kq_predict, kq_update, kq_update_subset and kq_step have it do its
- * part, and its own header says what that adds to their costs and errors.  A program links nothing of what
- * it never attaches.  Updates of robust.h are recorded, and teach nothing.
+ * part, and its own header says what that adds to their costs and errors.  kq_attach attaches, kq_detach
+ * detaches.  A program links nothing of what it never declares.  Updates of robust.h are recorded, and teach nothing.
  *
  * Sources: Carlson, Fast triangular formulation of the square root filter, AIAA J. 11 (1973);
  * Bierman, Factorization Methods for Discrete Sequential Estimation (1977).
@@ -187,6 +187,34 @@ kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const doub
  */
 kq_status kq_filter_copy_f32(kq_filter_f32 *to, const kq_filter_f32 *from);
 kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from);
+
+/**
+ * Attaches an object to a filter: it takes part in the filter's steps from now on.
+ *   f        a filter that is ready; changed
+ *   object   the `attached` of a history, a lag, a point, an adaptation, a settling or a kq_jacobians; changed
+ *
+ *     kq_attach_f32(&cart, &tape.attached);
+ *
+ * The object's header says what begins with it, and its errors.  f and the object have to outlive each other until
+ * kq_detach.  A history, a lag or a point takes the place of another one.  kq_filter_init and kq_filter_assign of f
+ * detach what is attached and do not tell it: the object may be gone.  It still has the filter then: call kq_detach
+ * before you attach it to another filter, or assign it anew where the filter is gone.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; an object that was never assigned), KQ_ERR_SIZE or KQ_ERR_MEMORY (an object without
+ * sizes or memory), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (the object has another filter, or something is attached
+ * to f that does not give way).
+ */
+kq_status kq_attach_f32(kq_filter_f32 *f, struct kq_attached_f32 *object);
+kq_status kq_attach_f64(kq_filter_f64 *f, struct kq_attached_f64 *object);
+
+/**
+ * Detaches an object from the filter that it has: each may go before the other.
+ *   object   as in kq_attach.  One that has no filter stays as it is.  The filter that it has must not be gone
+ * The filter goes on without it.  What a history has recorded and not smoothed is lost; what was smoothed can still be
+ * read.  An unknown start keeps its filter, and loses the history that it has taken along.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (an object that was never assigned or initialised).
+ */
+kq_status kq_detach_f32(struct kq_attached_f32 *object);
+kq_status kq_detach_f64(struct kq_attached_f64 *object);
 
 /**
  * x <- A x + B u,  P <- A P A' + Q.
@@ -498,6 +526,8 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
  * times up to n = 9 (instructions_worst in tools/cost.csv).
  */
 kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
+kq_status kq_attach_q31(kq_filter_q31 *f, struct kq_attached_q31 *object);
+kq_status kq_detach_q31(struct kq_attached_q31 *object);
 kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
 kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
 kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,

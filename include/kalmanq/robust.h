@@ -346,7 +346,7 @@ kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const d
  *
  *     q[t] = 16 for all t
  *     five times:
- *         kq_filter_init, kq_history_attach
+ *         kq_filter_init, kq_attach
  *         for each t:  kq_process_scale_noise(&target, &source, q[t]);
  *                      kq_predict(&filter, &target, u[t]);  kq_update(&filter, &sensor, z[t]);
  *         kq_smooth_reweighted(&history, &target, &source, nu, q);

@@ -13,7 +13,7 @@
  * When the run is over, smooth it, in place, and read the results by step: step t is the time
  * after the t-th predict, t = 0 .. kq_history_steps() - 1.
  *
- *     kq_history_attach_f32(&tape, &track);
+ *     kq_attach_f32(&track, &tape.attached);
  *     ... updates and predicts ...
  *     kq_smooth_f32(&tape);
  *     kq_smoothed_mean_f32(&tape, t, i);
@@ -22,7 +22,7 @@
  * that has changed since (kq_process_init, _change_transition, _scale_noise, or assigned), also
  * between two predicts of the recording, as the A of an extended filter does at every step, is not
  * what the tape needs: smoothing is refused with KQ_ERR_CHANGED, but for one that is again what it
- * was.  Then attach the history by kq_history_attach_extended (extended.h), which keeps each step's A,
+ * was.  Then attach it with a kq_jacobians (extended.h), which keeps each step's A,
  * or give each step its process by kq_smooth_step, or have a process for each step, or smooth on
  * line (lag.h, point.h), which keeps nothing of a process.  (Another model passes for the
  * old one with a probability of 2^-31.  An array that was written without a call is not seen.)
@@ -79,6 +79,8 @@ typedef struct kq_history_f32 {
     uint8_t events;                /* KQ_EVENT_... */
 } kq_history_f32;
 
+extern const struct kq_hooks_f32 kq_history_hooks_f32; /* what it does in the steps */
+
 typedef struct kq_history_f64 {
     struct kq_attached_f64 attached;
     uint8_t states;
@@ -95,18 +97,20 @@ typedef struct kq_history_f64 {
     uint8_t events;
 } kq_history_f64;
 
+extern const struct kq_hooks_f64 kq_history_hooks_f64;
+
 /** A history `name` with its storage, in static memory: for n states, at most m scalar
     measurements a step, `steps` steps (predicts and one: the first state counts), `changes`
     changes of process. */
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,      \
+        {&kq_history_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,      \
+        {&kq_history_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
 /**
@@ -120,7 +124,7 @@ typedef struct kq_history_f64 {
 kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
 kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
-/**
+/*
  * Empties the history and has the filter record on it from now on; the state as it is becomes
  * step 0.  A filter records on one history: the one attached last.
  *     Who has to outlive whom: history and filter each other, until the history is smoothed (its
@@ -134,16 +138,6 @@ kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t
  * adaptation or a settling is attached to f: detach it).  Of a filter whose start is in part unknown it
  * records from the instant on where all is known (start.h).
  */
-kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f);
-kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f);
-
-/**
- * Ends the recording: the filter goes on without it, and each may go before the other.  What was
- * recorded and not smoothed is lost; what was smoothed can still be read.  A history that is not
- * attached stays as it is.  KQ_ERR_NULL.
- */
-kq_status kq_history_detach_f32(kq_history_f32 *h);
-kq_status kq_history_detach_f64(kq_history_f64 *h);
 
 /** Number of steps: predicts since the history was attached, plus 1.  0 where there is none. */
 size_t kq_history_steps_f32(const kq_history_f32 *h);
@@ -156,7 +150,7 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
  * Accuracy: each step is that of the filter; to it comes about eps sigma_filtered in the mean
  * and in sigma, which shows where smoothing makes sigma smaller by 1e4 (f32) or 1e12 (f64).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already: the results are there,
- * and a new run begins with kq_history_attach), KQ_ERR_HISTORY_FULL (it overflowed while
+ * and a new run begins with kq_attach), KQ_ERR_HISTORY_FULL (it overflowed while
  * recording), KQ_ERR_CHANGED (a process is not what it was).
  */
 kq_status kq_smooth_f32(kq_history_f32 *h);
@@ -277,15 +271,15 @@ typedef struct kq_history_q31 {
     uint8_t events;
 } kq_history_q31;
 
+extern const struct kq_hooks_q31 kq_history_hooks_q31;
+
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
+        {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
 kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
-kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);
-kq_status kq_history_detach_q31(kq_history_q31 *h);
 size_t kq_history_steps_q31(const kq_history_q31 *h);
 kq_status kq_smooth_q31(kq_history_q31 *h);
 kq_status kq_smooth_states_q31(kq_history_q31 *h);

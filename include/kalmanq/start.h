@@ -173,14 +173,14 @@ int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
  *
  *     KQ_HISTORY_F32(tape, 2, 1, 100, 0);
  *     KQ_START_F32(start, 2, 4);                        room for the first 4 steps
- *     kq_start_init_f32(...);   kq_history_attach_f32(&tape, &track);
+ *     kq_start_init_f32(...);   kq_attach_f32(&track, &tape.attached);
  *     ... updates and predicts ...
  *     kq_start_smooth_f32(&start);
  *     kq_start_smoothed_mean_f32(&start, t, i);         t = 0, 1, ... from the start
  *
- * Steps are counted from kq_history_attach.  Until d = 0 the history's memory is scratch; it needs room for
+ * Steps are counted from kq_attach.  Until d = 0 the history's memory is scratch; it needs room for
  * at least one step of one measurement (KQ_ERR_MEMORY).  Start, filter and history have to outlive each
- * other until kq_history_detach, and the history also for as long as its steps are read from the start.
+ * other until kq_detach, and the history also for as long as its steps are read from the start.
  * kq_start_init forgets the history, without looking at it.
  *     Step t is step t - kq_start_steps() of the history where
  * that is not negative: lag-one covariances, process noises and measurement noises are to be had
@@ -202,7 +202,7 @@ size_t kq_start_first_f64(const kq_start_f64 *s);
  * anything else.  Where the state is still not determined there is no history: then all steps are
  * early ones, the present one is the last of them and needs room too, and those components are
  * smoothed that all the data determine.  The start goes on from there without a history: what has
- * been smoothed stays as it is, until kq_history_attach.
+ * been smoothed stays as it is, until kq_attach.
  * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
  * q31: KQ_SATURATED where a state was held (event KQ_EVENT_SATURATED, not cleared): the results may be wrong.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to

@@ -197,7 +197,7 @@ kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, dou
  * numbers than these are not noticed: a new R by a sensor's init, new content of H's array.  After them
  * call kq_settling_release.
  *
- *     kq_settling_attach_f32(&lazy, &track);
+ *     kq_attach_f32(&track, &lazy.attached);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
  *     ... kq_step_f32(&track, &motion, NULL, &radar, z);            or kq_predict: no measurement
  *
@@ -228,6 +228,8 @@ typedef struct {
     kq_filter_f32 *filter; /* attached to */
 } kq_settling_f32;
 
+extern const struct kq_hooks_f32 kq_settling_hooks_f32; /* what it does in the steps */
+
 typedef struct {
     struct kq_attached_f64 attached;
     uint8_t states;
@@ -244,15 +246,17 @@ typedef struct {
     kq_filter_f64 *filter; /* attached to */
 } kq_settling_f64;
 
+extern const struct kq_hooks_f64 kq_settling_hooks_f64;
+
 /** A settling `name` for n states and m components with its storage, in static memory. */
 #define KQ_SETTLING_F32(name, n, m)                                                                \
     static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                    \
     static kq_settling_f32 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+        {&kq_settling_hooks_f32}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 #define KQ_SETTLING_F64(name, n, m)                                                                \
     static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                   \
     static kq_settling_f64 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+        {&kq_settling_hooks_f64}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -276,11 +280,11 @@ kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memor
 kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
 kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 
-/**
+/*
  * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
  * kq_update by themselves are the filter's own, and unsettle it.
  *   f        with nothing attached but w itself, which then begins again.  w and f have to outlive each
- *            other until kq_settling_detach.  kq_filter_init detaches f and does not tell w, which may be
+ *            other until kq_detach.  kq_filter_init detaches f and does not tell w, which may be
  *            gone: a settling still has the filter that it was attached to, and goes to another one when
  *            it is detached, or assigned anew where that filter is gone
  * A process is known again by its address and fingerprint (a const table has none: an assigned one is
@@ -292,12 +296,6 @@ kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
  * something else is attached to f: detach it).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of
  * other than m components.
  */
-kq_status kq_settling_attach_f32(kq_settling_f32 *w, kq_filter_f32 *f);
-kq_status kq_settling_attach_f64(kq_settling_f64 *w, kq_filter_f64 *f);
-
-/** The full filter goes on without it.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-kq_status kq_settling_detach_f32(kq_settling_f32 *w);
-kq_status kq_settling_detach_f64(kq_settling_f64 *w);
 
 /** Did the last step move the mean alone?  0 for NULL. */
 int kq_settling_is_settled_f32(const kq_settling_f32 *w);
@@ -388,17 +386,17 @@ typedef struct {
     kq_filter_q31 *filter; /* attached to */
 } kq_settling_q31;
 
+extern const struct kq_hooks_q31 kq_settling_hooks_q31;
+
 #define KQ_SETTLING_Q31(name, n, m)                                                                \
     static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                          \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
     static kq_settling_q31 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+        {&kq_settling_hooks_q31}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
                                  kq_scaled_q31 *gain);
 kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
-kq_status kq_settling_attach_q31(kq_settling_q31 *w, kq_filter_q31 *f);
-kq_status kq_settling_detach_q31(kq_settling_q31 *w);
 int kq_settling_is_settled_q31(const kq_settling_q31 *w);
 kq_status kq_settling_release_q31(kq_settling_q31 *w);
 

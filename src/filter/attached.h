@@ -19,6 +19,9 @@ typedef struct T(kq_attached) attached;
 typedef struct T(kq_hooks) hooks;
 
 struct T(kq_hooks) {
+    /* kq_attach and kq_detach of the object that has these hooks; NULL where its init attaches it. */
+    kq_status (*attach)(filter *f, attached *object);
+    kq_status (*detach)(attached *object);
     /* In the place of the public functions, with the checks that they have.  update: NULL where it is the
        filter's own. */
     kq_status (*predict)(filter *f, const process *p, const num *u);

@@ -106,7 +106,7 @@ static void lag(void)
     num z[C];
     begin();
     put_status(K(lag_assign)(&past, M.n, M.m, LAG, pool, LENGTH(pool)));
-    put_status(K(lag_attach)(&past, &filter));
+    put_status(K(attach)(&filter, &past.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
@@ -137,7 +137,7 @@ static void point(void)
     num z[C];
     begin();
     put_status(K(point_assign)(&instant, M.n, M.m, pool, LENGTH(pool)));
-    put_status(K(point_attach)(&instant, &filter));
+    put_status(K(attach)(&filter, &instant.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
@@ -217,7 +217,7 @@ static void lazy(void)
     begin();
     put_status(K(settling_assign)(&lazy, M.n, M.m, memory, LENGTH(memory), gains));
     put_status(K(settling_init)(&lazy, 4));
-    need(K(settling_attach)(&lazy, &filter));
+    need(K(attach)(&filter, &lazy.attached));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, 0);
         if (t == STEPS + 4) put_status(K(settling_release)(&lazy));
@@ -310,7 +310,7 @@ static void reweighted(void)
     num z[C], q[STEPS];
     begin();
     put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
-    put_status(K(history_attach)(&tape, &filter));
+    put_status(K(attach)(&filter, &tape.attached));
     for (int t = 0; t < STEPS; t++) {
         q[t] = 1 + 5 * (num)(t % 4);
         draw_measurement(z, t);
@@ -428,7 +428,7 @@ static void start(uint32_t unknown)
     put_status(K(start_assign)(&s, M.n, EARLY, early_memory, LENGTH(early_memory)));
     put_status(K(start_init)(&s, &filter, M.x0, M.P0, unknown));
     put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
-    put_status(K(history_attach)(&tape, &filter));
+    put_status(K(attach)(&filter, &tape.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(t == 1 ? K(update_subset)(&filter, &sensor, z, UINT32_C(1))
@@ -453,7 +453,7 @@ static void adaptation(kq_adapted scales)
     begin();
     put_status(K(adaptation_assign)(&a, M.n, M.m, pool, LENGTH(pool)));
     put_status(K(adaptation_init)(&a, &process, &sensor, &rule));
-    need(K(adaptation_attach)(&a, &filter));
+    need(K(attach)(&filter, &a.attached));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));

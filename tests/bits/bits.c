@@ -62,7 +62,7 @@ static void prepare(const model_case *c)
 static void begin(void)
 {
     put_status(K(filter_init)(&filter, M.x0, M.P0));
-    put_status(K(history_attach)(&history, &filter));
+    put_status(K(attach)(&filter, &history.attached));
 }
 
 static void put_state(const K(filter) * f)

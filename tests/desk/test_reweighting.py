@@ -41,7 +41,7 @@ def by_hand(model, z, nu, passes, first):
     q = number(np.full(len(z) - 1, first))
     for _ in range(passes):
         require(lib.kq_filter_init_f64(filter_, number(model.x0), number(model.P0)), "start")
-        require(lib.kq_history_attach_f64(history, filter_), "history")
+        require(lib.kq_attach_f64(filter_, ffi.addressof(history[0], "attached")), "history")
         for t, value in enumerate(z):
             if t:
                 require(lib.kq_process_scale_noise_f64(target, process, q[t - 1]), "scale")

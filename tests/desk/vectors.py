@@ -461,7 +461,7 @@ class Replay:
         self.kept.append((memory, self.h))
         status = lib.kq_history_assign_q31(self.h, self.n, Q31.pointer(memory), words)
         self.tell("records")
-        return [status or lib.kq_history_attach_q31(self.h, self.f._handle)]
+        return [status or attached(self.f, self.h)]
 
     start_history = history
 
@@ -532,7 +532,7 @@ class Replay:
         m, longest = given.word(), given.word()
         self.lag_ = self.f._object("lag", self.n, m, longest, sizes=(self.n, m, longest))
         self.tell("is_followed", "lag", longest)
-        return [lib.kq_lag_attach_q31(self.lag_, self.f._handle)]
+        return [attached(self.f, self.lag_)]
 
     def lag_predict(self, given: Inputs) -> list[int]:
         parts = self.use(self.take_process(given), 0)
@@ -557,7 +557,7 @@ class Replay:
         m = given.word()
         self.point_ = self.f._object("point", self.n, m, sizes=(self.n, m))
         self.tell("is_followed", "point", 0)
-        return [lib.kq_point_attach_q31(self.point_, self.f._handle)]
+        return [attached(self.f, self.point_)]
 
     def point_predict(self, given: Inputs) -> list[int]:
         return self.predict(given)
@@ -869,6 +869,10 @@ class Replay:
         status = status_of(lambda: self.f.update(z))
         scales = scaled(self.f.scales)
         return self.takes(status, z, None, tuple(scales))
+
+
+def attached(f: Filter, thing: Any) -> int:
+    return lib.kq_attach_q31(f._handle, ffi.addressof(thing[0], "attached"))
 
 
 def drawn(draw: int) -> int:

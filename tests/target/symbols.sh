@@ -69,7 +69,7 @@ case $sources in
     points="$points|process_change_transition|sensor_change_measurement"
     check_object kq_nonlinear_f32 "$floats|^kq_($points)_f32$"
     em="predict|update_subset|sensor_(independent|correlated)|(filter|process|sensor|history)_assign"
-    check_object kq_em_f32 "$floats|^kq_($em|history_attach)_f32$"
+    check_object kq_em_f32 "$floats|^kq_($em|attach)_f32$"
     ;;
 esac
 echo "$name: clean"

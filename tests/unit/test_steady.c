@@ -97,7 +97,7 @@ static void set_up(void)
     ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(K(settling_init)(&lazy, 12));
     ASSERT_OK(K(settling_init)(&lazy1, 12));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     watch_nothing();
 }
 
@@ -641,15 +641,15 @@ static void a_history_takes_its_place(void)
 {
     settling_steps(40);
     WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
-    ASSERT_OK(K(settling_detach)(&lazy));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(detach)(&lazy.attached));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &lazy.attached));
     settling_steps(40);
     TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     settling_steps(40);
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
@@ -711,15 +711,15 @@ static void a_copied_filter_goes_on_by_itself(void)
 static void a_detached_filter_is_the_full_filter(void)
 {
     settling_steps(40);
-    ASSERT_OK(K(settling_detach)(&lazy));
-    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(detach)(&lazy.attached));
+    ASSERT_OK(K(detach)(&lazy.attached));
     ASSERT_OK(K(filter_copy)(&other, &track));
     for (int t = 0; t < 5; t++) {
         settling_steps(1);
         ASSERT_SAME_BITS(other_memory, track_memory);
     }
     /* one that was initialised anew, too: nothing is looked at that may be gone */
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&other, x0, P0));
     const K(settling) kept = lazy;
@@ -728,7 +728,7 @@ static void a_detached_filter_is_the_full_filter(void)
     ASSERT_SAME_BITS(other_memory, track_memory);
     lazy = kept;
     /* and where the settling was assigned anew */
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(
         K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
     settling_steps(40);
@@ -740,18 +740,18 @@ static void a_settling_has_one_filter(void)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
     settling_steps(40);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(settling_attach)(&lazy, &track)); /* to its own once more: it begins again */
+    ASSERT_OK(K(attach)(&track, &lazy.attached)); /* to its own once more: it begins again */
     TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
-    ASSERT_OK(K(settling_detach)(&lazy));
-    ASSERT_OK(K(settling_attach)(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
+    ASSERT_OK(K(detach)(&lazy.attached));
+    ASSERT_OK(K(attach)(&other, &lazy.attached));
     ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(K(settling_init)(&lazy, 12));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
 }
 
 static void attach_refuses_what_is_wrong(void)
@@ -761,19 +761,19 @@ static void attach_refuses_what_is_wrong(void)
     ASSERT_OK(K(settling_init)(&second, 12));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(blank_lazy), WATCH(lazy1), WATCH(second), WATCH(other), WATCH(blank), WATCH(track1);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(&lazy, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&blank_lazy, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&lazy, &blank));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy, &track1));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy1, &other));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&second, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_detach)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_detach)(&blank_lazy));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &blank_lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track1, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&other, &lazy1.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &second.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_lazy.attached));
     ASSERT_OK(K(start_init)(&start, &other, x0, P0, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&second, &other));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&other, &second.attached));
     ASSERT_OK(K(start_init)(&start, &other, x0, P0, 0));
-    ASSERT_OK(K(settling_attach)(&second, &other)); /* nothing was unknown */
+    ASSERT_OK(K(attach)(&other, &second.attached)); /* nothing was unknown */
 }
 
 static void assert_steps_are_refused(void)

@@ -77,7 +77,7 @@ static void set_up(void)
     ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, GAINS));
     ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(kq_settling_init_q31(&lazy, 14));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
     watch_nothing();
 }
 
@@ -320,13 +320,13 @@ static void what_is_different_unsettles_it(void)
     ASSERT_OK(kq_step_q31(&other, &twin.process, u, &radar.sensor, z));
     settling_steps(60);
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_OK(kq_settling_detach_q31(&lazy));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_detach_q31(&lazy.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     settling_steps(3);
     TEST_ASSERT_EQUAL_UINT(4, kq_history_steps_q31(&tape));
     ASSERT_OK(kq_smooth_q31(&tape));
-    ASSERT_OK(kq_history_detach_q31(&tape));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_detach_q31(&tape.attached));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     settling_steps(60);
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
@@ -389,15 +389,15 @@ static void a_settling_has_one_filter(void)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
     settling_steps(60);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&other, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track)); /* to its own once more: it begins again */
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached)); /* to its own once more: it begins again */
     TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
-    ASSERT_OK(kq_settling_detach_q31(&lazy));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&other, &lazy.attached));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
+    ASSERT_OK(kq_detach_q31(&lazy.attached));
+    ASSERT_OK(kq_attach_q31(&other, &lazy.attached));
 }
 
 static void assert_steps_are_refused(void)
@@ -426,15 +426,15 @@ static void the_settling_refuses_what_is_wrong(void)
     ASSERT_OK(kq_settling_init_q31(&tall, 14));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(wide), WATCH(tall), WATCH(blank_lazy), WATCH(blank), WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_attach_q31(&lazy, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_attach_q31(&blank_lazy, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_attach_q31(&lazy, &blank));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_settling_attach_q31(&wide, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&tall, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_detach_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_detach_q31(&blank_lazy));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &blank_lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track, &wide.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tall.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_detach_q31(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_detach_q31(&blank_lazy.attached));
     assert_steps_are_refused();
     settling_steps(60);
     assert_steps_are_refused();
@@ -443,11 +443,11 @@ static void the_settling_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_settling_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_settling_assign_q31(&lazy, N, M, lazy_memory,
                                                          COUNT(lazy_memory) - 1, gain));
-    ASSERT_OK(kq_settling_detach_q31(&lazy));
-    ASSERT_OK(kq_settling_attach_q31(&tall, &track));
+    ASSERT_OK(kq_detach_q31(&lazy.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tall.attached));
     ASSERT_REFUSED(KQ_ERR_MISMATCH,
                    kq_step_q31(&track, &motion.process, u, &radar.sensor, z)); /* components */
-    ASSERT_OK(kq_settling_detach_q31(&tall));
+    ASSERT_OK(kq_detach_q31(&tall.attached));
     ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_release_q31(&lazy));
 }

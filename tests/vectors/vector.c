@@ -550,7 +550,7 @@ static int attach(words_in *in, const vector_sink *sink)
     if (!is_complete(in) || !has_room(words)) return -1;
     kq_history_q31 *h = &machine.history;
     kq_status status = kq_history_assign_q31(h, machine.n, history_memory, words);
-    if (!status) status = kq_history_attach_q31(h, &machine.filter);
+    if (!status) status = kq_attach_q31(&machine.filter, &h->attached);
     put_status(sink, status);
     return 0;
 }

@@ -294,7 +294,7 @@ class AdaptiveFilter(Filter):
             **dict(zip(("process_least", "process_most", "sensor_least", "sensor_most"), ends))})
         require(a.function("adaptation_init")(self._adaptation, self.parts.process, self.parts.sensor, rule),
                 "adaptation")
-        require(a.function("adaptation_attach")(self._adaptation, self._handle), "adaptation")
+        self._attach(self._adaptation, "adaptation")
 
     def _ask(self, q: Any, out: Results) -> None:
         q.adaptation = self._adaptation
@@ -350,7 +350,7 @@ class _Recording(Filter):
             self._start = self._object("start", n, early, sizes=(n, early))
             self.parts.init_start(self._start, self._handle)
         self._history = self._object("history", n, sizes=(n, m, rows, 0))
-        require(self.arithmetic.function("history_attach")(self._history, self._handle), "history")
+        self._attach(self._history, "history")
 
     def smooth(self, run: Run, covariance: bool, means_only: bool) -> None:
         if not len(run):

@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from kalmanq.core import lib, require
+from kalmanq.core import ffi, lib, require
 from kalmanq.errors import KalmanqWarning
 from kalmanq.parts import Parts
 from kalmanq.results import Run
@@ -131,6 +131,9 @@ class Readable:
         require(status, stem)
         self._kept.append(memory)
         return made
+
+    def _attach(self, thing: Any, what: str) -> None:
+        require(self.arithmetic.function("attach")(self._handle, ffi.addressof(thing[0], "attached")), what)
 
     def _space(self, stem: str, length: int) -> np.ndarray:
         """Memory for what is called so"""

@@ -146,9 +146,9 @@ class _Recording(NonlinearFilter):
         memory = a.empty(self._jacobian_words(rows))
         self._kept.append(memory)
         self._jacobians = a.struct("jacobians")
-        require(a.function("jacobians_assign")(self._jacobians, n, self._processes, rows, self._pointer(memory),
-                                               memory.size), "jacobians")
-        require(a.function("history_attach_extended")(self._history, self._handle, self._jacobians), "history")
+        require(a.function("jacobians_assign")(self._jacobians, self._history, n, self._processes, rows,
+                                               self._pointer(memory), memory.size), "jacobians")
+        self._attach(self._jacobians, "history")
 
     def _jacobian_words(self, rows: int) -> int:
         """KQ_JACOBIANS_LEN, with another noise at each predict"""
