@@ -39,6 +39,7 @@
  *     self_test.h       does this build compute as it should?
  *     lengths.h         sizes and lengths as functions, for bindings of other languages
  *     version.h         which release this is
+ *     generic.h         names without a suffix (not included by this header)
  */
 #ifndef KALMANQ_KALMANQ_H
 #define KALMANQ_KALMANQ_H
