@@ -249,11 +249,11 @@ extern const struct kq_hooks_q31 kq_adaptation_hooks_q31;
  *   root     q31: KQ_ROOT_LEN_Q31(n) words
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory,
+KQ_NODISCARD kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory,
                                    size_t length);
-kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
+KQ_NODISCARD kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
                                    size_t length);
-kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
+KQ_NODISCARD kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
                                    size_t length, int32_t *root);
 
 /**
@@ -269,11 +269,11 @@ kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled
  * q31: KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a
  * table).
  */
-kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
+KQ_NODISCARD kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
                                  const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule);
-kq_status kq_adaptation_init_f64(kq_adaptation_f64 *a, const kq_process_f64 *p,
+KQ_NODISCARD kq_status kq_adaptation_init_f64(kq_adaptation_f64 *a, const kq_process_f64 *p,
                                  const kq_sensor_f64 *s, const kq_adaptation_rule_f64 *rule);
-kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
+KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
                                  const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule);
 
 /*

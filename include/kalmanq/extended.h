@@ -67,8 +67,8 @@ extern "C" {
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an
  * adaptation, a settling, or a history without a kq_jacobians).
  */
-kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *d);
-kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
+KQ_NODISCARD kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *d);
+KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
 
 /**
  * Takes a measurement by its innovation.
@@ -81,34 +81,34 @@ kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, con
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
  * settling is attached).
  */
-kq_status kq_update_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e);
-kq_status kq_update_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e);
+KQ_NODISCARD kq_status kq_update_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e);
+KQ_NODISCARD kq_status kq_update_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e);
 
 /** The same with some components missing: present and e as in kq_update_subset. */
-kq_status kq_update_subset_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_subset_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                         uint32_t present);
-kq_status kq_update_subset_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_subset_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                         uint32_t present);
 
 /**
  * The updates of robust.h with an innovation e (m) in the place of z; everything else is as there.  weights is not
  * in the place of e.  The errors of each, and KQ_ERR_RECORDING as above.
  */
-kq_status kq_update_gated_extended_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
+KQ_NODISCARD kq_status kq_update_gated_extended_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
                                        const float *e, uint32_t present);
-kq_status kq_update_gated_extended_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
+KQ_NODISCARD kq_status kq_update_gated_extended_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
                                        const double *e, uint32_t present);
-kq_status kq_update_huber_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_huber_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                        uint32_t present, float k, float *weights);
-kq_status kq_update_huber_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_huber_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                        uint32_t present, double k, double *weights);
-kq_status kq_update_student_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_student_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                          uint32_t present, float nu, float *weights);
-kq_status kq_update_student_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_student_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                          uint32_t present, double nu, double *weights);
-kq_status kq_update_jump_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_jump_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                       uint32_t present, float g);
-kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                       uint32_t present, double g);
 
 /**
@@ -117,8 +117,8 @@ kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, 
  * Cost: 3n additions.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation or a settling is attached).
  */
-kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
-kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
+KQ_NODISCARD kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
+KQ_NODISCARD kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
 
 /* The fields are the library's (see process.h). */
 typedef struct {
@@ -188,9 +188,9 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
  *   length     words at memory
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_jacobians_assign_f32(kq_jacobians_f32 *j, kq_history_f32 *h, int n, kq_process_f32 *processes,
+KQ_NODISCARD kq_status kq_jacobians_assign_f32(kq_jacobians_f32 *j, kq_history_f32 *h, int n, kq_process_f32 *processes,
                                   size_t predicts, float *memory, size_t length);
-kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, kq_history_f64 *h, int n, kq_process_f64 *processes,
+KQ_NODISCARD kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, kq_history_f64 *h, int n, kq_process_f64 *processes,
                                   size_t predicts, double *memory, size_t length);
 
 /*
@@ -246,7 +246,7 @@ extern const struct kq_hooks_q31 kq_jacobians_hooks_q31;
         {&kq_jacobians_hooks_q31}, n, predicts, KQ_JACOBIANS_LEN_Q31(n, predicts, noises), name##_processes, \
         name##_memory, 0, 0, NULL, &tape}
 
-kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q31 *h, int n, kq_process_q31 *processes,
+KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q31 *h, int n, kq_process_q31 *processes,
                                   size_t predicts, int32_t *memory, size_t length);
 
 /**
@@ -259,7 +259,7 @@ kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q31 *h, int n,
  * Cost: n^2 comparisons, 1.5 n^2 integer multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_COEFFICIENT.
  */
-kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
+KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
                                          kq_misfit_q31 *misfit);
 
 /**
@@ -268,7 +268,7 @@ kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 
  *            (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
-kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
+KQ_NODISCARD kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
                                         kq_misfit_q31 *misfit);
 
 /**
@@ -278,20 +278,20 @@ kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H
  * kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also tells that A x would have left its
  * word.
  */
-kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);
-kq_status kq_update_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e);
-kq_status kq_update_subset_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);
+KQ_NODISCARD kq_status kq_update_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e);
+KQ_NODISCARD kq_status kq_update_subset_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                         uint32_t present);
-kq_status kq_update_gated_extended_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
+KQ_NODISCARD kq_status kq_update_gated_extended_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
                                        const int32_t *e, uint32_t present);
-kq_status kq_update_huber_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_update_huber_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                        uint32_t present, kq_scaled_q31 k, kq_scaled_q31 *weights);
-kq_status kq_update_student_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_update_student_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                          uint32_t present, kq_scaled_q31 nu,
                                          kq_scaled_q31 *weights);
-kq_status kq_update_jump_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_update_jump_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                       uint32_t present, kq_scaled_q31 g);
-kq_status kq_move_q31(kq_filter_q31 *f, const int32_t *d);
+KQ_NODISCARD kq_status kq_move_q31(kq_filter_q31 *f, const int32_t *d);
 
 #ifdef __cplusplus
 }

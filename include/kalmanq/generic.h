@@ -21,51 +21,51 @@
 #ifdef __cplusplus
 
 #define KQ_PRIVATE_OVERLOADS(T, word, number, score)                                               \
-    inline kq_status kq_predict(kq_filter_##T *f, const kq_process_##T *p, const word *u)          \
+    KQ_NODISCARD inline kq_status kq_predict(kq_filter_##T *f, const kq_process_##T *p, const word *u)          \
     { return kq_predict_##T(f, p, u); }                                                            \
-    inline kq_status kq_update(kq_filter_##T *f, const kq_sensor_##T *s, const word *z)            \
+    KQ_NODISCARD inline kq_status kq_update(kq_filter_##T *f, const kq_sensor_##T *s, const word *z)            \
     { return kq_update_##T(f, s, z); }                                                             \
-    inline kq_status kq_update_subset(kq_filter_##T *f, const kq_sensor_##T *s, const word *z,     \
+    KQ_NODISCARD inline kq_status kq_update_subset(kq_filter_##T *f, const kq_sensor_##T *s, const word *z,     \
                                       uint32_t present)                                            \
     { return kq_update_subset_##T(f, s, z, present); }                                             \
-    inline kq_status kq_step(kq_filter_##T *f, const kq_process_##T *p, const word *u,             \
+    KQ_NODISCARD inline kq_status kq_step(kq_filter_##T *f, const kq_process_##T *p, const word *u,             \
                              const kq_sensor_##T *s, const word *z)                                \
     { return kq_step_##T(f, p, u, s, z); }                                                         \
-    inline kq_status kq_forecast(const kq_filter_##T *f, const kq_process_##T *p, const word *u,   \
+    KQ_NODISCARD inline kq_status kq_forecast(const kq_filter_##T *f, const kq_process_##T *p, const word *u,   \
                                  size_t steps, kq_filter_##T *ahead)                               \
     { return kq_forecast_##T(f, p, u, steps, ahead); }                                             \
-    inline kq_status kq_innovation(const kq_filter_##T *f, const kq_sensor_##T *s, const word *z,  \
+    KQ_NODISCARD inline kq_status kq_innovation(const kq_filter_##T *f, const kq_sensor_##T *s, const word *z,  \
                                    word *e)                                                        \
     { return kq_innovation_##T(f, s, z, e); }                                                      \
-    inline kq_status kq_covariance(const kq_filter_##T *f, number *P)                              \
+    KQ_NODISCARD inline kq_status kq_covariance(const kq_filter_##T *f, number *P)                              \
     { return kq_covariance_##T(f, P); }                                                            \
     inline word kq_mean(const kq_filter_##T *f, int i) { return kq_mean_##T(f, i); }               \
     inline word kq_sigma(const kq_filter_##T *f, int i) { return kq_sigma_##T(f, i); }             \
     inline score kq_nis(const kq_filter_##T *f) { return kq_nis_##T(f); }                          \
     inline unsigned kq_events(const kq_filter_##T *f) { return kq_events_##T(f); }                 \
-    inline kq_status kq_attach(kq_filter_##T *f, struct kq_attached_##T *object)                   \
+    KQ_NODISCARD inline kq_status kq_attach(kq_filter_##T *f, struct kq_attached_##T *object)                   \
     { return kq_attach_##T(f, object); }                                                           \
-    inline kq_status kq_detach(struct kq_attached_##T *object) { return kq_detach_##T(object); }   \
-    inline kq_status kq_smooth(kq_history_##T *h) { return kq_smooth_##T(h); }
+    KQ_NODISCARD inline kq_status kq_detach(struct kq_attached_##T *object) { return kq_detach_##T(object); }   \
+    KQ_NODISCARD inline kq_status kq_smooth(kq_history_##T *h) { return kq_smooth_##T(h); }
 
 #define KQ_PRIVATE_FLOATING_OVERLOADS(T, word)                                                     \
     KQ_PRIVATE_OVERLOADS(T, word, word, word)                                                      \
-    inline kq_status kq_process_init(kq_process_##T *p, const word *A, const word *B, const word *Q) \
+    KQ_NODISCARD inline kq_status kq_process_init(kq_process_##T *p, const word *A, const word *B, const word *Q) \
     { return kq_process_init_##T(p, A, B, Q); }                                                    \
-    inline kq_status kq_sensor_init(kq_sensor_##T *s, const word *H, const word *R)                \
+    KQ_NODISCARD inline kq_status kq_sensor_init(kq_sensor_##T *s, const word *H, const word *R)                \
     { return kq_sensor_init_##T(s, H, R); }                                                        \
-    inline kq_status kq_filter_init(kq_filter_##T *f, const word *x0, const word *P0)              \
+    KQ_NODISCARD inline kq_status kq_filter_init(kq_filter_##T *f, const word *x0, const word *P0)              \
     { return kq_filter_init_##T(f, x0, P0); }
 
 #define KQ_PRIVATE_FIXED_OVERLOADS(T)                                                              \
     KQ_PRIVATE_OVERLOADS(T, int32_t, kq_scaled_##T, int64_t)                                       \
-    inline kq_status kq_process_init(kq_process_##T *p, const kq_process_table_##T *table,         \
+    KQ_NODISCARD inline kq_status kq_process_init(kq_process_##T *p, const kq_process_table_##T *table,         \
                                      kq_misfit_##T *misfit)                                        \
     { return kq_process_init_##T(p, table, misfit); }                                              \
-    inline kq_status kq_sensor_init(kq_sensor_##T *s, const kq_sensor_table_##T *table,            \
+    KQ_NODISCARD inline kq_status kq_sensor_init(kq_sensor_##T *s, const kq_sensor_table_##T *table,            \
                                     kq_misfit_##T *misfit)                                         \
     { return kq_sensor_init_##T(s, table, misfit); }                                               \
-    inline kq_status kq_filter_init(kq_filter_##T *f, const kq_prior_table_##T *prior,             \
+    KQ_NODISCARD inline kq_status kq_filter_init(kq_filter_##T *f, const kq_prior_table_##T *prior,             \
                                     kq_misfit_##T *misfit)                                         \
     { return kq_filter_init_##T(f, prior, misfit); }
 

@@ -137,8 +137,8 @@ extern const struct kq_hooks_f64 kq_lag_hooks_f64;
  *   length   words at memory: KQ_LAG_LEN_<T>(n, m, L)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
-kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
 
 /*
  * Begins: no step can be asked for but the current one.  A lag takes the place of the filter's
@@ -171,8 +171,8 @@ size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
  * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_HISTORY_EMPTY (not attached, or not any more),
  * KQ_ERR_HISTORY_FULL (a step that it could not follow: attach it again).
  */
-kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, size_t k);
-kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
 
 /**
  * The mean only, of the same bits: kq_lag_sigma and kq_lag_covariance then answer NaN and
@@ -180,8 +180,8 @@ kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
  * Cost: 4 n^2 multiplications where the other one has 12 n^3.
  * Errors as kq_lag_smooth.
  */
-kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, size_t k);
-kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, size_t k);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of what was smoothed last.  NaN where nothing was,
     or lag or i is bad. */
@@ -197,8 +197,8 @@ double kq_lag_sigma_f64(const kq_lag_f64 *lag, int i);
  *   P        n x n, written
  * Cost: at most 2.5 n^3 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
-kq_status kq_lag_covariance_f32(const kq_lag_f32 *lag, float *P);
-kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
+KQ_NODISCARD kq_status kq_lag_covariance_f32(const kq_lag_f32 *lag, float *P);
+KQ_NODISCARD kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -248,16 +248,16 @@ extern const struct kq_hooks_q31 kq_lag_hooks_q31;
         0,                                                                                         \
         0}
 
-kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
 size_t kq_lag_steps_q31(const kq_lag_q31 *lag);
-kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, size_t k);
-kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, size_t k);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
 int32_t kq_lag_mean_q31(const kq_lag_q31 *lag, int i);
 int32_t kq_lag_mean_low_q31(const kq_lag_q31 *lag, int i);
 int32_t kq_lag_sigma_q31(const kq_lag_q31 *lag, int i);
-kq_status kq_lag_covariance_q31(const kq_lag_q31 *lag, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_lag_covariance_q31(const kq_lag_q31 *lag, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

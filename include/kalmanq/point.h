@@ -86,8 +86,8 @@ extern const struct kq_hooks_f64 kq_point_hooks_f64;
  *   length   words at memory: KQ_POINT_LEN_<T>(n, m)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length);
-kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length);
 
 /*
  * The state as it is, updates made or not, is the one to refine.  A point takes the place of the
@@ -110,8 +110,8 @@ kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory,
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (the instant is
  * lost).
  */
-kq_status kq_point_smooth_f32(kq_point_f32 *point);
-kq_status kq_point_smooth_f64(kq_point_f64 *point);
+KQ_NODISCARD kq_status kq_point_smooth_f32(kq_point_f32 *point);
+KQ_NODISCARD kq_status kq_point_smooth_f64(kq_point_f64 *point);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of the instant when it was smoothed last.  NaN
    where it was not, or point or i is bad. */
@@ -127,8 +127,8 @@ double kq_point_sigma_f64(const kq_point_f64 *point, int i);
  *   P        n x n, written
  * Cost: n^3 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY (not smoothed).
  */
-kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P);
-kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
+KQ_NODISCARD kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P);
+KQ_NODISCARD kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -155,14 +155,14 @@ extern const struct kq_hooks_q31 kq_point_hooks_q31;
     static kq_point_q31 name = {                                                                   \
         {{{&kq_point_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}}, 0}
 
-kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
-kq_status kq_point_smooth_q31(kq_point_q31 *point);
+KQ_NODISCARD kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_point_smooth_q31(kq_point_q31 *point);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
 int32_t kq_point_mean_q31(const kq_point_q31 *point, int i);
 int32_t kq_point_mean_low_q31(const kq_point_q31 *point, int i);
 int32_t kq_point_sigma_q31(const kq_point_q31 *point, int i);
-kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

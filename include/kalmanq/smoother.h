@@ -121,8 +121,8 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
  *            and one step
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
-kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
 /*
  * Empties the history and has the filter record on it from now on; the state as it is becomes
@@ -153,16 +153,16 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
  * and a new run begins with kq_attach), KQ_ERR_HISTORY_FULL (it overflowed while
  * recording), KQ_ERR_CHANGED (a process is not what it was).
  */
-kq_status kq_smooth_f32(kq_history_f32 *h);
-kq_status kq_smooth_f64(kq_history_f64 *h);
+KQ_NODISCARD kq_status kq_smooth_f32(kq_history_f32 *h);
+KQ_NODISCARD kq_status kq_smooth_f64(kq_history_f64 *h);
 
 /**
  * The means only, at a third of the cost: kq_smoothed_mean works afterwards,
  * kq_smoothed_sigma and kq_smoothed_covariance answer NaN and KQ_ERR_NOT_READY.
  * Errors as kq_smooth.
  */
-kq_status kq_smooth_states_f32(kq_history_f32 *h);
-kq_status kq_smooth_states_f64(kq_history_f64 *h);
+KQ_NODISCARD kq_status kq_smooth_states_f32(kq_history_f32 *h);
+KQ_NODISCARD kq_status kq_smooth_states_f64(kq_history_f64 *h);
 
 /** What one backward step can give beside mean and covariance of step t: each pointer may be
     NULL, and is not written at the last step, which has no successor. */
@@ -188,9 +188,9 @@ typedef struct {
  * Errors as kq_smooth, and KQ_ERR_MISMATCH or KQ_ERR_NOT_READY for p.  A history is smoothed
  * by this or by the functions above, not by both.
  */
-kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
+KQ_NODISCARD kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
                              const kq_smooth_extras_f32 *extras);
-kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
+KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
                              const kq_smooth_extras_f64 *extras);
 
 /**
@@ -202,9 +202,9 @@ kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
  * Both are 0 for a measurement that was not taken (KQ_EVENT_FLOOR).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).
  */
-kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
+KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
                                             float *variance);
-kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
+KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
                                             double *variance);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where
@@ -231,8 +231,8 @@ unsigned kq_history_events_f64(const kq_history_f64 *h);
  *   P        n x n, written
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (step t not smoothed, or states only), KQ_ERR_SIZE (t).
  */
-kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P);
-kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P);
+KQ_NODISCARD kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P);
+KQ_NODISCARD kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -279,10 +279,10 @@ extern const struct kq_hooks_q31 kq_history_hooks_q31;
         {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
-kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 size_t kq_history_steps_q31(const kq_history_q31 *h);
-kq_status kq_smooth_q31(kq_history_q31 *h);
-kq_status kq_smooth_states_q31(kq_history_q31 *h);
+KQ_NODISCARD kq_status kq_smooth_q31(kq_history_q31 *h);
+KQ_NODISCARD kq_status kq_smooth_states_q31(kq_history_q31 *h);
 
 /** In units of the states' words. */
 typedef struct {
@@ -291,11 +291,11 @@ typedef struct {
     kq_scaled_q31 *noise_covariance; /* n x n */
 } kq_smooth_extras_q31;
 
-kq_status kq_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
+KQ_NODISCARD kq_status kq_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
                              const kq_smooth_extras_q31 *extras);
 
 /** In units of the measurement noise's standard deviation, as in f32. */
-kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_scaled_q31 *mean,
+KQ_NODISCARD kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_scaled_q31 *mean,
                                             kq_scaled_q31 *variance);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
@@ -303,7 +303,7 @@ int32_t kq_smoothed_mean_q31(const kq_history_q31 *h, size_t t, int i);
 int32_t kq_smoothed_mean_low_q31(const kq_history_q31 *h, size_t t, int i);
 int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i);
 unsigned kq_history_events_q31(const kq_history_q31 *h);
-kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

@@ -72,9 +72,9 @@ typedef struct {
  * Control 77 (2004); Hewer, An iterative technique for the computation of the steady state gains
  * for the discrete optimal regulator, IEEE Trans. Automat. Contr. 16 (1971).
  */
-kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
+KQ_NODISCARD kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
                               size_t length, const kq_steady_solution_f32 *out);
-kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
+KQ_NODISCARD kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
                               size_t length, const kq_steady_solution_f64 *out);
 
 /** The largest `bits` of kq_settling_init: rounding leaves room for no more. */
@@ -131,8 +131,8 @@ typedef struct {
  *   memory   KQ_STEADY_LEN_<T>(n) words or more
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
-kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
 
 /**
  * The model, the mean before the first measurement, and the gains.
@@ -144,9 +144,9 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
  * (p, s), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
-kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
+KQ_NODISCARD kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
                              const float *x0, const float *gains, size_t count);
-kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
+KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
                              const double *x0, const double *gains, size_t count);
 
 /**
@@ -169,12 +169,12 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; a mean or an innovation beyond the numbers, and
  * nothing has changed: kq_steady_init begins anew).
  */
-kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
-kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
-kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
-kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
-kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
-kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
+KQ_NODISCARD kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
+KQ_NODISCARD kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
+KQ_NODISCARD kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
+KQ_NODISCARD kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
+KQ_NODISCARD kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
+KQ_NODISCARD kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
 
 /** x_i, in the state's unit.  NaN where st or i is bad. */
 float kq_steady_mean_f32(const kq_steady_f32 *st, int i);
@@ -185,8 +185,8 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
  *   e        m, written; may be z
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
  */
-kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
-kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
+KQ_NODISCARD kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
+KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
 
 /* ------------------------------------------------------------------ settling
  *
@@ -264,9 +264,9 @@ extern const struct kq_hooks_f64 kq_settling_hooks_f64;
  *   gain     n x m numbers
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
+KQ_NODISCARD kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
                                  float *gain);
-kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
+KQ_NODISCARD kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
                                  double *gain);
 
 /**
@@ -277,8 +277,8 @@ kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memor
  *            below 0.9
  * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or sizes never given), KQ_ERR_MEMORY.
  */
-kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
-kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
+KQ_NODISCARD kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
+KQ_NODISCARD kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 
 /*
  * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
@@ -303,8 +303,8 @@ int kq_settling_is_settled_f64(const kq_settling_f64 *w);
 
 /** Back to the full filter at the next step, until it has settled again: what has to be called where a
     sensor has got new numbers (above).  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-kq_status kq_settling_release_f32(kq_settling_f32 *w);
-kq_status kq_settling_release_f64(kq_settling_f64 *w);
+KQ_NODISCARD kq_status kq_settling_release_f32(kq_settling_f32 *w);
+KQ_NODISCARD kq_status kq_settling_release_f64(kq_settling_f64 *w);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -335,7 +335,7 @@ typedef struct {
     static kq_steady_q31 name = {n, m,    0,   KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL,       \
                                  0, NULL, NULL}
 
-kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
 /**
  * As in f32.
@@ -343,7 +343,7 @@ kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory,
  * or beyond the exponents' limit), KQ_ERR_MISMATCH also where p and s differ in the states'
  * formats.
  */
-kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
+KQ_NODISCARD kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
                              const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
 
 /**
@@ -352,9 +352,9 @@ kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const k
  * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 word, the innovation
  * truncated to 30 bits.
  */
-kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
-kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
-kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
+KQ_NODISCARD kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
+KQ_NODISCARD kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
+KQ_NODISCARD kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
 
 /** The events, and back to none.  A NULL st has none. */
 unsigned kq_steady_events_q31(const kq_steady_q31 *st);
@@ -365,7 +365,7 @@ int32_t kq_steady_mean_q31(const kq_steady_q31 *st, int i);
 int32_t kq_steady_mean_low_q31(const kq_steady_q31 *st, int i);
 
 /** Rounded to words of the measurement, held at +-(2^31 - 1). */
-kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
+KQ_NODISCARD kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
 
 #define KQ_SETTLING_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
 
@@ -394,11 +394,11 @@ extern const struct kq_hooks_q31 kq_settling_hooks_q31;
     static kq_settling_q31 name = {                                                                \
         {&kq_settling_hooks_q31}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
-kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
+KQ_NODISCARD kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
                                  kq_scaled_q31 *gain);
-kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
+KQ_NODISCARD kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
 int kq_settling_is_settled_q31(const kq_settling_q31 *w);
-kq_status kq_settling_release_q31(kq_settling_q31 *w);
+KQ_NODISCARD kq_status kq_settling_release_q31(kq_settling_q31 *w);
 
 #ifdef __cplusplus
 }

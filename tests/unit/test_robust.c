@@ -363,8 +363,8 @@ static void the_smoother_has_the_noise_that_was_used(void)
 {
     reading a, b;
     num noise_now[2];
-    K(attach)(&track, &tape.attached);
-    K(attach)(&twin, &twin_tape.attached);
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     for (int t = 0; t < 5; t++) {
         z[0] = t == 2 ? N(60) : N(3 + t), z[1] = t == 3 ? N(-30) : N(1 + t);
         ASSERT_OK(K(update_student)(&track, &radar, z, ALL, 4, weights));

@@ -499,7 +499,8 @@ static int32_t held(int64_t word, int32_t range)
 /* What the filter expects, with noise of the generator: data that need no room in the case */
 static void draw_measurement(int32_t *z, const sensor_slot *slot, uint32_t *draw, int shift)
 {
-    kq_measurement_q31(&machine.filter, &slot->sensor, z, NULL);
+    const kq_status status = kq_measurement_q31(&machine.filter, &slot->sensor, z, NULL);
+    for (int c = 0; status && c < slot->components; c++) z[c] = 0;
     for (int c = 0; c < slot->components; c++) {
         *draw = next_draw(*draw);
         z[c] = held((int64_t)z[c] + noise_of(*draw, shift), slot->measurement_format[c].range);
