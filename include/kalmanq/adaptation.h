@@ -6,7 +6,7 @@
  * measurement says.  Nothing adapts to which none is attached: there is no other switch.
  *
  *     kq_adaptation_init_f32(&tuner, &motion, &ranger, &rule);
- *     kq_adaptation_attach_f32(&tuner, &track);
+ *     kq_attach_f32(&track, &tuner.attached);
  *     ... kq_predict_f32(&track, &motion, NULL);        with q Q
  *         kq_update_f32(&track, &ranger, z);            with r R; q and r then move
  *
@@ -160,6 +160,8 @@ typedef struct {
     kq_filter_f32 *filter; /* attached to */
 } kq_adaptation_f32;
 
+extern const struct kq_hooks_f32 kq_adaptation_hooks_f32; /* what it does in the steps */
+
 typedef struct {
     struct kq_attached_f64 attached;
     uint8_t states;
@@ -176,6 +178,8 @@ typedef struct {
     kq_sensor_f64 scaled_sensor;
     kq_filter_f64 *filter; /* attached to */
 } kq_adaptation_f64;
+
+extern const struct kq_hooks_f64 kq_adaptation_hooks_f64;
 
 typedef struct {
     struct kq_attached_q31 attached;
@@ -195,10 +199,12 @@ typedef struct {
     kq_filter_q31 *filter; /* attached to */
 } kq_adaptation_q31;
 
+extern const struct kq_hooks_q31 kq_adaptation_hooks_q31;
+
 /* In floating point, what is behind the memory before init */
-#define KQ_PRIVATE_ADAPTATION_OBJECT(n, m, length, memory)                                         \
+#define KQ_PRIVATE_ADAPTATION_OBJECT(hooks, n, m, length, memory)                                  \
     {                                                                                              \
-        {NULL}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0}, \
+        {hooks}, n, m, 0, length, memory, NULL, NULL, {KQ_ADAPT_BOTH, 0, 0, 0, 0, 0, 0}, 0, 0, {0},\
             {0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0},                                       \
         {                                                                                          \
             0, 0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL                                 \
@@ -210,15 +216,15 @@ typedef struct {
 #define KQ_ADAPTATION_F32(name, n, m)                                                              \
     static float name##_memory[KQ_ADAPTATION_LEN_F32(n, m)];                                       \
     static kq_adaptation_f32 name =                                                                \
-        KQ_PRIVATE_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F32(n, m), name##_memory)
+        KQ_PRIVATE_ADAPTATION_OBJECT(&kq_adaptation_hooks_f32, n, m, KQ_ADAPTATION_LEN_F32(n, m), name##_memory)
 #define KQ_ADAPTATION_F64(name, n, m)                                                              \
     static double name##_memory[KQ_ADAPTATION_LEN_F64(n, m)];                                      \
     static kq_adaptation_f64 name =                                                                \
-        KQ_PRIVATE_ADAPTATION_OBJECT(n, m, KQ_ADAPTATION_LEN_F64(n, m), name##_memory)
+        KQ_PRIVATE_ADAPTATION_OBJECT(&kq_adaptation_hooks_f64, n, m, KQ_ADAPTATION_LEN_F64(n, m), name##_memory)
 #define KQ_ADAPTATION_Q31(name, n, m)                                                              \
     static kq_scaled_q31 name##_memory[KQ_ADAPTATION_LEN_Q31(n, m)];                               \
     static int32_t name##_root[KQ_ROOT_LEN_Q31(n)];                                                \
-    static kq_adaptation_q31 name = {{NULL},                                                       \
+    static kq_adaptation_q31 name = {{&kq_adaptation_hooks_q31},                                           \
                                      n,                                                            \
                                      m,                                                            \
                                      0,                                                            \
@@ -243,11 +249,11 @@ typedef struct {
  *   root     q31: KQ_ROOT_LEN_Q31(n) words
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory,
+KQ_NODISCARD kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory,
                                    size_t length);
-kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
+KQ_NODISCARD kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
                                    size_t length);
-kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
+KQ_NODISCARD kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
                                    size_t length, int32_t *root);
 
 /**
@@ -263,19 +269,19 @@ kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled
  * q31: KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a
  * table).
  */
-kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
+KQ_NODISCARD kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
                                  const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule);
-kq_status kq_adaptation_init_f64(kq_adaptation_f64 *a, const kq_process_f64 *p,
+KQ_NODISCARD kq_status kq_adaptation_init_f64(kq_adaptation_f64 *a, const kq_process_f64 *p,
                                  const kq_sensor_f64 *s, const kq_adaptation_rule_f64 *rule);
-kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
+KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
                                  const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule);
 
-/**
+/*
  * From now on kq_predict of f with the p of init takes q Q, kq_update, kq_update_subset and kq_step with its
  * s take r R, and q and r then move.  D and d are 0, scales and information stay: attach it again where the
  * filter has started anew (kq_filter_init detaches it).  While q and r are 1, the very bits of the filter.
  *   f        with nothing attached but a itself.  a and f have to outlive each other until
- *            kq_adaptation_detach.  kq_filter_init detaches f and does not tell a, which may be gone: an
+ *            kq_detach.  kq_filter_init detaches f and does not tell a, which may be gone: an
  *            adaptation still has the filter that it was attached to, and goes to another one when it is
  *            detached, or assigned anew where that filter is gone
  * NIS, log-likelihood and count of the filter are those of the scales before they moved.  Nothing
@@ -292,14 +298,6 @@ kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_process_q31 *p,
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (a, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (a has another filter, or
  * something else is attached to f: detach it; a history refers to the processes, and q Q changes).
  */
-kq_status kq_adaptation_attach_f32(kq_adaptation_f32 *a, kq_filter_f32 *f);
-kq_status kq_adaptation_attach_f64(kq_adaptation_f64 *a, kq_filter_f64 *f);
-kq_status kq_adaptation_attach_q31(kq_adaptation_q31 *a, kq_filter_q31 *f);
-
-/** The filter goes on without it; what was learnt stays.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-kq_status kq_adaptation_detach_f32(kq_adaptation_f32 *a);
-kq_status kq_adaptation_detach_f64(kq_adaptation_f64 *a);
-kq_status kq_adaptation_detach_q31(kq_adaptation_q31 *a);
 
 /** q and r.  NaN, q31: {0, 0}, where a is NULL or not initialised. */
 float kq_adaptation_process_scale_f32(const kq_adaptation_f32 *a);

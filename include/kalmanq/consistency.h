@@ -99,17 +99,17 @@ typedef struct {
  *   length   words at memory: KQ_CONSISTENCY_LEN_<T>(m, W)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
+KQ_NODISCARD kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
                                     size_t length);
-kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
+KQ_NODISCARD kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
                                     size_t length);
-kq_status kq_consistency_assign_q31(kq_consistency_q31 *c, int m, size_t window, int32_t *memory,
+KQ_NODISCARD kq_status kq_consistency_assign_q31(kq_consistency_q31 *c, int m, size_t window, int32_t *memory,
                                     size_t length);
 
 /** Forgets all updates.  KQ_ERR_NULL, KQ_ERR_NOT_READY (no memory assigned). */
-kq_status kq_consistency_clear_f32(kq_consistency_f32 *c);
-kq_status kq_consistency_clear_f64(kq_consistency_f64 *c);
-kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
+KQ_NODISCARD kq_status kq_consistency_clear_f32(kq_consistency_f32 *c);
+KQ_NODISCARD kq_status kq_consistency_clear_f64(kq_consistency_f64 *c);
+KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
 
 /**
  * Just before an update: notes nu of every component that is present.  The filter is only read.  It is
@@ -123,11 +123,11 @@ kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (also: the sensor has not m components),
  * KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (z), as kq_update_subset.
  */
-kq_status kq_consistency_watch_f32(kq_consistency_f32 *c, const kq_filter_f32 *f,
+KQ_NODISCARD kq_status kq_consistency_watch_f32(kq_consistency_f32 *c, const kq_filter_f32 *f,
                                    const kq_sensor_f32 *s, const float *z, uint32_t present);
-kq_status kq_consistency_watch_f64(kq_consistency_f64 *c, const kq_filter_f64 *f,
+KQ_NODISCARD kq_status kq_consistency_watch_f64(kq_consistency_f64 *c, const kq_filter_f64 *f,
                                    const kq_sensor_f64 *s, const double *z, uint32_t present);
-kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_filter_q31 *f,
+KQ_NODISCARD kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_filter_q31 *f,
                                    const kq_sensor_q31 *s, const int32_t *z, uint32_t present);
 
 /**
@@ -139,9 +139,9 @@ kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_filter_q31 *f
  * was one of a settled kq_settling, steady.h: it moves the mean alone, and kq_nis is that of a step long
  * ago.  kq_settling_release, or kq_predict and kq_update in the place of kq_step, judge again).
  */
-kq_status kq_consistency_record_f32(kq_consistency_f32 *c, const kq_filter_f32 *f);
-kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *f);
-kq_status kq_consistency_record_q31(kq_consistency_q31 *c, const kq_filter_q31 *f);
+KQ_NODISCARD kq_status kq_consistency_record_f32(kq_consistency_f32 *c, const kq_filter_f32 *f);
+KQ_NODISCARD kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *f);
+KQ_NODISCARD kq_status kq_consistency_record_q31(kq_consistency_q31 *c, const kq_filter_q31 *f);
 
 /** Updates in the window, 0 .. W.  0 where c is NULL. */
 size_t kq_consistency_count_f32(const kq_consistency_f32 *c);
@@ -161,11 +161,11 @@ size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
  * Cost: W additions.  KQ_ERR_NULL, KQ_ERR_NOT_READY (the window is empty), KQ_ERR_NOT_FINITE,
  * KQ_ERR_RANGE (q < 0).
  */
-kq_status kq_consistency_nis_f32(const kq_consistency_f32 *c, float q, float *nis, float *low,
+KQ_NODISCARD kq_status kq_consistency_nis_f32(const kq_consistency_f32 *c, float q, float *nis, float *low,
                                  float *high);
-kq_status kq_consistency_nis_f64(const kq_consistency_f64 *c, double q, double *nis, double *low,
+KQ_NODISCARD kq_status kq_consistency_nis_f64(const kq_consistency_f64 *c, double q, double *nis, double *low,
                                  double *high);
-kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64_t q, int64_t *nis, int64_t *low,
+KQ_NODISCARD kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64_t q, int64_t *nis, int64_t *low,
                                  int64_t *high);
 
 /**
@@ -184,13 +184,13 @@ kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64_t q, int64_t
  * Cost: 3 W multiplications.  KQ_ERR_NULL, KQ_ERR_SIZE (component), KQ_ERR_NOT_READY (no nu of it
  * in the window), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q).
  */
-kq_status kq_consistency_innovation_f32(const kq_consistency_f32 *c, int component, float q,
+KQ_NODISCARD kq_status kq_consistency_innovation_f32(const kq_consistency_f32 *c, int component, float q,
                                         float *mean, float *mean_bound, float *correlation,
                                         float *correlation_bound);
-kq_status kq_consistency_innovation_f64(const kq_consistency_f64 *c, int component, double q,
+KQ_NODISCARD kq_status kq_consistency_innovation_f64(const kq_consistency_f64 *c, int component, double q,
                                         double *mean, double *mean_bound, double *correlation,
                                         double *correlation_bound);
-kq_status kq_consistency_innovation_q31(const kq_consistency_q31 *c, int component, int64_t q,
+KQ_NODISCARD kq_status kq_consistency_innovation_q31(const kq_consistency_q31 *c, int component, int64_t q,
                                         int64_t *mean, int64_t *mean_bound, int64_t *correlation,
                                         int64_t *correlation_bound);
 

@@ -241,8 +241,8 @@ typedef struct {
  *
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (not even for one step).
  */
-kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length);
-kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t length);
 
 /**
  * Checks model and recordings.  Nothing is computed yet.
@@ -262,9 +262,9 @@ kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t l
  * scalar measurements than free parameters), KQ_ERR_FORM (Q or R is not of its form; a multiple
  * of 0; the columns of F are not independent).
  */
-kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *model, const kq_em_choice *choice,
+KQ_NODISCARD kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *model, const kq_em_choice *choice,
                          const kq_recording_f32 *recordings, size_t count);
-kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq_em_choice *choice,
+KQ_NODISCARD kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq_em_choice *choice,
                          const kq_recording_f64 *recordings, size_t count);
 
 /* ------------------------------------------------------------------ iterations */
@@ -278,8 +278,8 @@ kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model, const kq
  *
  * The errors of kq_em_advance and kq_em_maximise.
  */
-kq_status kq_em_iterate_f32(kq_em_f32 *em);
-kq_status kq_em_iterate_f64(kq_em_f64 *em);
+KQ_NODISCARD kq_status kq_em_iterate_f32(kq_em_f32 *em);
+KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
 
 /**
  * One slice of the E-step: one step of the filter, or one of the smoother, of one recording.  The
@@ -298,8 +298,8 @@ kq_status kq_em_iterate_f64(kq_em_f64 *em);
  * that were found, and to go on from them leads here again.  A model that the caller has changed
  * since kq_em_maximise is judged in the same way: kq_em_init begins anew.
  */
-kq_status kq_em_advance_f32(kq_em_f32 *em);
-kq_status kq_em_advance_f64(kq_em_f64 *em);
+KQ_NODISCARD kq_status kq_em_advance_f32(kq_em_f32 *em);
+KQ_NODISCARD kq_status kq_em_advance_f64(kq_em_f64 *em);
 
 /** Calls of kq_em_advance until the E-step is complete; 0 when it is, or has not begun.  (32 bits: two a
     step of every recording, together more than a size_t of 16 bits holds.) */
@@ -328,8 +328,8 @@ double kq_em_log_likelihood_f64(const kq_em_f64 *em);
  * measured is explained without noise there.  The model is as it was, and so is all that can be
  * read of the object (scratch in its memory is not).
  */
-kq_status kq_em_maximise_f32(kq_em_f32 *em);
-kq_status kq_em_maximise_f64(kq_em_f64 *em);
+KQ_NODISCARD kq_status kq_em_maximise_f32(kq_em_f32 *em);
+KQ_NODISCARD kq_status kq_em_maximise_f64(kq_em_f64 *em);
 
 /**
  * The largest change of the last M-step: of an entry of a covariance, in sigma_i sigma_j; of A, H
@@ -401,8 +401,8 @@ typedef struct {
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that has to be free is
  * not).
  */
-kq_status kq_em_gradient_f32(const kq_em_f32 *em, const kq_gradient_f32 *gradient);
-kq_status kq_em_gradient_f64(const kq_em_f64 *em, const kq_gradient_f64 *gradient);
+KQ_NODISCARD kq_status kq_em_gradient_f32(const kq_em_f32 *em, const kq_gradient_f32 *gradient);
+KQ_NODISCARD kq_status kq_em_gradient_f64(const kq_em_f64 *em, const kq_gradient_f64 *gradient);
 
 #ifdef __cplusplus
 }

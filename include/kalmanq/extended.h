@@ -30,7 +30,7 @@
  *
  * Smoothing.  No smoother reads how a mean has moved, so all of them smooth these runs, exactly as the linear
  * ones: kq_smooth is the extended Rauch-Tung-Striebel smoother.  A fixed lag (lag.h) and a point (point.h)
- * are attached as ever.  A history needs room for the A of each step: kq_history_attach_extended.  One process
+ * are attached as ever.  A history needs room for the A of each step: kq_jacobians.  One process
  * may then change at every step.  A smoothed mean is that of the state as it was when its step was left by a
  * predict: after a kq_move, that of the moved one.
  *
@@ -65,10 +65,10 @@ extern "C" {
  * Accuracy: of P that of kq_predict; the mean is rounded at d, not at x.
  * Events: KQ_EVENT_OVERFLOW as kq_predict.  KQ_EVENT_HISTORY_FULL where the history or its room is full.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an
- * adaptation, a settling, or a history that was not attached by kq_history_attach_extended).
+ * adaptation, a settling, or a history without a kq_jacobians).
  */
-kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *d);
-kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
+KQ_NODISCARD kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *d);
+KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
 
 /**
  * Takes a measurement by its innovation.
@@ -81,34 +81,34 @@ kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, con
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
  * settling is attached).
  */
-kq_status kq_update_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e);
-kq_status kq_update_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e);
+KQ_NODISCARD kq_status kq_update_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e);
+KQ_NODISCARD kq_status kq_update_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e);
 
 /** The same with some components missing: present and e as in kq_update_subset. */
-kq_status kq_update_subset_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_subset_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                         uint32_t present);
-kq_status kq_update_subset_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_subset_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                         uint32_t present);
 
 /**
  * The updates of robust.h with an innovation e (m) in the place of z; everything else is as there.  weights is not
  * in the place of e.  The errors of each, and KQ_ERR_RECORDING as above.
  */
-kq_status kq_update_gated_extended_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
+KQ_NODISCARD kq_status kq_update_gated_extended_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
                                        const float *e, uint32_t present);
-kq_status kq_update_gated_extended_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
+KQ_NODISCARD kq_status kq_update_gated_extended_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
                                        const double *e, uint32_t present);
-kq_status kq_update_huber_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_huber_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                        uint32_t present, float k, float *weights);
-kq_status kq_update_huber_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_huber_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                        uint32_t present, double k, double *weights);
-kq_status kq_update_student_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_student_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                          uint32_t present, float nu, float *weights);
-kq_status kq_update_student_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_student_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                          uint32_t present, double nu, double *weights);
-kq_status kq_update_jump_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
+KQ_NODISCARD kq_status kq_update_jump_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
                                       uint32_t present, float g);
-kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
+KQ_NODISCARD kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
                                       uint32_t present, double g);
 
 /**
@@ -117,11 +117,12 @@ kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, 
  * Cost: 3n additions.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation or a settling is attached).
  */
-kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
-kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
+KQ_NODISCARD kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
+KQ_NODISCARD kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
 
 /* The fields are the library's (see process.h). */
 typedef struct {
+    struct kq_attached_f32 attached;
     uint8_t states;            /* n */
     size_t predicts;           /* at processes */
     size_t length;             /* words at memory */
@@ -129,9 +130,13 @@ typedef struct {
     float *memory;             /* the caller's: their A, and G where it has changed */
     size_t kept, used;         /* of both */
     const float *noise;        /* G of the last one */
+    kq_history_f32 *history; /* whose predicts they are */
 } kq_jacobians_f32;
 
+extern const struct kq_hooks_f32 kq_jacobians_hooks_f32; /* what it does in the steps */
+
 typedef struct {
+    struct kq_attached_f64 attached;
     uint8_t states;
     size_t predicts;
     size_t length;
@@ -139,7 +144,10 @@ typedef struct {
     double *memory;
     size_t kept, used;
     const double *noise;
+    kq_history_f64 *history;
 } kq_jacobians_f64;
+
+extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
 
 /**
  * What a history keeps of linearised predicts, beside its own memory, of which each of them is a change
@@ -156,53 +164,51 @@ typedef struct {
      (kq_length)(noises)*KQ_TRIANGLE((kq_length)(n)))
 #define KQ_JACOBIANS_LEN_F64 KQ_JACOBIANS_LEN_F32
 
-/** Such a keeper `name` with its storage, in static memory. */
-#define KQ_JACOBIANS_F32(name, n, predicts, noises)                                                \
+/** Such a keeper `name` of the history `tape`, with its storage, in static memory. */
+#define KQ_JACOBIANS_F32(name, tape, n, predicts, noises)                                          \
     static kq_process_f32 name##_processes[predicts];                                              \
     static float name##_memory[KQ_JACOBIANS_LEN_F32(n, predicts, noises)];                         \
     static kq_jacobians_f32 name = {                                                               \
-        n, predicts, KQ_JACOBIANS_LEN_F32(n, predicts, noises), name##_processes, name##_memory,   \
-        0, 0, NULL}
-#define KQ_JACOBIANS_F64(name, n, predicts, noises)                                                \
+        {&kq_jacobians_hooks_f32}, n, predicts, KQ_JACOBIANS_LEN_F32(n, predicts, noises), name##_processes, \
+        name##_memory, 0, 0, NULL, &tape}
+#define KQ_JACOBIANS_F64(name, tape, n, predicts, noises)                                          \
     static kq_process_f64 name##_processes[predicts];                                              \
     static double name##_memory[KQ_JACOBIANS_LEN_F64(n, predicts, noises)];                        \
     static kq_jacobians_f64 name = {                                                               \
-        n, predicts, KQ_JACOBIANS_LEN_F64(n, predicts, noises), name##_processes, name##_memory,   \
-        0, 0, NULL}
+        {&kq_jacobians_hooks_f64}, n, predicts, KQ_JACOBIANS_LEN_F64(n, predicts, noises), name##_processes, \
+        name##_memory, 0, 0, NULL, &tape}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
  *   j          written
+ *   h          the history whose predicts it keeps; by reference
  *   n          1..16
  *   processes  `predicts` of them, at least 1; need not be initialised
  *   memory     KQ_JACOBIANS_LEN_<T>(n, predicts, noises) words, at least those of one predict
  *   length     words at memory
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_jacobians_assign_f32(kq_jacobians_f32 *j, int n, kq_process_f32 *processes,
+KQ_NODISCARD kq_status kq_jacobians_assign_f32(kq_jacobians_f32 *j, kq_history_f32 *h, int n, kq_process_f32 *processes,
                                   size_t predicts, float *memory, size_t length);
-kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, int n, kq_process_f64 *processes,
+KQ_NODISCARD kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, kq_history_f64 *h, int n, kq_process_f64 *processes,
                                   size_t predicts, double *memory, size_t length);
 
-/**
- * kq_history_attach for a run with kq_predict_extended: j keeps a copy of each linearised predict's process, so that
- * its A, and its Q, may change at once.  A plain kq_predict is recorded as ever, by reference, and its process is
- * not to change (smoother.h).
- *   j        emptied and written; j and its memory have to stay until the history is smoothed or detached.
- *            One j keeps for one history: attached with another one it has nothing left of the first.
+/*
+ * For a run with kq_predict_extended attach j, in the place of its history:
  *
  *     KQ_HISTORY_F32(tape, N, M, STEPS, STEPS);
- *     KQ_JACOBIANS_F32(jacobians, N, STEPS, 1);
- *     kq_history_attach_extended_f32(&tape, &track, &jacobians);
+ *     KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, 1);
+ *     kq_attach_f32(&track, &jacobians.attached);
+ *
+ * The history is empty then, and records.  j keeps a copy of the process of each linearised predict, so that its A and
+ * its Q may change at once.  A plain kq_predict is recorded by reference, and its process must not change (smoother.h).
+ * j and its memory have to stay until the history is smoothed or detached.  kq_detach of either detaches both.
  *
  * kq_smooth, kq_smooth_states, kq_smooth_step (p: NULL) and what src/known_sizes/ has of them then smooth it.
- * kq_smooth_reweighted, which has one process for all steps, is refused (KQ_ERR_RECORDING).  A filter whose start is
- * in part unknown is refused (KQ_ERR_NOT_READY).
- * The errors of kq_history_attach; KQ_ERR_SIZE, KQ_ERR_MEMORY for a j that was never given its own, KQ_ERR_MISMATCH
- * (states).
+ * kq_smooth_reweighted, which has one process for all steps, is refused (KQ_ERR_RECORDING).
+ * kq_attach answers what it answers of a history; KQ_ERR_SIZE, KQ_ERR_MEMORY for a j that was never given its own,
+ * KQ_ERR_MISMATCH (states), KQ_ERR_NOT_READY for a filter whose start is in part unknown.
  */
-kq_status kq_history_attach_extended_f32(kq_history_f32 *h, kq_filter_f32 *f, kq_jacobians_f32 *j);
-kq_status kq_history_attach_extended_f64(kq_history_f64 *h, kq_filter_f64 *f, kq_jacobians_f64 *j);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -216,6 +222,7 @@ kq_status kq_history_attach_extended_f64(kq_history_f64 *h, kq_filter_f64 *f, kq
 
 /* The fields are the library's. */
 typedef struct {
+    struct kq_attached_q31 attached;
     uint8_t states;
     size_t predicts;
     size_t length;
@@ -223,22 +230,24 @@ typedef struct {
     int32_t *memory;
     size_t kept, used;
     const int32_t *noise;
+    kq_history_q31 *history;
 } kq_jacobians_q31;
+
+extern const struct kq_hooks_q31 kq_jacobians_hooks_q31;
 
 #define KQ_JACOBIANS_LEN_Q31(n, predicts, noises)                                                  \
     ((kq_length)(predicts)*2 * (kq_length)(n) * (kq_length)(n) +                                   \
      (kq_length)(noises)*KQ_ROOT_LEN_Q31((kq_length)(n)))
 
-#define KQ_JACOBIANS_Q31(name, n, predicts, noises)                                                \
+#define KQ_JACOBIANS_Q31(name, tape, n, predicts, noises)                                          \
     static kq_process_q31 name##_processes[predicts];                                              \
     static int32_t name##_memory[KQ_JACOBIANS_LEN_Q31(n, predicts, noises)];                       \
     static kq_jacobians_q31 name = {                                                               \
-        n, predicts, KQ_JACOBIANS_LEN_Q31(n, predicts, noises), name##_processes, name##_memory,   \
-        0, 0, NULL}
+        {&kq_jacobians_hooks_q31}, n, predicts, KQ_JACOBIANS_LEN_Q31(n, predicts, noises), name##_processes, \
+        name##_memory, 0, 0, NULL, &tape}
 
-kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, int n, kq_process_q31 *processes,
+KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q31 *h, int n, kq_process_q31 *processes,
                                   size_t predicts, int32_t *memory, size_t length);
-kq_status kq_history_attach_extended_q31(kq_history_q31 *h, kq_filter_q31 *f, kq_jacobians_q31 *j);
 
 /**
  * Another A with the noise as it is, for kq_predict_extended alone: to all else p is not ready from then on, until
@@ -250,7 +259,7 @@ kq_status kq_history_attach_extended_q31(kq_history_q31 *h, kq_filter_q31 *f, kq
  * Cost: n^2 comparisons, 1.5 n^2 integer multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_COEFFICIENT.
  */
-kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
+KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
                                          kq_misfit_q31 *misfit);
 
 /**
@@ -259,7 +268,7 @@ kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 
  *            (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
-kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
+KQ_NODISCARD kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
                                         kq_misfit_q31 *misfit);
 
 /**
@@ -269,20 +278,20 @@ kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H
  * kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also tells that A x would have left its
  * word.
  */
-kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);
-kq_status kq_update_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e);
-kq_status kq_update_subset_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);
+KQ_NODISCARD kq_status kq_update_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e);
+KQ_NODISCARD kq_status kq_update_subset_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                         uint32_t present);
-kq_status kq_update_gated_extended_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
+KQ_NODISCARD kq_status kq_update_gated_extended_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
                                        const int32_t *e, uint32_t present);
-kq_status kq_update_huber_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_update_huber_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                        uint32_t present, kq_scaled_q31 k, kq_scaled_q31 *weights);
-kq_status kq_update_student_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_update_student_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                          uint32_t present, kq_scaled_q31 nu,
                                          kq_scaled_q31 *weights);
-kq_status kq_update_jump_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
+KQ_NODISCARD kq_status kq_update_jump_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
                                       uint32_t present, kq_scaled_q31 g);
-kq_status kq_move_q31(kq_filter_q31 *f, const int32_t *d);
+KQ_NODISCARD kq_status kq_move_q31(kq_filter_q31 *f, const int32_t *d);
 
 #ifdef __cplusplus
 }

@@ -29,8 +29,8 @@
  *
  * Attaching.  A history (smoother.h), a lag, a point, a start, an adaptation or a settling is attached to a
  * filter, one of them at a time (KQ_ERR_RECORDING in status.h: what takes whose place); then kq_predict, kq_update, kq_update_subset and kq_step have it do its
- * part, and its own header says what that adds to their costs and errors.  A program links nothing of what
- * it never attaches.  Updates of robust.h are recorded, and teach nothing.
+ * part, and its own header says what that adds to their costs and errors.  kq_attach attaches, kq_detach
+ * detaches.  A program links nothing of what it never declares.  Updates of robust.h are recorded, and teach nothing.
  *
  * Sources: Carlson, Fast triangular formulation of the square root filter, AIAA J. 11 (1973);
  * Bierman, Factorization Methods for Discrete Sequential Estimation (1977).
@@ -148,8 +148,8 @@ typedef struct {
  *   length   words at memory
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_filter_assign_f32(kq_filter_f32 *f, int n, float *memory, size_t length);
-kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_filter_assign_f32(kq_filter_f32 *f, int n, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t length);
 
 /**
  * The state before the first measurement: x ~ N(x0, P0).  Clears the events and the
@@ -165,16 +165,16 @@ kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t l
  * KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance or the size of a mean above 2^120 in f32, 2^1000 in
  * f64: what is not known at all has start.h).
  */
-kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0);
-kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
+KQ_NODISCARD kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0);
+KQ_NODISCARD kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
 
 /**
  * The same with P0 = S S' given by its root, as kq_process_init_root takes Q's.
  *   S        upper triangular, diagonal >= 0, packed by columns (KQ_TRIANGLE(n)); not kept
  * Errors as kq_process_init_root.
  */
-kq_status kq_filter_init_root_f32(kq_filter_f32 *f, const float *x0, const float *S);
-kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const double *S);
+KQ_NODISCARD kq_status kq_filter_init_root_f32(kq_filter_f32 *f, const float *x0, const float *S);
+KQ_NODISCARD kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const double *S);
 
 /**
  * The state of another filter: mean, covariance, events and likelihoods, bit for bit.
@@ -185,8 +185,36 @@ kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const doub
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (from), KQ_ERR_MEMORY (to), KQ_ERR_MISMATCH (states, or to is from
  * or has its memory).
  */
-kq_status kq_filter_copy_f32(kq_filter_f32 *to, const kq_filter_f32 *from);
-kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from);
+KQ_NODISCARD kq_status kq_filter_copy_f32(kq_filter_f32 *to, const kq_filter_f32 *from);
+KQ_NODISCARD kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from);
+
+/**
+ * Attaches an object to a filter: it takes part in the filter's steps from now on.
+ *   f        a filter that is ready; changed
+ *   object   the `attached` of a history, a lag, a point, an adaptation, a settling or a kq_jacobians; changed
+ *
+ *     kq_attach_f32(&cart, &tape.attached);
+ *
+ * The object's header says what begins with it, and its errors.  f and the object have to outlive each other until
+ * kq_detach.  A history, a lag or a point takes the place of another one.  kq_filter_init and kq_filter_assign of f
+ * detach what is attached and do not tell it: the object may be gone.  It still has the filter then: call kq_detach
+ * before you attach it to another filter, or assign it anew where the filter is gone.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; an object that was never assigned), KQ_ERR_SIZE or KQ_ERR_MEMORY (an object without
+ * sizes or memory), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (the object has another filter, or something is attached
+ * to f that does not give way).
+ */
+KQ_NODISCARD kq_status kq_attach_f32(kq_filter_f32 *f, struct kq_attached_f32 *object);
+KQ_NODISCARD kq_status kq_attach_f64(kq_filter_f64 *f, struct kq_attached_f64 *object);
+
+/**
+ * Detaches an object from the filter that it has: each may go before the other.
+ *   object   as in kq_attach.  One that has no filter stays as it is.  The filter that it has must not be gone
+ * The filter goes on without it.  What a history has recorded and not smoothed is lost; what was smoothed can still be
+ * read.  An unknown start keeps its filter, and loses the history that it has taken along.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (an object that was never assigned or initialised).
+ */
+KQ_NODISCARD kq_status kq_detach_f32(struct kq_attached_f32 *object);
+KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
 
 /**
  * x <- A x + B u,  P <- A P A' + Q.
@@ -215,8 +243,8 @@ kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64 *from);
  * there (KQ_EVENT_HISTORY_FULL).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
  */
-kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);
-kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u);
+KQ_NODISCARD kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);
+KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u);
 
 /**
  * Takes a measurement z = H x + v into the state.
@@ -244,8 +272,8 @@ kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double
  * 2 or 3 exact rows and a sum of them in another call, 1 of 300 takes rounding for knowledge.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
  */
-kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
-kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
+KQ_NODISCARD kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
+KQ_NODISCARD kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
 
 /**
  * The same with some components missing.
@@ -255,18 +283,18 @@ kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *
  * Cost: where a correlated R has components missing, the decorrelation of the others is made
  * anew: about 2 m^3 multiplications, 424 words of stack.
  */
-kq_status kq_update_subset_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+KQ_NODISCARD kq_status kq_update_subset_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                                uint32_t present);
-kq_status kq_update_subset_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+KQ_NODISCARD kq_status kq_update_subset_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                                uint32_t present);
 
 /**
  * From one measurement to the next: predict, then update.  Refused as a whole.
  * The errors of both.
  */
-kq_status kq_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+KQ_NODISCARD kq_status kq_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
                       const kq_sensor_f32 *s, const float *z);
-kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+KQ_NODISCARD kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                       const kq_sensor_f64 *s, const double *z);
 
 /**
@@ -288,8 +316,8 @@ double kq_sigma_f64(const kq_filter_f64 *f, int i);
  *   P        n x n, written
  * Cost: n^3/6 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
-kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P);
-kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P);
+KQ_NODISCARD kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P);
+KQ_NODISCARD kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P);
 
 /**
  * The measurement that the state implies: z^ = H x, with S = H P H' + R.  Before an update it
@@ -299,8 +327,8 @@ kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P);
  *   S        m x m, exactly symmetric, written, or NULL
  * Cost: m n^2 + m^2 n / 2 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.
  */
-kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *z, float *S);
-kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *z, double *S);
+KQ_NODISCARD kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *z, float *S);
+KQ_NODISCARD kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *z, double *S);
 
 /**
  * What is left of component c of that z^: z^_c + low is H_c x, of the whole word of the mean, to
@@ -317,9 +345,9 @@ double kq_measurement_low_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, in
  *   e        m, written; may be z
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
  */
-kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+KQ_NODISCARD kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                             float *e);
-kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+KQ_NODISCARD kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                             double *e);
 
 /**
@@ -331,8 +359,8 @@ kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, cons
  * Stack: 168 words more.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.
  */
-kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
-kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
+KQ_NODISCARD kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
+KQ_NODISCARD kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
 
 /** e' S^-1 e of the last update (normalised innovation squared): chi-square with kq_taken()
     degrees of freedom if the model is right.  NaN where f is bad, 0 before any update.  A step of a settled
@@ -374,9 +402,9 @@ void kq_events_clear_f64(kq_filter_f64 *f);
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (more than KQ_COUNT_MAX steps), KQ_ERR_MEMORY (ahead),
  * KQ_ERR_MISMATCH (states, or ahead is f), KQ_ERR_NOT_FINITE (u).
  */
-kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+KQ_NODISCARD kq_status kq_forecast_f32(const kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
                           size_t steps, kq_filter_f32 *ahead);
-kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+KQ_NODISCARD kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                           size_t steps, kq_filter_f64 *ahead);
 
 /**
@@ -392,8 +420,8 @@ kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_f64 *p, const
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean: damaged, or driven there by A or a control),
  * KQ_ERR_TABLE (f is damaged: initialise it again).
  */
-kq_status kq_filter_check_f32(kq_filter_f32 *f);
-kq_status kq_filter_check_f64(kq_filter_f64 *f);
+KQ_NODISCARD kq_status kq_filter_check_f32(kq_filter_f32 *f);
+KQ_NODISCARD kq_status kq_filter_check_f64(kq_filter_f64 *f);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -464,7 +492,7 @@ typedef struct {
                                  {0, 0, 0, {0, 0}}}
 
 /** As kq_filter_assign_f32; KQ_FILTER_LEN_Q31(n) words. */
-kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t length);
 
 /**
  * x ~ N(x0, P0) from a table; mean and root are copied, the formats kept by reference.  Clears
@@ -474,7 +502,7 @@ kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t 
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE
  * (a row of the root whose norm is above 2^30, an exponent beyond 1000, a negative pivot).
  */
-kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
+KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
                              kq_misfit_q31 *misfit);
 
 /**
@@ -497,14 +525,16 @@ kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
  * taken with more care, in one pass: an update costs 8 times as much at most up to n = 3, and 14
  * times up to n = 9 (instructions_worst in tools/cost.csv).
  */
-kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
-kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
-kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
-kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+KQ_NODISCARD kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
+KQ_NODISCARD kq_status kq_attach_q31(kq_filter_q31 *f, struct kq_attached_q31 *object);
+KQ_NODISCARD kq_status kq_detach_q31(struct kq_attached_q31 *object);
+KQ_NODISCARD kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
+KQ_NODISCARD kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
+KQ_NODISCARD kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                                uint32_t present);
-kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+KQ_NODISCARD kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
                       const kq_sensor_q31 *s, const int32_t *z);
-kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+KQ_NODISCARD kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
                           size_t steps, kq_filter_q31 *ahead);
 
 /** x_i rounded to a word, and what the rounding left, in 2^-24 of a word: -2^23 .. 2^23,
@@ -517,17 +547,17 @@ int32_t kq_mean_low_q31(const kq_filter_q31 *f, int i);
 int32_t kq_sigma_q31(const kq_filter_q31 *f, int i);
 
 /** As in f32, entries to 31 bits. */
-kq_status kq_covariance_q31(const kq_filter_q31 *f, kq_scaled_q31 *P);
-kq_status kq_measurement_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int32_t *z,
+KQ_NODISCARD kq_status kq_covariance_q31(const kq_filter_q31 *f, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_measurement_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int32_t *z,
                              kq_scaled_q31 *S);
-kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_q31 *K);
+KQ_NODISCARD kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_q31 *K);
 
 /** What is left of component c of that z, in 2^-24 of a word: -2^23 .. 2^23, beyond it only where z
     is held at the word's end.  KQ_NOT_A_WORD_Q31 where f, s or c is bad. */
 int32_t kq_measurement_low_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int c);
 
 /** As in f32; e is held at +-(2^31 - 1) words. */
-kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+KQ_NODISCARD kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                             int32_t *e);
 
 /** Scores are Q39.24: value = score * 2^-24, held at +-2^61.  The log-likelihood is that of z in
@@ -543,14 +573,14 @@ int64_t kq_log_likelihood_q31(const kq_filter_q31 *f);
  *   value    written
  * KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
-kq_status kq_log_likelihood_scaled_q31(const kq_filter_q31 *f, kq_scaled_q31 *value);
+KQ_NODISCARD kq_status kq_log_likelihood_scaled_q31(const kq_filter_q31 *f, kq_scaled_q31 *value);
 
 int kq_taken_q31(const kq_filter_q31 *f);
 unsigned kq_events_q31(const kq_filter_q31 *f);
 void kq_events_clear_q31(kq_filter_q31 *f);
 
 /** As kq_filter_check_f32. */
-kq_status kq_filter_check_q31(kq_filter_q31 *f);
+KQ_NODISCARD kq_status kq_filter_check_q31(kq_filter_q31 *f);
 
 #ifdef __cplusplus
 }

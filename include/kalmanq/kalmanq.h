@@ -34,12 +34,12 @@
  * Models, and are they right?
  *     consistency.h     the innovations of the last updates, judged
  *     em.h              Q, R, A, H and the start estimated from records (f32, f64)
- *     models.h          textbook models (f32, f64)
  *
  * And
  *     self_test.h       does this build compute as it should?
  *     lengths.h         sizes and lengths as functions, for bindings of other languages
  *     version.h         which release this is
+ *     generic.h         names without a suffix (not included by this header)
  */
 #ifndef KALMANQ_KALMANQ_H
 #define KALMANQ_KALMANQ_H
@@ -67,7 +67,6 @@
 
 #include "consistency.h"
 #include "em.h"
-#include "models.h"
 
 #include "lengths.h"
 #include "self_test.h"

@@ -11,7 +11,7 @@
  * How to use it.  A LAG is attached to a filter, whose kq_predict, kq_update and kq_step go on as ever:
  * updates by any of its functions, any number of them, of any sensor, or none.
  *
- *     kq_lag_attach_f32(&past, &track);
+ *     kq_attach_f32(&track, &past.attached);
  *     for (;;) {
  *         kq_update_f32(&track, &ranger, &z);
  *         if (kq_lag_smooth_f32(&past, kq_lag_steps_f32(&past)) == KQ_OK)
@@ -70,7 +70,10 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_lag_f32 {
-    kq_history_f32 tape; /* of the current step; its memory is all of the memory */
+    union {
+        kq_history_f32 tape; /* of the current step; its memory is all of the memory */
+        struct kq_attached_f32 attached;
+    };
     uint8_t smoothed;    /* there is an answer */
     uint8_t columns;     /* of the root of its covariance, 0: the mean alone */
     uint32_t most;       /* L */
@@ -81,8 +84,13 @@ typedef struct kq_lag_f32 {
     uint32_t joined;     /* age of the last step composed with those of its block after it */
 } kq_lag_f32;
 
+extern const struct kq_hooks_f32 kq_lag_hooks_f32; /* what it does in the steps */
+
 typedef struct kq_lag_f64 {
-    kq_history_f64 tape;
+    union {
+        kq_history_f64 tape;
+        struct kq_attached_f64 attached;
+    };
     uint8_t smoothed;
     uint8_t columns;
     uint32_t most;
@@ -93,12 +101,14 @@ typedef struct kq_lag_f64 {
     uint32_t joined;
 } kq_lag_f64;
 
+extern const struct kq_hooks_f64 kq_lag_hooks_f64;
+
 /** A lag `name` with its storage, in static memory: for n states, at most m scalar
     measurements a step, up to L steps back. */
 #define KQ_LAG_F32(name, n, m, L)                                                                  \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)];                                           \
     static kq_lag_f32 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, \
+        {{{&kq_lag_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}}, \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -110,7 +120,7 @@ typedef struct kq_lag_f64 {
 #define KQ_LAG_F64(name, n, m, L)                                                                  \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)];                                          \
     static kq_lag_f64 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, \
+        {{{&kq_lag_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}, \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -127,13 +137,13 @@ typedef struct kq_lag_f64 {
  *   length   words at memory: KQ_LAG_LEN_<T>(n, m, L)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
-kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
 
-/**
+/*
  * Begins: no step can be asked for but the current one.  A lag takes the place of the filter's
  * history, and a filter has one: after kq_filter_init, or with another lag or history, the lag is
- * not attached any more.  Who has to outlive whom is as in kq_history_attach: lag and filter each
+ * not attached any more.  Who has to outlive whom is as in kq_attach: lag and filter each
  * other, until the lag is detached.
  *     From then on a predict is a step more for the lag, too.  Cost beside kq_predict: about 9 n^3 +
  * 4 m n^2 multiplications, 2n square roots and as many divisions at most, whatever L is; the stack
@@ -144,12 +154,6 @@ kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *mem
  * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a
  * settling is attached to f: detach it).
  */
-kq_status kq_lag_attach_f32(kq_lag_f32 *lag, kq_filter_f32 *f);
-kq_status kq_lag_attach_f64(kq_lag_f64 *lag, kq_filter_f64 *f);
-
-/** The filter goes on without it; the answer smoothed last can still be read.  KQ_ERR_NULL. */
-kq_status kq_lag_detach_f32(kq_lag_f32 *lag);
-kq_status kq_lag_detach_f64(kq_lag_f64 *lag);
 
 /** How far back can be asked: the lesser of L and the steps made since the lag was attached.  0
     where it is not attached, or cannot go on (which kq_lag_smooth then answers). */
@@ -167,8 +171,8 @@ size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
  * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_HISTORY_EMPTY (not attached, or not any more),
  * KQ_ERR_HISTORY_FULL (a step that it could not follow: attach it again).
  */
-kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, size_t k);
-kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_f32(kq_lag_f32 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
 
 /**
  * The mean only, of the same bits: kq_lag_sigma and kq_lag_covariance then answer NaN and
@@ -176,8 +180,8 @@ kq_status kq_lag_smooth_f64(kq_lag_f64 *lag, size_t k);
  * Cost: 4 n^2 multiplications where the other one has 12 n^3.
  * Errors as kq_lag_smooth.
  */
-kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, size_t k);
-kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_states_f32(kq_lag_f32 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_states_f64(kq_lag_f64 *lag, size_t k);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of what was smoothed last.  NaN where nothing was,
     or lag or i is bad. */
@@ -193,8 +197,8 @@ double kq_lag_sigma_f64(const kq_lag_f64 *lag, int i);
  *   P        n x n, written
  * Cost: at most 2.5 n^3 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
  */
-kq_status kq_lag_covariance_f32(const kq_lag_f32 *lag, float *P);
-kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
+KQ_NODISCARD kq_status kq_lag_covariance_f32(const kq_lag_f32 *lag, float *P);
+KQ_NODISCARD kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -215,7 +219,10 @@ kq_status kq_lag_covariance_f64(const kq_lag_f64 *lag, double *P);
 
 /* The fields are the library's. */
 typedef struct kq_lag_q31 {
-    kq_history_q31 tape;
+    union {
+        kq_history_q31 tape;
+        struct kq_attached_q31 attached;
+    };
     uint8_t smoothed;
     uint8_t columns;
     uint32_t most;
@@ -226,10 +233,12 @@ typedef struct kq_lag_q31 {
     uint32_t joined;
 } kq_lag_q31;
 
+extern const struct kq_hooks_q31 kq_lag_hooks_q31;
+
 #define KQ_LAG_Q31(name, n, m, L)                                                                  \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)];                                         \
     static kq_lag_q31 name = {                                                                     \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, \
+        {{{&kq_lag_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}}, \
         0,                                                                                         \
         0,                                                                                         \
         L,                                                                                         \
@@ -239,18 +248,16 @@ typedef struct kq_lag_q31 {
         0,                                                                                         \
         0}
 
-kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
-kq_status kq_lag_attach_q31(kq_lag_q31 *lag, kq_filter_q31 *f);
-kq_status kq_lag_detach_q31(kq_lag_q31 *lag);
+KQ_NODISCARD kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
 size_t kq_lag_steps_q31(const kq_lag_q31 *lag);
-kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, size_t k);
-kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_q31(kq_lag_q31 *lag, size_t k);
+KQ_NODISCARD kq_status kq_lag_smooth_states_q31(kq_lag_q31 *lag, size_t k);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
 int32_t kq_lag_mean_q31(const kq_lag_q31 *lag, int i);
 int32_t kq_lag_mean_low_q31(const kq_lag_q31 *lag, int i);
 int32_t kq_lag_sigma_q31(const kq_lag_q31 *lag, int i);
-kq_status kq_lag_covariance_q31(const kq_lag_q31 *lag, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_lag_covariance_q31(const kq_lag_q31 *lag, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

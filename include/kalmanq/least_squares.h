@@ -49,9 +49,9 @@ extern "C" {
  * no normal mantissa), KQ_ERR_RANGE (lambda <= 0 or > 1), KQ_ERR_RECORDING (a history, a lag or
  * a point is attached and lambda < 1: there is no record for this).
  */
-kq_status kq_fade_f32(kq_filter_f32 *f, float lambda);
-kq_status kq_fade_f64(kq_filter_f64 *f, double lambda);
-kq_status kq_fade_q31(kq_filter_q31 *f, kq_scaled_q31 lambda);
+KQ_NODISCARD kq_status kq_fade_f32(kq_filter_f32 *f, float lambda);
+KQ_NODISCARD kq_status kq_fade_f64(kq_filter_f64 *f, double lambda);
+KQ_NODISCARD kq_status kq_fade_q31(kq_filter_q31 *f, kq_scaled_q31 lambda);
 
 /* The fields of these four are the library's. */
 
@@ -90,12 +90,12 @@ typedef struct {
  *   lambda   as kq_fade
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda).
  */
-kq_status kq_least_squares_init_f32(kq_least_squares_f32 *q, kq_filter_f32 *f, float lambda);
-kq_status kq_least_squares_init_f64(kq_least_squares_f64 *q, kq_filter_f64 *f, double lambda);
+KQ_NODISCARD kq_status kq_least_squares_init_f32(kq_least_squares_f32 *q, kq_filter_f32 *f, float lambda);
+KQ_NODISCARD kq_status kq_least_squares_init_f64(kq_least_squares_f64 *q, kq_filter_f64 *f, double lambda);
 
 /** The same; the measurement's format is kept by reference.  KQ_ERR_COEFFICIENT (lambda) and
     KQ_ERR_TABLE (a fraction or a range out of its limits), too. */
-kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_filter_q31 *f, kq_scaled_q31 lambda,
+KQ_NODISCARD kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_filter_q31 *f, kq_scaled_q31 lambda,
                                     const kq_format_q31 *measurement_format);
 
 /**
@@ -109,9 +109,9 @@ kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_filter_q31 *f, k
  * Accuracy: that of the update (filter.h).
  * Errors and events of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_fade and kq_update.
  */
-kq_status kq_least_squares_add_f32(kq_least_squares_f32 *q, const float *h, float z, float r);
-kq_status kq_least_squares_add_f64(kq_least_squares_f64 *q, const double *h, double z, double r);
-kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *h, int32_t z,
+KQ_NODISCARD kq_status kq_least_squares_add_f32(kq_least_squares_f32 *q, const float *h, float z, float r);
+KQ_NODISCARD kq_status kq_least_squares_add_f64(kq_least_squares_f64 *q, const double *h, double z, double r);
+KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *h, int32_t z,
                                    kq_scaled_q31 r);
 
 /**
@@ -121,11 +121,11 @@ kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const kq_scaled_q31 
  *   count    0 .. KQ_COUNT_MAX
  * KQ_ERR_SIZE (count), and the errors of the above.
  */
-kq_status kq_least_squares_add_all_f32(kq_least_squares_f32 *q, const float *H, const float *z,
+KQ_NODISCARD kq_status kq_least_squares_add_all_f32(kq_least_squares_f32 *q, const float *H, const float *z,
                                        const float *r, size_t count);
-kq_status kq_least_squares_add_all_f64(kq_least_squares_f64 *q, const double *H, const double *z,
+KQ_NODISCARD kq_status kq_least_squares_add_all_f64(kq_least_squares_f64 *q, const double *H, const double *z,
                                        const double *r, size_t count);
-kq_status kq_least_squares_add_all_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *H,
+KQ_NODISCARD kq_status kq_least_squares_add_all_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *H,
                                        const int32_t *z, const kq_scaled_q31 *r, size_t count);
 
 /**

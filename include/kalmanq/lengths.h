@@ -1,19 +1,9 @@
 /*
  * kalmanq: sizes and lengths as functions, for languages that have no C macros.
  *
- * What C says with KQ_FILTER_LEN_F32(n) and sizeof(kq_filter_f32) is here a call: a binding, or a program that
- * links the shared library, allocates an object and its memory by these, gives it both by kq_..._assign, and
- * never looks inside.
- *
- *     kq_..._length_<T>   numbers of memory for these sizes, of the arithmetic's kind: float, double, and in
- *                         q31 int32_t (adaptation: kq_scaled_q31).  Each is the macro KQ_..._LEN, in whose
- *                         header the arguments are described.  0 where a size is not in its range: one
- *                         that assign refuses; of a history, whose assign is not told of it, m outside of
- *                         1 .. 65535 (that of a history, a lag and a point is the most scalar measurements
- *                         of one step, of all sensors together, and may be above 16)
- *     kq_..._size_<T>     bytes of the object itself
- *
- * They cost a few instructions, keep no state and can be called from everywhere.
+ * What C says with KQ_FILTER_LEN_F32(n) and sizeof(kq_filter_f32) is here a call.  A binding, or a program that
+ * links the shared library, allocates an object and its memory by these, gives both to kq_..._assign, and never
+ * looks inside.
  */
 #ifndef KALMANQ_LENGTHS_H
 #define KALMANQ_LENGTHS_H
@@ -23,7 +13,6 @@
 #include "em.h"
 #include "lag.h"
 #include "least_squares.h"
-#include "models.h"
 #include "point.h"
 #include "robust.h"
 #include "start.h"
@@ -33,93 +22,46 @@
 extern "C" {
 #endif
 
-/* ------------------------------------------------------------------ words of memory */
+/**
+ * What has a size or a length.  Behind each: the arguments of kq_length that it takes, and their meaning.  Pass 0
+ * for the others.
+ */
+typedef enum {
+    KQ_OBJECT_PROCESS = 0,       /* n (f32, f64) */
+    KQ_OBJECT_SENSOR = 1,        /* m (f32, f64) */
+    KQ_OBJECT_FILTER = 2,        /* n */
+    KQ_OBJECT_HISTORY = 3,       /* n, m: scalar measurements a step, 1..65535; k: steps; l: changes of process */
+    KQ_OBJECT_LAG = 4,           /* n, m: scalar measurements a step; k: the longest lag */
+    KQ_OBJECT_POINT = 5,         /* n, m: scalar measurements a step */
+    KQ_OBJECT_START = 6,         /* n, k: early instants */
+    KQ_OBJECT_ADAPTATION = 7,    /* n, m */
+    KQ_OBJECT_CONSISTENCY = 8,   /* m, k: the window, 1..KQ_WINDOW_MAX */
+    KQ_OBJECT_LEAST_SQUARES = 9, /* no length */
+    KQ_OBJECT_STEADY = 10,       /* n */
+    KQ_OBJECT_SETTLING = 11,     /* n */
+    KQ_OBJECT_GATE = 12,         /* no length */
+    KQ_OBJECT_EM = 13,           /* n, m, k: steps (f32, f64) */
+    KQ_OBJECT_STEADY_SOLVE = 14, /* n, m: the scratch of kq_steady_solve (f32, f64); no size */
+    KQ_OBJECT_ROOT = 15          /* n: the root in a table (q31); no size */
+} kq_object;
 
-kq_length kq_process_length_f32(int n);
-kq_length kq_process_length_f64(int n);
-kq_length kq_sensor_length_f32(int m);
-kq_length kq_sensor_length_f64(int m);
-kq_length kq_filter_length_f32(int n);
-kq_length kq_filter_length_f64(int n);
-kq_length kq_filter_length_q31(int n);
-kq_length kq_history_length_f32(int n, int m, size_t steps, size_t changes);
-kq_length kq_history_length_f64(int n, int m, size_t steps, size_t changes);
-kq_length kq_history_length_q31(int n, int m, size_t steps, size_t changes);
-kq_length kq_lag_length_f32(int n, int m, size_t L);
-kq_length kq_lag_length_f64(int n, int m, size_t L);
-kq_length kq_lag_length_q31(int n, int m, size_t L);
-kq_length kq_point_length_f32(int n, int m);
-kq_length kq_point_length_f64(int n, int m);
-kq_length kq_point_length_q31(int n, int m);
-kq_length kq_start_length_f32(int n, size_t early);
-kq_length kq_start_length_f64(int n, size_t early);
-kq_length kq_start_length_q31(int n, size_t early);
-kq_length kq_adaptation_length_f32(int n, int m);
-kq_length kq_adaptation_length_f64(int n, int m);
-kq_length kq_adaptation_length_q31(int n, int m);
-kq_length kq_consistency_length_f32(int m, size_t window);
-kq_length kq_consistency_length_f64(int m, size_t window);
-kq_length kq_consistency_length_q31(int m, size_t window);
-kq_length kq_steady_length_f32(int n);
-kq_length kq_steady_length_f64(int n);
-kq_length kq_steady_length_q31(int n);
-kq_length kq_steady_work_length_f32(int n, int m);
-kq_length kq_steady_work_length_f64(int n, int m);
-kq_length kq_steady_work_length_q31(int n, int m);
-kq_length kq_steady_solve_length_f32(int n, int m);
-kq_length kq_steady_solve_length_f64(int n, int m);
-kq_length kq_settling_length_f32(int n);
-kq_length kq_settling_length_f64(int n);
-kq_length kq_settling_length_q31(int n);
-kq_length kq_em_length_f32(int n, int m, size_t steps);
-kq_length kq_em_length_f64(int n, int m, size_t steps);
-kq_length kq_model_length_f32(int n, int r, int m);
-kq_length kq_model_length_f64(int n, int r, int m);
-kq_length kq_root_length_q31(int n);
+/**
+ * Numbers of memory of an object, of the arithmetic's kind: float, double, and in q31 int32_t (an adaptation:
+ * kq_scaled_q31).  It is the macro KQ_<OBJECT>_LEN of the object's header.
+ *   object   KQ_OBJECT_...
+ *   n, m     states and measurements, 1..16 unless the object says otherwise
+ *   k, l     counts
+ * Answers 0 for a size or a count out of its range, and for what has no length in this arithmetic.
+ * Cost: a few instructions.
+ */
+kq_length kq_length_f32(kq_object object, int n, int m, size_t k, size_t l);
+kq_length kq_length_f64(kq_object object, int n, int m, size_t k, size_t l);
+kq_length kq_length_q31(kq_object object, int n, int m, size_t k, size_t l);
 
-/* ------------------------------------------------------------------ bytes of an object */
-
-size_t kq_process_size_f32(void);
-size_t kq_process_size_f64(void);
-size_t kq_process_size_q31(void);
-size_t kq_sensor_size_f32(void);
-size_t kq_sensor_size_f64(void);
-size_t kq_sensor_size_q31(void);
-size_t kq_filter_size_f32(void);
-size_t kq_filter_size_f64(void);
-size_t kq_filter_size_q31(void);
-size_t kq_history_size_f32(void);
-size_t kq_history_size_f64(void);
-size_t kq_history_size_q31(void);
-size_t kq_lag_size_f32(void);
-size_t kq_lag_size_f64(void);
-size_t kq_lag_size_q31(void);
-size_t kq_point_size_f32(void);
-size_t kq_point_size_f64(void);
-size_t kq_point_size_q31(void);
-size_t kq_start_size_f32(void);
-size_t kq_start_size_f64(void);
-size_t kq_start_size_q31(void);
-size_t kq_adaptation_size_f32(void);
-size_t kq_adaptation_size_f64(void);
-size_t kq_adaptation_size_q31(void);
-size_t kq_consistency_size_f32(void);
-size_t kq_consistency_size_f64(void);
-size_t kq_consistency_size_q31(void);
-size_t kq_least_squares_size_f32(void);
-size_t kq_least_squares_size_f64(void);
-size_t kq_least_squares_size_q31(void);
-size_t kq_steady_size_f32(void);
-size_t kq_steady_size_f64(void);
-size_t kq_steady_size_q31(void);
-size_t kq_settling_size_f32(void);
-size_t kq_settling_size_f64(void);
-size_t kq_settling_size_q31(void);
-size_t kq_gate_size_f32(void);
-size_t kq_gate_size_f64(void);
-size_t kq_gate_size_q31(void);
-size_t kq_em_size_f32(void);
-size_t kq_em_size_f64(void);
+/** Bytes of the object itself; 0 for what is none in this arithmetic. */
+size_t kq_object_size_f32(kq_object object);
+size_t kq_object_size_f64(kq_object object);
+size_t kq_object_size_q31(kq_object object);
 
 #ifdef __cplusplus
 }

@@ -7,7 +7,7 @@
  * an alarm.  The memory does not depend on the number of steps.  kq_smooth over a tape of the run
  * would say the same of that step, up to rounding.
  *
- *     kq_point_attach_f32(&start, &track);
+ *     kq_attach_f32(&track, &start.attached);
  *     for (;;) {
  *         kq_update_f32(&track, &ranger, &z);
  *         if (kq_point_smooth_f32(&start) == KQ_OK)
@@ -50,25 +50,35 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_point_f32 {
-    kq_history_f32 tape; /* of the current step; its memory is all of the memory */
+    union {
+        kq_history_f32 tape; /* of the current step; its memory is all of the memory */
+        struct kq_attached_f32 attached;
+    };
     uint8_t columns;     /* of the root of the answer's covariance, 0: there is no answer */
 } kq_point_f32;
 
+extern const struct kq_hooks_f32 kq_point_hooks_f32; /* what it does in the steps */
+
 typedef struct kq_point_f64 {
-    kq_history_f64 tape;
+    union {
+        kq_history_f64 tape;
+        struct kq_attached_f64 attached;
+    };
     uint8_t columns;
 } kq_point_f64;
+
+extern const struct kq_hooks_f64 kq_point_hooks_f64;
 
 /** A point `name` with its storage, in static memory: for n states, at most m scalar
     measurements a step. */
 #define KQ_POINT_F32(name, n, m)                                                                   \
     static float name##_memory[KQ_POINT_LEN_F32(n, m)];                                            \
     static kq_point_f32 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{{&kq_point_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}}, 0}
 #define KQ_POINT_F64(name, n, m)                                                                   \
     static double name##_memory[KQ_POINT_LEN_F64(n, m)];                                           \
     static kq_point_f64 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{{&kq_point_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}, 0}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -76,13 +86,13 @@ typedef struct kq_point_f64 {
  *   length   words at memory: KQ_POINT_LEN_<T>(n, m)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length);
-kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_point_assign_f32(kq_point_f32 *point, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory, size_t length);
 
-/**
+/*
  * The state as it is, updates made or not, is the one to refine.  A point takes the place of the
  * filter's history, and a filter has one: after kq_filter_init, or with another point, lag or
- * history, the point is not attached any more.  Who has to outlive whom is as in kq_history_attach:
+ * history, the point is not attached any more.  Who has to outlive whom is as in kq_attach:
  * point and filter each other, until the point is detached.
  *     Cost of a predict from then on, beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square
  * roots and as many divisions.  A point never stops its filter.  More than m measurements in a step, or a
@@ -91,13 +101,6 @@ kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, double *memory,
  * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a
  * settling is attached to f: detach it).
  */
-kq_status kq_point_attach_f32(kq_point_f32 *point, kq_filter_f32 *f);
-kq_status kq_point_attach_f64(kq_point_f64 *point, kq_filter_f64 *f);
-
-/** The filter goes on without it; the instant as it was smoothed last can still be read.
-    KQ_ERR_NULL. */
-kq_status kq_point_detach_f32(kq_point_f32 *point);
-kq_status kq_point_detach_f64(kq_point_f64 *point);
 
 /**
  * The instant's state given all measurements so far; the functions below read it, until the
@@ -107,8 +110,8 @@ kq_status kq_point_detach_f64(kq_point_f64 *point);
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL (the instant is
  * lost).
  */
-kq_status kq_point_smooth_f32(kq_point_f32 *point);
-kq_status kq_point_smooth_f64(kq_point_f64 *point);
+KQ_NODISCARD kq_status kq_point_smooth_f32(kq_point_f32 *point);
+KQ_NODISCARD kq_status kq_point_smooth_f64(kq_point_f64 *point);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of the instant when it was smoothed last.  NaN
    where it was not, or point or i is bad. */
@@ -124,8 +127,8 @@ double kq_point_sigma_f64(const kq_point_f64 *point, int i);
  *   P        n x n, written
  * Cost: n^3 multiplications.  KQ_ERR_NULL, KQ_ERR_NOT_READY (not smoothed).
  */
-kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P);
-kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
+KQ_NODISCARD kq_status kq_point_covariance_f32(const kq_point_f32 *point, float *P);
+KQ_NODISCARD kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -138,25 +141,28 @@ kq_status kq_point_covariance_f64(const kq_point_f64 *point, double *P);
 
 /* The fields are the library's. */
 typedef struct kq_point_q31 {
-    kq_history_q31 tape;
+    union {
+        kq_history_q31 tape;
+        struct kq_attached_q31 attached;
+    };
     uint8_t columns;
 } kq_point_q31;
+
+extern const struct kq_hooks_q31 kq_point_hooks_q31;
 
 #define KQ_POINT_Q31(name, n, m)                                                                   \
     static int32_t name##_memory[KQ_POINT_LEN_Q31(n, m)];                                          \
     static kq_point_q31 name = {                                                                   \
-        {{NULL}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}, 0}
+        {{{&kq_point_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}}, 0}
 
-kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
-kq_status kq_point_attach_q31(kq_point_q31 *point, kq_filter_q31 *f);
-kq_status kq_point_detach_q31(kq_point_q31 *point);
-kq_status kq_point_smooth_q31(kq_point_q31 *point);
+KQ_NODISCARD kq_status kq_point_assign_q31(kq_point_q31 *point, int n, int m, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_point_smooth_q31(kq_point_q31 *point);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
 int32_t kq_point_mean_q31(const kq_point_q31 *point, int i);
 int32_t kq_point_mean_low_q31(const kq_point_q31 *point, int i);
 int32_t kq_point_sigma_q31(const kq_point_q31 *point, int i);
-kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_point_covariance_q31(const kq_point_q31 *point, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

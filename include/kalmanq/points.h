@@ -95,9 +95,9 @@ typedef enum {
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (rows), KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of g: y, J and E
  * are of no use then).
  */
-kq_status kq_linearise_f32(const kq_filter_f32 *at, kq_function_f32 *g, void *context, int rows,
+KQ_NODISCARD kq_status kq_linearise_f32(const kq_filter_f32 *at, kq_function_f32 *g, void *context, int rows,
                            kq_points rule, float *y, float *J, float *E);
-kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64 *g, void *context, int rows,
+KQ_NODISCARD kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64 *g, void *context, int rows,
                            kq_points rule, double *y, double *J, double *E);
 
 /**
@@ -110,9 +110,9 @@ kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64 *g, void *co
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (p), KQ_ERR_MISMATCH (states, or p is base or has
  * its memory), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (a number of E above 2^60 in f32, 2^500 in f64).
  */
-kq_status kq_process_linearise_f32(kq_process_f32 *p, const kq_process_f32 *base, const float *A,
+KQ_NODISCARD kq_status kq_process_linearise_f32(kq_process_f32 *p, const kq_process_f32 *base, const float *A,
                                    float *E);
-kq_status kq_process_linearise_f64(kq_process_f64 *p, const kq_process_f64 *base, const double *A,
+KQ_NODISCARD kq_status kq_process_linearise_f64(kq_process_f64 *p, const kq_process_f64 *base, const double *A,
                                    double *E);
 
 /**
@@ -126,9 +126,9 @@ kq_status kq_process_linearise_f64(kq_process_f64 *p, const kq_process_f64 *base
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (s), KQ_ERR_MISMATCH (sizes, or s is base or has its
  * memory, or R is base's), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (E, as above).
  */
-kq_status kq_sensor_linearise_f32(kq_sensor_f32 *s, const kq_sensor_f32 *base, const float *H,
+KQ_NODISCARD kq_status kq_sensor_linearise_f32(kq_sensor_f32 *s, const kq_sensor_f32 *base, const float *H,
                                   const float *E, float *R);
-kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor_f64 *base, const double *H,
+KQ_NODISCARD kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor_f64 *base, const double *H,
                                   const double *E, double *R);
 
 /** Words of `work` of the two functions below, for n states and at most m components of a sensor. */
@@ -148,10 +148,10 @@ kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor_f64 *base, c
  * Cost: 2n + 1 calls, about 2.5 n^3 multiplications.
  * KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of increment), the errors of kq_predict_extended.
  */
-kq_status kq_predict_points_f32(kq_filter_f32 *f, const kq_process_f32 *p,
+KQ_NODISCARD kq_status kq_predict_points_f32(kq_filter_f32 *f, const kq_process_f32 *p,
                                 kq_function_f32 *increment, void *context, kq_points rule,
                                 float *work);
-kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
+KQ_NODISCARD kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
                                 kq_function_f64 *increment, void *context, kq_points rule,
                                 double *work);
 
@@ -166,10 +166,10 @@ kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
  * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update_extended.
  */
-kq_status kq_update_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
+KQ_NODISCARD kq_status kq_update_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
                                kq_function_f32 *innovation, void *context, kq_points rule,
                                float *work);
-kq_status kq_update_points_f64(kq_filter_f64 *f, const kq_sensor_f64 *s,
+KQ_NODISCARD kq_status kq_update_points_f64(kq_filter_f64 *f, const kq_sensor_f64 *s,
                                kq_function_f64 *innovation, void *context, kq_points rule,
                                double *work);
 
@@ -179,8 +179,8 @@ kq_status kq_update_points_f64(kq_filter_f64 *f, const kq_sensor_f64 *s,
  * KQ_ERR_NULL, KQ_ERR_MEMORY (to), KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (t is not smoothed, or without its covariance),
  * KQ_ERR_MISMATCH (states).
  */
-kq_status kq_smoothed_copy_f32(const kq_history_f32 *h, size_t t, kq_filter_f32 *to);
-kq_status kq_smoothed_copy_f64(const kq_history_f64 *h, size_t t, kq_filter_f64 *to);
+KQ_NODISCARD kq_status kq_smoothed_copy_f32(const kq_history_f32 *h, size_t t, kq_filter_f32 *to);
+KQ_NODISCARD kq_status kq_smoothed_copy_f64(const kq_history_f64 *h, size_t t, kq_filter_f64 *to);
 
 #ifdef __cplusplus
 }

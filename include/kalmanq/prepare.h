@@ -30,7 +30,7 @@ extern "C" {
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (0 or negative, or outside 2^-64 .. (2^31 - 1) 2^64,
  * which no format holds).
  */
-kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
+KQ_NODISCARD kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
 
 /**
  * The format Qm.fraction, m = 31 - fraction, for the range declared.
@@ -39,7 +39,7 @@ kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_SIZE (fraction), KQ_ERR_RANGE (it does not fit, is not
  * positive, is below half of the last bit or outside 2^-64 .. (2^31 - 1) 2^64).
  */
-kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
+KQ_NODISCARD kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
                                       kq_misfit_q31 *misfit);
 
 /**
@@ -50,7 +50,7 @@ kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, doubl
  * KQ_ERR_NULL, KQ_ERR_SIZE (rows, columns: 1..16, or a fraction), KQ_ERR_NOT_FINITE,
  * KQ_ERR_COEFFICIENT (an entry's exponent is beyond KQ_EXPONENT_MAX_Q31).
  */
-kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows, int columns,
+KQ_NODISCARD kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows, int columns,
                                 const kq_format_q31 *row_format,
                                 const kq_format_q31 *column_format);
 
@@ -63,11 +63,11 @@ kq_status kq_matrix_prepare_q31(kq_scaled_q31 *table, const double *M, int rows,
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
  * KQ_ERR_RANGE (a variance above 2^1000), KQ_ERR_COEFFICIENT.
  */
-kq_status kq_root_prepare_q31(int32_t *root, const double *P, int n, const kq_format_q31 *format);
+KQ_NODISCARD kq_status kq_root_prepare_q31(int32_t *root, const double *P, int n, const kq_format_q31 *format);
 
 /** The same for P = F F', F n x r, r = 0 .. 16 (F may be NULL for r = 0): exact where P is
     singular. */
-kq_status kq_root_prepare_factor_q31(int32_t *root, const double *F, int n, int r,
+KQ_NODISCARD kq_status kq_root_prepare_factor_q31(int32_t *root, const double *F, int n, int r,
                                      const kq_format_q31 *format);
 
 /**
@@ -78,11 +78,11 @@ kq_status kq_root_prepare_factor_q31(int32_t *root, const double *F, int n, int 
  *            of a variance is none up to 8 m 2^-52 of it
  * Errors as kq_root_prepare.
  */
-kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
+KQ_NODISCARD kq_status kq_noise_prepare_q31(kq_scaled_q31 *table, const double *R, int m,
                                const kq_format_q31 *format);
 
 /** The same for independent components: m variances r >= 0 (0: noise-free) into m numbers. */
-kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, int m,
+KQ_NODISCARD kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, int m,
                                         const kq_format_q31 *format);
 
 /**
@@ -92,7 +92,7 @@ kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const double *r, i
  *            the caller's to fill in, KQ_STATE is written); or NULL
  * KQ_ERR_NULL, KQ_ERR_SIZE (count: 1..16, or a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE.
  */
-kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
+KQ_NODISCARD kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
                                 const kq_format_q31 *format, kq_misfit_q31 *misfit);
 
 #ifdef __cplusplus

@@ -100,8 +100,8 @@ typedef struct {
  *   length   words at memory
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (length too short).
  */
-kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length);
-kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length);
 
 /**
  * x[t+1] = A x[t] + B u[t] + w,  w ~ N(0, Q).  Checks the model and factors Q = G G'.
@@ -121,8 +121,8 @@ kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory,
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
  * KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64).
  */
-kq_status kq_process_init_f32(kq_process_f32 *p, const float *A, const float *B, const float *Q);
-kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B, const double *Q);
+KQ_NODISCARD kq_status kq_process_init_f32(kq_process_f32 *p, const float *A, const float *B, const float *Q);
+KQ_NODISCARD kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B, const double *Q);
 
 /**
  * The same model with Q = F F' given by a factor: exact where Q is singular, and more accurate
@@ -132,9 +132,9 @@ kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *
  * Cost: n^2 r multiplications and n square roots; stack: 424 words.
  * Errors as kq_process_init, without the two of Q.
  */
-kq_status kq_process_init_factor_f32(kq_process_f32 *p, const float *A, const float *B,
+KQ_NODISCARD kq_status kq_process_init_factor_f32(kq_process_f32 *p, const float *A, const float *B,
                                      const float *F, int r);
-kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const double *B,
+KQ_NODISCARD kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const double *B,
                                      const double *F, int r);
 
 /**
@@ -147,9 +147,9 @@ kq_status kq_process_init_factor_f64(kq_process_f64 *p, const double *A, const d
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a diagonal entry
  * below 0), KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64).
  */
-kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B,
+KQ_NODISCARD kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B,
                                    const float *G);
-kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
+KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
                                    const double *G);
 
 /**
@@ -162,8 +162,8 @@ kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const dou
  * Cost: n^2 comparisons, 1.5 n^2 integer multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
  */
-kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
-kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
+KQ_NODISCARD kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
+KQ_NODISCARD kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
 
 /**
  * Has memory damaged p?  The first call after an init or a change keeps seals in p, later calls compare.
@@ -175,8 +175,8 @@ kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
  * Cost: as kq_process_change_transition.  Linked only if it is called; a step does nothing for it.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (p is damaged: initialise it again).
  */
-kq_status kq_process_check_f32(kq_process_f32 *p);
-kq_status kq_process_check_f64(kq_process_f64 *p);
+KQ_NODISCARD kq_status kq_process_check_f32(kq_process_f32 *p);
+KQ_NODISCARD kq_status kq_process_check_f64(kq_process_f64 *p);
 
 /* ------------------------------------------------------------------ q31 */
 
@@ -220,7 +220,7 @@ typedef struct {
  * Cost: n^2 + n l additions.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
  */
-kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
+KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
                               kq_misfit_q31 *misfit);
 
 /**
@@ -241,10 +241,10 @@ kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *tab
  * As kq_process_change_transition_f32; A in words, checked as by init.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
-kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A);
+KQ_NODISCARD kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A);
 
 /** As kq_process_check_f32. */
-kq_status kq_process_check_q31(kq_process_q31 *p);
+KQ_NODISCARD kq_status kq_process_check_q31(kq_process_q31 *p);
 
 #ifdef __cplusplus
 }

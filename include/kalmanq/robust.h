@@ -160,9 +160,9 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  * kq_update_jump beside it.
  * KQ_ERR_RANGE (limit not above 0), and the errors of kq_update_subset.
  */
-kq_status kq_update_gated_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
+KQ_NODISCARD kq_status kq_update_gated_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
                               const float *z, uint32_t present);
-kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
+KQ_NODISCARD kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
                               const double *z, uint32_t present);
 
 /**
@@ -200,13 +200,13 @@ kq_status kq_update_gated_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_
  * KQ_ERR_RANGE (k not above 0, nu below 2^-20), KQ_ERR_NOT_FINITE (z, k, nu), and the errors of
  * kq_update_subset.
  */
-kq_status kq_update_huber_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+KQ_NODISCARD kq_status kq_update_huber_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                               uint32_t present, float k, float *weights);
-kq_status kq_update_huber_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+KQ_NODISCARD kq_status kq_update_huber_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                               uint32_t present, double k, double *weights);
-kq_status kq_update_student_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+KQ_NODISCARD kq_status kq_update_student_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                                 uint32_t present, float nu, float *weights);
-kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+KQ_NODISCARD kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                                 uint32_t present, double nu, double *weights);
 
 /* ------------------------------------------------------------------ jumps of the state */
@@ -230,9 +230,9 @@ kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const 
  * KQ_ERR_RECORDING (a history, a lag or a point is attached), KQ_ERR_RANGE (g below 1), KQ_ERR_NOT_FINITE (z, g),
  * and the errors of kq_update_subset.
  */
-kq_status kq_update_jump_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
+KQ_NODISCARD kq_status kq_update_jump_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                              uint32_t present, float g);
-kq_status kq_update_jump_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
+KQ_NODISCARD kq_status kq_update_jump_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
                              uint32_t present, double g);
 
 /**
@@ -249,8 +249,8 @@ kq_status kq_update_jump_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const dou
  * (states, or target is source), KQ_ERR_NOT_FINITE (q, or a root beyond the numbers),
  * KQ_ERR_NOT_SEMIDEFINITE (q < 0).
  */
-kq_status kq_process_scale_noise_f32(kq_process_f32 *target, const kq_process_f32 *source, float q);
-kq_status kq_process_scale_noise_f64(kq_process_f64 *target, const kq_process_f64 *source,
+KQ_NODISCARD kq_status kq_process_scale_noise_f32(kq_process_f32 *target, const kq_process_f32 *source, float q);
+KQ_NODISCARD kq_status kq_process_scale_noise_f64(kq_process_f64 *target, const kq_process_f64 *source,
                                      double q);
 
 /**
@@ -325,10 +325,10 @@ kq_status kq_process_scale_noise_f64(kq_process_f64 *target, const kq_process_f6
  * KQ_ERR_RANGE (nu not above 0), the errors of kq_step, and those of kq_process_scale_noise with
  * q = 1 and q = 16^7.
  */
-kq_status kq_step_student_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
+KQ_NODISCARD kq_status kq_step_student_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
                               const kq_sensor_f32 *s, const float *z, uint32_t present, float nu,
                               kq_process_f32 *target, float *q);
-kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
+KQ_NODISCARD kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
                               const kq_sensor_f64 *s, const double *z, uint32_t present, double nu,
                               kq_process_f64 *target, double *q);
 
@@ -346,7 +346,7 @@ kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const d
  *
  *     q[t] = 16 for all t
  *     five times:
- *         kq_filter_init, kq_history_attach
+ *         kq_filter_init, kq_attach
  *         for each t:  kq_process_scale_noise(&target, &source, q[t]);
  *                      kq_predict(&filter, &target, u[t]);  kq_update(&filter, &sensor, z[t]);
  *         kq_smooth_reweighted(&history, &target, &source, nu, q);
@@ -362,9 +362,9 @@ kq_status kq_step_student_f64(kq_filter_f64 *f, const kq_process_f64 *p, const d
  * KQ_ERR_RECORDING (a history that each linearised predict leaves its process in: extended.h), the errors of
  * kq_smooth, and of kq_process_scale_noise with each q.
  */
-kq_status kq_smooth_reweighted_f32(kq_history_f32 *h, kq_process_f32 *target,
+KQ_NODISCARD kq_status kq_smooth_reweighted_f32(kq_history_f32 *h, kq_process_f32 *target,
                                    const kq_process_f32 *source, float nu, float *q);
-kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f64 *target,
+KQ_NODISCARD kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f64 *target,
                                    const kq_process_f64 *source, double nu, double *q);
 
 /* ------------------------------------------------------------------ q31, as in f32
@@ -389,21 +389,21 @@ typedef struct {
 /** In Q39.24.  KQ_NOT_A_SCORE_Q31 where m or level is bad. */
 int64_t kq_chi_square_limit_q31(int m, kq_level level);
 
-kq_status kq_update_gated_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
+KQ_NODISCARD kq_status kq_update_gated_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
                               const int32_t *z, uint32_t present);
-kq_status kq_update_huber_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+KQ_NODISCARD kq_status kq_update_huber_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                               uint32_t present, kq_scaled_q31 k, kq_scaled_q31 *weights);
-kq_status kq_update_student_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+KQ_NODISCARD kq_status kq_update_student_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                                 uint32_t present, kq_scaled_q31 nu, kq_scaled_q31 *weights);
-kq_status kq_update_jump_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+KQ_NODISCARD kq_status kq_update_jump_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                              uint32_t present, kq_scaled_q31 g);
-kq_status kq_process_scale_noise_q31(kq_process_q31 *target, const kq_process_q31 *source,
+KQ_NODISCARD kq_status kq_process_scale_noise_q31(kq_process_q31 *target, const kq_process_q31 *source,
                                      int32_t *root, kq_scaled_q31 q);
-kq_status kq_step_student_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+KQ_NODISCARD kq_status kq_step_student_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
                               const kq_sensor_q31 *s, const int32_t *z, uint32_t present,
                               kq_scaled_q31 nu, kq_process_q31 *target, int32_t *root,
                               kq_scaled_q31 *q);
-kq_status kq_smooth_reweighted_q31(kq_history_q31 *h, kq_process_q31 *target,
+KQ_NODISCARD kq_status kq_smooth_reweighted_q31(kq_history_q31 *h, kq_process_q31 *target,
                                    const kq_process_q31 *source, int32_t *root, kq_scaled_q31 nu,
                                    kq_scaled_q31 *q);
 

@@ -26,9 +26,9 @@ extern "C" {
 #endif
 
 /** KQ_OK, or KQ_ERR_ARITHMETIC: what this build computes is not to be trusted. */
-kq_status kq_self_test_f32(void);
-kq_status kq_self_test_f64(void);
-kq_status kq_self_test_q31(void);
+KQ_NODISCARD kq_status kq_self_test_f32(void);
+KQ_NODISCARD kq_status kq_self_test_f64(void);
+KQ_NODISCARD kq_status kq_self_test_q31(void);
 
 #ifdef __cplusplus
 }

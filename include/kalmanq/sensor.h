@@ -116,8 +116,8 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
  *   length   words at memory
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (shorter than a diagonal R needs).
  */
-kq_status kq_sensor_assign_f32(kq_sensor_f32 *s, int n, int m, float *memory, size_t length);
-kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_sensor_assign_f32(kq_sensor_f32 *s, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, size_t length);
 
 /**
  * z = H x + v,  v ~ N(0, R), components correlated or not.
@@ -135,8 +135,8 @@ kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, s
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
  * KQ_ERR_NOT_SEMIDEFINITE.
  */
-kq_status kq_sensor_init_f32(kq_sensor_f32 *s, const float *H, const float *R);
-kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R);
+KQ_NODISCARD kq_status kq_sensor_init_f32(kq_sensor_f32 *s, const float *H, const float *R);
+KQ_NODISCARD kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R);
 
 /**
  * The same for independent components.
@@ -144,8 +144,8 @@ kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE
  * (a negative variance).
  */
-kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
-kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /**
  * The same for a program without flash to spare: the careful path for low-noise measurements is not linked
@@ -167,8 +167,8 @@ kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const d
  * sizes (src/known_sizes/) leave it to those here.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
  */
-kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
-kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
+KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
+KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /**
  * Another H with the noise as it is: a regression with changing regressors, or a linearised
@@ -179,8 +179,8 @@ kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const doubl
  * knows H by its array: it is to be told of new content there by kq_settling_release (steady.h).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
  */
-kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
-kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
+KQ_NODISCARD kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
+KQ_NODISCARD kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
 /**
  * Has memory damaged s?  As kq_process_check: the first call after an init or a change keeps seals.
@@ -189,8 +189,8 @@ kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
  * Cost: as kq_sensor_change_measurement.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (s is damaged: initialise it again).
  */
-kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
-kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
+KQ_NODISCARD kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
+KQ_NODISCARD kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
 
 /* ------------------------------------------------------------------ q31 */
 
@@ -231,21 +231,21 @@ typedef struct {
  * needs more integer bits.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
  */
-kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+KQ_NODISCARD kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                              kq_misfit_q31 *misfit);
 
 /**
  * The same for a table whose R is diagonal, and for no other (KQ_ERR_TABLE): what takes a correlated R
  * apart is not linked, 1 to 4 kB.
  */
-kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                                       kq_misfit_q31 *misfit);
 
 /**
  * As kq_sensor_init_lean_f32, for a table whose R is diagonal (KQ_ERR_TABLE).  The errors of
  * kq_sensor_init_q31.
  */
-kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+KQ_NODISCARD kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                                   kq_misfit_q31 *misfit);
 
 /** What an update does with a sensor; for the tables that follow. */
@@ -272,10 +272,10 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
  * As kq_sensor_change_measurement_f32; H in words, checked as by init.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
-kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
+KQ_NODISCARD kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
 
 /** As kq_sensor_check_f32; the noise is where its table has it. */
-kq_status kq_sensor_check_q31(kq_sensor_q31 *s);
+KQ_NODISCARD kq_status kq_sensor_check_q31(kq_sensor_q31 *s);
 
 #ifdef __cplusplus
 }

@@ -13,7 +13,7 @@
  * When the run is over, smooth it, in place, and read the results by step: step t is the time
  * after the t-th predict, t = 0 .. kq_history_steps() - 1.
  *
- *     kq_history_attach_f32(&tape, &track);
+ *     kq_attach_f32(&track, &tape.attached);
  *     ... updates and predicts ...
  *     kq_smooth_f32(&tape);
  *     kq_smoothed_mean_f32(&tape, t, i);
@@ -22,7 +22,7 @@
  * that has changed since (kq_process_init, _change_transition, _scale_noise, or assigned), also
  * between two predicts of the recording, as the A of an extended filter does at every step, is not
  * what the tape needs: smoothing is refused with KQ_ERR_CHANGED, but for one that is again what it
- * was.  Then attach the history by kq_history_attach_extended (extended.h), which keeps each step's A,
+ * was.  Then attach it with a kq_jacobians (extended.h), which keeps each step's A,
  * or give each step its process by kq_smooth_step, or have a process for each step, or smooth on
  * line (lag.h, point.h), which keeps nothing of a process.  (Another model passes for the
  * old one with a probability of 2^-31.  An array that was written without a call is not seen.)
@@ -79,6 +79,8 @@ typedef struct kq_history_f32 {
     uint8_t events;                /* KQ_EVENT_... */
 } kq_history_f32;
 
+extern const struct kq_hooks_f32 kq_history_hooks_f32; /* what it does in the steps */
+
 typedef struct kq_history_f64 {
     struct kq_attached_f64 attached;
     uint8_t states;
@@ -95,18 +97,20 @@ typedef struct kq_history_f64 {
     uint8_t events;
 } kq_history_f64;
 
+extern const struct kq_hooks_f64 kq_history_hooks_f64;
+
 /** A history `name` with its storage, in static memory: for n states, at most m scalar
     measurements a step, `steps` steps (predicts and one: the first state counts), `changes`
     changes of process. */
 #define KQ_HISTORY_F32(name, n, m, steps, changes)                                                 \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)];                          \
     static kq_history_f32 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,      \
+        {&kq_history_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 #define KQ_HISTORY_F64(name, n, m, steps, changes)                                                 \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)];                         \
     static kq_history_f64 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,      \
+        {&kq_history_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
 /**
@@ -117,10 +121,10 @@ typedef struct kq_history_f64 {
  *            and one step
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
-kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
-/**
+/*
  * Empties the history and has the filter record on it from now on; the state as it is becomes
  * step 0.  A filter records on one history: the one attached last.
  *     Who has to outlive whom: history and filter each other, until the history is smoothed (its
@@ -134,16 +138,6 @@ kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t
  * adaptation or a settling is attached to f: detach it).  Of a filter whose start is in part unknown it
  * records from the instant on where all is known (start.h).
  */
-kq_status kq_history_attach_f32(kq_history_f32 *h, kq_filter_f32 *f);
-kq_status kq_history_attach_f64(kq_history_f64 *h, kq_filter_f64 *f);
-
-/**
- * Ends the recording: the filter goes on without it, and each may go before the other.  What was
- * recorded and not smoothed is lost; what was smoothed can still be read.  A history that is not
- * attached stays as it is.  KQ_ERR_NULL.
- */
-kq_status kq_history_detach_f32(kq_history_f32 *h);
-kq_status kq_history_detach_f64(kq_history_f64 *h);
 
 /** Number of steps: predicts since the history was attached, plus 1.  0 where there is none. */
 size_t kq_history_steps_f32(const kq_history_f32 *h);
@@ -156,19 +150,19 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
  * Accuracy: each step is that of the filter; to it comes about eps sigma_filtered in the mean
  * and in sigma, which shows where smoothing makes sigma smaller by 1e4 (f32) or 1e12 (f64).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already: the results are there,
- * and a new run begins with kq_history_attach), KQ_ERR_HISTORY_FULL (it overflowed while
+ * and a new run begins with kq_attach), KQ_ERR_HISTORY_FULL (it overflowed while
  * recording), KQ_ERR_CHANGED (a process is not what it was).
  */
-kq_status kq_smooth_f32(kq_history_f32 *h);
-kq_status kq_smooth_f64(kq_history_f64 *h);
+KQ_NODISCARD kq_status kq_smooth_f32(kq_history_f32 *h);
+KQ_NODISCARD kq_status kq_smooth_f64(kq_history_f64 *h);
 
 /**
  * The means only, at a third of the cost: kq_smoothed_mean works afterwards,
  * kq_smoothed_sigma and kq_smoothed_covariance answer NaN and KQ_ERR_NOT_READY.
  * Errors as kq_smooth.
  */
-kq_status kq_smooth_states_f32(kq_history_f32 *h);
-kq_status kq_smooth_states_f64(kq_history_f64 *h);
+KQ_NODISCARD kq_status kq_smooth_states_f32(kq_history_f32 *h);
+KQ_NODISCARD kq_status kq_smooth_states_f64(kq_history_f64 *h);
 
 /** What one backward step can give beside mean and covariance of step t: each pointer may be
     NULL, and is not written at the last step, which has no successor. */
@@ -194,9 +188,9 @@ typedef struct {
  * Errors as kq_smooth, and KQ_ERR_MISMATCH or KQ_ERR_NOT_READY for p.  A history is smoothed
  * by this or by the functions above, not by both.
  */
-kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
+KQ_NODISCARD kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
                              const kq_smooth_extras_f32 *extras);
-kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
+KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
                              const kq_smooth_extras_f64 *extras);
 
 /**
@@ -208,9 +202,9 @@ kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
  * Both are 0 for a measurement that was not taken (KQ_EVENT_FLOOR).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).
  */
-kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
+KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
                                             float *variance);
-kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
+KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
                                             double *variance);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where
@@ -237,8 +231,8 @@ unsigned kq_history_events_f64(const kq_history_f64 *h);
  *   P        n x n, written
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (step t not smoothed, or states only), KQ_ERR_SIZE (t).
  */
-kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P);
-kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P);
+KQ_NODISCARD kq_status kq_smoothed_covariance_f32(const kq_history_f32 *h, size_t t, float *P);
+KQ_NODISCARD kq_status kq_smoothed_covariance_f64(const kq_history_f64 *h, size_t t, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -277,18 +271,18 @@ typedef struct kq_history_q31 {
     uint8_t events;
 } kq_history_q31;
 
+extern const struct kq_hooks_q31 kq_history_hooks_q31;
+
 #define KQ_HISTORY_Q31(name, n, m, steps, changes)                                                 \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
-        {NULL}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
+        {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
         NULL, NULL, 0}
 
-kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
-kq_status kq_history_attach_q31(kq_history_q31 *h, kq_filter_q31 *f);
-kq_status kq_history_detach_q31(kq_history_q31 *h);
+KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 size_t kq_history_steps_q31(const kq_history_q31 *h);
-kq_status kq_smooth_q31(kq_history_q31 *h);
-kq_status kq_smooth_states_q31(kq_history_q31 *h);
+KQ_NODISCARD kq_status kq_smooth_q31(kq_history_q31 *h);
+KQ_NODISCARD kq_status kq_smooth_states_q31(kq_history_q31 *h);
 
 /** In units of the states' words. */
 typedef struct {
@@ -297,11 +291,11 @@ typedef struct {
     kq_scaled_q31 *noise_covariance; /* n x n */
 } kq_smooth_extras_q31;
 
-kq_status kq_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
+KQ_NODISCARD kq_status kq_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
                              const kq_smooth_extras_q31 *extras);
 
 /** In units of the measurement noise's standard deviation, as in f32. */
-kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_scaled_q31 *mean,
+KQ_NODISCARD kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_scaled_q31 *mean,
                                             kq_scaled_q31 *variance);
 
 /** Words of the states' formats, as kq_mean_q31, kq_mean_low_q31 and kq_sigma_q31. */
@@ -309,7 +303,7 @@ int32_t kq_smoothed_mean_q31(const kq_history_q31 *h, size_t t, int i);
 int32_t kq_smoothed_mean_low_q31(const kq_history_q31 *h, size_t t, int i);
 int32_t kq_smoothed_sigma_q31(const kq_history_q31 *h, size_t t, int i);
 unsigned kq_history_events_q31(const kq_history_q31 *h);
-kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_smoothed_covariance_q31(const kq_history_q31 *h, size_t t, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

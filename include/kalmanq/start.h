@@ -119,8 +119,8 @@ typedef struct {
  *   length   words at memory: KQ_START_LEN_<T>(n, early)
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_start_assign_f32(kq_start_f32 *s, int n, size_t early, float *memory, size_t length);
-kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_start_assign_f32(kq_start_f32 *s, int n, size_t early, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memory, size_t length);
 
 /**
  * The state before the first measurement, in part unknown; otherwise as kq_filter_init.
@@ -149,9 +149,9 @@ kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early, double *memo
  * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or
  * the size of any x0_i above 2^120 in f32, 2^1000 in f64).
  */
-kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, const float *P0,
+KQ_NODISCARD kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, const float *P0,
                             uint32_t unknown);
-kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0, const double *P0,
+KQ_NODISCARD kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0, const double *P0,
                             uint32_t unknown);
 
 /** d: how many columns D still has, and the most measurements that still have to come.  0: the
@@ -173,14 +173,14 @@ int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
  *
  *     KQ_HISTORY_F32(tape, 2, 1, 100, 0);
  *     KQ_START_F32(start, 2, 4);                        room for the first 4 steps
- *     kq_start_init_f32(...);   kq_history_attach_f32(&tape, &track);
+ *     kq_start_init_f32(...);   kq_attach_f32(&track, &tape.attached);
  *     ... updates and predicts ...
  *     kq_start_smooth_f32(&start);
  *     kq_start_smoothed_mean_f32(&start, t, i);         t = 0, 1, ... from the start
  *
- * Steps are counted from kq_history_attach.  Until d = 0 the history's memory is scratch; it needs room for
+ * Steps are counted from kq_attach.  Until d = 0 the history's memory is scratch; it needs room for
  * at least one step of one measurement (KQ_ERR_MEMORY).  Start, filter and history have to outlive each
- * other until kq_history_detach, and the history also for as long as its steps are read from the start.
+ * other until kq_detach, and the history also for as long as its steps are read from the start.
  * kq_start_init forgets the history, without looking at it.
  *     Step t is step t - kq_start_steps() of the history where
  * that is not negative: lag-one covariances, process noises and measurement noises are to be had
@@ -202,15 +202,15 @@ size_t kq_start_first_f64(const kq_start_f64 *s);
  * anything else.  Where the state is still not determined there is no history: then all steps are
  * early ones, the present one is the last of them and needs room too, and those components are
  * smoothed that all the data determine.  The start goes on from there without a history: what has
- * been smoothed stays as it is, until kq_history_attach.
+ * been smoothed stays as it is, until kq_attach.
  * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
  * q31: KQ_SATURATED where a state was held (event KQ_EVENT_SATURATED, not cleared): the results may be wrong.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to
  * another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL,
  * KQ_ERR_CHANGED (smoother.h; the processes of early steps may change).
  */
-kq_status kq_start_smooth_f32(kq_start_f32 *s);
-kq_status kq_start_smooth_f64(kq_start_f64 *s);
+KQ_NODISCARD kq_status kq_start_smooth_f32(kq_start_f32 *s);
+KQ_NODISCARD kq_status kq_start_smooth_f64(kq_start_f64 *s);
 
 /** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where step
    t is not smoothed, where it came before kq_start_first(), where all data do not determine it, or
@@ -228,8 +228,8 @@ double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i);
  * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, before kq_start_first(), a
  * component that is not determined, or means only).
  */
-kq_status kq_start_smoothed_covariance_f32(const kq_start_f32 *s, size_t t, float *P);
-kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, double *P);
+KQ_NODISCARD kq_status kq_start_smoothed_covariance_f32(const kq_start_f32 *s, size_t t, float *P);
+KQ_NODISCARD kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, double *P);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -270,7 +270,7 @@ typedef struct {
     static int32_t name##_memory[KQ_START_LEN_Q31(n, early)];                                      \
     static kq_start_q31 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
-kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *memory, size_t length);
 
 /**
  * As in f32, of a table.
@@ -279,7 +279,7 @@ kq_status kq_start_assign_q31(kq_start_q31 *s, int n, size_t early, int32_t *mem
  *   misfit   as for kq_filter_init_q31, or NULL
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE.
  */
-kq_status kq_start_init_q31(kq_start_q31 *s, kq_filter_q31 *f, const kq_prior_table_q31 *prior,
+KQ_NODISCARD kq_status kq_start_init_q31(kq_start_q31 *s, kq_filter_q31 *f, const kq_prior_table_q31 *prior,
                             uint32_t unknown, kq_misfit_q31 *misfit);
 
 int kq_start_count_q31(const kq_start_q31 *s);
@@ -287,13 +287,13 @@ int kq_start_is_determined_q31(const kq_start_q31 *s, int i);
 
 size_t kq_start_steps_q31(const kq_start_q31 *s);
 size_t kq_start_first_q31(const kq_start_q31 *s);
-kq_status kq_start_smooth_q31(kq_start_q31 *s);
+KQ_NODISCARD kq_status kq_start_smooth_q31(kq_start_q31 *s);
 
 /** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
 int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i);
 int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i);
 int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i);
-kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P);
+KQ_NODISCARD kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P);
 
 #ifdef __cplusplus
 }

@@ -13,6 +13,15 @@
 #include <limits.h> /* INT_MAX: every enumeration that lies in an object is an int with it, whatever a
                        compiler's flags say of short ones (KQ_..._IS_INT) */
 
+/** Before a function whose status must be looked at: a compiler that can warns of one that is dropped. */
+#if (defined(__cplusplus) && __cplusplus >= 201703L) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 202311L)
+#define KQ_NODISCARD [[nodiscard]]
+#elif defined(__GNUC__) || defined(__clang__)
+#define KQ_NODISCARD __attribute__((warn_unused_result))
+#else
+#define KQ_NODISCARD
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif

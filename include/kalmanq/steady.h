@@ -10,9 +10,7 @@
  *
  *     kq_steady_solve       the equation above: P-, P, K, the smoother's gain (f32, f64; for q31
  *                           on the host, then kq_matrix_prepare_q31)
- *     kq_steady_schedule    the gains from the prior on, until they settle (all arithmetics)
- *     kq_steady             the filter that runs them; one gain: the steady one alone
- *     kq_steady_smoother    the smoother without covariances
+ *     kq_steady             a filter with gains that you give it; one gain: the steady one alone
  *     kq_settling           an ordinary filter that drops its covariance work while it is settled
  *
  * A steady state exists where every state that does not decay by itself (|eigenvalue of A| >= 1) is
@@ -22,19 +20,12 @@
 #define KALMANQ_STEADY_H
 
 #include "filter.h"
-#include "smoother.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* ------------------------------------------------------------------ the equation */
-
-/** Words of workspace for kq_steady_schedule and kq_steady_smoother_make. */
-#define KQ_STEADY_WORK_LEN_F32(n, m)                                                               \
-    ((size_t)KQ_FILTER_LEN_F32(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F32(n, m, 1, 0))
-#define KQ_STEADY_WORK_LEN_F64(n, m)                                                               \
-    ((size_t)KQ_FILTER_LEN_F64(n) + (size_t)KQ_TRIANGLE(n) + KQ_HISTORY_LEN_F64(n, m, 1, 0))
 
 /** Words of workspace for kq_steady_solve: 200 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m)                                                              \
@@ -49,8 +40,7 @@ typedef struct {
     float *predicted;     /* n x n: P-, exactly symmetric */
     float *filtered;      /* n x n: P = P- - K H P- */
     float *gain;          /* n x m: K */
-    float *smoother_gain; /* n x n: G = P A' (P-)^-1, the pseudo-inverse where P- is singular.  To
-                             smooth with, take the constants of kq_steady_smoother */
+    float *smoother_gain; /* n x n: G = P A' (P-)^-1, the pseudo-inverse where P- is singular */
 } kq_steady_solution_f32;
 
 typedef struct {
@@ -82,42 +72,15 @@ typedef struct {
  * Control 77 (2004); Hewer, An iterative technique for the computation of the steady state gains
  * for the discrete optimal regulator, IEEE Trans. Automat. Contr. 16 (1971).
  */
-kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
+KQ_NODISCARD kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
                               size_t length, const kq_steady_solution_f32 *out);
-kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
+KQ_NODISCARD kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
                               size_t length, const kq_steady_solution_f64 *out);
 
-/* ------------------------------------------------------------------ the gain schedule */
-
-/** Limits of `bits`, the largest that rounding leaves room for. */
+/** The largest `bits` of kq_settling_init: rounding leaves room for no more. */
 #define KQ_SETTLED_BITS_MAX_F32 18
 #define KQ_SETTLED_BITS_MAX_F64 46
 #define KQ_SETTLED_BITS_MAX_Q31 24
-
-/**
- * The gains of a filter from its prior on: K of the first update, of the second, ..., until the
- * covariance has settled.
- *   f        the prior, before the first update; read
- *   memory   scratch, KQ_STEADY_WORK_LEN_<T>(n, m) words
- *   length   words at memory
- *   bits     1 .. KQ_SETTLED_BITS_MAX_<T>: P has settled when a step changes no row of its root by
- *            more than 2^-bits of the row's norm
- *   gains    steps x n x m, written: `used` gains, then nothing
- *   steps    1 .. KQ_COUNT_MAX
- *   used     written: how many gains there are; the last one is for all that follow
- * The change that is left falls by rho^2 a step, so the last gain is within about 2^-bits /
- * (1 - rho^2) of the steady one; or replace it by that of kq_steady_solve.
- * Cost: 2 (m + 1) updates' work a step.
- * Stack: 300 words.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY, KQ_ERR_SIZE (bits, steps),
- * KQ_ERR_NO_CONVERGENCE (not settled within `steps`).
- */
-kq_status kq_steady_schedule_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
-                                 const kq_sensor_f32 *s, float *memory, size_t length, int bits,
-                                 float *gains, size_t steps, size_t *used);
-kq_status kq_steady_schedule_f64(const kq_filter_f64 *f, const kq_process_f64 *p,
-                                 const kq_sensor_f64 *s, double *memory, size_t length, int bits,
-                                 double *gains, size_t steps, size_t *used);
 
 /* ------------------------------------------------------------------ the filter */
 
@@ -168,8 +131,8 @@ typedef struct {
  *   memory   KQ_STEADY_LEN_<T>(n) words or more
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
-kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
+KQ_NODISCARD kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
 
 /**
  * The model, the mean before the first measurement, and the gains.
@@ -181,9 +144,9 @@ kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, 
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, or sizes never given), KQ_ERR_MEMORY, KQ_ERR_NOT_READY
  * (p, s), KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
-kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
+KQ_NODISCARD kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
                              const float *x0, const float *gains, size_t count);
-kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
+KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
                              const double *x0, const double *gains, size_t count);
 
 /**
@@ -206,12 +169,12 @@ kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const k
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; a mean or an innovation beyond the numbers, and
  * nothing has changed: kq_steady_init begins anew).
  */
-kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
-kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
-kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
-kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
-kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
-kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
+KQ_NODISCARD kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
+KQ_NODISCARD kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
+KQ_NODISCARD kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
+KQ_NODISCARD kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
+KQ_NODISCARD kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
+KQ_NODISCARD kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
 
 /** x_i, in the state's unit.  NaN where st or i is bad. */
 float kq_steady_mean_f32(const kq_steady_f32 *st, int i);
@@ -222,68 +185,8 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
  *   e        m, written; may be z
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
  */
-kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
-kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
-
-/* ------------------------------------------------------------------ the smoother
- *
- *     a_T = 0,    a_t = J a_{t+1} + j e_{t+1},    x_t|T = x_t + S a_t
- *
- * S is the root of the filtered covariance, a the smoothed state in its coordinates, e the
- * innovations.  J is a part of an orthogonal matrix: |J a| <= |a| for every model, so rounding does
- * not grow.  S a_t is G (x_t+1|T - x-_{t+1}), but the gain G itself lets rounding grow where P- is
- * nearly singular.
- */
-
-/** The constants, by reference: const and in flash if you like. */
-typedef struct {
-    int32_t states, components; /* n, m */
-    const float *root;          /* S, upper triangle by columns: KQ_TRIANGLE(n) */
-    const float *back;          /* J, n x n */
-    const float *drive;         /* j, n x m */
-} kq_steady_smoother_f32;
-
-typedef struct {
-    int32_t states, components;
-    const double *root;
-    const double *back;
-    const double *drive;
-} kq_steady_smoother_f64;
-
-/**
- * Makes the constants of a settled filter.
- *   f        where it has settled, after an update; read.  kq_filter_init with the `filtered` P
- *            of kq_steady_solve makes one
- *   memory   scratch, KQ_STEADY_WORK_LEN_<T>(n, m) words
- *   root, back, drive    written, as above
- * Cost: n + m steps and their smoothing.
- * Stack: 300 words.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_MEMORY.
- */
-kq_status kq_steady_smoother_make_f32(const kq_filter_f32 *f, const kq_process_f32 *p,
-                                      const kq_sensor_f32 *s, float *memory, size_t length,
-                                      float *root, float *back, float *drive);
-kq_status kq_steady_smoother_make_f64(const kq_filter_f64 *f, const kq_process_f64 *p,
-                                      const kq_sensor_f64 *s, double *memory, size_t length,
-                                      double *root, double *back, double *drive);
-
-/**
- * Smooths a recorded run of the steady-state filter, in place.
- *   x        steps x n: the mean after every update; becomes the smoothed mean
- *   e        steps x m: the innovation of every update (kq_steady_innovation)
- *   steps    1 .. KQ_COUNT_MAX
- * Every step must have had its measurement and the steady gain.  Within about 1 / (1 - rho) steps
- * after a start from another prior the covariance was not yet S S': the smoothed mean there is not
- * the best one.
- * Cost: 3 n^2 / 2 + n m multiplications a step.
- * Stack: 32 words.
- * Accuracy: eps of x and of sigma, a step.
- * KQ_ERR_NULL, KQ_ERR_SIZE (steps, or sizes in c), KQ_ERR_NOT_FINITE (x, e, c).
- */
-kq_status kq_steady_smooth_f32(const kq_steady_smoother_f32 *c, float *x, const float *e,
-                               size_t steps);
-kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const double *e,
-                               size_t steps);
+KQ_NODISCARD kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
+KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
 
 /* ------------------------------------------------------------------ settling
  *
@@ -294,7 +197,7 @@ kq_status kq_steady_smooth_f64(const kq_steady_smoother_f64 *c, double *x, const
  * numbers than these are not noticed: a new R by a sensor's init, new content of H's array.  After them
  * call kq_settling_release.
  *
- *     kq_settling_attach_f32(&lazy, &track);
+ *     kq_attach_f32(&track, &lazy.attached);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
  *     ... kq_step_f32(&track, &motion, NULL, &radar, z);            or kq_predict: no measurement
  *
@@ -325,6 +228,8 @@ typedef struct {
     kq_filter_f32 *filter; /* attached to */
 } kq_settling_f32;
 
+extern const struct kq_hooks_f32 kq_settling_hooks_f32; /* what it does in the steps */
+
 typedef struct {
     struct kq_attached_f64 attached;
     uint8_t states;
@@ -341,15 +246,17 @@ typedef struct {
     kq_filter_f64 *filter; /* attached to */
 } kq_settling_f64;
 
+extern const struct kq_hooks_f64 kq_settling_hooks_f64;
+
 /** A settling `name` for n states and m components with its storage, in static memory. */
 #define KQ_SETTLING_F32(name, n, m)                                                                \
     static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                    \
     static kq_settling_f32 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+        {&kq_settling_hooks_f32}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 #define KQ_SETTLING_F64(name, n, m)                                                                \
     static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                   \
     static kq_settling_f64 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+        {&kq_settling_hooks_f64}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
@@ -357,9 +264,9 @@ typedef struct {
  *   gain     n x m numbers
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
+KQ_NODISCARD kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
                                  float *gain);
-kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
+KQ_NODISCARD kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
                                  double *gain);
 
 /**
@@ -370,14 +277,14 @@ kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memor
  *            below 0.9
  * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or sizes never given), KQ_ERR_MEMORY.
  */
-kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
-kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
+KQ_NODISCARD kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
+KQ_NODISCARD kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
 
-/**
+/*
  * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
  * kq_update by themselves are the filter's own, and unsettle it.
  *   f        with nothing attached but w itself, which then begins again.  w and f have to outlive each
- *            other until kq_settling_detach.  kq_filter_init detaches f and does not tell w, which may be
+ *            other until kq_detach.  kq_filter_init detaches f and does not tell w, which may be
  *            gone: a settling still has the filter that it was attached to, and goes to another one when
  *            it is detached, or assigned anew where that filter is gone
  * A process is known again by its address and fingerprint (a const table has none: an assigned one is
@@ -389,12 +296,6 @@ kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
  * something else is attached to f: detach it).  kq_step then answers KQ_ERR_MISMATCH also for a sensor of
  * other than m components.
  */
-kq_status kq_settling_attach_f32(kq_settling_f32 *w, kq_filter_f32 *f);
-kq_status kq_settling_attach_f64(kq_settling_f64 *w, kq_filter_f64 *f);
-
-/** The full filter goes on without it.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-kq_status kq_settling_detach_f32(kq_settling_f32 *w);
-kq_status kq_settling_detach_f64(kq_settling_f64 *w);
 
 /** Did the last step move the mean alone?  0 for NULL. */
 int kq_settling_is_settled_f32(const kq_settling_f32 *w);
@@ -402,8 +303,8 @@ int kq_settling_is_settled_f64(const kq_settling_f64 *w);
 
 /** Back to the full filter at the next step, until it has settled again: what has to be called where a
     sensor has got new numbers (above).  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-kq_status kq_settling_release_f32(kq_settling_f32 *w);
-kq_status kq_settling_release_f64(kq_settling_f64 *w);
+KQ_NODISCARD kq_status kq_settling_release_f32(kq_settling_f32 *w);
+KQ_NODISCARD kq_status kq_settling_release_f64(kq_settling_f64 *w);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -411,14 +312,6 @@ kq_status kq_settling_release_f64(kq_settling_f64 *w);
  * kq_matrix_prepare_q31 with the formats of states and measurements (prepare.h).  A word is a
  * word of its component's format; gains are in units of words (fixed_point.h).
  */
-
-#define KQ_STEADY_WORK_LEN_Q31(n, m)                                                               \
-    ((size_t)KQ_FILTER_LEN_Q31(n) + (size_t)KQ_ROOT_LEN_Q31(n) + KQ_HISTORY_LEN_Q31(n, m, 1, 0))
-
-/** Entries to 31 bits. */
-kq_status kq_steady_schedule_q31(const kq_filter_q31 *f, const kq_process_q31 *p,
-                                 const kq_sensor_q31 *s, int32_t *memory, size_t length, int bits,
-                                 kq_scaled_q31 *gains, size_t steps, size_t *used);
 
 /** Words of memory: the mean in 32 + 24 bits. */
 #define KQ_STEADY_LEN_Q31(n) (2 * (n))
@@ -442,7 +335,7 @@ typedef struct {
     static kq_steady_q31 name = {n, m,    0,   KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL,       \
                                  0, NULL, NULL}
 
-kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
 /**
  * As in f32.
@@ -450,7 +343,7 @@ kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory,
  * or beyond the exponents' limit), KQ_ERR_MISMATCH also where p and s differ in the states'
  * formats.
  */
-kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
+KQ_NODISCARD kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
                              const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
 
 /**
@@ -459,9 +352,9 @@ kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const k
  * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 word, the innovation
  * truncated to 30 bits.
  */
-kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
-kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
-kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
+KQ_NODISCARD kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
+KQ_NODISCARD kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
+KQ_NODISCARD kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
 
 /** The events, and back to none.  A NULL st has none. */
 unsigned kq_steady_events_q31(const kq_steady_q31 *st);
@@ -472,28 +365,7 @@ int32_t kq_steady_mean_q31(const kq_steady_q31 *st, int i);
 int32_t kq_steady_mean_low_q31(const kq_steady_q31 *st, int i);
 
 /** Rounded to words of the measurement, held at +-(2^31 - 1). */
-kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
-
-/** The constants; S in words, J of no unit, j per word of the innovation. */
-typedef struct {
-    int32_t states, components;
-    const int32_t *root;        /* KQ_ROOT_LEN_Q31(n) words; kq_root_prepare_q31 makes it of P */
-    const kq_scaled_q31 *back;  /* n x n */
-    const kq_scaled_q31 *drive; /* n x m */
-} kq_steady_smoother_q31;
-
-kq_status kq_steady_smoother_make_q31(const kq_filter_q31 *f, const kq_process_q31 *p,
-                                      const kq_sensor_q31 *s, int32_t *memory, size_t length,
-                                      int32_t *root, kq_scaled_q31 *back, kq_scaled_q31 *drive);
-
-/**
- * As in f32, x and e in words; smoothed means are held at +-(2^31 - 1).  KQ_SATURATED if one was,
- * or if the smoother's coordinates left +-32768 sigma: all is done.  KQ_ERR_TABLE (a root that
- * kq_filter_init would refuse), KQ_ERR_COEFFICIENT (an entry of J of 2 or more, or not normalised).
- * Accuracy: half a word of x and of e, whose share j of it adds up like an innovation.
- */
-kq_status kq_steady_smooth_q31(const kq_steady_smoother_q31 *c, int32_t *x, const int32_t *e,
-                               size_t steps);
+KQ_NODISCARD kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
 
 #define KQ_SETTLING_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
 
@@ -514,19 +386,19 @@ typedef struct {
     kq_filter_q31 *filter; /* attached to */
 } kq_settling_q31;
 
+extern const struct kq_hooks_q31 kq_settling_hooks_q31;
+
 #define KQ_SETTLING_Q31(name, n, m)                                                                \
     static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                          \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
     static kq_settling_q31 name = {                                                                \
-        {NULL}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+        {&kq_settling_hooks_q31}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
-kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
+KQ_NODISCARD kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
                                  kq_scaled_q31 *gain);
-kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
-kq_status kq_settling_attach_q31(kq_settling_q31 *w, kq_filter_q31 *f);
-kq_status kq_settling_detach_q31(kq_settling_q31 *w);
+KQ_NODISCARD kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
 int kq_settling_is_settled_q31(const kq_settling_q31 *w);
-kq_status kq_settling_release_q31(kq_settling_q31 *w);
+KQ_NODISCARD kq_status kq_settling_release_q31(kq_settling_q31 *w);
 
 #ifdef __cplusplus
 }

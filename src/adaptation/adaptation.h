@@ -497,34 +497,35 @@ static kq_status adaptation_step(filter *f, const process *p, const num *u, cons
     return status ? status : T(kq_update)(f, s, z);
 }
 
-static const hooks adaptation_hooks = {
-    .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step,
-    KQ_RECORDS_NOTHING};
-
 /* ------------------------------------------------------------------ the object */
 
-kq_status T(kq_adaptation_attach)(adaptation *a, filter *f)
+static kq_status adaptation_attach(filter *f, attached *object)
 {
+    adaptation *a = (adaptation *)object;
     kq_status status = adaptation_check(a);
     if (!status) status = filter_check(f);
     if (status) return status;
     if (f->states != a->states) return KQ_ERR_MISMATCH;
     if (has_other_filter(a->filter, f) || has_other_attached(f, &a->attached)) return KQ_ERR_RECORDING;
     begin_anew(a);
-    a->attached.hooks = &adaptation_hooks;
     a->filter = f;
     filter_set_attached(f, &a->attached);
     return KQ_OK;
 }
 
-kq_status T(kq_adaptation_detach)(adaptation *a)
+static kq_status adaptation_detach(attached *object)
 {
+    adaptation *a = (adaptation *)object;
     const kq_status status = adaptation_check(a);
     if (status) return status;
     if (a->filter && a->filter->attached == &a->attached) filter_set_attached(a->filter, 0);
     a->filter = 0;
     return KQ_OK;
 }
+
+const hooks T(kq_adaptation_hooks) = {
+    .attach = adaptation_attach, .detach = adaptation_detach, .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step,
+    KQ_RECORDS_NOTHING};
 
 scaled T(kq_adaptation_process_scale)(const adaptation *a)
 {

@@ -23,15 +23,13 @@
 
 typedef T(kq_adaptation) adaptation;
 
-static const hooks adaptation_hooks; /* adaptation.h */
-
 kq_status T(kq_adaptation_assign)(adaptation *a, int n, int m, scaled *memory, size_t length,
                                   num *root)
 {
     if (!a || !memory || !root) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
     if (length < (size_t)ADAPTATION_LEN(n, m)) return KQ_ERR_MEMORY;
-    *a = (adaptation){.attached = {&adaptation_hooks},
+    *a = (adaptation){.attached = {&T(kq_adaptation_hooks)},
                       .states = (uint8_t)n,
                       .components = (uint8_t)m,
                       .length = (uint16_t)ADAPTATION_LEN(n, m),

@@ -40,18 +40,6 @@ static inline unsigned coordinate_of(wide *a, scaled value)
     return 0;
 }
 
-/* row'a, and b more of it */
-static inline wide coordinate_row(const scaled *row, const num *a, int n)
-{
-    return dot(0, row, a, n);
-}
-
-static inline unsigned coordinate_add(wide *a, scaled b)
-{
-    *a += b;
-    return 0;
-}
-
 /* The first `count` >= 1 terms of a row's product with a */
 KQ_KERNEL wide coordinate_dot(const num *row, const num *a, int n, int count)
 {

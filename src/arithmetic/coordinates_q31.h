@@ -56,24 +56,6 @@ static inline int64_t coordinate_part(scaled c, wide a)
     return wide_product(c, (int32_t)(a >> 24), (int32_t)(a & 0xffffff));
 }
 
-/* row'a, where each entry is below 2: 16 parts below 2^58 */
-static inline wide coordinate_row(const scaled *row, const int32_t *a, int n)
-{
-    int64_t total = 0;
-    for (int k = 0; k < n; k++) {
-        total = sum_of(total, coordinate_part(row[k], wide_get(a, n, k)), 62);
-    }
-    return shift_down_rounded_wide(total, 2);
-}
-
-/* *a += b: 2^60 and 16 of 2^58 at most, each of them far beyond a coordinate */
-static inline unsigned coordinate_add(wide *a, scaled b)
-{
-    const wide part = wide_from(b.mantissa, b.exponent - coordinate_exponent, 58);
-    *a = sum_of(*a, part, 63);
-    return was_cut(part, 58);
-}
-
 /* The first `count` terms of row'a of a row of coordinates; |row| <= 1: at most 16 2^57 */
 KQ_KERNEL wide coordinate_dot(const int32_t *row, const int32_t *a, int n, int count)
 {

@@ -36,7 +36,6 @@ static const num num_zero_variance = 0x1p-96f; /* an innovation variance below i
 static const num num_most_variance = 0x1p96f;  /* fading raises no variance beyond it */
 static const num num_most_sigma = 0x1p60f;     /* the largest of a state; a mean's is its square */
 static const num num_hold_unit = 0x1p70f;      /* in units of it every square is a number */
-static const int num_doublings = 22;           /* after more, what has decayed was rounding */
 static const num num_sharp = 0x1p-15f;         /* least share of noise where doubling begins */
 static const num num_huge = 0x1p60f;           /* and where it is given up */
 static const num num_growth = 1.25f;           /* of a covariance that does not settle, a row */
@@ -120,7 +119,6 @@ typedef num score;
 #define HISTORY_CHANGE_LEN KQ_PRIVATE_HISTORY_CHANGE_LEN_F32
 #define HISTORY_WORKSPACE_LEN KQ_PRIVATE_HISTORY_WORKSPACE_LEN
 #define STEADY_LEN KQ_STEADY_LEN_F32
-#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F32
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define SETTLING_LEN KQ_SETTLING_LEN_F32
 #define MAP_LEN KQ_PRIVATE_MAP_LEN_F32

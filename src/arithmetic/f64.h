@@ -36,7 +36,6 @@ static const num num_zero_variance = 0x1p-360; /* an innovation variance below i
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */
 static const num num_most_sigma = 0x1p500;     /* the largest of a state; a mean's is its square */
 static const num num_hold_unit = 0x1p600;     /* in units of it every square is a number */
-static const int num_doublings = 50;           /* after more, what has decayed was rounding */
 static const num num_sharp = 0x1p-44;          /* least share of noise where doubling begins */
 static const num num_huge = 0x1p500;           /* and where it is given up */
 static const num num_growth = 1.25;            /* of a covariance that does not settle, a row */
@@ -127,7 +126,6 @@ typedef num score;
 #define HISTORY_CHANGE_LEN KQ_PRIVATE_HISTORY_CHANGE_LEN_F64
 #define HISTORY_WORKSPACE_LEN KQ_PRIVATE_HISTORY_WORKSPACE_LEN
 #define STEADY_LEN KQ_STEADY_LEN_F64
-#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F64
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define SETTLING_LEN KQ_SETTLING_LEN_F64
 #define MAP_LEN KQ_PRIVATE_MAP_LEN_F64

@@ -62,13 +62,6 @@ static inline scaled scaled_held(scaled a)
 
 static inline num word_of(scaled a) { return a; }
 
-/* *word <- a; answers the events, here none */
-static inline unsigned word_take(num *word, scaled a)
-{
-    *word = a;
-    return 0;
-}
-
 /*
  * How far numbers reach, found on the way: joined over the entries of a root and over the means, it tells
  * whether one may be beyond num_most_sigma, or is not a number.

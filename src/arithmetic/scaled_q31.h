@@ -177,13 +177,6 @@ static inline int32_t word_of(scaled a)
     return shift_down_rounded(a.mantissa, -a.exponent);
 }
 
-/* *word <- a; answers KQ_EVENT_SATURATED if it had to be held */
-static inline unsigned word_take(int32_t *word, scaled a)
-{
-    *word = word_of(a);
-    return a.exponent > 0 ? KQ_EVENT_SATURATED : 0;
-}
-
 /* How far means reach, found on the way: they are held at once, and this is the events of it.  What a row
    reaches is its exponent. */
 typedef unsigned extent;

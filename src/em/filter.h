@@ -21,7 +21,7 @@ static kq_status em_begin_recording(estimation *e, const em_places *w)
 {
     copy(filter_root(&e->filter), w->of_P0, KQ_TRIANGLE(e->states));
     filter_begin(&e->filter, e->model->x0);
-    return T(kq_history_attach)(&e->history, &e->filter);
+    return T(kq_attach)(&e->filter, &e->history.attached);
 }
 
 static kq_status em_predict(estimation *e, const recording *r)

@@ -106,4 +106,18 @@ kq_status T(kq_filter_copy)(filter *to, const filter *from)
     return status;
 }
 
+kq_status T(kq_attach)(filter *f, attached *object)
+{
+    if (!f || !object) return KQ_ERR_NULL;
+    if (!object->hooks || !object->hooks->attach) return KQ_ERR_NOT_READY;
+    return object->hooks->attach(f, object);
+}
+
+kq_status T(kq_detach)(attached *object)
+{
+    if (!object) return KQ_ERR_NULL;
+    if (!object->hooks || !object->hooks->detach) return KQ_ERR_NOT_READY;
+    return object->hooks->detach(object);
+}
+
 #endif

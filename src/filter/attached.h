@@ -38,6 +38,9 @@ struct T(kq_hooks) {
     void (*lose)(filter *f, const history *h);
     /* Did the last step move the mean alone, and judge no measurement?  NULL where every step judges. */
     int (*rests)(const filter *f);
+    /* kq_attach and kq_detach of the object that has these hooks; NULL where its init attaches it. */
+    kq_status (*attach)(filter *f, attached *object);
+    kq_status (*detach)(attached *object);
 };
 
 /* What a recorder keeps of the process of a predict: where it is; the map that the predict was; or, of a

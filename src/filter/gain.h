@@ -90,17 +90,6 @@ KQ_COLD KQ_NOINLINE static void gain_of_some(const filter *f, const sensor *s, s
     gain_with(f, &(reading){s, noise, 0, UINT32_MAX}, K);
 }
 
-/* A copy of a filter to try things on. */
-
-/* A filter in scratch memory: the covariance of f and no mean */
-static void trial_of(filter *trial, const filter *f, num *memory)
-{
-    *trial = *f;
-    trial->memory = memory;
-    trial->attached = 0;
-    copy(memory, f->memory, FILTER_LEN(f->states));
-}
-
 /* The update of a root alone, in place, and its gain unless K is NULL.  f: a copy of a filter */
 KQ_NOINLINE static void update_root_by(filter *f, const sensor *s, scaled *K)
 {

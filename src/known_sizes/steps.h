@@ -155,10 +155,10 @@ static void take_rest(filter *f, const reading *z, int c, int mode)
     const likelihood before = f->last;
     const likelihood_run run = f->run;
     if (mean_widens) filter_set_ready(f, f->ready | FILTER_OPEN);
-    T(kq_update_subset)(f, z->sensor, z->z, ~UINT32_C(0) << c);
+    const kq_status status = T(kq_update_subset)(f, z->sensor, z->z, ~UINT32_C(0) << c);
     if (mean_widens) filter_set_ready(f, f->ready & ~FILTER_OPEN);
     f->run = run;
-    if (mode == MODE_BARE) f->last = before;
+    if (status || mode == MODE_BARE) f->last = before;
     else likelihood_join(&f->last, &before);
 }
 

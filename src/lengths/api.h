@@ -12,87 +12,61 @@
 #include "../arithmetic/size.h"
 #include "lengths.h"
 
-kq_length T(kq_filter_length)(int n)
+/* Which arguments of kq_length are sizes of 1..16 */
+enum { TAKES_N = 1, TAKES_M = 2 };
+
+static int takes(kq_object object)
 {
-    return size_is_valid(n) ? (kq_length)FILTER_LEN(n) : 0;
+    switch (object) {
+    case KQ_OBJECT_SENSOR:
+    case KQ_OBJECT_CONSISTENCY: return TAKES_M;
+    case KQ_OBJECT_ADAPTATION:
+    case KQ_OBJECT_EM:
+    case KQ_OBJECT_STEADY_SOLVE: return TAKES_N | TAKES_M;
+    default: return TAKES_N;
+    }
 }
 
 /* A step records no more measurements than 16 bits count (tape.h); so many, of as many steps as there may
    be, have a length that does not wrap. */
 static int is_recordable(int m) { return m >= 1 && (uint32_t)m <= UINT16_MAX; }
 
-kq_length T(kq_history_length)(int n, int m, size_t steps, size_t changes)
+kq_length T(kq_length)(kq_object object, int n, int m, size_t k, size_t l)
 {
-    if (!(size_is_valid(n) && is_recordable(m) && steps <= KQ_COUNT_MAX && changes <= KQ_COUNT_MAX)) return 0;
-    return (kq_length)HISTORY_LEN(n, m, steps, changes);
+    const int sizes = takes(object), is_count = k <= KQ_COUNT_MAX && l <= KQ_COUNT_MAX;
+    if ((sizes & TAKES_N && !size_is_valid(n)) || (sizes & TAKES_M && !size_is_valid(m))) return 0;
+    switch (object) {
+    case KQ_OBJECT_FILTER: return (kq_length)FILTER_LEN(n);
+    case KQ_OBJECT_HISTORY: return is_count && is_recordable(m) ? (kq_length)HISTORY_LEN(n, m, k, l) : 0;
+    case KQ_OBJECT_LAG: return is_count && m >= 1 ? (kq_length)LAG_LEN(n, m, k) : 0;
+    case KQ_OBJECT_POINT: return m >= 1 ? (kq_length)POINT_LEN(n, m) : 0;
+    case KQ_OBJECT_START: return k < UINT16_MAX ? (kq_length)START_LEN(n, k) : 0;
+    case KQ_OBJECT_ADAPTATION: return (kq_length)ADAPTATION_LEN(n, m);
+    case KQ_OBJECT_CONSISTENCY: return k >= 1 && k <= KQ_WINDOW_MAX ? (kq_length)CONSISTENCY_LEN(m, k) : 0;
+    case KQ_OBJECT_STEADY: return (kq_length)STEADY_LEN(n);
+    case KQ_OBJECT_SETTLING: return (kq_length)SETTLING_LEN(n);
+    default: return length_of_own(object, n, m, k);
+    }
 }
 
-kq_length T(kq_lag_length)(int n, int m, size_t L)
+size_t T(kq_object_size)(kq_object object)
 {
-    if (!(size_is_valid(n) && m >= 1 && L <= KQ_COUNT_MAX)) return 0;
-    return (kq_length)LAG_LEN(n, m, L);
+    switch (object) {
+    case KQ_OBJECT_PROCESS: return sizeof(T(kq_process));
+    case KQ_OBJECT_SENSOR: return sizeof(T(kq_sensor));
+    case KQ_OBJECT_FILTER: return sizeof(T(kq_filter));
+    case KQ_OBJECT_HISTORY: return sizeof(T(kq_history));
+    case KQ_OBJECT_LAG: return sizeof(T(kq_lag));
+    case KQ_OBJECT_POINT: return sizeof(T(kq_point));
+    case KQ_OBJECT_START: return sizeof(T(kq_start));
+    case KQ_OBJECT_ADAPTATION: return sizeof(T(kq_adaptation));
+    case KQ_OBJECT_CONSISTENCY: return sizeof(T(kq_consistency));
+    case KQ_OBJECT_LEAST_SQUARES: return sizeof(T(kq_least_squares));
+    case KQ_OBJECT_STEADY: return sizeof(T(kq_steady));
+    case KQ_OBJECT_SETTLING: return sizeof(T(kq_settling));
+    case KQ_OBJECT_GATE: return sizeof(T(kq_gate));
+    default: return size_of_own(object);
+    }
 }
-
-kq_length T(kq_point_length)(int n, int m)
-{
-    return size_is_valid(n) && m >= 1 ? (kq_length)POINT_LEN(n, m) : 0;
-}
-
-kq_length T(kq_start_length)(int n, size_t early)
-{
-    return size_is_valid(n) && early < UINT16_MAX ? (kq_length)START_LEN(n, early) : 0;
-}
-
-kq_length T(kq_adaptation_length)(int n, int m)
-{
-    return size_is_valid(n) && size_is_valid(m) ? (kq_length)ADAPTATION_LEN(n, m) : 0;
-}
-
-kq_length T(kq_consistency_length)(int m, size_t window)
-{
-    if (!(size_is_valid(m) && window >= 1 && window <= KQ_WINDOW_MAX)) return 0;
-    return (kq_length)CONSISTENCY_LEN(m, window);
-}
-
-kq_length T(kq_steady_length)(int n)
-{
-    return size_is_valid(n) ? (kq_length)STEADY_LEN(n) : 0;
-}
-
-kq_length T(kq_steady_work_length)(int n, int m)
-{
-    return size_is_valid(n) && size_is_valid(m) ? (kq_length)STEADY_WORK_LEN(n, m) : 0;
-}
-
-kq_length T(kq_settling_length)(int n)
-{
-    return size_is_valid(n) ? (kq_length)SETTLING_LEN(n) : 0;
-}
-
-size_t T(kq_process_size)(void) { return sizeof(T(kq_process)); }
-
-size_t T(kq_sensor_size)(void) { return sizeof(T(kq_sensor)); }
-
-size_t T(kq_filter_size)(void) { return sizeof(T(kq_filter)); }
-
-size_t T(kq_history_size)(void) { return sizeof(T(kq_history)); }
-
-size_t T(kq_lag_size)(void) { return sizeof(T(kq_lag)); }
-
-size_t T(kq_point_size)(void) { return sizeof(T(kq_point)); }
-
-size_t T(kq_start_size)(void) { return sizeof(T(kq_start)); }
-
-size_t T(kq_adaptation_size)(void) { return sizeof(T(kq_adaptation)); }
-
-size_t T(kq_consistency_size)(void) { return sizeof(T(kq_consistency)); }
-
-size_t T(kq_least_squares_size)(void) { return sizeof(T(kq_least_squares)); }
-
-size_t T(kq_steady_size)(void) { return sizeof(T(kq_steady)); }
-
-size_t T(kq_settling_size)(void) { return sizeof(T(kq_settling)); }
-
-size_t T(kq_gate_size)(void) { return sizeof(T(kq_gate)); }
 
 #endif

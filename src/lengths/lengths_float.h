@@ -8,35 +8,18 @@
 #include "kalmanq/size.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/size.h"
 
-kq_length T(kq_process_length)(int n)
+static kq_length length_of_own(kq_object object, int n, int m, size_t k)
 {
-    return size_is_valid(n) ? (kq_length)KQ_PROCESS_LEN(n) : 0;
+    switch (object) {
+    case KQ_OBJECT_PROCESS: return (kq_length)KQ_PROCESS_LEN(n);
+    case KQ_OBJECT_SENSOR: return (kq_length)KQ_SENSOR_LEN(m);
+    case KQ_OBJECT_STEADY_SOLVE: return (kq_length)STEADY_SOLVE_LEN(n, m);
+    case KQ_OBJECT_EM: return k <= KQ_COUNT_MAX ? (kq_length)EM_LEN(n, m, k) : 0;
+    default: return 0;
+    }
 }
 
-kq_length T(kq_sensor_length)(int m)
-{
-    return size_is_valid(m) ? (kq_length)KQ_SENSOR_LEN(m) : 0;
-}
-
-kq_length T(kq_steady_solve_length)(int n, int m)
-{
-    return size_is_valid(n) && size_is_valid(m) ? (kq_length)STEADY_SOLVE_LEN(n, m) : 0;
-}
-
-kq_length T(kq_em_length)(int n, int m, size_t steps)
-{
-    if (!(size_is_valid(n) && size_is_valid(m) && steps <= KQ_COUNT_MAX)) return 0;
-    return (kq_length)EM_LEN(n, m, steps);
-}
-
-kq_length T(kq_model_length)(int n, int r, int m)
-{
-    if (!(size_is_valid(n) && size_is_valid(r) && size_is_valid(m))) return 0;
-    return (kq_length)KQ_MODEL_LEN(n, r, m);
-}
-
-size_t T(kq_em_size)(void) { return sizeof(T(kq_em)); }
+static size_t size_of_own(kq_object object) { return object == KQ_OBJECT_EM ? sizeof(T(kq_em)) : 0; }
 
 #endif

@@ -8,11 +8,17 @@
 #include "kalmanq/size.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/size.h"
 
-kq_length T(kq_root_length)(int n)
+static kq_length length_of_own(kq_object object, int n, int m, size_t k)
 {
-    return size_is_valid(n) ? (kq_length)KQ_ROOT_LEN_Q31(n) : 0;
+    (void)m, (void)k;
+    return object == KQ_OBJECT_ROOT ? (kq_length)KQ_ROOT_LEN_Q31(n) : 0;
+}
+
+static size_t size_of_own(kq_object object)
+{
+    (void)object;
+    return 0;
 }
 
 #endif

@@ -20,6 +20,7 @@
 #include "../model/types.h"
 #include "../filter/attached.h"
 #include "../filter/filter.h"
+#include "../smoother/recorder.h"
 #include "../smoother/tape.h"
 #include "predict.h"
 
@@ -78,7 +79,9 @@ static void history_predict_linearised(filter *f, const process *p, const num *d
 }
 
 static const linearised_hooks history_linearised_hooks = {
-    .steps = {.predict = history_predict,
+    .steps = {.attach = history_attach,
+              .detach = history_detach,
+              .predict = history_predict,
               .step = step_attached,
               .record_predict = history_record_predict,
               .record_update = history_record_update,
@@ -87,23 +90,27 @@ static const linearised_hooks history_linearised_hooks = {
               .is_recorder = RECORDS_PROCESSES},
     .predict = history_predict_linearised};
 
-KQ_COLD kq_status T(kq_jacobians_assign)(jacobians *j, int n, process *processes, size_t predicts, num *memory,
-                                         size_t length)
+KQ_COLD kq_status T(kq_jacobians_assign)(jacobians *j, history *h, int n, process *processes, size_t predicts,
+                                         num *memory, size_t length)
 {
-    if (!j || !processes || !memory) return KQ_ERR_NULL;
+    if (!j || !h || !processes || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || predicts < 1 || predicts > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     if (length < JACOBIANS_LEN(n, 1, 1)) return KQ_ERR_MEMORY;
-    *j = (jacobians){.states = (uint8_t)n,
+    *j = (jacobians){.attached = {&T(kq_jacobians_hooks)},
+                     .states = (uint8_t)n,
                      .predicts = predicts,
                      .length = length,
                      .processes = processes,
-                     .memory = memory};
+                     .memory = memory,
+                     .history = h};
     return KQ_OK;
 }
 
-kq_status T(kq_history_attach_extended)(history *h, filter *f, jacobians *j)
+static kq_status jacobians_attach(filter *f, attached *object)
 {
-    if (!h || !j) return KQ_ERR_NULL;
+    jacobians *j = (jacobians *)object;
+    history *h = j->history;
+    if (!h) return KQ_ERR_NOT_READY;
     if (!size_is_valid(j->states)) return KQ_ERR_SIZE;
     if (!j->memory || !j->processes) return KQ_ERR_MEMORY;
     if (h->states && h->states != j->states) return KQ_ERR_MISMATCH;
@@ -115,5 +122,14 @@ kq_status T(kq_history_attach_extended)(history *h, filter *f, jacobians *j)
     copy_bytes(h->memory, &j, sizeof j);
     return KQ_OK;
 }
+
+static kq_status jacobians_detach(attached *object)
+{
+    const jacobians *j = (const jacobians *)object;
+    return j->history ? history_detach(&j->history->attached) : KQ_ERR_NOT_READY;
+}
+
+/* What is attached is the history. */
+const hooks T(kq_jacobians_hooks) = {.attach = jacobians_attach, .detach = jacobians_detach, KQ_RECORDS_NOTHING};
 
 #endif

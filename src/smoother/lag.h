@@ -137,9 +137,6 @@ static kq_status lag_predict(filter *f, const process *p, const num *u)
     return KQ_OK;
 }
 
-static const hooks lag_hooks = {
-    .predict = lag_predict, .step = step_attached, KQ_RECORDS_ROWS};
-
 /* ------------------------------------------------------------------ the estimate of age k */
 
 /* From the newest coordinates, which are those of the open slot's map, to the slot of age k.
@@ -224,7 +221,7 @@ kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, size_t most, num *memor
     if (!size_is_valid(n) || m < 1 || most > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     if (length < LAG_LEN(n, m, most)) return KQ_ERR_MEMORY;
     *lag = (T(kq_lag)){
-        .tape = {.attached = {&lag_hooks},
+        .tape = {.attached = {&T(kq_lag_hooks)},
                  .states = (uint8_t)n,
                  .length = (size_t)ON_LINE_LEN(n, m),
                  .memory = memory},
@@ -232,10 +229,10 @@ kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, size_t most, num *memor
     return KQ_OK;
 }
 
-kq_status T(kq_lag_attach)(T(kq_lag) *lag, filter *f)
+static kq_status lag_attach(filter *f, attached *object)
 {
-    if (!lag) return KQ_ERR_NULL;
-    const kq_status status = on_line_attach(&lag->tape, f, &lag_hooks);
+    T(kq_lag) *lag = (T(kq_lag) *)object;
+    const kq_status status = on_line_attach(&lag->tape, f, &T(kq_lag_hooks));
     if (status) return status;
     lag->block = (lag->most + 1) / 2;
     lag->steps = 0;
@@ -247,10 +244,8 @@ kq_status T(kq_lag_attach)(T(kq_lag) *lag, filter *f)
     return KQ_OK;
 }
 
-kq_status T(kq_lag_detach)(T(kq_lag) *lag)
-{
-    return lag ? T(kq_history_detach)(&lag->tape) : KQ_ERR_NULL;
-}
+const hooks T(kq_lag_hooks) = {.attach = lag_attach, .predict = lag_predict, .step = step_attached,
+                                   KQ_RECORDS_ROWS};
 
 size_t T(kq_lag_steps)(const T(kq_lag) *lag)
 {

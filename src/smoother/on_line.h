@@ -13,6 +13,7 @@
 #include "../model/types.h"
 #include "../filter/attached.h"
 #include "estimate.h"
+#include "recorder.h"
 #include "tape.h"
 #include "whitened.h"
 
@@ -49,7 +50,7 @@ static void on_line_end(filter *f, const process *p)
 
 /* What lag and point record */
 #define KQ_RECORDS_ROWS                                                                            \
-    .record_predict = on_line_end, .record_update = history_record_row,                            \
+    .detach = history_detach, .record_predict = on_line_end, .record_update = history_record_row,                            \
     .record_nothing = history_record_no_row, .record_end = history_end, .is_recorder = RECORDS_MAPS
 
 /* Records updates, for map_take_tape */

@@ -83,32 +83,32 @@ static kq_status point_predict(filter *f, const process *p, const num *u)
     return KQ_OK;
 }
 
-static const hooks point_hooks = {
-    .predict = point_predict, .step = step_attached, KQ_RECORDS_ROWS};
-
 kq_status T(kq_point_assign)(T(kq_point) *point, int n, int m, num *memory, size_t length)
 {
     if (!point || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || m < 1) return KQ_ERR_SIZE;
     if (length < POINT_LEN(n, m)) return KQ_ERR_MEMORY;
     *point = (T(kq_point)){
-        .tape = {.attached = {&point_hooks},
+        .tape = {.attached = {&T(kq_point_hooks)},
                  .states = (uint8_t)n,
                  .length = (size_t)ON_LINE_LEN(n, m),
                  .memory = memory}};
     return KQ_OK;
 }
 
-kq_status T(kq_point_attach)(T(kq_point) *point, filter *f)
+static kq_status point_attach(filter *f, attached *object)
 {
-    if (!point) return KQ_ERR_NULL;
-    const kq_status status = on_line_attach(&point->tape, f, &point_hooks);
+    T(kq_point) *point = (T(kq_point) *)object;
+    const kq_status status = on_line_attach(&point->tape, f, &T(kq_point_hooks));
     if (status) return status;
     copy(point_state(point), f->memory, FILTER_LEN(f->states));
     map_set_unit(point_map(point), f->states);
     point->columns = 0;
     return KQ_OK;
 }
+
+const hooks T(kq_point_hooks) = {.attach = point_attach, .predict = point_predict, .step = step_attached,
+                                   KQ_RECORDS_ROWS};
 
 
 kq_status T(kq_point_smooth)(T(kq_point) *point)
@@ -123,11 +123,6 @@ kq_status T(kq_point_smooth)(T(kq_point) *point)
     filter_note(point->tape.filter, estimate_end(&now, point_state(point), n));
     point->columns = (uint8_t)now.count;
     return KQ_OK;
-}
-
-kq_status T(kq_point_detach)(T(kq_point) *point)
-{
-    return point ? T(kq_history_detach)(&point->tape) : KQ_ERR_NULL;
 }
 
 static int point_is_smoothed(const T(kq_point) *point) { return point && point->columns; }

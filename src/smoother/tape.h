@@ -181,13 +181,6 @@ static kq_status step_attached(filter *f, const process *p, const num *u, const 
     return status ? status : s->kind->take(f, s, z, UINT32_MAX);
 }
 
-#define KQ_RECORDS_STEPS                                                                           \
-    .predict = history_predict, .step = step_attached, .record_predict = history_record_predict,   \
-    .record_update = history_record_update, .record_nothing = history_record_nothing,              \
-    .record_end = history_end, .is_recorder = RECORDS_BY_REFERENCE
-
-static const hooks history_hooks = {KQ_RECORDS_STEPS};
-
 static kq_status history_check_owner(const history *h, const filter *f)
 {
     if (h->states != f->states) return KQ_ERR_MISMATCH;

@@ -23,6 +23,7 @@
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
 #include "../filter/sharp.h"
+#include "../smoother/recorder.h"
 #include "../smoother/tape.h"
 #include "columns.h"
 #include "entries.h"

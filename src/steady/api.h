@@ -3,9 +3,7 @@
 #define KQ_SRC_STEADY_API_H
 
 #include "riccati.h"
-#include "schedule.h"
 #include "settling.h"
-#include "smoother.h"
 #include "steady.h"
 
 #endif

@@ -2,7 +2,6 @@
 #ifndef KQ_SRC_STEADY_CHECKS_FLOAT_H
 #define KQ_SRC_STEADY_CHECKS_FLOAT_H
 
-#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -11,19 +10,10 @@
 #include "../model/types.h"
 #include "../model/units.h"
 
-/* Numbers that come with a model: gains, means and innovations, the smoother's constants */
+/* Numbers that come with a model: gains and means */
 static kq_status numbers_check(const num *a, int count)
 {
     return all_finite(a, count) ? KQ_OK : KQ_ERR_NOT_FINITE;
-}
-
-static kq_status contraction_check(const num *a, int count) { return numbers_check(a, count); }
-
-static kq_status words_check(const num *a, int count) { return numbers_check(a, count); }
-
-static kq_status smoother_root_check(const num *S, int n)
-{
-    return numbers_check(S, KQ_TRIANGLE(n));
 }
 
 static kq_status mean_check(const sensor *s, const num *x, int n)

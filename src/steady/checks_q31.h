@@ -15,28 +15,8 @@
 #include "../model/types.h"
 #include "../model/units.h"
 
-/* Gains and the smoother's constants are coefficients. */
+/* Gains are coefficients. */
 static kq_status numbers_check(const scaled *a, int count) { return coefficients_check(a, count); }
-
-/* Entries below 2 */
-static kq_status contraction_check(const scaled *a, int count)
-{
-    for (int k = 0; k < count; k++) {
-        if (a[k].mantissa && a[k].exponent > -30) return KQ_ERR_COEFFICIENT;
-    }
-    return coefficients_check(a, count);
-}
-
-/* Every word is a number but the one that means none. */
-static kq_status words_check(const num *a, int count)
-{
-    for (int k = 0; k < count; k++) {
-        if (a[k] == KQ_NOT_A_WORD_Q31) return KQ_ERR_RANGE;
-    }
-    return KQ_OK;
-}
-
-static kq_status smoother_root_check(const num *S, int n) { return root_check(S, n); }
 
 static kq_status mean_check(const sensor *s, const num *x, int n)
 {

@@ -1,7 +1,4 @@
-/*
- * The steady-state filter: the mean alone, by gains that are known beforehand; and what makes and
- * uses them.
- */
+/* The steady-state filter: the mean alone, by gains that are known beforehand. */
 #ifndef KQ_SRC_STEADY_KERNEL_H
 #define KQ_SRC_STEADY_KERNEL_H
 

@@ -24,7 +24,6 @@
 #include "../filter/checks.h"
 #include "../filter/filter.h"
 #include "../filter/step.h"
-#include "schedule.h"
 
 typedef T(kq_settling) settling;
 
@@ -32,14 +31,12 @@ typedef T(kq_settling) settling;
    kept; one that hardly did and has kept it; one of the mean alone. */
 enum { SETTLING_MOVING, SETTLING_CALM, SETTLING_KEEPING, SETTLING_SETTLED };
 
-static const hooks settling_hooks; /* below */
-
 kq_status T(kq_settling_assign)(settling *w, int n, int m, num *memory, size_t length, scaled *gain)
 {
     if (!w || !memory || !gain) return KQ_ERR_NULL;
     if (!size_is_valid(n) || !size_is_valid(m)) return KQ_ERR_SIZE;
     if (length < (size_t)SETTLING_LEN(n)) return KQ_ERR_MEMORY;
-    *w = (settling){.attached = {&settling_hooks},
+    *w = (settling){.attached = {&T(kq_settling_hooks)},
                     .states = (uint8_t)n,
                     .components = (uint8_t)m,
                     .length = (uint16_t)SETTLING_LEN(n),
@@ -84,6 +81,25 @@ static int roots_are_same(const num *a, const num *b, int n)
 {
     for (int k = 0; k < ROOT_LEN(n); k++) {
         if (a[k] != b[k]) return 0;
+    }
+    return 1;
+}
+
+/* Is no row of a further from that of b than 2^-bits of itself? */
+static int root_has_settled(const num *a, const num *b, int n, int bits)
+{
+    for (int i = 0; i < n; i++) {
+        scaled norm = scaled_normal(root_entry(a, n, i, i)), change;
+        change = scaled_minus(norm, scaled_normal(root_entry(b, n, i, i)));
+        norm = scaled_times(norm, norm);
+        change = scaled_times(change, change);
+        for (int k = i + 1; k < n; k++) {
+            const scaled entry = scaled_normal(root_entry(a, n, i, k));
+            const scaled d = scaled_minus(entry, scaled_normal(root_entry(b, n, i, k)));
+            norm = scaled_plus(norm, scaled_times(entry, entry));
+            change = scaled_plus(change, scaled_times(d, d));
+        }
+        if (scaled_is_less(scaled_shift(norm, -2 * bits), change)) return 0;
     }
     return 1;
 }
@@ -180,11 +196,9 @@ static int settling_rests(const filter *f)
            roots_are_same(w->memory, filter_root(f), f->states);
 }
 
-static const hooks settling_hooks = {
-    .predict = settling_predict, .step = settling_step, .rests = settling_rests, KQ_RECORDS_NOTHING};
-
-kq_status T(kq_settling_attach)(settling *w, filter *f)
+static kq_status settling_attach(filter *f, attached *object)
 {
+    settling *w = (settling *)object;
     kq_status status = settling_check(w);
     if (!status) status = filter_check(f);
     if (status) return status;
@@ -193,20 +207,23 @@ kq_status T(kq_settling_attach)(settling *w, filter *f)
     w->phase = SETTLING_MOVING;
     w->process = 0;
     w->sensor = 0;
-    w->attached.hooks = &settling_hooks;
     w->filter = f;
     filter_set_attached(f, &w->attached);
     return KQ_OK;
 }
 
-kq_status T(kq_settling_detach)(settling *w)
+static kq_status settling_detach(attached *object)
 {
+    settling *w = (settling *)object;
     const kq_status status = settling_check(w);
     if (status) return status;
     if (w->filter && w->filter->attached == &w->attached) filter_set_attached(w->filter, 0);
     w->filter = 0;
     return KQ_OK;
 }
+
+const hooks T(kq_settling_hooks) = {
+    .attach = settling_attach, .detach = settling_detach, .predict = settling_predict, .step = settling_step, .rests = settling_rests, KQ_RECORDS_NOTHING};
 
 int T(kq_settling_is_settled)(const settling *w) { return w && w->phase == SETTLING_SETTLED; }
 

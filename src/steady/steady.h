@@ -1,4 +1,4 @@
-/* The steady-state filter at sizes known at run time, its schedule and its smoother. */
+/* The steady-state filter at sizes known at run time. */
 #ifndef KQ_SRC_STEADY_STEADY_H
 #define KQ_SRC_STEADY_STEADY_H
 

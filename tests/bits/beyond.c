@@ -28,7 +28,6 @@ static num out[4][N * N];
 _Static_assert(LENGTH(pool) >= POINT_LEN(N, C), "point");
 _Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
 _Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
-_Static_assert(LENGTH(pool) >= STEADY_WORK_LEN(N, C), "schedule");
 _Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
 _Static_assert(LENGTH(pool) >= ADAPTATION_LEN(N, C), "adaptation");
 _Static_assert(LENGTH(pool) >= LAG_LEN(N, C, LAG), "lag");
@@ -107,7 +106,7 @@ static void lag(void)
     num z[C];
     begin();
     put_status(K(lag_assign)(&past, M.n, M.m, LAG, pool, LENGTH(pool)));
-    put_status(K(lag_attach)(&past, &filter));
+    put_status(K(attach)(&filter, &past.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
@@ -138,7 +137,7 @@ static void point(void)
     num z[C];
     begin();
     put_status(K(point_assign)(&instant, M.n, M.m, pool, LENGTH(pool)));
-    put_status(K(point_attach)(&instant, &filter));
+    put_status(K(attach)(&filter, &instant.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
@@ -166,70 +165,48 @@ static void solve(void)
     check("steady state", 0);
 }
 
-/* Answers how many gains there are; where there is no schedule, the filter's own as the only one.
- */
-static size_t schedule(void)
+/* The gains of the first updates behind the prior */
+static void make_gains(void)
 {
-    size_t used = 0;
+    static const num z[C];
     begin();
-    const kq_status status =
-        K(steady_schedule)(&filter, &process, &sensor, pool, LENGTH(pool), 4, gains, GAINS, &used);
-    put_status(status);
-    if (status) {
-        put_status(K(gain)(&filter, &sensor, gains));
-        used = 1;
+    for (int t = 0; t < GAINS; t++) {
+        put_status(K(gain)(&filter, &sensor, gains + t * M.n * M.m));
+        put_status(K(update)(&filter, &sensor, z));
+        put_status(K(predict)(&filter, &process, NULL));
     }
-    put_word((uint32_t)used);
-    put_all(gains, (int)used * M.n * M.m);
+    put_all(gains, GAINS * M.n * M.m);
     check("gains", 0);
-    return used;
 }
 
-static void put_steady(const K(steady) * steady, num *x)
+static void put_steady(const K(steady) * steady)
 {
-    for (int i = 0; i < M.n; i++) x[i] = K(steady_mean)(steady, i);
-    put_all(x, M.n);
+    for (int i = 0; i < M.n; i++) put(K(steady_mean)(steady, i));
 }
 
-static void steady_filter(num *x, num *e)
+static void steady_filter(void)
 {
     K(steady) steady;
-    num z[C], mean[N];
-    const size_t used = schedule();
+    num z[C], e[C], mean[N];
+    make_gains();
     put_status(K(steady_assign)(&steady, M.n, M.m, mean, N));
-    put_status(K(steady_init)(&steady, &process, &sensor, M.x0, gains, used));
+    put_status(K(steady_init)(&steady, &process, &sensor, M.x0, gains, GAINS));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
-        put_status(K(steady_innovation)(&steady, z, e + t * M.m));
-        put_all(e + t * M.m, M.m);
+        put_status(K(steady_innovation)(&steady, z, e));
+        put_all(e, M.m);
         if (t == 0) put_status(K(steady_update)(&steady, z));
         else if (t == 5) put_status(K(steady_predict)(&steady, draw_control()));
         else put_status(K(steady_step)(&steady, draw_control(), z));
-        put_steady(&steady, x + t * M.n);
+        put_steady(&steady);
     }
     check("steady-state filter", STEPS);
 }
 
-static void steady_smoother(num *x, const num *e)
-{
-    num root[KQ_TRIANGLE(N)];
-    const K(steady_smoother) constants = {M.n, M.m, root, out[0], out[1]};
-    put_status(K(steady_smoother_make)(&filter, &process, &sensor, pool, LENGTH(pool), root, out[0],
-                                       out[1]));
-    put_all(root, KQ_TRIANGLE(M.n));
-    put_all(out[0], M.n * M.n);
-    put_all(out[1], M.n * M.m);
-    put_status(K(steady_smooth)(&constants, x, e, STEPS));
-    put_all(x, STEPS * M.n);
-    check("steady-state smoother", STEPS);
-}
-
 static void steady(void)
 {
-    static num x[STEPS * N], e[STEPS * C];
     solve();
-    steady_filter(x, e);
-    steady_smoother(x, e);
+    steady_filter();
 }
 
 /* Settles within the steps, mostly; then lacks a measurement. */
@@ -240,7 +217,7 @@ static void lazy(void)
     begin();
     put_status(K(settling_assign)(&lazy, M.n, M.m, memory, LENGTH(memory), gains));
     put_status(K(settling_init)(&lazy, 4));
-    need(K(settling_attach)(&lazy, &filter));
+    need(K(attach)(&filter, &lazy.attached));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, 0);
         if (t == STEPS + 4) put_status(K(settling_release)(&lazy));
@@ -333,7 +310,7 @@ static void reweighted(void)
     num z[C], q[STEPS];
     begin();
     put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
-    put_status(K(history_attach)(&tape, &filter));
+    put_status(K(attach)(&filter, &tape.attached));
     for (int t = 0; t < STEPS; t++) {
         q[t] = 1 + 5 * (num)(t % 4);
         draw_measurement(z, t);
@@ -451,7 +428,7 @@ static void start(uint32_t unknown)
     put_status(K(start_assign)(&s, M.n, EARLY, early_memory, LENGTH(early_memory)));
     put_status(K(start_init)(&s, &filter, M.x0, M.P0, unknown));
     put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
-    put_status(K(history_attach)(&tape, &filter));
+    put_status(K(attach)(&filter, &tape.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(t == 1 ? K(update_subset)(&filter, &sensor, z, UINT32_C(1))
@@ -476,7 +453,7 @@ static void adaptation(kq_adapted scales)
     begin();
     put_status(K(adaptation_assign)(&a, M.n, M.m, pool, LENGTH(pool)));
     put_status(K(adaptation_init)(&a, &process, &sensor, &rule));
-    need(K(adaptation_attach)(&a, &filter));
+    need(K(attach)(&filter, &a.attached));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
@@ -548,97 +525,5 @@ void run_beyond(const model_case *c)
     adaptation(KQ_ADAPT_PROCESS);
     adaptation(KQ_ADAPT_SENSOR);
     learn();
-    digest_end();
-}
-
-/* ------------------------------------------------------------------ model builders */
-
-static num model_memory[KQ_MODEL_LEN(N, N, C)];
-static K(model) built;
-
-static void build(int n, int r, int m)
-{
-    put_status(K(model_assign)(&built, n, r, m, model_memory, LENGTH(model_memory)));
-}
-
-static void put_model(const char *name, kq_status status)
-{
-    const int n = built.states, r = built.noises, m = built.components;
-    put_status(status);
-    put_all(built.A, n * n);
-    put_all(built.F, n * r);
-    put_all(built.H, m * n);
-    put_all(built.R, m);
-    put_all(built.x0, n);
-    put_all(built.P0, n * n);
-    check(name, n);
-}
-
-static void time_series(void)
-{
-    const num phi[4] = {digest_falsify((num)0.625), (num)0.25, (num)-0.375, (num)0.125};
-    const num theta[3] = {(num)0.75, (num)-0.5, (num)0.3125};
-    build(KQ_AR_STATES(4), 1, 1);
-    put_model("ar", K(model_ar)(&built, phi, 4, 3, (num)0.5));
-    build(KQ_MA_STATES(3), 1, 1);
-    put_model("ma", K(model_ma)(&built, theta, 3, 3, 0));
-    build(KQ_ARMA_STATES(2, 3), 1, 1);
-    put_model("arma", K(model_arma)(&built, phi, 2, theta, 3, 3, (num)0.25));
-    build(KQ_ARMA_STATES(4, 1), 1, 1);
-    put_model("arma", K(model_arma)(&built, phi, 4, theta, 1, 7, 0));
-}
-
-static void structural(const num *any, const num *variance)
-{
-    build(3, 3, 1);
-    put_model("regression", K(model_regression)(&built, any, 3, variance, 2, any, variance));
-    build(1, 1, 1);
-    put_model("level", K(model_level)(&built, variance[0], 3, any[0], variance[1]));
-    build(2, 2, 1);
-    put_model("trend", K(model_trend)(&built, variance, 3, any, variance));
-    build(KQ_SEASON_STATES(7), 1, 1);
-    put_model("season", K(model_season)(&built, 7, variance[2], 3, any, variance));
-    build(KQ_TREND_SEASON_STATES(4), 3, 1);
-    put_model("trend and season", K(model_trend_season)(&built, 4, variance, 3, NULL, variance));
-}
-
-static void motion(const num *any, const num *variance)
-{
-    const num dt = (num)0.3125;
-    build(KQ_VELOCITY_STATES(3), KQ_VELOCITY_NOISES(3), 3);
-    put_model("velocity", K(model_velocity)(&built, 3, dt, variance, variance, any, variance));
-    build(KQ_ACCELERATION_STATES(3), KQ_ACCELERATION_NOISES(3), 3);
-    put_model("acceleration",
-              K(model_acceleration)(&built, 3, dt, variance, variance, any, variance));
-}
-
-/* A of row sums below 1 */
-static void stationary(const num *any, const num *variance)
-{
-    enum { FACTORS = 4 };
-    num A[FACTORS * FACTORS], F[FACTORS * 2];
-    for (int k = 0; k < FACTORS * FACTORS; k++) A[k] = model_draw() / FACTORS;
-    for (int k = 0; k < FACTORS * 2; k++) F[k] = model_draw();
-    A[0] += (num)0.125;
-    build(FACTORS, FACTORS, 2);
-    put_model("factor", K(model_factor)(&built, FACTORS, 2, any, A, variance, variance));
-    put_status(K(stationary_covariance)(out[0], A, F, FACTORS, 2));
-    put_all(out[0], FACTORS * FACTORS);
-    check("stationary covariance", FACTORS);
-}
-
-void run_models(void)
-{
-    num any[N], variance[N];
-    digest_begin("models");
-    for (int k = 0; k < N; k++) {
-        any[k] = model_draw();
-        variance[k] = model_draw();
-        variance[k] *= 16 * variance[k];
-    }
-    time_series();
-    structural(any, variance);
-    motion(any, variance);
-    stationary(any, variance);
     digest_end();
 }

@@ -8,6 +8,5 @@
 enum { BEYOND_STATES = 9, BEYOND_COMPONENTS = 3 }; /* the largest model */
 
 void run_beyond(const model_case *c);
-void run_models(void);
 
 #endif

@@ -62,7 +62,7 @@ static void prepare(const model_case *c)
 static void begin(void)
 {
     put_status(K(filter_init)(&filter, M.x0, M.P0));
-    put_status(K(history_attach)(&history, &filter));
+    put_status(K(attach)(&filter, &history.attached));
 }
 
 static void put_state(const K(filter) * f)
@@ -196,7 +196,6 @@ static void run_others(void)
     for (int k = 0; k < CASES; k++) {
         if (cases[k].n <= BEYOND_STATES) run_beyond(&cases[k]);
     }
-    run_models();
 }
 
 int main(void)

@@ -133,8 +133,9 @@ static void begin(void)
 static void record(void)
 {
     put_status(K(history_assign)(&history, M.n, pool, LENGTH(pool)));
-    put_status(K(jacobians_assign)(&jacobians, M.n, processes, STEPS, kept_memory, LENGTH(kept_memory)));
-    put_status(K(history_attach_extended)(&history, &filter, &jacobians));
+    put_status(K(jacobians_assign)(&jacobians, &history, M.n, processes, STEPS, kept_memory,
+                                   LENGTH(kept_memory)));
+    put_status(K(attach)(&filter, &jacobians.attached));
 }
 
 /* ------------------------------------------------------------------ what is digested */
@@ -163,7 +164,7 @@ static void smooth(const char *name)
         put_filter(&at);
     }
     check(name, STEPS);
-    put_status(K(history_detach)(&history));
+    put_status(K(detach)(&history.attached));
 }
 
 /* ------------------------------------------------------------------ by Jacobians */
@@ -204,7 +205,7 @@ static void run_lag(void)
     static K(lag) lag;
     begin();
     put_status(K(lag_assign)(&lag, M.n, M.m, LAG, pool, LENGTH(pool)));
-    put_status(K(lag_attach)(&lag, &filter));
+    put_status(K(attach)(&filter, &lag.attached));
     for (int t = 0; t < STEPS; t++) {
         draw(t);
         if (t) {

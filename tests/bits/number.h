@@ -16,7 +16,6 @@ typedef float num;
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32
 #define EM_LEN KQ_EM_LEN_F32
-#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F32
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define SMALL 0x1p-42f /* variances at the lower end of those that count */
 #define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
@@ -34,7 +33,6 @@ typedef double num;
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
 #define EM_LEN KQ_EM_LEN_F64
-#define STEADY_WORK_LEN KQ_STEADY_WORK_LEN_F64
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define SMALL 0x1p-170
 #define TINY 0x1p-1018

@@ -9,7 +9,7 @@ import numpy as np
 
 import kalmanq
 from kalmanq import Filter, LagSmoother, PointSmoother, Robust, Run, Smoother, SteadyFilter
-from kalmanq.core import ffi, lib
+from kalmanq.core import ARITHMETICS, ffi, lib
 from kalmanq.run.filters import LEVELS
 
 NOT_A_WORD = -(2**31)
@@ -190,7 +190,7 @@ class Calls:
         return ffi.cast(f"{self.kind} *", self.kept[-1].ctypes.data)
 
     def memory(self, stem: str, *sizes: int) -> tuple[Any, int]:
-        length = int(getattr(lib, f"kq_{stem}_length_{self.name}")(*sizes))
+        length = ARITHMETICS[self.name].length(stem, *sizes)
         return self.array(np.zeros(length)), length
 
     def made(self, stem: str, size: int, *sizes: int) -> Any:

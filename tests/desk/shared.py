@@ -10,10 +10,19 @@ library = ctypes.CDLL(sys.argv[1])
 TYPES = {"f32": ctypes.c_float, "f64": ctypes.c_double}
 
 
-def size(name: str, *arguments: int) -> int:
-    function = getattr(library, f"kq_{name}")
-    function.restype = ctypes.c_uint64 if "_length_" in name else ctypes.c_size_t
-    return function(*arguments)
+PROCESS, SENSOR, FILTER, HISTORY, LAG, CONSISTENCY = 0, 1, 2, 3, 4, 8  # kq_object
+
+
+def length_of(arithmetic: str, thing: int, n: int = 0, m: int = 0, k: int = 0, l: int = 0) -> int:
+    function = getattr(library, f"kq_length_{arithmetic}")
+    function.restype = ctypes.c_uint64
+    return function(thing, n, m, ctypes.c_size_t(k), ctypes.c_size_t(l))
+
+
+def size_of(arithmetic: str, thing: int) -> int:
+    function = getattr(library, f"kq_object_size_{arithmetic}")
+    function.restype = ctypes.c_size_t
+    return function(thing)
 
 
 def level(arithmetic: str) -> float:
@@ -25,11 +34,9 @@ def level(arithmetic: str) -> float:
         if status:
             sys.exit(f"{name}_{arithmetic}: {status}")
 
-    def made(name: str, *sizes: int) -> object:
-        thing = ctypes.create_string_buffer(size(f"{name}_size_{arithmetic}"))
-        length = size(f"{name}_length_{arithmetic}", sizes[0] if name == "filter" else sizes[-1])
-        if name == "process":
-            length = size(f"process_length_{arithmetic}", sizes[0])
+    def made(name: str, kind: int, *sizes: int) -> object:
+        thing = ctypes.create_string_buffer(size_of(arithmetic, kind))
+        length = length_of(arithmetic, kind, *sizes)
         memory = (number * length)()
         kept.append(memory)
         call(f"{name}_assign", thing, *sizes, memory, ctypes.c_size_t(length))
@@ -38,7 +45,7 @@ def level(arithmetic: str) -> float:
     kept: list[object] = []
     one = (number * 1)(1)
     four, zero, hundred = (number * 1)(4), (number * 1)(0), (number * 1)(100)
-    process, sensor, filter_ = made("process", 1, 0), made("sensor", 1, 1), made("filter", 1)
+    process, sensor, filter_ = made("process", PROCESS, 1, 0), made("sensor", SENSOR, 1, 1), made("filter", FILTER, 1)
     call("process_init", process, one, None, one)
     call("sensor_init", sensor, one, four)
     call("filter_init", filter_, zero, hundred)
@@ -61,11 +68,10 @@ def exact() -> float:
 for arithmetic, limit in (("f32", 1e-6), ("f64", 1e-14)):
     if not abs(level(arithmetic) - exact()) < limit:
         sys.exit(f"{arithmetic}: {level(arithmetic)!r}, not {exact()!r}")
-wrong = [name for name, arguments in (
-    ("filter_length_f32", (0,)), ("filter_length_q31", (17,)), ("history_length_f64", (2, 0, 1, 0)),
-    ("consistency_length_q31", (1, 40000))) if size(name, *arguments) != 0]
+wrong = [arguments for arguments in (("f32", FILTER, 0), ("q31", FILTER, 17), ("f64", HISTORY, 2, 0, 1),
+                                     ("q31", CONSISTENCY, 0, 1, 40000)) if length_of(*arguments) != 0]
 if wrong:
-    sys.exit(f"a size that is none has a length: {', '.join(wrong)}")
-if size("filter_length_f32", 4) != 18 or size("lag_length_f32", 4, 2, 10) * 4 != 3232:
+    sys.exit(f"a size that is none has a length: {wrong}")
+if length_of("f32", FILTER, 4) != 18 or length_of("f32", LAG, 4, 2, 10) * 4 != 3232:
     sys.exit("lengths are not those of size.h")
 print("the shared library is called by sizes and lengths alone")

@@ -28,7 +28,7 @@ def by_hand(model, z, nu, passes, first):
     number = lambda value: ffi.new("double[]", list(np.ravel(value)))
     process, target, sensor = (ffi.new(f"kq_{name}_f64 *") for name in ("process", "process", "sensor"))
     filter_, history = ffi.new("kq_filter_f64 *"), ffi.new("kq_history_f64 *")
-    length = int(lib.kq_history_length_f64(1, 1, len(z), 0))
+    length = int(lib.kq_length_f64(lib.KQ_OBJECT_HISTORY, 1, 1, len(z), 0))
     memory = [ffi.new("double[]", size) for size in (64, 64, 64, 64, length)]
     require(lib.kq_process_assign_f64(process, 1, 0, memory[0], 64), "process")
     require(lib.kq_process_assign_f64(target, 1, 0, memory[1], 64), "target")
@@ -41,7 +41,7 @@ def by_hand(model, z, nu, passes, first):
     q = number(np.full(len(z) - 1, first))
     for _ in range(passes):
         require(lib.kq_filter_init_f64(filter_, number(model.x0), number(model.P0)), "start")
-        require(lib.kq_history_attach_f64(history, filter_), "history")
+        require(lib.kq_attach_f64(filter_, ffi.addressof(history[0], "attached")), "history")
         for t, value in enumerate(z):
             if t:
                 require(lib.kq_process_scale_noise_f64(target, process, q[t - 1]), "scale")

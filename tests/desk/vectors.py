@@ -472,7 +472,7 @@ class Replay:
         self.kept.append((memory, self.h))
         status = lib.kq_history_assign_q31(self.h, self.n, Q31.pointer(memory), words)
         self.tell("records")
-        return [status or lib.kq_history_attach_q31(self.h, self.f._handle)]
+        return [status or attached(self.f, self.h)]
 
     start_history = history
 
@@ -543,7 +543,7 @@ class Replay:
         m, longest = given.word(), given.word()
         self.lag_ = self.f._object("lag", self.n, m, longest, sizes=(self.n, m, longest))
         self.tell("is_followed", "lag", longest)
-        return [lib.kq_lag_attach_q31(self.lag_, self.f._handle)]
+        return [attached(self.f, self.lag_)]
 
     def lag_predict(self, given: Inputs) -> list[int]:
         parts = self.use(self.take_process(given), 0)
@@ -568,7 +568,7 @@ class Replay:
         m = given.word()
         self.point_ = self.f._object("point", self.n, m, sizes=(self.n, m))
         self.tell("is_followed", "point", 0)
-        return [lib.kq_point_attach_q31(self.point_, self.f._handle)]
+        return [attached(self.f, self.point_)]
 
     def point_predict(self, given: Inputs) -> list[int]:
         return self.predict(given)
@@ -581,21 +581,21 @@ class Replay:
 
     # ------------------------------------------------------------------ steady state and settling
 
-    def schedule(self, given: Inputs) -> list[int]:
+    def gains(self, given: Inputs) -> list[int]:
         parts = self.use(given.word(), given.word())
-        bits, steps = given.word(), given.word()
-        n, m = self.n, parts.model.m
-        gains, used = self.numbers(steps, n, m), ffi.new("size_t *")
-        memory = Q31.empty(Q31.function("steady_work_length")(n, m))
-        status = lib.kq_steady_schedule_q31(self.f._handle, parts.process, parts.sensor, Q31.pointer(memory),
-                                            memory.size, bits, gains, steps, used)
-        self.gains, self.gain_count = gains, used[0]
-        return [status, used[0], *pairs(gains, used[0] * n * m)]
+        count, size = given.word(), self.n * parts.model.m
+        self.gain_list, self.gain_count, status = self.numbers(count, size), count, 0
+        z = ffi.new("int32_t[]", parts.model.m)
+        for t in range(count):
+            status = (status or lib.kq_gain_q31(self.f._handle, parts.sensor, self.gain_list + t * size)
+                      or lib.kq_update_q31(self.f._handle, parts.sensor, z)
+                      or lib.kq_predict_q31(self.f._handle, parts.process, ffi.NULL))
+        return [status, *pairs(self.gain_list, count * size)]
 
     def gain_values(self, parts: Parts) -> np.ndarray:
-        """The last gain of the schedule in physical units."""
+        """The last gain in physical units."""
         n, m = self.n, parts.model.m
-        words = np.array(pairs(self.gains + (self.gain_count - 1) * n * m, n * m), dtype=object).reshape(n, m, 2)
+        words = np.array(pairs(self.gain_list + (self.gain_count - 1) * n * m, n * m), dtype=object).reshape(n, m, 2)
         scale = np.subtract.outer(self.fractions, parts.fractions("measurements"))
         return np.ldexp(words[..., 0].astype(float), words[..., 1].astype(int) - scale)
 
@@ -608,10 +608,10 @@ class Replay:
             return self.steady_by_one(mean, self.gain_values(parts))
         memory = Q31.empty(2 * n)
         self.s = Q31.struct("steady")
-        self.kept += [memory, self.s, self.gains]
+        self.kept += [memory, self.s, self.gain_list]
         words = ffi.new("int32_t[]", mean)
         status = lib.kq_steady_assign_q31(self.s, n, m, Q31.pointer(memory), memory.size)
-        status = status or lib.kq_steady_init_q31(self.s, parts.process, parts.sensor, words, self.gains,
+        status = status or lib.kq_steady_init_q31(self.s, parts.process, parts.sensor, words, self.gain_list,
                                                   self.gain_count)
         return [status, *self.steady_words()]
 
@@ -643,18 +643,6 @@ class Replay:
             rows = self.values(u, parts, "controls"), self.values(list(z), parts, "measurements")
             self.tell("steps_steadily", what, *rows, self.steady_words())
         return [*made, status, *self.steady_words()]
-
-    def steady_smooth(self, given: Inputs) -> list[int]:
-        parts = self.use(given.word(), given.word())
-        n, m, steps = self.n, parts.model.m, given.word()
-        x, e = ffi.new("int32_t[]", given.words(steps * n)), ffi.new("int32_t[]", given.words(steps * m))
-        memory = Q31.empty(Q31.function("steady_work_length")(n, m))
-        root, back, drive = ffi.new("int32_t[]", n * (n + 1) // 2 + n), self.numbers(n, n), self.numbers(n, m)
-        made = [lib.kq_steady_smoother_make_q31(self.f._handle, parts.process, parts.sensor, Q31.pointer(memory),
-                                                memory.size, root, back, drive)]
-        made += [*root, *pairs(back, n * n), *pairs(drive, n * m)]
-        constants = ffi.new("kq_steady_smoother_q31 *", [n, m, root, back, drive])
-        return [*made, lib.kq_steady_smooth_q31(constants, x, e, steps), *x]
 
     def switch(self, given: Inputs) -> list[int]:
         parts = self.use(0, given.word())
@@ -892,6 +880,10 @@ class Replay:
         status = status_of(lambda: self.f.update(z))
         scales = scaled(self.f.scales)
         return self.takes(status, z, None, tuple(scales))
+
+
+def attached(f: Filter, thing: Any) -> int:
+    return lib.kq_attach_q31(f._handle, ffi.addressof(thing[0], "attached"))
 
 
 def drawn(draw: int) -> int:

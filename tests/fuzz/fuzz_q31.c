@@ -255,7 +255,7 @@ static void attach(run *r)
     const int n = r->m.n;
     const int length = (int)KQ_HISTORY_LEN_Q31(n, between(1, 12), between(1, STEPS), between(0, 9));
     must(kq_history_assign_q31(&r->history, n, TAKE(int32_t, length), (size_t)length), "history");
-    must(kq_history_attach_q31(&r->history, &r->filter), "attach");
+    must(kq_attach_q31(&r->filter, &r->history.attached), "attach");
     for (int t = 0; t <= STEPS; t++) {
         if (!r->filtered[t]) r->filtered[t] = TAKE(kq_scaled_q31, n * n);
     }
@@ -339,7 +339,7 @@ static void adapt(run *r)
          "adaptation");
     const kq_status status = kq_adaptation_init_q31(&a, &r->m.process[0], s, &rule);
     demand(status == KQ_OK || status == KQ_ERR_COEFFICIENT, "adaptation_init", status);
-    if (!status) must(kq_adaptation_attach_q31(&a, &r->filter), "adaptation_attach");
+    if (!status) must(kq_attach_q31(&r->filter, &a.attached), "adaptation_attach");
     for (int k = 0; !status && k < 100; k++) {
         if (r->calm) likely_words(&r->filter, s, z);
         else random_words(z, s->measurement_format, m);
@@ -353,7 +353,7 @@ static void adapt(run *r)
         check_scale(kq_adaptation_sensor_scale_q31(&a));
         check_filter(&r->filter);
     }
-    if (!status) must(kq_adaptation_detach_q31(&a), "adaptation_detach");
+    if (!status) must(kq_detach_q31(&a.attached), "adaptation_detach");
 }
 
 static void run_model(run *r)

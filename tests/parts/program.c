@@ -168,7 +168,7 @@ int main(void)
     stack_paint();
     kq_status status = begin();
 #ifdef RECORD
-    if (!status) status = TYPED(kq_history_attach)(&tape, &filter);
+    if (!status) status = TYPED(kq_attach)(&filter, &tape.attached);
 #endif
     for (int t = 0; t < STEPS && !status; t++) status = step(t);
 #ifdef RECORD

@@ -87,7 +87,7 @@ template <> struct Api<float> {
     static constexpr auto filterCheck = kq_filter_check_f32;
 
     static constexpr auto historyAssign = kq_history_assign_f32;
-    static constexpr auto historyAttach = kq_history_attach_f32;
+    static constexpr auto attach = kq_attach_f32;
     static constexpr auto historySteps = kq_history_steps_f32;
     static constexpr auto smooth = kq_smooth_f32;
     static constexpr auto smoothStates = kq_smooth_states_f32;
@@ -171,7 +171,7 @@ template <> struct Api<double> {
     static constexpr auto filterCheck = kq_filter_check_f64;
 
     static constexpr auto historyAssign = kq_history_assign_f64;
-    static constexpr auto historyAttach = kq_history_attach_f64;
+    static constexpr auto attach = kq_attach_f64;
     static constexpr auto historySteps = kq_history_steps_f64;
     static constexpr auto smooth = kq_smooth_f64;
     static constexpr auto smoothStates = kq_smooth_states_f64;
@@ -251,7 +251,7 @@ template <> struct Api<Q31> {
     static constexpr auto filterCheck = kq_filter_check_q31;
 
     static constexpr auto historyAssign = kq_history_assign_q31;
-    static constexpr auto historyAttach = kq_history_attach_q31;
+    static constexpr auto attach = kq_attach_q31;
     static constexpr auto historySteps = kq_history_steps_q31;
     static constexpr auto smooth = kq_smooth_q31;
     static constexpr auto smoothStates = kq_smooth_states_q31;

@@ -59,7 +59,7 @@ template <class T> class LibraryRun
     {
         const std::size_t steps = sequence_.steps.size();
         history_ = std::make_unique<HistoryOwner<T>>(states_, depth(sequence_), steps, steps);
-        kq::require(Api::historyAttach(history_->get(), filter_.get()), "history attach");
+        kq::require(Api::attach(filter_.get(), &history_->get()->attached), "history attach");
     }
 
     /// The readings of a step, one call each; how many scalar measurements each call took.

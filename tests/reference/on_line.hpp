@@ -26,7 +26,7 @@ template <> struct OnLine<float> {
         return KQ_POINT_LEN_F32(n, m);
     }
     static constexpr auto lagAssign = kq_lag_assign_f32;
-    static constexpr auto lagAttach = kq_lag_attach_f32;
+    static constexpr auto attach = kq_attach_f32;
     static constexpr auto lagSmooth = kq_lag_smooth_f32;
     static constexpr auto lagSmoothStates = kq_lag_smooth_states_f32;
     static constexpr auto lagSteps = kq_lag_steps_f32;
@@ -34,7 +34,6 @@ template <> struct OnLine<float> {
     static constexpr auto lagMeanLow = kq_lag_mean_low_f32;
     static constexpr auto lagCovariance = kq_lag_covariance_f32;
     static constexpr auto pointAssign = kq_point_assign_f32;
-    static constexpr auto pointAttach = kq_point_attach_f32;
     static constexpr auto pointSmooth = kq_point_smooth_f32;
     static constexpr auto pointMean = kq_point_mean_f32;
     static constexpr auto pointMeanLow = kq_point_mean_low_f32;
@@ -53,7 +52,7 @@ template <> struct OnLine<double> {
         return KQ_POINT_LEN_F64(n, m);
     }
     static constexpr auto lagAssign = kq_lag_assign_f64;
-    static constexpr auto lagAttach = kq_lag_attach_f64;
+    static constexpr auto attach = kq_attach_f64;
     static constexpr auto lagSmooth = kq_lag_smooth_f64;
     static constexpr auto lagSmoothStates = kq_lag_smooth_states_f64;
     static constexpr auto lagSteps = kq_lag_steps_f64;
@@ -61,7 +60,6 @@ template <> struct OnLine<double> {
     static constexpr auto lagMeanLow = kq_lag_mean_low_f64;
     static constexpr auto lagCovariance = kq_lag_covariance_f64;
     static constexpr auto pointAssign = kq_point_assign_f64;
-    static constexpr auto pointAttach = kq_point_attach_f64;
     static constexpr auto pointSmooth = kq_point_smooth_f64;
     static constexpr auto pointMean = kq_point_mean_f64;
     static constexpr auto pointMeanLow = kq_point_mean_low_f64;
@@ -80,7 +78,7 @@ template <> struct OnLine<Q31> {
         return KQ_POINT_LEN_Q31(n, m);
     }
     static constexpr auto lagAssign = kq_lag_assign_q31;
-    static constexpr auto lagAttach = kq_lag_attach_q31;
+    static constexpr auto attach = kq_attach_q31;
     static constexpr auto lagSmooth = kq_lag_smooth_q31;
     static constexpr auto lagSmoothStates = kq_lag_smooth_states_q31;
     static constexpr auto lagSteps = kq_lag_steps_q31;
@@ -88,7 +86,6 @@ template <> struct OnLine<Q31> {
     static constexpr auto lagMeanLow = kq_lag_mean_low_q31;
     static constexpr auto lagCovariance = kq_lag_covariance_q31;
     static constexpr auto pointAssign = kq_point_assign_q31;
-    static constexpr auto pointAttach = kq_point_attach_q31;
     static constexpr auto pointSmooth = kq_point_smooth_q31;
     static constexpr auto pointMean = kq_point_mean_q31;
     static constexpr auto pointMeanLow = kq_point_mean_low_q31;
@@ -127,7 +124,7 @@ template <class T> class LagOwner : NotCopied
 
     void attach(FilterOwner<T> &filter)
     {
-        kq::require(Api::lagAttach(&handle_, filter.get()), "lag attach");
+        kq::require(Api::attach(filter.get(), &handle_.attached), "lag attach");
     }
 
     int steps() const { return (int)Api::lagSteps(&handle_); }
@@ -169,7 +166,7 @@ template <class T> class PointOwner : NotCopied
 
     void attach(FilterOwner<T> &filter)
     {
-        kq::require(Api::pointAttach(&handle_, filter.get()), "point attach");
+        kq::require(Api::attach(filter.get(), &handle_.attached), "point attach");
     }
 
     Belief<Wide<T>> smooth()

@@ -27,7 +27,7 @@ template <> struct Adaptation<float> {
     using Rule = kq_adaptation_rule_f32;
     using Number = float;
     static constexpr auto init = kq_adaptation_init_f32;
-    static constexpr auto attach = kq_adaptation_attach_f32;
+    static constexpr auto attach = kq_attach_f32;
     static constexpr auto processScale = kq_adaptation_process_scale_f32;
     static constexpr auto sensorScale = kq_adaptation_sensor_scale_f32;
     std::vector<float> memory;
@@ -45,7 +45,7 @@ template <> struct Adaptation<double> {
     using Rule = kq_adaptation_rule_f64;
     using Number = double;
     static constexpr auto init = kq_adaptation_init_f64;
-    static constexpr auto attach = kq_adaptation_attach_f64;
+    static constexpr auto attach = kq_attach_f64;
     static constexpr auto processScale = kq_adaptation_process_scale_f64;
     static constexpr auto sensorScale = kq_adaptation_sensor_scale_f64;
     std::vector<double> memory;
@@ -63,7 +63,7 @@ template <> struct Adaptation<Q31> {
     using Rule = kq_adaptation_rule_q31;
     using Number = kq_scaled_q31;
     static constexpr auto init = kq_adaptation_init_q31;
-    static constexpr auto attach = kq_adaptation_attach_q31;
+    static constexpr auto attach = kq_attach_q31;
     static constexpr auto processScale = kq_adaptation_process_scale_q31;
     static constexpr auto sensorScale = kq_adaptation_sensor_scale_q31;
     std::vector<kq_scaled_q31> memory;
@@ -232,7 +232,7 @@ template <class T> class Run
                                      number(0x1p-10), number(0x1p10), number(0x1p-10),
                                      number(0x1p10)};
         kq::require(Tool::init(&adaptation_, process_.get(), sensor_.get(), &of), "init");
-        kq::require(Tool::attach(&adaptation_, filter_.get()), "attach");
+        kq::require(Tool::attach(filter_.get(), &adaptation_.attached), "attach");
     }
 
     void step()

@@ -76,8 +76,8 @@ class Run:
         self.jacobians, processes = np.zeros(256, dtype=np.uint8), np.zeros(200 * model.steps, dtype=np.uint8)
         words = np.zeros(n * n * 2 * model.steps + 1000, dtype=k.type)
         k.kept += [processes, words]
-        k.call("jacobians_assign", self.jacobians, n, processes, model.steps, words, len(words))
-        k.call("history_attach_extended", self.tape, self.filter, self.jacobians)
+        k.call("jacobians_assign", self.jacobians, self.tape, n, processes, model.steps, words, len(words))
+        k.call("attach", self.filter, self.jacobians)  # `attached` comes first
         self.work = np.zeros(4096, dtype=k.type)
 
     def mean(self):
@@ -208,8 +208,8 @@ class Iterated(Run):
         k = self.k
         for number in range(count):
             k.call("filter_init", self.filter, k.numbers(self.model.x0), k.numbers(self.model.P0))
-            k.call("history_detach", self.tape)
-            k.call("history_attach_extended", self.tape, self.filter, self.jacobians)
+            k.call("detach", self.tape)
+            k.call("attach", self.filter, self.jacobians)  # `attached` comes first
             smoothed = self.run(z, "step_pass" if number else "step_points")[1]
             for t, density in enumerate(self.densities):
                 k.call("smoothed_copy", self.tape, t, density)

@@ -64,8 +64,8 @@ class Words:
         self.call("history_assign", self.tape, n, tape, len(tape))
         self.jacobians, processes = np.zeros(256, dtype=np.uint8), np.zeros(256 * steps, dtype=np.uint8)
         room = self.words(2 * n * n * steps + 1000)
-        self.call("jacobians_assign", self.jacobians, n, processes, steps, room, len(room))
-        self.call("history_attach_extended", self.tape, self.filter, self.jacobians)
+        self.call("jacobians_assign", self.jacobians, self.tape, n, processes, steps, room, len(room))
+        self.call("attach", self.filter, self.jacobians)  # `attached` comes first
         self.kept += [memory, tape, processes, room]
 
     def call(self, name, *arguments):

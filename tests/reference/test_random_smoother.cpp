@@ -138,7 +138,7 @@ template <class T> struct Recording {
                   sharing == Processes::shared ? 0 : changes(sequence))
     {
         library.init(filter);
-        kq::require(kq::Api<T>::historyAttach(history.get(), filter.get()), "history attach");
+        kq::require(kq::Api<T>::attach(filter.get(), &history.get()->attached), "history attach");
         for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
             const Step &step = sequence.steps[t];
             for (const Reading &reading : step.readings) library.update(filter.get(), reading);

@@ -246,7 +246,7 @@ template <class T> class Walk
     template <class Choose> void record(const Series &z, const Choose &process)
     {
         arithmetic_.start(filter_, model_.P0);
-        kq::require(Api<T>::historyAttach(&history_, &filter_), "attach");
+        kq::require(Api<T>::attach(&filter_, &history_.attached), "attach");
         for (std::size_t t = 0; t < z.size(); ++t) {
             const auto word = Its::word(z[t]);
             kq::require(Api<T>::predict(&filter_, process(t), nullptr), "predict");

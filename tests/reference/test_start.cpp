@@ -156,7 +156,7 @@ template <class T> class Run
           start_(library_.states().count(), model.sequence.steps.size())
     {
         init<T>(start_, filter_, model.sequence, model.unknown);
-        kq::require(Api::historyAttach(history_.get(), filter_.get()), "history attach");
+        kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
     }
 
     Errors errors()

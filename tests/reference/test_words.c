@@ -75,9 +75,9 @@ static int assign_all(int n)
     status |= kq_filter_init_q31(&track, &prior, NULL);
     status |= kq_filter_init_q31(&watched, &prior, NULL);
     status |= kq_filter_init_q31(&marked, &prior, NULL);
-    status |= kq_history_attach_q31(&tape, &track);
-    status |= kq_lag_attach_q31(&lag, &watched);
-    return status | kq_point_attach_q31(&point, &marked);
+    status |= kq_attach_q31(&track, &tape.attached);
+    status |= kq_attach_q31(&watched, &lag.attached);
+    return status | kq_attach_q31(&marked, &point.attached);
 }
 
 /* The filter on a tape; the worst error of it */
@@ -161,7 +161,7 @@ static int run_library(verdict *v)
     keep(v, FILTER, filtered, events);
     if (kq_smooth_q31(&tape)) return 0;
     keep(v, SMOOTHER, smoother_error(&tape), events | kq_history_events_q31(&tape));
-    if (kq_filter_init_q31(&track, &prior, NULL) || kq_history_attach_q31(&quick, &track)) return 0;
+    if (kq_filter_init_q31(&track, &prior, NULL) || kq_attach_q31(&track, &quick.attached)) return 0;
     filter_error();
     if (kq_smooth_states_q31(&quick)) return 0;
     keep(v, STATES, smoother_error(&quick), events | kq_history_events_q31(&quick));

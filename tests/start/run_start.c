@@ -140,7 +140,7 @@ int main(void)
     require(K(start_assign)(&start, n, (size_t)early, start_memory, START_LEN(MAX, STEPS)),
             "start");
     require(K(start_init)(&start, &filter, x0, P0, unknown), "start");
-    require(K(history_attach)(&tape, &filter), "attach");
+    require(K(attach)(&filter, &tape.attached), "attach");
     for (int t = 0; t < steps; t++) {
         if (t > 0) require(K(predict)(&filter, &process, NULL), "predict");
         update(t, n, m);

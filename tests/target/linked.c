@@ -11,13 +11,13 @@ KQ_FILTER_F32(cart, 2);
 /* What is attached to the filter */
 #if defined(WITH_HISTORY)
 KQ_HISTORY_F32(tape, 2, 1, 8, 0);
-static kq_status attach(void) { return kq_history_attach_f32(&tape, &cart); }
+static kq_status attach(void) { return kq_attach_f32(&cart, &tape.attached); }
 #elif defined(WITH_LAG)
 KQ_LAG_F32(past, 2, 1, 8);
-static kq_status attach(void) { return kq_lag_attach_f32(&past, &cart); }
+static kq_status attach(void) { return kq_attach_f32(&cart, &past.attached); }
 #elif defined(WITH_POINT)
 KQ_POINT_F32(instant, 2, 1);
-static kq_status attach(void) { return kq_point_attach_f32(&instant, &cart); }
+static kq_status attach(void) { return kq_attach_f32(&cart, &instant.attached); }
 #elif defined(WITH_START)
 KQ_START_F32(start, 2, 0);
 static const float P0[] = {100, 0, 0, 9};
@@ -28,14 +28,14 @@ static const kq_adaptation_rule_f32 rule = {KQ_ADAPT_BOTH, 500, 0.125f, 0.001f, 
 static kq_status attach(void)
 {
     const kq_status status = kq_adaptation_init_f32(&tuner, &motion, &ranger, &rule);
-    return status ? status : kq_adaptation_attach_f32(&tuner, &cart);
+    return status ? status : kq_attach_f32(&cart, &tuner.attached);
 }
 #elif defined(WITH_SETTLING)
 KQ_SETTLING_F32(calm, 2, 1);
 static kq_status attach(void)
 {
     const kq_status status = kq_settling_init_f32(&calm, 8);
-    return status ? status : kq_settling_attach_f32(&calm, &cart);
+    return status ? status : kq_attach_f32(&cart, &calm.attached);
 }
 #else
 static kq_status attach(void) { return KQ_OK; }

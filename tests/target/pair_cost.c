@@ -33,13 +33,15 @@ static void make_model(int n, int m)
     }
 }
 
-static void run(kq_filter_f32 *f, const kq_process_f32 *p, const kq_sensor_f32 *s, int steps)
+static kq_status run(kq_filter_f32 *f, const kq_process_f32 *p, const kq_sensor_f32 *s, int steps)
 {
     static const float z[3] = {1, 2, 3};
-    for (int t = 0; t < steps; t++) {
-        kq_predict_f32(f, p, 0);
-        kq_update_f32(f, s, z);
+    kq_status status = KQ_OK;
+    for (int t = 0; t < steps && !status; t++) {
+        status = kq_predict_f32(f, p, 0);
+        if (!status) status = kq_update_f32(f, s, z);
     }
+    return status;
 }
 
 static unsigned measure(int n, int m)
@@ -55,12 +57,12 @@ static unsigned measure(int n, int m)
         kq_filter_init_f32(&f, x0, P0)) {
         return 0;
     }
-    run(&f, &p, &s, 20);
+    if (run(&f, &p, &s, 20)) return 0;
     SYST_RVR = 0xFFFFFF;
     SYST_CVR = 0;
     SYST_CSR = 5;
     const uint32_t start = SYST_CVR;
-    run(&f, &p, &s, REPEAT);
+    if (run(&f, &p, &s, REPEAT)) return 0;
     const uint32_t ticks = (start - SYST_CVR) & 0xFFFFFF;
     return (ticks * NS_PER_TICK + REPEAT / 2) / REPEAT;
 }

@@ -68,9 +68,8 @@ case $sources in
     points="predict_(extended|check|end)|update_(check|by_rows)|root_of_rows|sensor_(correlated|independent)"
     points="$points|process_change_transition|sensor_change_measurement"
     check_object kq_nonlinear_f32 "$floats|^kq_($points)_f32$"
-    check_object kq_models_f32 "$floats"
     em="predict|update_subset|sensor_(independent|correlated)|(filter|process|sensor|history)_assign"
-    check_object kq_em_f32 "$floats|^kq_($em|history_attach)_f32$"
+    check_object kq_em_f32 "$floats|^kq_($em|attach)_f32$"
     ;;
 esac
 echo "$name: clean"

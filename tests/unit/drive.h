@@ -61,7 +61,7 @@ static inline void smooth_to(int last)
 {
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     for (int step = 0; step <= last; step++) {
         if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
         measure(&twin, step);

@@ -59,7 +59,7 @@ static void begin(instance *i, const numbers *s)
 {
     make_filter(i, 2, s->range, s->x0, s->P0);
     ASSERT_OK(S(history_assign)(&i->tape, 2, i->tape_words, COUNT(i->tape_words)));
-    CALL(S(history_attach)(&i->tape, &i->filter));
+    CALL(S(attach)(&i->filter, &i->tape.attached));
 }
 
 /* No check finds anything in what calls leave. */
@@ -646,7 +646,7 @@ static void run3(const numbers3 *s, reading *filtered, reading *smoothed)
     make_sensor(&m.pair, 3, 2, s->range, plain.measured_range, s->H, s->R);
     make_filter(&one, 3, s->range, s->x0, s->P0);
     ASSERT_OK(S(history_assign)(&one.tape, 3, one.tape_words, COUNT(one.tape_words)));
-    ASSERT_OK(S(history_attach)(&one.tape, &one.filter));
+    ASSERT_OK(S(attach)(&one.filter, &one.tape.attached));
     for (int t = 0; t < STEPS; t++) {
         if (t > 0) advance(&one, &m.process, NULL);
         take(&one, &m.pair, plain.z[t]);
@@ -749,7 +749,7 @@ static void smoothing_does_not_change_the_filter(void)
         go_on(&one, &motion, &plain, t);
         go_on(&two, &motion, &plain, t);
         ASSERT_OK(S(smooth)(&one.tape));
-        ASSERT_OK(S(history_attach)(&one.tape, &one.filter));
+        ASSERT_OK(S(attach)(&one.filter, &one.tape.attached));
         ASSERT_SAME(&two.filter, &one.filter, 2);
     }
 }

@@ -116,7 +116,7 @@ static void assert_readings(const S(start) * s, const S(filter) * f, const expec
 static void make_call(S(start) * s, S(filter) * f, S(history) * tape, int now, int call)
 {
     if (call == CALL_INIT) begin(s, f);
-    if (call == CALL_ATTACH) ASSERT_OK(S(history_attach)(tape, f));
+    if (call == CALL_ATTACH) ASSERT_OK(S(attach)(f, &tape->attached));
     if (call == CALL_UPDATE) take(f, line_at(now, 0));
     if (call == CALL_PREDICT) advance(f);
     if (call == CALL_SMOOTH) (void)S(start_smooth)(s); /* may be refused */

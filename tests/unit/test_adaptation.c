@@ -52,7 +52,7 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&track3, identity3, identity3));
     ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
     watch_nothing();
     WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory), WATCH(track);
     WATCH(track_memory), WATCH(tuner), WATCH(tuner_memory), WATCH(blank_tuner), WATCH(rule);
@@ -121,7 +121,7 @@ static void follow_the_textbook(const K(sensor) * s, const num *noise_covariance
     put_textbook(&book, noise_covariance);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, s, &rule));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
     for (int t = 0; t < STEPS; t++) {
         draw(&seed);
         if (t == 20) z[0] = 30; /* an outlier */
@@ -195,7 +195,7 @@ static void the_scales_of_a_plant_are_found(void)
     ASSERT_OK(K(sensor_init)(&gauge, one, one));
     ASSERT_OK(K(filter_init)(&level, none, one));
     ASSERT_OK(K(adaptation_init)(&finder, &walk, &gauge, &rule));
-    ASSERT_OK(K(adaptation_attach)(&finder, &level));
+    ASSERT_OK(K(attach)(&level, &finder.attached));
     for (int t = 0; t < 1500; t++) {
         num seen[] = {x + noise(&seed) * 2};
         ASSERT_OK(K(update_subset)(&level, &gauge, seen, ALL));
@@ -248,7 +248,7 @@ static void an_outlier_counts_as_four_sigma(void)
         uint32_t seed = 2;
         ASSERT_OK(K(filter_init)(&track, x0, P0));
         ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-        ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+        ASSERT_OK(K(attach)(&track, &tuner.attached));
         for (int t = 0; t < 10; t++) {
             draw(&seed);
             ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
@@ -295,11 +295,11 @@ static void what_leaves_the_numbers_is_forgotten(void)
 {
     static const num growing[] = {1, 0, 0, 1024}, seen[] = {1, 0};
     ADAPTATION(other, 2, 1);
-    ASSERT_OK(K(adaptation_detach)(&tuner));
+    ASSERT_OK(K(detach)(&tuner.attached));
     ASSERT_OK(K(process_init)(&motion, growing, B, Q));
     ASSERT_OK(K(sensor_init_diagonal)(&single, seen, r));
     ASSERT_OK(K(adaptation_init)(&other, &motion, &single, &rule));
-    ASSERT_OK(K(adaptation_attach)(&other, &track));
+    ASSERT_OK(K(attach)(&track, &other.attached));
     for (int t = 0; t < 200; t++) {
         ASSERT_OK(K(update_subset)(&track, &single, z, 1));
         ASSERT_OK(K(predict)(&track, &motion, u));
@@ -333,7 +333,7 @@ static void learn_something(void)
 {
     uint32_t seed = 4;
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &coupled, &rule));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
     for (int t = 0; t < STEPS; t++) {
         draw(&seed);
         ASSERT_OK(K(update_subset)(&track, &coupled, z, present_at(t)));
@@ -384,7 +384,7 @@ static void an_attach_keeps_what_was_learnt(void)
     learn_something();
     const K(adaptation) before = tuner;
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
     z[0] = 20;
     ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL)); /* waits for two */
     ASSERT_WITHIN(0, before.process_scale, process_scale());
@@ -434,8 +434,8 @@ static void a_step_is_a_predict_and_an_update(void)
         ASSERT_OK(K(filter_init)(&twin, x0, P0));
         ASSERT_OK(K(adaptation_init)(&tuner, &motion, sensors[k], &rule));
         ASSERT_OK(K(adaptation_init)(&other, &motion, sensors[k], &rule));
-        ASSERT_OK(K(adaptation_attach)(&tuner, &track));
-        ASSERT_OK(K(adaptation_attach)(&other, &twin));
+        ASSERT_OK(K(attach)(&track, &tuner.attached));
+        ASSERT_OK(K(attach)(&twin, &other.attached));
         for (int t = 0; t < STEPS; t++) {
             const K(process) *p = t % 5 == 4 ? &another : &motion;
             const K(sensor) *s = t % 7 == 5 ? &single : sensors[k];
@@ -455,7 +455,7 @@ static void a_detached_filter_goes_on_by_itself(void)
 {
     learn_something();
     ASSERT_OK(K(filter_copy)(&twin, &track));
-    ASSERT_OK(K(adaptation_detach)(&tuner));
+    ASSERT_OK(K(detach)(&tuner.attached));
     const K(adaptation) before = tuner;
     for (int t = 0; t < 3; t++) {
         ASSERT_OK(K(step)(&track, &motion, u, &coupled, z));
@@ -463,16 +463,16 @@ static void a_detached_filter_goes_on_by_itself(void)
         ASSERT_SAME_FILTER(&twin, &track, 2);
     }
     TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
-    ASSERT_OK_UNCHANGED(K(adaptation_detach)(&tuner)); /* it is */
+    ASSERT_OK_UNCHANGED(K(detach)(&tuner.attached)); /* it is */
     /* attached again, or to another filter, it is what it had learnt that counts */
-    ASSERT_OK(K(adaptation_attach)(&tuner, &twin));
+    ASSERT_OK(K(attach)(&twin, &tuner.attached));
     ASSERT_OK(K(forecast)(&twin, K(adaptation_process)(&tuner), u, 1, &track));
     ASSERT_OK(K(predict)(&twin, &motion, u));
     ASSERT_SAME_STATE(&track, &twin, 2);
     TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
     /* and a history may take its place */
-    ASSERT_OK(K(adaptation_detach)(&tuner));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(detach)(&tuner.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
 }
 
 /* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
@@ -516,7 +516,7 @@ static void what_is_assigned_anew_is_not_attached(void)
     }
     ASSERT_SAME_FILTER(&twin, &track, 2);
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     const K(adaptation) kept = tuner;
     memset(&tuner, 0xa5, sizeof tuner);
@@ -549,7 +549,7 @@ static void an_adaptation_works_at_every_size(void)
         ASSERT_OK(K(process_init)(&p, I, NULL, I));
         ASSERT_OK(K(sensor_init)(&s, H_m, R_m));
         ASSERT_OK(K(adaptation_init)(&a, &p, &s, &rule));
-        ASSERT_OK(K(adaptation_attach)(&a, &f));
+        ASSERT_OK(K(attach)(&f, &a.attached));
         for (int t = 0; t < 20; t++) {
             for (int c = 0; c < m; c++) seen[c] = N(t % 3 - 1 + 0.25 * c);
             ASSERT_OK(K(update_subset)(&f, &s, seen, t % 4 ? ALL : 0x5555));
@@ -576,7 +576,7 @@ static void refusals_of_assign(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, K(adaptation_assign)(&a, 2, 17, words, COUNT(words)));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(adaptation_assign)(&a, 2, 2, words, COUNT(words) - 1));
     ASSERT_OK(K(adaptation_assign)(&a, 2, 2, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&a, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &a.attached));
 }
 
 static kq_status try_init(void) { return K(adaptation_init)(&tuner, &motion, &radar, &rule); }
@@ -654,17 +654,17 @@ static void an_adaptation_has_one_filter(void)
     WATCH(twin);
     learn_something();
     const double learnt = process_scale();
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&tuner, &twin));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track)); /* to its own once more */
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tuner.attached));
+    ASSERT_OK(K(attach)(&track, &tuner.attached)); /* to its own once more */
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&tuner, &twin));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
-    ASSERT_OK(K(adaptation_detach)(&tuner));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tuner.attached));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
+    ASSERT_OK(K(detach)(&tuner.attached));
+    ASSERT_OK(K(attach)(&twin, &tuner.attached));
     TEST_ASSERT_TRUE(learnt != 1 && process_scale() == learnt);
     ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
 }
 
 /* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
@@ -673,20 +673,20 @@ static void what_records_takes_the_place_of_what_records(void)
     LAG(lag, 2, 2, 2);
     POINT(point, 2, 2);
     HISTORY(later, 2, 2, 4, 0);
-    ASSERT_OK(K(history_attach)(&tape, &twin));
-    ASSERT_OK(K(lag_attach)(&lag, &twin));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &lag.attached));
     ASSERT_OK(K(predict)(&twin, &motion, u));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     TEST_ASSERT_EQUAL_UINT(1, K(lag_steps)(&lag));
-    ASSERT_OK(K(point_attach)(&point, &twin));
+    ASSERT_OK(K(attach)(&twin, &point.attached));
     TEST_ASSERT_EQUAL_UINT(0, K(lag_steps)(&lag));
-    ASSERT_OK(K(history_attach)(&later, &twin));
+    ASSERT_OK(K(attach)(&twin, &later.attached));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&point));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(predict)(&twin, &motion, u));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&later));
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(detach)(&tape.attached));
 }
 
 static void refusals_of_attach(void)
@@ -697,29 +697,29 @@ static void refusals_of_attach(void)
     ADAPTATION(other, 2, 2);
     ASSERT_OK(K(adaptation_init)(&other, &motion, &radar, &rule));
     WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_attach)(&tuner, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&blank_tuner, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&tuner, &blank));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_attach)(&tuner, &track3));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(lag_attach)(&lag, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(point_attach)(&point, &track));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(lag_attach)(&lag, &twin));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
-    ASSERT_OK(K(lag_detach)(&lag));
-    ASSERT_OK(K(point_attach)(&point, &twin));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &blank_tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track3, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &other.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &lag.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &point.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &lag.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
+    ASSERT_OK(K(detach)(&lag.attached));
+    ASSERT_OK(K(attach)(&twin, &point.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
     ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&other, &twin));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&twin, &other.attached));
     ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 0));
-    ASSERT_OK(K(adaptation_attach)(&other, &twin)); /* nothing was unknown */
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_detach)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_detach)(&blank_tuner));
+    ASSERT_OK(K(attach)(&twin, &other.attached)); /* nothing was unknown */
+    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_tuner.attached));
 }
 
 /* Beside the processes and sensors that are learnt from, others, which are refused alike */

@@ -63,7 +63,7 @@ static void set_up(void)
                                     power(4),      power(-3), power(3)};
     ASSERT_OK(kq_adaptation_assign_q31(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory), tuner_root));
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, &rule));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
     watch_nothing();
     WATCH(motion), WATCH(radar), WATCH(track), WATCH(track_memory), WATCH(tuner);
     WATCH(tuner_memory), WATCH(tuner_root), WATCH(blank), WATCH(rule);
@@ -117,12 +117,12 @@ static void follow_double(const kq_sensor_q31 *s, const double *R_wide, kq_adapt
     rule.scales = scales;
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, s, &rule));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
     ASSERT_OK(K(process_init)(&wide_motion, A, B, Q));
     ASSERT_OK(K(sensor_init)(&wide_radar, H, R_wide));
     ASSERT_OK(K(filter_init)(&wide_track, x0, P0));
     ASSERT_OK(K(adaptation_init)(&wide_tuner, &wide_motion, &wide_radar, &wide));
-    ASSERT_OK(K(adaptation_attach)(&wide_tuner, &wide_track));
+    ASSERT_OK(K(attach)(&wide_track, &wide_tuner.attached));
     for (int t = 0; t < STEPS; t++) {
         double seen[2];
         const int32_t *z = drawn(&seed, t == 100 ? 40 : 2);
@@ -188,7 +188,7 @@ static void ends_of_the_numbers_are_safe(void)
         ASSERT_OK(kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
         ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
         ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, &rule));
-        ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+        ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
         for (int t = 0; t < 2000; t++) {
             const int32_t *z = drawn(&seed, 2);
             ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, t < 1000 ? 3 : 0));
@@ -205,7 +205,7 @@ static void learn_something(void)
 {
     uint32_t seed = 4;
     ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &coupled.sensor, &rule));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
     for (int t = 0; t < STEPS; t++) {
         ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 3), present_at(t)));
         ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
@@ -241,7 +241,7 @@ static void an_attach_keeps_what_was_learnt(void)
     learn_something();
     const kq_adaptation_q31 before = tuner;
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
     ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 20), ALL)); /* waits for two */
     TEST_ASSERT_EQUAL_MEMORY(&before.information, &tuner.information, sizeof tuner.information);
     ASSERT_WITHIN(0, of_number(before.process_scale), process_scale());
@@ -288,8 +288,8 @@ static void a_step_is_a_predict_and_an_update(void)
         ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
         ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, sensors[k], &rule));
         ASSERT_OK(kq_adaptation_init_q31(&other, &motion.process, sensors[k], &rule));
-        ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
-        ASSERT_OK(kq_adaptation_attach_q31(&other, &twin));
+        ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
+        ASSERT_OK(kq_attach_q31(&twin, &other.attached));
         for (int t = 0; t < STEPS; t++) {
             const kq_process_q31 *p = t % 5 == 4 ? &another.process : &motion.process;
             const kq_sensor_q31 *s = t % 7 == 5 ? &single.sensor : sensors[k];
@@ -334,9 +334,9 @@ static void what_is_detached_or_copied_goes_on_by_itself(void)
     twin = track;
     twin.memory = twin_memory;
     assert_goes_on_alone(&twin);
-    ASSERT_OK(kq_adaptation_detach_q31(&tuner));
+    ASSERT_OK(kq_detach_q31(&tuner.attached));
     assert_goes_on_alone(&track);
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &twin));
+    ASSERT_OK(kq_attach_q31(&twin, &tuner.attached));
     ASSERT_OK(kq_forecast_q31(&twin, kq_adaptation_process_q31(&tuner), NULL, 1, &track));
     ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
     TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
@@ -358,7 +358,7 @@ static void refusals_of_assign(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 2, 0, words, length, root));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_adaptation_assign_q31(&a, 2, 2, words, length - 1, root));
     ASSERT_OK(kq_adaptation_assign_q31(&a, 2, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_attach_q31(&a, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &a.attached));
     ASSERT_OK(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
 }
 
@@ -430,13 +430,13 @@ static void refusals_of_a_rule(void)
 static void an_adaptation_has_one_filter(void)
 {
     WATCH(twin);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&tuner, &twin));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track)); /* to its own once more */
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tuner.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tuner.attached)); /* to its own once more */
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&tuner, &twin));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &track));
-    ASSERT_OK(kq_adaptation_detach_q31(&tuner));
-    ASSERT_OK(kq_adaptation_attach_q31(&tuner, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tuner.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
+    ASSERT_OK(kq_detach_q31(&tuner.attached));
+    ASSERT_OK(kq_attach_q31(&twin, &tuner.attached));
 }
 
 static void refusals_of_attach(void)
@@ -446,18 +446,18 @@ static void refusals_of_attach(void)
     ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
     ASSERT_OK(kq_adaptation_init_q31(&other, &motion.process, &radar.sensor, &rule));
     WATCH(track3), WATCH(other), WATCH(other_memory), WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_attach_q31(&tuner, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_attach_q31(&blank, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_attach_q31(&tuner, &blank_filter));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_attach_q31(&tuner, &track3));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&other, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_detach_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_detach_q31(&blank));
-    ASSERT_OK(kq_adaptation_detach_q31(&tuner));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_adaptation_attach_q31(&tuner, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &blank.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank_filter, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track3, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &other.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_detach_q31(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_detach_q31(&blank.attached));
+    ASSERT_OK(kq_detach_q31(&tuner.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tuner.attached));
 }
 
 static void refusals_of_steps(void)

@@ -44,8 +44,8 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
     ASSERT_OK(K(history_assign)(&right, 2, right_memory, COUNT(right_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&right, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &right.attached));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory), WATCH(turn), WATCH(other);
 }
@@ -103,7 +103,7 @@ static void assert_changed(void)
 static void assert_smooth_again(void)
 {
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     run_constant(&track, &turn);
     ASSERT_OK(K(smooth)(&tape));
 }
@@ -232,7 +232,7 @@ static void a_copy_that_is_changed(void)
         measure(&track, t);
     }
     ASSERT_REFUSED(KQ_ERR_CHANGED, K(smooth)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(detach)(&tape.attached));
 }
 
 static void scaled_noise(void)
@@ -298,7 +298,7 @@ static void a_lag_takes_the_process_as_it_was(void)
     reading expected;
     run_apart(&twin);
     ASSERT_OK(K(smooth)(&right));
-    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(attach)(&track, &past.attached));
     for (int t = 0; t < STEPS; t++) {
         change(t);
         if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
@@ -320,7 +320,7 @@ static void a_point_takes_the_process_as_it_was(void)
     reading expected;
     run_apart(&twin);
     ASSERT_OK(K(smooth)(&right));
-    ASSERT_OK(K(point_attach)(&instant, &track));
+    ASSERT_OK(K(attach)(&track, &instant.attached));
     for (int t = 0; t < STEPS; t++) {
         change(t);
         if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
@@ -340,9 +340,9 @@ static void a_start_smooths_what_has_not_changed(void)
 {
     for (int changed = 0; changed < 5; changed++) {
         set_up();
-        ASSERT_OK(K(history_detach)(&tape));
+        ASSERT_OK(K(detach)(&tape.attached));
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         for (int t = 0; t < 5; t++) {
             const num z[] = {N(3 * sin(1.7 * t))};
             if (t == changed) change(t + 1);

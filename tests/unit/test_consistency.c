@@ -185,7 +185,7 @@ static void a_settled_step_does_not_enter(void)
     SETTLING(lazy, 2, 2);
     FILTER(copy, 2);
     ASSERT_OK(K(settling_init)(&lazy, 10));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     for (int t = 0; t < 60 && !K(settling_is_settled)(&lazy); t++) {
         ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
     }

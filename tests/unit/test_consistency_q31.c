@@ -135,7 +135,7 @@ static void a_settled_step_does_not_enter(void)
     KQ_SETTLING_Q31(lazy, 2, 2);
     memcpy(z, words, sizeof z);
     ASSERT_OK(kq_settling_init_q31(&lazy, 10));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
     for (int t = 0; t < 60 && !kq_settling_is_settled_q31(&lazy); t++) {
         ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
     }

@@ -52,7 +52,7 @@ void run_f32()
     accepted(kq_sensor_init_f32(&radar32, h32, r32));
     accepted(kq_sensor_init_diagonal_f32(&pair32, h32, r32));
     accepted(kq_filter_init_f32(&track32, x32, p32));
-    accepted(kq_history_attach_f32(&tape32, &track32));
+    accepted(kq_attach_f32(&track32, &tape32.attached));
     for (int step = 0; step < 3; step++) {
         accepted(kq_update_f32(&track32, &pair32, z32));
         accepted(kq_step_f32(&track32, &motion32, u32, &radar32, z32));
@@ -65,7 +65,7 @@ void run_f64()
     accepted(kq_sensor_init_f64(&radar64, h, r));
     accepted(kq_sensor_init_diagonal_f64(&pair64, h, r));
     accepted(kq_filter_init_f64(&track64, x0, p0));
-    accepted(kq_history_attach_f64(&tape64, &track64));
+    accepted(kq_attach_f64(&track64, &tape64.attached));
     for (int step = 0; step < 3; step++) {
         accepted(kq_update_f64(&track64, &pair64, z));
         accepted(kq_step_f64(&track64, &motion64, u, &radar64, z));
@@ -131,7 +131,7 @@ void memory_may_be_a_container()
     accepted(kq_history_assign_f64(&tape, 2, tape_words.data(), tape_words.size()));
     accepted(kq_filter_init_f32(&filter, x32, p32));
     close(-2, kq_mean_f32(&filter, 1));
-    accepted(kq_history_attach_f64(&tape, &track64));
+    accepted(kq_attach_f64(&track64, &tape.attached));
     TEST_ASSERT_EQUAL_UINT(1, kq_history_steps_f64(&tape));
     accepted(kq_filter_init_f64(&track64, x0, p0));
 }

@@ -86,7 +86,7 @@ static void run_filter(void)
     ASSERT_OK(K(sensor_init)(&radar, H_first, R_first));
     ASSERT_OK(K(filter_init)(&track, x0_first, P0_first));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     for (int t = 0; t < STEPS; t++) {
         const uint32_t there = recordings[0].present ? present[t] : 3;
         if (t) ASSERT_OK(K(predict)(&track, &motion, recordings[0].u ? u + t - 1 : NULL));

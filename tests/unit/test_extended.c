@@ -8,12 +8,12 @@ PROCESS(plane, N4, 0);
 SENSOR(polar, N4, 2);
 FILTER(target, N4);
 HISTORY(course, N4, 2, STEPS, STEPS);
-JACOBIANS(kept, N4, STEPS, STEPS);
+JACOBIANS(kept, course, N4, STEPS, STEPS);
 
 /* The linear drive of drive.h by one process that changes at every step */
 PROCESS(changing, 2, 0);
 HISTORY(record, 2, MOST, STEPS, STEPS);
-JACOBIANS(jacobians, 2, STEPS, STEPS);
+JACOBIANS(jacobians, record, 2, STEPS, STEPS);
 LAG(past, 2, MOST, STEPS);
 LAG(past_twin, 2, MOST, STEPS);
 POINT(instant, 2, MOST);
@@ -114,8 +114,8 @@ static void linear_steps_are_the_plain_ones(void)
 
 static void attach_both(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &twin));
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     for (int step = 0; step < STEPS; step++) drive_both(step);
 }
 
@@ -163,8 +163,8 @@ static void a_history_is_smoothed_step_by_step_and_without_covariances(void)
 static void plain_and_linearised_predicts_take_turns_on_a_tape(void)
 {
     reading expected, actual;
-    ASSERT_OK(K(history_attach)(&tape, &twin));
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     for (int step = 0; step < STEPS; step++) {
         if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
         if (step && step % 2) predict_linearised(&track, step);
@@ -183,8 +183,8 @@ static void plain_and_linearised_predicts_take_turns_on_a_tape(void)
 
 static void the_smoothers_on_line_take_linearised_steps(void)
 {
-    ASSERT_OK(K(lag_attach)(&past, &track));
-    ASSERT_OK(K(lag_attach)(&past_twin, &twin));
+    ASSERT_OK(K(attach)(&track, &past.attached));
+    ASSERT_OK(K(attach)(&twin, &past_twin.attached));
     for (int step = 0; step < STEPS; step++) {
         drive_both(step);
         for (size_t k = 0; k <= (size_t)step; k++) {
@@ -197,8 +197,8 @@ static void the_smoothers_on_line_take_linearised_steps(void)
         }
     }
     begin_drive();
-    ASSERT_OK(K(point_attach)(&instant, &track));
-    ASSERT_OK(K(point_attach)(&instant_twin, &twin));
+    ASSERT_OK(K(attach)(&track, &instant.attached));
+    ASSERT_OK(K(attach)(&twin, &instant_twin.attached));
     for (int step = 0; step < STEPS; step++) {
         drive_both(step);
         ASSERT_OK(K(point_smooth)(&instant));
@@ -255,7 +255,7 @@ static void a_nonlinear_run_is_smoothed_by_each_steps_own_process(void)
     static num expected[STEPS][N4], low[STEPS][N4], cov[STEPS][N4 * N4], P[N4 * N4], d[N4];
     for (int by_hand = 1; by_hand >= 0; by_hand--) {
         begin_plane(&target);
-        ASSERT_OK(K(history_attach_extended)(&course, &target, &kept));
+        ASSERT_OK(K(attach)(&target, &kept.attached));
         for (int step = 0; step < STEPS; step++) {
             if (step) {
                 linearise_motion(&target, d);
@@ -430,7 +430,7 @@ static void an_increment_has_no_more_entries_than_both_have_states(void)
 static void a_mean_that_is_moved_beyond_the_numbers_is_held_at_once(void)
 {
     const num most = NUM_MAX / 2, far[] = {most, 0}, z[] = {2, -4};
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     for (int k = 0; k < 3; k++) ASSERT_OK(K(move)(&track, far));
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&record));
@@ -459,7 +459,7 @@ static void what_learns_from_the_mean_or_moves_it_is_refused(void)
     const num d[] = {1, 2};
     K(gate) gate = {12, 0, 0};
     ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(adaptation_attach)(&tuner, &track));
+    ASSERT_OK(K(attach)(&track, &tuner.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_extended)(&track, &radar, d));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_subset_extended)(&track, &radar, d, 1));
@@ -468,14 +468,14 @@ static void what_learns_from_the_mean_or_moves_it_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_student_extended)(&track, &radar, d, 3, 4, NULL));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_jump_extended)(&track, &radar, d, 3, 9));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(move)(&track, d));
-    ASSERT_OK(K(adaptation_detach)(&tuner));
+    ASSERT_OK(K(detach)(&tuner.attached));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
 }
 
 static void a_history_that_keeps_no_jacobians_refuses_linearised_predicts(void)
 {
     const num d[] = {1, 2};
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
     ASSERT_OK(K(update_extended)(&track, &radar, d));
     ASSERT_OK(K(predict)(&track, &changing, NULL));
@@ -488,17 +488,17 @@ static void a_start_that_is_over_is_in_nobodys_way(void)
     ASSERT_OK(K(start_init)(&begin, &track, x0, P0, 3));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &changing, d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&track, &radar, d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(update)(&track, &radar, d));
     TEST_ASSERT_EQUAL_INT(0, K(start_count)(&begin));
     ASSERT_OK(K(update_extended)(&track, &radar, d));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
 }
 
 static void a_process_that_changes_between_plain_predicts_is_noticed(void)
 {
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     predict_linearised(&track, 1);
     ASSERT_OK(K(process_change_transition)(&changing, A));
     ASSERT_OK(K(predict)(&track, &changing, NULL));
@@ -511,7 +511,7 @@ static void a_process_that_changes_between_plain_predicts_is_noticed(void)
 static void one_process_for_all_steps_smooths_no_linearised_tape(void)
 {
     num q[STEPS] = {1, 1, 1};
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     predict_linearised(&track, 1);
     predict_linearised(&track, 2);
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(smooth_reweighted)(&record, &scaled, &motion, 4, q));
@@ -526,8 +526,8 @@ static void a_keeper_that_is_full_ends_the_recording(void)
     const num d[] = {0, 0};
     for (int changes = 0; changes < 2; changes++) { /* of A more than two; of Q more than one */
         begin_drive();
-        ASSERT_OK(K(jacobians_assign)(&small, 2, two, 2, few, COUNT(few)));
-        ASSERT_OK(K(history_attach_extended)(&record, &track, &small));
+        ASSERT_OK(K(jacobians_assign)(&small, &record, 2, two, 2, few, COUNT(few)));
+        ASSERT_OK(K(attach)(&track, &small.attached));
         ASSERT_OK(K(process_init)(&changing, A, NULL, Q));
         ASSERT_OK(K(predict_extended)(&track, &changing, d));
         if (changes) ASSERT_OK(K(process_init)(&changing, A, NULL, Q2));
@@ -542,7 +542,7 @@ static void a_keeper_that_is_full_ends_the_recording(void)
 static void a_copy_of_a_filter_records_nothing(void)
 {
     const num d[] = {0, 0};
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
     K(filter) assigned = track;
     ASSERT_OK(K(predict_extended)(&assigned, &changing, d));
@@ -556,21 +556,22 @@ static void keepers_are_checked(void)
     static num room[JACOBIANS_LEN(2, 2, 1)];
     static K(process) two[2];
     static K(jacobians) j, never;
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(NULL, 2, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, 2, NULL, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, 2, two, 2, NULL, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 0, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 17, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 2, two, 0, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, 2, two, (size_t)-1, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(jacobians_assign)(&j, 2, two, 2, room, JACOBIANS_LEN(2, 1, 1) - 1));
-    ASSERT_OK(K(jacobians_assign)(&j, 3, two, 2, room, COUNT(room) + 4));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach_extended)(NULL, &track, &jacobians));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach_extended)(&record, &track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach_extended)(&record, NULL, &jacobians));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach_extended)(&record, &blank, &jacobians));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach_extended)(&record, &track, &j));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(history_attach_extended)(&record, &track, &never));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(NULL, &record, 2, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, NULL, 2, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, &record, 2, NULL, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, &record, 2, two, 2, NULL, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 0, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 17, two, 2, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 2, two, 0, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 2, two, (size_t)-1, room, COUNT(room)));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(jacobians_assign)(&j, &record, 2, two, 2, room, JACOBIANS_LEN(2, 1, 1) - 1));
+    ASSERT_OK(K(jacobians_assign)(&j, &record, 3, two, 2, room, COUNT(room) + 4));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &jacobians.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &jacobians.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &j.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &never.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&never.attached));
 }
 
 SUITE(extended, set_up)

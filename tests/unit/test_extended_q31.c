@@ -11,7 +11,7 @@ static kq_process_q31 blank_process;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(blank, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
-KQ_JACOBIANS_Q31(jacobians, 2, STEPS, 1);
+KQ_JACOBIANS_Q31(jacobians, tape, 2, STEPS, 1);
 KQ_LAG_Q31(past, 2, 2, STEPS);
 KQ_POINT_Q31(instant, 2, 2);
 
@@ -19,7 +19,7 @@ PROCESS(motion_f64, 2, 0);
 SENSOR(radar_f64, 2, 2);
 FILTER(track_f64, 2);
 HISTORY(tape_f64, 2, 2, STEPS, STEPS);
-JACOBIANS(jacobians_f64, 2, STEPS, 1);
+JACOBIANS(jacobians_f64, tape_f64, 2, STEPS, 1);
 LAG(past_f64, 2, 2, STEPS);
 POINT(instant_f64, 2, 2);
 
@@ -85,8 +85,8 @@ static double mean_of(int32_t word, int i) { return ldexp(word, -start.state_for
 
 static void the_filter_and_its_history_are_those_in_double(void)
 {
-    ASSERT_OK(kq_history_attach_extended_q31(&tape, &track, &jacobians));
-    ASSERT_OK(K(history_attach_extended)(&tape_f64, &track_f64, &jacobians_f64));
+    ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
+    ASSERT_OK(K(attach)(&track_f64, &jacobians_f64.attached));
     run_both();
     ASSERT_OK(kq_smooth_q31(&tape));
     ASSERT_OK(K(smooth)(&tape_f64));
@@ -102,8 +102,8 @@ static void the_filter_and_its_history_are_those_in_double(void)
 
 static void the_smoothers_on_line_are_those_in_double(void)
 {
-    ASSERT_OK(kq_lag_attach_q31(&past, &track));
-    ASSERT_OK(K(lag_attach)(&past_f64, &track_f64));
+    ASSERT_OK(kq_attach_q31(&track, &past.attached));
+    ASSERT_OK(K(attach)(&track_f64, &past_f64.attached));
     run_both();
     for (size_t k = 0; k < STEPS; k += 3) {
         ASSERT_OK(kq_lag_smooth_q31(&past, k));
@@ -113,8 +113,8 @@ static void the_smoothers_on_line_are_those_in_double(void)
         }
     }
     set_up();
-    ASSERT_OK(kq_point_attach_q31(&instant, &track));
-    ASSERT_OK(K(point_attach)(&instant_f64, &track_f64));
+    ASSERT_OK(kq_attach_q31(&track, &instant.attached));
+    ASSERT_OK(K(attach)(&track_f64, &instant_f64.attached));
     run_both();
     ASSERT_OK(kq_point_smooth_q31(&instant));
     ASSERT_OK(K(point_smooth)(&instant_f64));
@@ -140,8 +140,8 @@ static void a_steep_jacobian_moves_the_root_alone(void)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, A_words));
     ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, &misfit));
     TEST_ASSERT_EQUAL_INT(KQ_ALL_FIT, misfit.quantity);
-    ASSERT_OK(kq_history_attach_extended_q31(&tape, &track, &jacobians));
-    ASSERT_OK(K(history_attach_extended)(&tape_f64, &track_f64, &jacobians_f64));
+    ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
+    ASSERT_OK(K(attach)(&track_f64, &jacobians_f64.attached));
     ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, words_of(d, 2, motion.state_format)));
     ASSERT_OK(K(process_change_transition)(&motion_f64, steep));
     ASSERT_OK(K(predict_extended)(&track_f64, &motion_f64, d));
@@ -162,11 +162,11 @@ static void a_process_of_a_jacobian_is_for_linearised_predicts_alone(void)
     ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &motion.process, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&motion.process, ordinary));
-    ASSERT_OK(kq_lag_attach_q31(&past, &track));
+    ASSERT_OK(kq_attach_q31(&track, &past.attached));
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_predict_extended_q31(&track, &motion.process, d));
     ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, ordinary, NULL));
     ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, d));
-    ASSERT_OK(kq_lag_detach_q31(&past));
+    ASSERT_OK(kq_detach_q31(&past.attached));
     ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
     ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
 }
@@ -177,8 +177,8 @@ static void a_process_of_a_jacobian_is_not_what_a_tape_has_recorded(void)
     const kq_scaled_q31 *same = motion.transition;
     for (int keeps = 0; keeps < 2; keeps++) {
         set_up();
-        if (keeps) ASSERT_OK(kq_history_attach_extended_q31(&tape, &track, &jacobians));
-        else ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        if (keeps) ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
+        else ASSERT_OK(kq_attach_q31(&track, &tape.attached));
         ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, same, NULL));
         if (keeps) ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, (const int32_t[]){0, 0}));
@@ -233,7 +233,7 @@ static void what_is_missing_or_beyond_its_range_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_extended_q31(&track, &radar.sensor, e));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_huber_extended_q31(&track, &radar.sensor, e, 3, (kq_scaled_q31){1 << 30, -30}, NULL));
     ASSERT_OK(kq_update_subset_extended_q31(&track, &radar.sensor, e, 1));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_predict_extended_q31(&track, &motion.process, d));
 }
 

@@ -794,7 +794,7 @@ static void a_history_ends_where_predict_holds(void)
     static const num wild[] = {NUM_MAX, 0, 0, 1};
     HISTORY(tape, 2, 2, 4, 0);
     ASSERT_OK(K(process_init)(&motion, wild, B, Q));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));

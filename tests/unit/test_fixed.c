@@ -197,8 +197,8 @@ static void a_history_records(void)
     begin(3, 2, 0);
     ASSERT_OK(K(history_assign)(&h, 3, tape, sizeof tape / sizeof tape[0]));
     ASSERT_OK(K(history_assign)(&g, 3, other_tape, sizeof tape / sizeof tape[0]));
-    ASSERT_OK(K(history_attach)(&h, &ours.filter));
-    ASSERT_OK(K(history_attach)(&g, &theirs.filter));
+    ASSERT_OK(K(attach)(&ours.filter, &h.attached));
+    ASSERT_OK(K(attach)(&theirs.filter, &g.attached));
     for (int t = 0; t < 5; t++) {
         const num z[2] = {(num)t, 1};
         ASSERT_OK(dense[2].step(&ours.filter, &process_of, NULL, &sensor_of, z));
@@ -241,14 +241,14 @@ static void a_lag_and_a_point_follow(void)
     POINT(point, 3, 2);
     POINT(other_point, 3, 2);
     begin(3, 2, 0);
-    ASSERT_OK(K(lag_attach)(&lag, &ours.filter));
-    ASSERT_OK(K(lag_attach)(&other_lag, &theirs.filter));
+    ASSERT_OK(K(attach)(&ours.filter, &lag.attached));
+    ASSERT_OK(K(attach)(&theirs.filter, &other_lag.attached));
     run_both();
     TEST_ASSERT_EQUAL_INT(4, K(lag_steps)(&lag));
     ASSERT_OK(K(lag_smooth)(&lag, 4));
     ASSERT_OK(K(lag_smooth)(&other_lag, 4));
-    ASSERT_OK(K(point_attach)(&point, &ours.filter));
-    ASSERT_OK(K(point_attach)(&other_point, &theirs.filter));
+    ASSERT_OK(K(attach)(&ours.filter, &point.attached));
+    ASSERT_OK(K(attach)(&theirs.filter, &other_point.attached));
     run_both();
     ASSERT_OK(K(point_smooth)(&point));
     ASSERT_OK(K(point_smooth)(&other_point));
@@ -557,7 +557,7 @@ static void an_adaptation_learns(void)
             ASSERT_OK(
                 K(adaptation_assign)(&a[i], size->n, size->m, memory[i], COUNT(memory[i])));
             ASSERT_OK(K(adaptation_init)(&a[i], &process_of, &sensor_of, &rule));
-            ASSERT_OK(K(adaptation_attach)(&a[i], &filters[i]->filter));
+            ASSERT_OK(K(attach)(&filters[i]->filter, &a[i].attached));
         }
         compare_attached(size);
         TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a[0]) != 1);
@@ -580,7 +580,7 @@ static void a_settling_settles(void)
             ASSERT_OK(K(settling_assign)(&w[i], size->n, size->m, memory[i], COUNT(memory[i]),
                                          gain[i]));
             ASSERT_OK(K(settling_init)(&w[i], 4));
-            ASSERT_OK(K(settling_attach)(&w[i], &filters[i]->filter));
+            ASSERT_OK(K(attach)(&filters[i]->filter, &w[i].attached));
         }
         compare_attached(size);
         compare_steps(size, NULL, STEPS, 1);

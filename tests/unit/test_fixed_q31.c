@@ -297,7 +297,7 @@ static void an_adaptation_learns(void)
         ASSERT_OK(kq_adaptation_assign_q31(&a[i], 4, 2, memory[i],
                                            sizeof memory[i] / sizeof memory[i][0], root[i]));
         ASSERT_OK(kq_adaptation_init_q31(&a[i], &process_of, &sensor_of, &rule));
-        ASSERT_OK(kq_adaptation_attach_q31(&a[i], &filters[i]->filter));
+        ASSERT_OK(kq_attach_q31(&filters[i]->filter, &a[i].attached));
     }
     compare_attached(&dense[3]);
     TEST_ASSERT_EQUAL_MEMORY(a[0].information, a[1].information, sizeof a[0].information);
@@ -315,7 +315,7 @@ static void a_settling_settles(void)
         ASSERT_OK(kq_settling_assign_q31(&w[i], 3, 2, memory[i],
                                          sizeof memory[i] / sizeof memory[i][0], gain[i]));
         ASSERT_OK(kq_settling_init_q31(&w[i], 6));
-        ASSERT_OK(kq_settling_attach_q31(&w[i], &filters[i]->filter));
+        ASSERT_OK(kq_attach_q31(&filters[i]->filter, &w[i].attached));
     }
     compare_attached(&dense[2]);
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&w[0]));

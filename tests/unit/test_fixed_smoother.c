@@ -170,7 +170,7 @@ static void record(history *h, num *tape, filter *f, num *state, int n, int m)
     memset(tape, 0, TAPE * sizeof *tape);
     put_filter(f, state, n);
     ASSERT_OK(K(history_assign)(h, n, tape, TAPE));
-    ASSERT_OK(K(history_attach)(h, f));
+    ASSERT_OK(K(attach)(f, &h->attached));
     for (int step = 0; step < STEPS; step++) {
         const process *p = step % 4 == 3 ? &second.p : &first.p;
         if (step) ASSERT_OK(K(predict)(f, p, NULL));

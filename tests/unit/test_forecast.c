@@ -32,7 +32,7 @@ static void set_up(void)
     ASSERT_OK(K(filter_assign)(&ahead, 2, ahead_memory, COUNT(ahead_memory)));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(update)(&track, &radar, z));
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(detach)(&tape.attached));
     ASSERT_OK(K(filter_init)(&walker, x0, P0));
     ASSERT_OK(K(update)(&walker, &radar, z));
     watch_nothing();
@@ -114,7 +114,7 @@ static void a_forecast_may_be_made_again_and_again(void)
 
 static void a_forecast_is_not_recorded(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     watch_the_source();
     WATCH(tape), WATCH(tape_memory);
@@ -130,7 +130,7 @@ static void a_forecast_is_not_recorded(void)
 static void a_history_of_the_filter_ahead_is_detached(void)
 {
     ASSERT_OK(K(filter_init)(&ahead, x0, P0));
-    ASSERT_OK(K(history_attach)(&tape, &ahead));
+    ASSERT_OK(K(attach)(&ahead, &tape.attached));
     ASSERT_OK(K(forecast)(&track, &motion, NULL, 1, &ahead));
     const size_t steps = K(history_steps)(&tape);
     ASSERT_OK(K(predict)(&ahead, &motion, NULL));
@@ -158,7 +158,7 @@ static void a_copy_is_the_filter(void)
 /* What moves the copy leaves the original alone, and its history. */
 static void a_copy_has_its_own_memory(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     watch_the_source();
     WATCH(tape), WATCH(tape_memory);
     ASSERT_OK_UNCHANGED(K(filter_copy)(&ahead, &track));

@@ -25,7 +25,7 @@ static void attach(int longest)
 {
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(lag_assign)(&past, 2, MOST, (size_t)longest, past_memory, COUNT(past_memory)));
-    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(attach)(&track, &past.attached));
 }
 
 static void set_up(void)
@@ -133,7 +133,7 @@ static void a_step_is_predict_and_update(void)
 {
     reading expected, now;
     LAG(beside, 2, MOST, 5);
-    ASSERT_OK(K(lag_attach)(&beside, &twin));
+    ASSERT_OK(K(attach)(&twin, &beside.attached));
     for (int step = 0; step < STEPS; step++) {
         ASSERT_OK(K(step)(&track, process_of(step), control_of(step), &radar, z_of(step)));
         ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
@@ -228,7 +228,7 @@ static void it_may_be_attached_again(void)
     read_lag(&first, &past, 2);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     TEST_ASSERT_EQUAL_INT(0, K(lag_steps)(&past));
-    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(attach)(&track, &past.attached));
     TEST_ASSERT_EQUAL_INT(0, K(lag_steps)(&past));
     ASSERT_NAN(K(lag_mean)(&past, 0));
     for (int step = 0; step < 9; step++) drive(step);
@@ -325,7 +325,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     put_identity(wide_P, 16, 1);
     ASSERT_OK(K(sensor_init_diagonal)(&wide_sensor, wide_P, ones));
     ASSERT_OK(K(lag_assign)(&window, 16, 16, WIDE_LAG, memory, LAG_LEN(16, 16, WIDE_LAG)));
-    ASSERT_OK(K(lag_attach)(&window, &wide));
+    ASSERT_OK(K(attach)(&wide, &window.attached));
     for (int step = 0; step < 12; step++) {
         if (step) ASSERT_OK(K(predict)(&wide, &wide_process, NULL));
         for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
@@ -334,7 +334,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     for (int i = 0; i < 16; i++) {
         ASSERT_OK(K(filter_init)(&scalar, zero, &p));
         ASSERT_OK(K(lag_assign)(&line, 1, 1, WIDE_LAG, line_memory, COUNT(line_memory)));
-        ASSERT_OK(K(lag_attach)(&line, &scalar));
+        ASSERT_OK(K(attach)(&scalar, &line.attached));
         for (int step = 0; step < 12; step++) {
             const num one = N((i * 5 + step * 3) % 11 - 5);
             if (step) ASSERT_OK(K(predict)(&scalar, &scalar_process, NULL));
@@ -407,11 +407,13 @@ static void attach_refuses(void)
     K(lag) bare;
     memset(&bare, 0, sizeof bare);
     WATCH(bare);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(lag_attach)(&past, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_attach)(&past, &blank));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(lag_attach)(&bare, &track));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(lag_attach)(&past3, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &past.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &past.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &bare.attached));
+    bare.attached.hooks = past.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(attach)(&track, &bare.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &past3.attached));
     TEST_ASSERT_EQUAL_INT(0, K(lag_steps)(NULL));
     TEST_ASSERT_EQUAL_INT(0, K(lag_steps)(&bare));
     TEST_ASSERT_EQUAL_INT(0, K(lag_steps)(&unused));
@@ -482,7 +484,7 @@ static void assert_broken(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_smooth)(&past, 0));
     assert_goes_on_alone();
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(lag_smooth)(&past, 0));
-    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(attach)(&track, &past.attached));
     drive(1);
     ASSERT_OK(K(lag_smooth)(&past, 1));
 }
@@ -526,18 +528,18 @@ static void a_start_goes_before(void)
 {
     START(unknown, 2, 2);
     const num z[] = {1, 2};
-    ASSERT_OK(K(lag_detach)(&past));
+    ASSERT_OK(K(detach)(&past.attached));
     ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 3));
     WATCH(unknown), WATCH(unknown_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_attach)(&past, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &past.attached));
     ASSERT_OK(K(update)(&track, &radar, z));
     TEST_ASSERT_EQUAL_INT(0, K(start_count)(&unknown));
-    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(attach)(&track, &past.attached));
     drive(1);
     ASSERT_OK(K(lag_smooth)(&past, 1));
-    ASSERT_OK(K(lag_detach)(&past));
+    ASSERT_OK(K(detach)(&past.attached));
     ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 0));
-    ASSERT_OK(K(lag_attach)(&past, &track));
+    ASSERT_OK(K(attach)(&track, &past.attached));
     drive(1);
     ASSERT_OK(K(lag_smooth)(&past, 1));
 }
@@ -547,10 +549,10 @@ static void it_may_be_detached(void)
     drive(0), drive(1);
     ASSERT_OK(K(lag_smooth)(&past, 1));
     const double mean = (double)K(lag_mean)(&past, 0);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(lag_attach)(&past, &twin));
-    ASSERT_OK(K(lag_detach)(&past));
-    ASSERT_OK(K(lag_detach)(&past));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(lag_detach)(NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(attach)(&twin, &past.attached));
+    ASSERT_OK(K(detach)(&past.attached));
+    ASSERT_OK(K(detach)(&past.attached));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(detach)(NULL));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 0));
     ASSERT_WITHIN(0, mean, K(lag_mean)(&past, 0));
     watch_nothing();
@@ -559,7 +561,7 @@ static void it_may_be_detached(void)
     measure(&track, 0);
     watched_assert_unchanged(__LINE__);
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
-    ASSERT_OK(K(lag_attach)(&past, &twin));
+    ASSERT_OK(K(attach)(&twin, &past.attached));
     watch_nothing();
     WATCH(past), WATCH(past_memory);
     ASSERT_OK_UNCHANGED(K(filter_init)(&twin, x0, P0));
@@ -570,7 +572,7 @@ static void another_history_takes_its_place(void)
 {
     drive(0), drive(1);
     ASSERT_OK(K(lag_smooth)(&past, 1));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 1));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lag_smooth)(&past, 0));
     TEST_ASSERT_FALSE(isnan(K(lag_mean)(&past, 0)));

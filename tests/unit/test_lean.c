@@ -51,8 +51,8 @@ static void what_is_not_sharp_is_taken_as_ever(void)
     for (uint32_t seed = 1; seed <= 20; seed++) {
         uint32_t state = seed;
         set_up();
-        ASSERT_OK(K(history_attach)(&tape, &track));
-        ASSERT_OK(K(history_attach)(&other, &twin));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
+        ASSERT_OK(K(attach)(&twin, &other.attached));
         for (int t = 0; t < STEPS; t++) {
             for (int c = 0; c < 3; c++) z[c] = noise(&state);
             const uint32_t present = 1 + seed % 7;
@@ -157,8 +157,8 @@ static void beyond_the_numbers(void)
 /* A smoother of what was done: the history has the raised noise. */
 static void the_raised_noise_is_recorded(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&other, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &other.attached));
     for (int t = 0; t < STEPS; t++) {
         const int is_sharp = t == 0;
         sharpen(0, is_sharp ? COARSE * variance_of(0) : 1);
@@ -311,9 +311,9 @@ static void an_adaptation_takes_it(void)
     uint32_t seed = 1;
     sharpen(1, SHARP);
     ASSERT_OK(K(adaptation_init)(&taught, &motion, &full, &rule));
-    ASSERT_OK(K(adaptation_attach)(&taught, &track));
+    ASSERT_OK(K(attach)(&track, &taught.attached));
     ASSERT_OK(K(adaptation_init)(&taught_lean, &motion, &lean, &rule));
-    ASSERT_OK(K(adaptation_attach)(&taught_lean, &twin));
+    ASSERT_OK(K(attach)(&twin, &taught_lean.attached));
     for (int t = 0; t < STEPS; t++) {
         for (int c = 0; c < 3; c++) z[c] = noise(&seed);
         ASSERT_OK(K(predict)(&track, &motion, NULL));

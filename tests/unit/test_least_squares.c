@@ -52,7 +52,7 @@ static void fading_divides_the_covariance(void)
 static void fading_by_1_changes_nothing(void)
 {
     ASSERT_OK_UNCHANGED(K(fade)(&line, 1));
-    ASSERT_OK(K(history_attach)(&tape, &line));
+    ASSERT_OK(K(attach)(&line, &tape.attached));
     ASSERT_OK_UNCHANGED(K(fade)(&line, 1));
 }
 
@@ -101,7 +101,7 @@ static void fade_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, endless));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, -endless));
     for (int k = 0; k < COUNT(bad); k++) ASSERT_REFUSED(KQ_ERR_RANGE, K(fade)(&line, bad[k]));
-    ASSERT_OK(K(history_attach)(&tape, &line));
+    ASSERT_OK(K(attach)(&line, &tape.attached));
     WATCH(tape), WATCH(tape_memory);
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(fade)(&line, N(0.5)));
 }
@@ -209,7 +209,7 @@ static void what_is_not_taken_does_not_weigh(void)
 
 static void without_forgetting_it_is_recorded(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &line));
+    ASSERT_OK(K(attach)(&line, &tape.attached));
     ASSERT_OK(K(least_squares_add)(&fit, H, z[0], r[0]));
     ASSERT_OK(K(smooth)(&tape));
     ASSERT_CLOSE(whole_mean(&line, 0), whole_smoothed_mean(&tape, 0, 0), 4);
@@ -265,7 +265,7 @@ static void add_refuses(void)
     ASSERT_OK(K(least_squares_init)(&other, &blank, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, 1, 1));
     ASSERT_OK(K(least_squares_init)(&fit, &line, N(0.5)));
-    ASSERT_OK(K(history_attach)(&tape, &line));
+    ASSERT_OK(K(attach)(&line, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(least_squares_add)(&fit, row, 1, 1));
 }
 

@@ -99,7 +99,7 @@ static void fading_divides_the_covariance(void)
 static void fading_by_1_changes_nothing(void)
 {
     ASSERT_OK_UNCHANGED(kq_fade_q31(&line, one));
-    ASSERT_OK(kq_history_attach_q31(&tape, &line));
+    ASSERT_OK(kq_attach_q31(&line, &tape.attached));
     ASSERT_OK_UNCHANGED(kq_fade_q31(&line, one));
 }
 
@@ -175,7 +175,7 @@ static void fade_refuses(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, kq_fade_q31(NULL, half));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_fade_q31(&blank, half));
-    ASSERT_OK(kq_history_attach_q31(&tape, &line));
+    ASSERT_OK(kq_attach_q31(&line, &tape.attached));
     WATCH(tape), WATCH(tape_memory);
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_fade_q31(&line, half));
 }
@@ -205,7 +205,7 @@ static void add_refuses(void)
     ASSERT_OK(kq_least_squares_init_q31(&other, &blank, one, measured_format));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, z, r));
     ASSERT_OK(kq_least_squares_init_q31(&fit, &line, half, measured_format));
-    ASSERT_OK(kq_history_attach_q31(&tape, &line));
+    ASSERT_OK(kq_attach_q31(&line, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_least_squares_add_q31(&fit, h, z, r));
 }
 

@@ -19,6 +19,8 @@ typedef int32_t word;
 #define LEN(object) KQ_##object##_LEN_Q31
 #endif
 
+#define OF(object, n, m, k, l) S(length)(KQ_OBJECT_##object, n, m, k, l)
+
 #define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
 #define ASSERT_LENGTH(expected, actual) TEST_ASSERT_TRUE((kq_length)(expected) == (actual))
 #define ASSERT_NONE(actual) ASSERT_LENGTH(0, actual)
@@ -34,12 +36,12 @@ static void those_of_a_step_are_the_macros(void)
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
         for (int k = 0; k < COUNT(measurements); k++) {
             const int m = measurements[k];
-            ASSERT_LENGTH(LEN(POINT)(n, m), S(point_length)(n, m));
+            ASSERT_LENGTH(LEN(POINT)(n, m), OF(POINT, n, m, 0, 0));
             for (int c = 0; c < COUNT(counts); c++) {
                 const size_t steps = counts[c];
-                ASSERT_LENGTH(LEN(HISTORY)(n, m, steps, 2), S(history_length)(n, m, steps, 2));
-                ASSERT_LENGTH(LEN(HISTORY)(n, m, 3, steps), S(history_length)(n, m, 3, steps));
-                ASSERT_LENGTH(LEN(LAG)(n, m, steps), S(lag_length)(n, m, steps));
+                ASSERT_LENGTH(LEN(HISTORY)(n, m, steps, 2), OF(HISTORY, n, m, steps, 2));
+                ASSERT_LENGTH(LEN(HISTORY)(n, m, 3, steps), OF(HISTORY, n, m, 3, steps));
+                ASSERT_LENGTH(LEN(LAG)(n, m, steps), OF(LAG, n, m, steps, 0));
             }
         }
     }
@@ -48,15 +50,14 @@ static void those_of_a_step_are_the_macros(void)
 static void those_of_sizes_are_the_macros(void)
 {
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
-        ASSERT_LENGTH(LEN(FILTER)(n), S(filter_length)(n));
-        ASSERT_LENGTH(LEN(STEADY)(n), S(steady_length)(n));
-        ASSERT_LENGTH(LEN(SETTLING)(n), S(settling_length)(n));
-        ASSERT_LENGTH(LEN(START)(n, 0), S(start_length)(n, 0));
-        ASSERT_LENGTH(LEN(START)(n, (size_t)65534), S(start_length)(n, 65534));
-        ASSERT_LENGTH(LEN(CONSISTENCY)(n, KQ_WINDOW_MAX), S(consistency_length)(n, KQ_WINDOW_MAX));
+        ASSERT_LENGTH(LEN(FILTER)(n), OF(FILTER, n, 0, 0, 0));
+        ASSERT_LENGTH(LEN(STEADY)(n), OF(STEADY, n, 0, 0, 0));
+        ASSERT_LENGTH(LEN(SETTLING)(n), OF(SETTLING, n, 0, 0, 0));
+        ASSERT_LENGTH(LEN(START)(n, 0), OF(START, n, 0, 0, 0));
+        ASSERT_LENGTH(LEN(START)(n, (size_t)65534), OF(START, n, 0, 65534, 0));
+        ASSERT_LENGTH(LEN(CONSISTENCY)(n, KQ_WINDOW_MAX), OF(CONSISTENCY, 0, n, KQ_WINDOW_MAX, 0));
         for (int m = 1; m <= KQ_SIZE_MAX; m++) {
-            ASSERT_LENGTH(LEN(ADAPTATION)(n, m), S(adaptation_length)(n, m));
-            ASSERT_LENGTH(LEN(STEADY_WORK)(n, m), S(steady_work_length)(n, m));
+            ASSERT_LENGTH(LEN(ADAPTATION)(n, m), OF(ADAPTATION, n, m, 0, 0));
         }
     }
 }
@@ -69,7 +70,7 @@ static void it_is_what_assign_asks_for(void)
     static S(point) point;
     for (int k = 0; k < COUNT(measurements); k++) {
         const int m = measurements[k];
-        const kq_length past = S(lag_length)(2, m, 3), instant = S(point_length)(2, m);
+        const kq_length past = OF(LAG, 2, m, 3, 0), instant = OF(POINT, 2, m, 0, 0);
         if (past > SIZE_MAX || instant > SIZE_MAX) continue;
         TEST_ASSERT_EQUAL_INT(KQ_OK, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past));
         TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past - 1));
@@ -82,53 +83,100 @@ static void a_size_that_is_none_has_no_length(void)
 {
     for (int k = 0; k < COUNT(no_size); k++) {
         const int n = no_size[k];
-        ASSERT_NONE(S(filter_length)(n));
-        ASSERT_NONE(S(history_length)(n, 1, 1, 0));
-        ASSERT_NONE(S(lag_length)(n, 1, 1));
-        ASSERT_NONE(S(point_length)(n, 1));
-        ASSERT_NONE(S(start_length)(n, 0));
-        ASSERT_NONE(S(steady_length)(n));
-        ASSERT_NONE(S(settling_length)(n));
-        ASSERT_NONE(S(adaptation_length)(n, 1));
-        ASSERT_NONE(S(adaptation_length)(1, n));
-        ASSERT_NONE(S(steady_work_length)(n, 1));
-        ASSERT_NONE(S(steady_work_length)(1, n));
-        ASSERT_NONE(S(consistency_length)(n, 1));
+        ASSERT_NONE(OF(FILTER, n, 0, 0, 0));
+        ASSERT_NONE(OF(HISTORY, n, 1, 1, 0));
+        ASSERT_NONE(OF(LAG, n, 1, 1, 0));
+        ASSERT_NONE(OF(POINT, n, 1, 0, 0));
+        ASSERT_NONE(OF(START, n, 0, 0, 0));
+        ASSERT_NONE(OF(STEADY, n, 0, 0, 0));
+        ASSERT_NONE(OF(SETTLING, n, 0, 0, 0));
+        ASSERT_NONE(OF(ADAPTATION, n, 1, 0, 0));
+        ASSERT_NONE(OF(ADAPTATION, 1, n, 0, 0));
+        ASSERT_NONE(OF(CONSISTENCY, 0, n, 1, 0));
     }
     for (int m = -1; m <= 0; m++) {
-        ASSERT_NONE(S(history_length)(1, m, 1, 0));
-        ASSERT_NONE(S(lag_length)(1, m, 1));
-        ASSERT_NONE(S(point_length)(1, m));
+        ASSERT_NONE(OF(HISTORY, 1, m, 1, 0));
+        ASSERT_NONE(OF(LAG, 1, m, 1, 0));
+        ASSERT_NONE(OF(POINT, 1, m, 0, 0));
     }
-    ASSERT_NONE(S(history_length)(1, INT_MIN, 1, 0));
-    ASSERT_NONE(S(point_length)(1, INT_MIN));
+    ASSERT_NONE(OF(HISTORY, 1, INT_MIN, 1, 0));
+    ASSERT_NONE(OF(POINT, 1, INT_MIN, 0, 0));
 }
 
 static void nor_has_a_count(void)
 {
     for (int k = 0; k < COUNT(no_count); k++) {
-        ASSERT_NONE(S(history_length)(1, 1, no_count[k], 0));
-        ASSERT_NONE(S(history_length)(1, 1, 1, no_count[k]));
-        ASSERT_NONE(S(lag_length)(1, 1, no_count[k]));
+        ASSERT_NONE(OF(HISTORY, 1, 1, no_count[k], 0));
+        ASSERT_NONE(OF(HISTORY, 1, 1, 1, no_count[k]));
+        ASSERT_NONE(OF(LAG, 1, 1, no_count[k], 0));
         /* these have bounds of their own, which may be above all counts of a small part */
         if (no_count[k] >= UINT16_MAX) {
-            ASSERT_NONE(S(start_length)(1, no_count[k]));
+            ASSERT_NONE(OF(START, 1, 0, no_count[k], 0));
         }
         if (no_count[k] > KQ_WINDOW_MAX) {
-            ASSERT_NONE(S(consistency_length)(1, no_count[k]));
+            ASSERT_NONE(OF(CONSISTENCY, 0, 1, no_count[k], 0));
         }
     }
-    ASSERT_NONE(S(start_length)(1, UINT16_MAX));
-    ASSERT_NONE(S(consistency_length)(1, 0));
-    ASSERT_NONE(S(consistency_length)(1, KQ_WINDOW_MAX + 1));
+    ASSERT_NONE(OF(START, 1, 0, UINT16_MAX, 0));
+    ASSERT_NONE(OF(CONSISTENCY, 0, 1, 0, 0));
+    ASSERT_NONE(OF(CONSISTENCY, 0, 1, KQ_WINDOW_MAX + 1, 0));
 #if INT_MAX > 65535 /* a step records no more: with all steps that there may be the length would wrap */
-    ASSERT_NONE(S(history_length)(1, 65536, 1, 0));
-    ASSERT_LENGTH(LEN(HISTORY)(1, 65535, 1, 0), S(history_length)(1, 65535, 1, 0));
+    ASSERT_NONE(OF(HISTORY, 1, 65536, 1, 0));
+    ASSERT_LENGTH(LEN(HISTORY)(1, 65535, 1, 0), OF(HISTORY, 1, 65535, 1, 0));
 #endif
+}
+
+/* What an arithmetic has no memory for, or no object of */
+static void what_is_not_there_has_none(void)
+{
+#ifdef KQ_TEST_Q31
+    ASSERT_LENGTH(KQ_ROOT_LEN_Q31(5), OF(ROOT, 5, 0, 0, 0));
+    ASSERT_NONE(OF(PROCESS, 5, 0, 0, 0));
+    ASSERT_NONE(OF(SENSOR, 0, 5, 0, 0));
+    ASSERT_NONE(OF(EM, 5, 2, 100, 0));
+    ASSERT_NONE(OF(STEADY_SOLVE, 5, 2, 0, 0));
+    TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_EM) == 0);
+#else
+    for (int k = 0; k < COUNT(no_size); k++) {
+        ASSERT_NONE(OF(PROCESS, no_size[k], 0, 0, 0));
+        ASSERT_NONE(OF(SENSOR, 0, no_size[k], 0, 0));
+        ASSERT_NONE(OF(EM, no_size[k], 1, 1, 0));
+        ASSERT_NONE(OF(EM, 1, no_size[k], 1, 0));
+        ASSERT_NONE(OF(STEADY_SOLVE, no_size[k], 1, 0, 0));
+        ASSERT_NONE(OF(STEADY_SOLVE, 1, no_size[k], 0, 0));
+    }
+    for (int n = 1; n <= KQ_SIZE_MAX; n++) {
+        ASSERT_LENGTH(KQ_PROCESS_LEN(n), OF(PROCESS, n, 0, 0, 0));
+        ASSERT_LENGTH(KQ_SENSOR_LEN(n), OF(SENSOR, 0, n, 0, 0));
+        ASSERT_LENGTH(LEN(EM)(n, 2, 100), OF(EM, n, 2, 100, 0));
+        ASSERT_LENGTH(LEN(STEADY_SOLVE)((size_t)n, (size_t)2), OF(STEADY_SOLVE, n, 2, 0, 0));
+    }
+    ASSERT_NONE(OF(EM, 1, 1, SIZE_MAX, 0));
+    ASSERT_NONE(OF(ROOT, 5, 0, 0, 0));
+    TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_EM) == sizeof(S(em)));
+#endif
+    ASSERT_NONE(OF(GATE, 1, 1, 1, 1));
+    ASSERT_NONE(OF(LEAST_SQUARES, 1, 1, 1, 1));
+    ASSERT_NONE(S(length)((kq_object)99, 1, 1, 1, 1));
+    TEST_ASSERT_TRUE(S(object_size)((kq_object)99) == 0);
+    TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_ROOT) == 0);
+    TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_STEADY_SOLVE) == 0);
+}
+
+static void an_object_has_its_size(void)
+{
+#define ASSERT_SIZE(object, name) TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_##object) == sizeof(S(name)))
+    ASSERT_SIZE(PROCESS, process); ASSERT_SIZE(SENSOR, sensor); ASSERT_SIZE(FILTER, filter);
+    ASSERT_SIZE(HISTORY, history); ASSERT_SIZE(LAG, lag); ASSERT_SIZE(POINT, point); ASSERT_SIZE(START, start);
+    ASSERT_SIZE(ADAPTATION, adaptation); ASSERT_SIZE(CONSISTENCY, consistency);
+    ASSERT_SIZE(LEAST_SQUARES, least_squares); ASSERT_SIZE(STEADY, steady);
+    ASSERT_SIZE(SETTLING, settling); ASSERT_SIZE(GATE, gate);
 }
 
 SUITE(lengths, NULL)
 {
+    RUN_TEST(what_is_not_there_has_none);
+    RUN_TEST(an_object_has_its_size);
     RUN_TEST(those_of_a_step_are_the_macros);
     RUN_TEST(those_of_sizes_are_the_macros);
     RUN_TEST(it_is_what_assign_asks_for);

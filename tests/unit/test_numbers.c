@@ -109,7 +109,7 @@ static void a_constant_smoothed_is_the_final_mean(void)
     uint32_t seed = 5;
     double sum = 0;
     ASSERT_OK(K(filter_init)(&level, zero, prior));
-    ASSERT_OK(K(history_attach)(&tape, &level));
+    ASSERT_OK(K(attach)(&level, &tape.attached));
     for (int k = 0; k < 25; k++) {
         const num z = 3 + noise(&seed);
         sum += (double)z;

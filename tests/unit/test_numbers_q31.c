@@ -129,7 +129,7 @@ static void a_constant_smoothed_is_the_final_mean(void)
     uint32_t seed = 5;
     double sum = 0;
     begin_level(0, 4);
-    ASSERT_OK(kq_history_attach_q31(&tape, &level));
+    ASSERT_OK(kq_attach_q31(&level, &tape.attached));
     for (int k = 0; k < 25; k++) {
         const double z[] = {3 + noise(&seed)};
         sum += z[0];

@@ -46,19 +46,19 @@ static void attach_lag(int longest)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(kq_lag_assign_q31(&past, 2, 2, (size_t)longest, past_memory, COUNT(past_memory)));
-    ASSERT_OK(kq_lag_attach_q31(&past, &track));
+    ASSERT_OK(kq_attach_q31(&track, &past.attached));
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
     ASSERT_OK(K(lag_assign)(&past_f64, 2, 2, (size_t)longest, past_f64_memory, COUNT(past_f64_memory)));
-    ASSERT_OK(K(lag_attach)(&past_f64, &track_f64));
+    ASSERT_OK(K(attach)(&track_f64, &past_f64.attached));
 }
 
 static void attach_point(void)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(kq_point_assign_q31(&instant, 2, 2, instant_memory, COUNT(instant_memory)));
-    ASSERT_OK(kq_point_attach_q31(&instant, &track));
+    ASSERT_OK(kq_attach_q31(&track, &instant.attached));
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
-    ASSERT_OK(K(point_attach)(&instant_f64, &track_f64));
+    ASSERT_OK(K(attach)(&track_f64, &instant_f64.attached));
 }
 
 static void set_up(void)
@@ -196,7 +196,7 @@ static void every_lag_is_that_in_double(void)
 static void the_longest_lag_is_that_of_the_tape(void)
 {
     kq_scaled_q31 P[4];
-    ASSERT_OK(kq_history_attach_q31(&tape, &twin));
+    ASSERT_OK(kq_attach_q31(&twin, &tape.attached));
     attach_lag(LONGEST);
     for (int step = 0; step < STEPS; step++) {
         double u;
@@ -309,8 +309,8 @@ static void an_instant_is_that_in_double(void)
         for (int step = 0; step < STEPS; step++) {
             drive_point(step);
             if (step == s) {
-                ASSERT_OK(kq_point_attach_q31(&instant, &track));
-                ASSERT_OK(K(point_attach)(&instant_f64, &track_f64));
+                ASSERT_OK(kq_attach_q31(&track, &instant.attached));
+                ASSERT_OK(K(attach)(&track_f64, &instant_f64.attached));
             }
             assert_point();
         }
@@ -353,7 +353,7 @@ static void a_constant_is_refined_for_long(void)
     put_sensor(&radar, 2, 2, wide_range, wide_range, look, sharp);
     put_prior(&start, 2, wide_range, x0, wide);
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_point_attach_q31(&instant, &track));
+    ASSERT_OK(kq_attach_q31(&track, &instant.attached));
     const int32_t *words = words_of(z, 2, radar.measurement_format);
     for (int step = 0; step < 3000; step++) {
         if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
@@ -415,7 +415,7 @@ static void sixteen_states_are_sixteen_scalars(void)
         ASSERT_OK(kq_filter_init_q31(&f, &prior, NULL));
         ASSERT_OK(kq_lag_assign_q31(&lag, n, n, WIDE_LAG, lag_memory,
                                     (size_t)KQ_LAG_LEN_Q31((size_t)n, n, WIDE_LAG)));
-        ASSERT_OK(kq_lag_attach_q31(&lag, &f));
+        ASSERT_OK(kq_attach_q31(&f, &lag.attached));
         for (int step = 0; step < 12; step++) {
             if (step) ASSERT_OK(kq_predict_q31(&f, &p, NULL));
             for (int i = 0; i < n; i++) {
@@ -471,16 +471,20 @@ static void attach_refuses(void)
     memset(&bare, 0, sizeof bare);
     memset(&bare_point, 0, sizeof bare_point);
     WATCH(bare), WATCH(bare_point);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_attach_q31(&past, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_lag_attach_q31(&past, &blank));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_lag_attach_q31(&bare, &track));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_lag_attach_q31(&past3, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_attach_q31(&instant, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_point_attach_q31(&instant, &blank));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_point_attach_q31(&bare_point, &track));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_point_attach_q31(&instant3, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &past.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &past.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &bare.attached));
+    bare.attached.hooks = past.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_attach_q31(&track, &bare.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track, &past3.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &instant.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &instant.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &bare_point.attached));
+    bare_point.attached.hooks = instant.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_attach_q31(&track, &bare_point.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track, &instant3.attached));
     TEST_ASSERT_EQUAL_INT(0, kq_lag_steps_q31(NULL));
     TEST_ASSERT_EQUAL_INT(0, kq_lag_steps_q31(&unused));
 }
@@ -586,7 +590,7 @@ static void a_step_is_predict_and_update(void)
 {
     KQ_LAG_Q31(beside, 2, 2, 5);
     kq_scaled_q31 P[4];
-    ASSERT_OK(kq_lag_attach_q31(&beside, &twin));
+    ASSERT_OK(kq_attach_q31(&twin, &beside.attached));
     for (int step = 0; step < STEPS; step++) {
         const int32_t z[] = {step * 1000, 50000 - step * 3000};
         ASSERT_OK(kq_step_q31(&track, process_of(step), NULL, &radar.sensor, z));

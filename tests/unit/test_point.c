@@ -20,7 +20,7 @@ static void attach(void)
 {
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(point_assign)(&start, 2, MOST, start_memory, COUNT(start_memory)));
-    ASSERT_OK(K(point_attach)(&start, &track));
+    ASSERT_OK(K(attach)(&track, &start.attached));
 }
 
 static void set_up(void)
@@ -79,9 +79,9 @@ static void an_instant_is_that_of_the_tape(void)
                 } else if (step) {
                     ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
                 }
-                if (step == s && !after) ASSERT_OK(K(point_attach)(&start, &track));
+                if (step == s && !after) ASSERT_OK(K(attach)(&track, &start.attached));
                 measure(&track, step);
-                if (step == s && after) ASSERT_OK(K(point_attach)(&start, &track));
+                if (step == s && after) ASSERT_OK(K(attach)(&track, &start.attached));
                 if (step < s) continue;
                 smooth_to(step);
                 read_smoothed(&expected, &tape, (size_t)s, 2);
@@ -117,7 +117,7 @@ static void a_step_is_predict_and_update(void)
 {
     reading expected, now;
     POINT(beside, 2, MOST);
-    ASSERT_OK(K(point_attach)(&beside, &twin));
+    ASSERT_OK(K(attach)(&twin, &beside.attached));
     for (int step = 0; step < STEPS; step++) {
         ASSERT_OK(K(step)(&track, process_of(step), control_of(step), &radar, z_of(step)));
         ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
@@ -217,7 +217,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     put_identity(wide_P, 16, 1);
     ASSERT_OK(K(sensor_init_diagonal)(&wide_sensor, wide_P, ones));
     ASSERT_OK(K(point_assign)(&instant, 16, 16, memory, POINT_LEN(16, 16)));
-    ASSERT_OK(K(point_attach)(&instant, &wide));
+    ASSERT_OK(K(attach)(&wide, &instant.attached));
     for (int step = 0; step < 5; step++) {
         if (step) ASSERT_OK(K(predict)(&wide, &wide_process, NULL));
         for (int i = 0; i < 16; i++) z[i] = N((i * 5 + step * 3) % 11 - 5);
@@ -228,7 +228,7 @@ static void sixteen_states_are_sixteen_scalars(void)
     for (int i = 0; i < 16; i++) {
         ASSERT_OK(K(filter_init)(&scalar, zero, &p));
         ASSERT_OK(K(point_assign)(&line, 1, 1, line_memory, COUNT(line_memory)));
-        ASSERT_OK(K(point_attach)(&line, &scalar));
+        ASSERT_OK(K(attach)(&scalar, &line.attached));
         for (int step = 0; step < 5; step++) {
             const num one = N((i * 5 + step * 3) % 11 - 5);
             if (step) ASSERT_OK(K(predict)(&scalar, &scalar_process, NULL));
@@ -285,11 +285,13 @@ static void attach_refuses(void)
     K(point) bare;
     memset(&bare, 0, sizeof bare);
     WATCH(bare);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(point_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(point_attach)(&start, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&start, &blank));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(point_attach)(&bare, &track));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(point_attach)(&start3, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &start.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &start.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &bare.attached));
+    bare.attached.hooks = start.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(attach)(&track, &bare.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &start3.attached));
 }
 
 /* By the plain functions, and nothing has changed */
@@ -348,7 +350,7 @@ static void assert_broken(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(point_smooth)(&start));
     assert_goes_on_alone();
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(point_smooth)(&start));
-    ASSERT_OK(K(point_attach)(&start, &track));
+    ASSERT_OK(K(attach)(&track, &start.attached));
     drive(1);
     ASSERT_OK(K(point_smooth)(&start));
 }
@@ -392,18 +394,18 @@ static void a_start_goes_before(void)
 {
     START(unknown, 2, 2);
     const num z[] = {1, 2};
-    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(detach)(&start.attached));
     ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 3));
     WATCH(unknown), WATCH(unknown_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&start, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &start.attached));
     ASSERT_OK(K(update)(&track, &radar, z));
     TEST_ASSERT_EQUAL_INT(0, K(start_count)(&unknown));
-    ASSERT_OK(K(point_attach)(&start, &track));
+    ASSERT_OK(K(attach)(&track, &start.attached));
     drive(1);
     ASSERT_OK(K(point_smooth)(&start));
-    ASSERT_OK(K(point_detach)(&start));
+    ASSERT_OK(K(detach)(&start.attached));
     ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 0));
-    ASSERT_OK(K(point_attach)(&start, &track));
+    ASSERT_OK(K(attach)(&track, &start.attached));
     drive(1);
     ASSERT_OK(K(point_smooth)(&start));
 }
@@ -413,10 +415,10 @@ static void it_may_be_detached(void)
     drive(0), drive(1);
     ASSERT_OK(K(point_smooth)(&start));
     const double mean = (double)K(point_mean)(&start, 0);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(point_attach)(&start, &twin));
-    ASSERT_OK(K(point_detach)(&start));
-    ASSERT_OK(K(point_detach)(&start));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(point_detach)(NULL));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(attach)(&twin, &start.attached));
+    ASSERT_OK(K(detach)(&start.attached));
+    ASSERT_OK(K(detach)(&start.attached));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(detach)(NULL));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&start));
     ASSERT_WITHIN(0, mean, K(point_mean)(&start, 0));
     watch_nothing();
@@ -425,7 +427,7 @@ static void it_may_be_detached(void)
     measure(&track, 0);
     watched_assert_unchanged(__LINE__);
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
-    ASSERT_OK(K(point_attach)(&start, &twin));
+    ASSERT_OK(K(attach)(&twin, &start.attached));
     watch_nothing();
     WATCH(start), WATCH(start_memory);
     ASSERT_OK_UNCHANGED(K(filter_init)(&twin, x0, P0));
@@ -436,11 +438,11 @@ static void another_history_takes_its_place(void)
 {
     drive(0), drive(1);
     ASSERT_OK(K(point_smooth)(&start));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&start));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&start));
     TEST_ASSERT_FALSE(isnan(K(point_mean)(&start, 0)));
-    ASSERT_OK(K(point_attach)(&start, &track));
+    ASSERT_OK(K(attach)(&track, &start.attached));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
 }
 

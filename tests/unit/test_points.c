@@ -16,7 +16,7 @@ SENSOR(blank_sensor, 2, 2);
 SENSOR(single, 2, 1);
 SENSOR_DIAGONAL(narrow, 2, 2);
 HISTORY(record, 2, MOST, STEPS, STEPS);
-JACOBIANS(jacobians, 2, STEPS, STEPS);
+JACOBIANS(jacobians, record, 2, STEPS, STEPS);
 LAG(past, 2, MOST, STEPS);
 
 static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -223,8 +223,8 @@ static void linear_functions_give_the_plain_filter_and_its_smoothers(void)
         begin_drive();
         for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
         begin_drive();
-        ASSERT_OK(K(history_attach)(&tape, &twin));
-        ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+        ASSERT_OK(K(attach)(&twin, &tape.attached));
+        ASSERT_OK(K(attach)(&track, &jacobians.attached));
         for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
         ASSERT_OK(K(smooth)(&tape));
         ASSERT_OK(K(smooth)(&record));
@@ -235,7 +235,7 @@ static void linear_functions_give_the_plain_filter_and_its_smoothers(void)
             assert_like(&twin, &track);
         }
         begin_drive();
-        ASSERT_OK(K(lag_attach)(&past, &track));
+        ASSERT_OK(K(attach)(&track, &past.attached));
         for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
         ASSERT_OK(K(lag_smooth)(&past, STEPS - 1));
         for (int i = 0; i < 2; i++) ASSERT_CLOSE(K(smoothed_mean)(&tape, 0, i), K(lag_mean)(&past, i), 64);
@@ -250,7 +250,7 @@ static void the_steps_in_one_call_are_their_parts(void)
     log_of_calls log = {.z = z};
     for (int recorded = 0; recorded < 2; recorded++) {
         begin_drive();
-        if (recorded) ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+        if (recorded) ASSERT_OK(K(attach)(&track, &jacobians.attached));
         ASSERT_OK(K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CENTRAL, work));
         ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
         J[0] += 1, J[3] += 1;
@@ -447,7 +447,7 @@ static void what_is_missing_or_not_ready_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_points)(&track, &blank_sensor, squares, &log, rule, work));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_points)(&track3, &radar, squares, &log, rule, work));
     TEST_ASSERT_EQUAL_INT(0, log.calls);
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_points)(&track, &motion, squares, &log, rule, work));
 }
 
@@ -531,7 +531,7 @@ static void models_are_checked(void)
 
 static void only_what_is_smoothed_is_copied(void)
 {
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_copy)(&record, 0, &trial));
     ASSERT_OK(K(smooth)(&record));
     ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_copy)(NULL, 0, &trial));
@@ -540,7 +540,7 @@ static void only_what_is_smoothed_is_copied(void)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(smoothed_copy)(&record, 0, &track3));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(smoothed_copy)(&record, 0, &(K(filter)){0}));
     ASSERT_OK(K(smoothed_copy)(&record, 0, &trial));
-    ASSERT_OK(K(history_attach_extended)(&record, &track, &jacobians));
+    ASSERT_OK(K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(smooth_states)(&record));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_copy)(&record, 0, &trial));
 }

@@ -99,8 +99,8 @@ static void a_rejected_measurement_leaves_its_nis_and_an_event(void)
 static void a_history_knows_nothing_of_a_rejected_measurement(void)
 {
     reading a, b;
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&twin_tape, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     gate.limit = 100;
     for (int t = 0; t < 4; t++) {
         z[0] = N(3 + t);
@@ -126,7 +126,7 @@ static void a_history_knows_nothing_of_a_rejected_measurement(void)
 static void a_full_history_is_full_because_of_what_is_taken_only(void)
 {
     HISTORY(short_tape, 2, 2, 1, 0);
-    ASSERT_OK(K(history_attach)(&short_tape, &track));
+    ASSERT_OK(K(attach)(&track, &short_tape.attached));
     ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
     z[0] = 50;
     ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
@@ -185,8 +185,8 @@ static void a_gate_may_stay_closed(void)
 static void a_run_of_rejections_ends_on_a_history(void)
 {
     reading a, b;
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&twin_tape, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     z[0] = 50;
     gate.run = 2;
     for (int t = 0; t < 6; t++) {
@@ -363,8 +363,8 @@ static void the_smoother_has_the_noise_that_was_used(void)
 {
     reading a, b;
     num noise_now[2];
-    K(history_attach)(&tape, &track);
-    K(history_attach)(&twin_tape, &twin);
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     for (int t = 0; t < 5; t++) {
         z[0] = t == 2 ? N(60) : N(3 + t), z[1] = t == 3 ? N(-30) : N(1 + t);
         ASSERT_OK(K(update_student)(&track, &radar, z, ALL, 4, weights));
@@ -453,8 +453,8 @@ static void what_is_not_taken_is_not_recorded(void)
     static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, values[] = {1, 2};
     SENSOR(twins, 2, 2);
     ASSERT_OK(K(sensor_init_diagonal)(&twins, same, none2));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&twin_tape, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     for (int t = 0; t < 3; t++) {
         ASSERT_OK(K(update_huber)(&track, &twins, values, ALL, 9, NULL));
         ASSERT_OK(K(update)(&twin, &twins, values));
@@ -546,9 +546,9 @@ static void refusals_of_an_update(void)
         z[1] = 1;
     }
     ASSERT_REFUSED(KQ_ERR_RANGE, jump(&track, &radar, z, ALL, N(0.5)));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, jump(&track, &radar, z, ALL, 4));
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(detach)(&tape.attached));
     ASSERT_OK(jump(&track, &radar, z, ALL, 4));
 }
 
@@ -910,7 +910,7 @@ static void refusals_of_a_student_step(void)
 static void record(K(filter) * f, K(history) * h, const num *scale)
 {
     ASSERT_OK(K(filter_init)(f, x0, P0));
-    ASSERT_OK(K(history_attach)(h, f));
+    ASSERT_OK(K(attach)(f, &h->attached));
     for (int t = 0; t < 6; t++) {
         z[0] = t < 3 ? N(1 + t) : N(20 + t), z[1] = N(0.5 * t);
         ASSERT_OK(K(update)(f, t % 2 ? &radar : &coupled, z));
@@ -978,8 +978,8 @@ static void noise_of_less_rank_counts_by_its_rank(void)
 static void a_student_run_can_be_smoothed(void)
 {
     reading a, b;
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&twin_tape, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     for (int t = 0; t < 6; t++) {
         z[0] = t == 3 ? N(90) : N(t);
         ASSERT_OK(K(step_student)(&track, &motion, u, &radar, z, ALL, 2, &scaled, q + t));

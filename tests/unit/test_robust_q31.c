@@ -100,8 +100,8 @@ static const double *rounded(const int32_t *words)
 
 static void a_gate_takes_or_leaves(void)
 {
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
-    ASSERT_OK(kq_history_attach_q31(&twin_tape, &twin));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
+    ASSERT_OK(kq_attach_q31(&twin, &twin_tape.attached));
     gate.limit = INT64_C(100) << 24;
     for (int t = 0; t < 20; t++) {
         const kq_sensor_q31 *s = t % 2 ? &radar.sensor : &coupled.sensor;
@@ -386,8 +386,8 @@ static void the_reweighted_smoother_is_that_of_double(void)
     for (int pass = 0; pass < 3; pass++) {
         uint32_t seed = 11;
         start();
-        ASSERT_OK(kq_history_attach_q31(&tape, &track));
-        ASSERT_OK(K(history_attach)(&wide_tape, &wide_track));
+        ASSERT_OK(kq_attach_q31(&track, &tape.attached));
+        ASSERT_OK(K(attach)(&wide_track, &wide_tape.attached));
         for (int t = 0; t < 30; t++) {
             const int32_t *z = seen(t + (t > 12 ? 60 : 0) + noise(&seed), t + noise(&seed));
             ASSERT_OK(kq_process_scale_noise_q31(&scaled, &motion.process, root, q[t]));
@@ -487,7 +487,7 @@ static void refusals(void)
                    kq_step_student_q31(&track, m, NULL, s, far, ALL, two, &scaled, root, q));
 
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_reweighted_q31(&tape, &scaled, m, root, two, q));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_update_jump_q31(&track, s, z, ALL, two));
     ASSERT_OK(kq_predict_q31(&track, m, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_reweighted_q31(&tape, &scaled, m, NULL, two, q));

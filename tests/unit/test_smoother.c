@@ -42,7 +42,7 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(filter_init)(&track3, zero3, identity3));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory), WATCH(motion);
     WATCH(motion_memory), WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(unused_memory);
@@ -308,7 +308,7 @@ static void each_extra_comes_alone(void)
     const K(smooth_extras) none = {NULL, NULL, NULL};
     for (unsigned wanted = 8; wanted-- > 0;) {
         ASSERT_OK(K(filter_init)(&track, x0, P0));
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         run(&track);
         for (int t = STEPS - 1; t >= 0; t--) {
             outputs *o = wanted == 7 ? &all[t] : &one;
@@ -408,7 +408,7 @@ static void the_noise_of_a_sharp_or_dull_measurement_is_accurate(void)
         const num r[] = {N(sizes[k])};
         num mean, spread;
         ASSERT_OK(K(filter_init)(&track, x0, P0));
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         ASSERT_OK(K(sensor_init)(&compass, h, r));
         ASSERT_OK(K(update)(&track, &compass, z));
         ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
@@ -440,11 +440,11 @@ static void assign_does_what_the_macro_does(void)
 {
     HISTORY(declared, 2, MOST, STEPS, 0);
     TEST_ASSERT_EQUAL_UINT(HISTORY_LEN(2, MOST, STEPS, 0), COUNT(declared_memory));
-    ASSERT_OK(K(history_attach)(&declared, &track));
+    ASSERT_OK(K(attach)(&track, &declared.attached));
     run(&track);
     ASSERT_OK(K(smooth)(&declared));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     run(&twin);
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
@@ -487,14 +487,16 @@ static void attach_refuses(void)
     K(history) bare;
     memset(&bare, 0, sizeof bare);
     WATCH(bare);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(&tape, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&unused, &blank));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(history_attach)(&bare, &track));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach)(&tape3, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &unused.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &bare.attached));
+    bare.attached.hooks = tape.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(attach)(&track, &bare.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &tape3.attached));
     run(&track);
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach)(&tape, &track3));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &blank));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track3, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &tape.attached));
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
     watch_nothing();
@@ -516,13 +518,13 @@ static void attach_empties_the_history(void)
 {
     run(&track);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     run(&twin);
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
 }
@@ -532,7 +534,7 @@ static void a_history_assigned_anew_forgets_its_filter(void)
 {
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&track));
     ASSERT_OK(K(update)(&track, &radar, radar_z[3]));
@@ -547,7 +549,7 @@ static void a_history_assigned_anew_is_not_recorded_on(void)
 {
     for (int updates = 0; updates < 2; updates++) {
         ASSERT_OK(K(filter_init)(&track, x0, P0));
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
         const kq_status status = updates ? K(update)(&track, &radar, radar_z[3])
                                          : K(predict)(&track, &motion, NULL);
@@ -566,7 +568,7 @@ static void attach_begins_in_the_middle_of_a_run(void)
     for (int k = 0; k < 3; k++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, radar_z[3]));
     for (int i = 0; i < 2; i++) mean[i] = K(mean)(&track, i);
     ASSERT_OK(K(covariance)(&track, P));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     ASSERT_OK(K(smooth)(&tape));
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
@@ -579,11 +581,11 @@ static void attach_begins_in_the_middle_of_a_run(void)
 static void a_history_records_one_filter_at_a_time(void)
 {
     ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(predict)(&track, &motion, control));
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
     ASSERT_OK(K(predict)(&track, &motion, control));
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
@@ -598,34 +600,34 @@ static void a_history_records_one_filter_at_a_time(void)
 static void a_filter_goes_on_without_its_history(void)
 {
     run(&track);
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(detach)(&tape.attached));
     TEST_ASSERT_EQUAL_UINT(0, K(history_steps)(&tape));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
     watch_nothing();
     WATCH(tape), WATCH(tape_memory);
     ASSERT_OK_UNCHANGED(K(step)(&track, &motion, control, &radar, radar_z[0]));
-    ASSERT_OK_UNCHANGED(K(history_detach)(&tape));
+    ASSERT_OK_UNCHANGED(K(detach)(&tape.attached));
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(history_detach)(NULL));
-    ASSERT_OK(K(history_detach)(&unused));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, K(detach)(NULL));
+    ASSERT_OK(K(detach)(&unused.attached));
 }
 
 static void what_was_smoothed_stays_when_it_is_detached(void)
 {
     run(&track);
     ASSERT_OK(K(smooth)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(detach)(&tape.attached));
     assert_means(0);
     assert_covariances(0);
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
 }
 
 static void a_full_history_is_detached_too(void)
 {
     for (int k = 0; k < 2 * STEPS; k++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z_zero));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     run(&twin);
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
@@ -639,13 +641,13 @@ static void a_history_that_may_be_gone_is_not_looked_at(void)
     WATCH(tape), WATCH(tape_memory);
     ASSERT_OK_UNCHANGED(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK_UNCHANGED(K(history_attach)(&other, &track));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK_UNCHANGED(K(attach)(&track, &other.attached));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK_UNCHANGED(K(forecast)(&twin, &motion, NULL, 1, &track));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK_UNCHANGED(K(filter_copy)(&track, &twin));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK_UNCHANGED(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK_UNCHANGED(K(predict)(&track, &motion, NULL));
@@ -656,16 +658,16 @@ static void a_filter_that_may_be_gone_is_not_looked_at(void)
 {
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
     memset(&track, 0xa5, sizeof track);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
     watch_nothing();
     WATCH(track), WATCH(track_memory);
     watched_store();
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     run(&twin);
     ASSERT_OK(K(smooth)(&tape));
     watched_assert_unchanged(__LINE__);
@@ -690,7 +692,7 @@ static void sigmas_below_rounding_are_an_event(void)
     for (int is_exact = 0; is_exact < 2; is_exact++) {
         num truth[] = {N(-2.3), N(31.7)};
         ASSERT_OK(K(filter_init)(&f, x, P));
-        ASSERT_OK(K(history_attach)(&past, &f));
+        ASSERT_OK(K(attach)(&f, &past.attached));
         for (int t = 1; t < LONG; t++) {
             truth[0] = -truth[0] - truth[1];
             truth[1] = N(0.015625) * (num)(t % 5 - 2) - truth[1];
@@ -715,7 +717,7 @@ static void on_the_stack(K(history) * h, K(filter) * f)
     ASSERT_OK(K(filter_init)(&own, x0, P0));
     if (!h) h = &own_tape;
     if (!f) f = &own;
-    ASSERT_OK(K(history_attach)(h, f));
+    ASSERT_OK(K(attach)(f, &h->attached));
     ASSERT_OK(K(predict)(f, &motion, NULL));
     memset(memory, 0, sizeof memory);
 }
@@ -726,12 +728,12 @@ static void tapes_and_filters_may_be_gone(void)
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     on_the_stack(NULL, &track);
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_detach)(&tape));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(detach)(&tape.attached));
     on_the_stack(&tape, NULL);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
 }
 
 /* The struct alone is no filter: its copy does not record, and says so. */
@@ -763,8 +765,8 @@ static void an_assigned_copy_does_not_record(void)
 static void a_filter_has_one_history_at_a_time(void)
 {
     HISTORY(other, 2, 1, 2, 0);
-    ASSERT_OK(K(history_attach)(&other, &track));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &other.attached));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     watch_nothing();
     WATCH(other), WATCH(other_memory);
     watched_store();
@@ -791,7 +793,7 @@ static void init_of_the_filter_detaches_its_history(void)
 static void fill(K(history) * h, K(filter) * f, int steps)
 {
     ASSERT_OK(K(filter_init)(f, x0, P0));
-    if (h) ASSERT_OK(K(history_attach)(h, f));
+    if (h) ASSERT_OK(K(attach)(f, &h->attached));
     for (int t = 0; t < steps; t++) {
         if (t > 0) ASSERT_OK(K(predict)(f, &motion, control + t % STEPS));
         ASSERT_OK(K(update)(f, &radar, radar_z[t % STEPS]));
@@ -858,7 +860,7 @@ static void a_full_history_may_be_used_again(void)
 {
     fill(&tape, &track, STEPS + 1);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     run(&track);
     ASSERT_OK(K(smooth)(&tape));
     assert_means(0);
@@ -1030,7 +1032,7 @@ static void processes_may_take_turns(void)
     for (int k = 0; k < 3; k++) ASSERT_OK(K(process_init)(turn[k], turns[k], NULL, Q));
     for (int by_step = 0; by_step < 2; by_step++) {
         ASSERT_OK(K(filter_init)(&track, x0, P0));
-        ASSERT_OK(K(history_attach)(&long_tape, &track));
+        ASSERT_OK(K(attach)(&track, &long_tape.attached));
         ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
         for (int t = 1; t < STEPS; t++) {
             ASSERT_OK(K(step)(&track, turn[(t - 1) % 3], NULL, &radar, radar_z[t]));
@@ -1128,7 +1130,7 @@ static void a_known_constant_stays_known(void)
     static const num a[] = {1, 0.5, 0, 1}, q[] = {1, 0, 0, 0}, P[] = {1, 0, 0, 0};
     ASSERT_OK(K(process_init)(&motion, a, B, q));
     ASSERT_OK(K(filter_init)(&track, x0, P));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     for (int t = 0; t < STEPS; t++) {
         if (t > 0) ASSERT_OK(K(predict)(&track, &motion, NULL));
         ASSERT_OK(K(update)(&track, &radar, radar_z[t]));
@@ -1161,7 +1163,7 @@ static void record(K(history) * h, int n)
     ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
     ASSERT_OK(K(filter_assign)(&f, n, big_filter, COUNT(big_filter)));
     ASSERT_OK(K(filter_init)(&f, big_x, big_P));
-    ASSERT_OK(K(history_attach)(h, &f));
+    ASSERT_OK(K(attach)(&f, &h->attached));
     ASSERT_OK(K(update)(&f, &s, big_x));
     ASSERT_OK(K(step)(&f, &p[0], NULL, &s, big_x));
     ASSERT_OK(K(step)(&f, &p[1], NULL, &s, big_x));
@@ -1217,7 +1219,7 @@ static void sixteen_states_work(void)
     put_identity(big_P, 16, 2);
     ASSERT_OK(K(sensor_assign)(&wide, 16, 16, big_sensor, COUNT(big_sensor)));
     ASSERT_OK(K(sensor_init)(&wide, big_output, big_P));
-    ASSERT_OK(K(history_attach)(&h, &many));
+    ASSERT_OK(K(attach)(&many, &h.attached));
     ASSERT_OK(K(update)(&many, &wide, big_x));
     for (int i = 0; i < 16; i++) big_x[i] = N(i - 7.5);
     ASSERT_OK(K(step)(&many, &move, NULL, &wide, big_x));

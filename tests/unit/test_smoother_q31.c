@@ -48,12 +48,12 @@ static void set_up(void)
     ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
     ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
     ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_OK(K(process_init)(&motion_f64, A, B, Q));
     ASSERT_OK(K(process_init)(&other_f64, A2, B, Q2));
     ASSERT_OK(K(sensor_init)(&radar_f64, H, R));
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
-    ASSERT_OK(K(history_attach)(&tape_f64, &track_f64));
+    ASSERT_OK(K(attach)(&track_f64, &tape_f64.attached));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory), WATCH(tape);
     WATCH(out), WATCH(more), WATCH(vector);
@@ -146,7 +146,7 @@ static void a_prior_that_stands_for_infinity_is_recorded(void)
     put_prior(&prior, 2, large, zero, unit);
     for (int i = 0; i < 2; i++) prior.root[KQ_TRIANGLE(2) + i] += 400;
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     const int32_t z[] = {1 << 20, 1 << 21};
     for (int t = 0; t < 5; t++) {
         ASSERT_OK(kq_predict_q31(&track, &process.process, NULL));
@@ -180,11 +180,11 @@ static void begin_sharp(uint32_t *seed)
     put_sensor(&radar, 3, 2, large, large, measurement, none);
     put_prior(&prior, 3, large, zero, wide);
     ASSERT_OK(kq_filter_init_q31(&sharp, &prior.table, NULL));
-    ASSERT_OK(kq_history_attach_q31(&sharp_tape, &sharp));
+    ASSERT_OK(kq_attach_q31(&sharp, &sharp_tape.attached));
     ASSERT_OK(K(process_init)(&sharp_process_f64, transition, NULL, noise_of));
     ASSERT_OK(K(sensor_init)(&sharp_sensor_f64, measurement, none));
     ASSERT_OK(K(filter_init)(&sharp_f64, zero, wide));
-    ASSERT_OK(K(history_attach)(&sharp_tape_f64, &sharp_f64));
+    ASSERT_OK(K(attach)(&sharp_f64, &sharp_tape_f64.attached));
 }
 
 static void run_sharp(uint32_t *seed)
@@ -338,11 +338,13 @@ static void attach_refuses(void)
     kq_history_q31 bare;
     memset(&bare, 0, sizeof bare);
     WATCH(bare);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_history_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_history_attach_q31(&tape, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_history_attach_q31(&tape, &blank));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_history_attach_q31(&bare, &track));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_history_attach_q31(&tape3, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &bare.attached));
+    bare.attached.hooks = tape.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_attach_q31(&track, &bare.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track, &tape3.attached));
     TEST_ASSERT_EQUAL_INT(0, kq_history_steps_q31(NULL));
     TEST_ASSERT_EQUAL_INT(0, kq_history_steps_q31(&bare));
 }
@@ -382,13 +384,13 @@ static void a_full_history_is_an_event_and_refused(void)
 
 static void a_history_belongs_to_one_filter(void)
 {
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &twin));
-    ASSERT_OK(kq_history_detach_q31(&tape));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tape.attached));
+    ASSERT_OK(kq_detach_q31(&tape.attached));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
     ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
-    ASSERT_OK(kq_history_attach_q31(&tape, &twin));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_history_detach_q31(NULL));
+    ASSERT_OK(kq_attach_q31(&twin, &tape.attached));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_detach_q31(NULL));
 }
 
 /* It may be gone. */
@@ -465,7 +467,7 @@ static void a_copy_is_a_filter_of_its_own(void)
     ASSERT_SAME_BITS(track_memory, twin_memory);
     TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
     ASSERT_OK_UNCHANGED(kq_predict_q31(&twin, &motion.process, NULL));
-    ASSERT_OK(kq_history_detach_q31(&tape));
+    ASSERT_OK(kq_detach_q31(&tape.attached));
     ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
     ASSERT_SAME_BITS(track_memory, twin_memory);
     TEST_ASSERT_EQUAL_INT(KQ_ERR_MISMATCH, kq_filter_copy_q31(&track3, &track));

@@ -316,7 +316,7 @@ static void sizes_from_1_to_16(void)
         ASSERT_OK(K(sensor_assign)(&by, n, n, sensor_memory, COUNT(sensor_memory)));
         ASSERT_OK(K(sensor_init_diagonal)(&by, H16, r));
         ASSERT_OK(K(start_init)(&s, &f, x, NULL, UINT32_MAX));
-        ASSERT_OK(K(history_attach)(&h, &f));
+        ASSERT_OK(K(attach)(&f, &h.attached));
         TEST_ASSERT_EQUAL_INT(n, K(start_count)(&s));
         ASSERT_OK(K(predict)(&f, &p, NULL));
         ASSERT_OK(K(update)(&f, &by, z));
@@ -349,7 +349,7 @@ static void smoothed_constant_is_the_mean_of_all(void)
 {
     static const double z[] = {3, 8, -2, 5};
     num P[4];
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     for (int t = 0; t < 3; t++) predict(&still);
     static const num h[2][2] = {{1, 0}, {0, 1}};
     for (int t = 0; t < 4; t++) {
@@ -394,13 +394,13 @@ static void run_trend(void)
 static void smoothed_in_slices_or_at_once(void)
 {
     num all[4], sliced[4];
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(start_smooth)(&start));
     const num mean = K(start_smoothed_mean)(&start, 0, 1);
     ASSERT_OK(K(start_smoothed_covariance)(&start, 0, all));
     ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
@@ -417,12 +417,12 @@ static void smoothed_in_slices_or_at_once(void)
 static void means_alone(void)
 {
     num P[4];
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(start_smooth)(&start));
     const double mean = (double)K(start_smoothed_mean)(&start, 0, 1);
     ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(smooth_states)(&tape));
     ASSERT_OK(K(start_smooth)(&start));
@@ -435,7 +435,7 @@ static void means_alone(void)
 static void the_latest_steps_are_kept(void)
 {
     num P[4];
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     for (int t = 0; t < 6; t++) predict(&still);
     update(1);
     ASSERT_OK(K(sensor_change_measurement)(&level, H2 + 2));
@@ -458,7 +458,7 @@ static void the_latest_steps_are_kept(void)
 static void what_all_the_data_do_not_determine(void)
 {
     num P[4];
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     update(3);
     predict(&still);
     update(5);
@@ -481,7 +481,7 @@ static void what_all_the_data_do_not_determine(void)
 
 static void what_was_forgotten_stays_unknown(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     update(3);
     predict(&reset);
     update(1);
@@ -498,7 +498,7 @@ static void a_determined_start_is_recorded_by_the_history(void)
 {
     static const num z[] = {4, 1};
     ASSERT_OK(K(update)(&track, &both, z));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     predict(&trend);
     update(4);
     TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(&start));
@@ -513,11 +513,11 @@ static void a_history_that_begins_anew_is_no_longer_the_starts(void)
 {
     for (int smoothed = 0; smoothed < 2; smoothed++) {
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         run_trend();
         if (smoothed) ASSERT_OK(K(start_smooth)(&start));
         const num early = K(start_smoothed_mean)(&start, 0, 0);
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         predict(&trend);
         update(20);
         ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
@@ -536,8 +536,8 @@ static void nothing_unknown_is_recorded_from_the_beginning(void)
     HISTORY(plain_tape, 2, 2, STEPS, STEPS);
     ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&plain_tape, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &plain_tape.attached));
     run_trend();
     for (int t = 0; t < 4; t++) {
         const num z = trend_data[t];
@@ -560,17 +560,17 @@ static void nothing_unknown_is_recorded_from_the_beginning(void)
 
 static void a_history_that_has_gone_elsewhere(void)
 {
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     update(1);
     predict(&trend);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &twin));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
     update(2);
     ASSERT_OPEN(0, 3);
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
     ASSERT_OK(K(smooth)(&tape));
 }
 
@@ -579,13 +579,13 @@ static void a_history_that_was_detached(void)
 {
     for (int measurements = 0; measurements <= 3; measurements++) {
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, UINT32_MAX));
-        ASSERT_OK(K(history_attach)(&tape, &track));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
         for (int k = 0; k < measurements; k++) {
             predict(&trend);
             update(1);
         }
-        ASSERT_OK(K(history_detach)(&tape));
-        ASSERT_OK(K(history_detach)(&tape));
+        ASSERT_OK(K(detach)(&tape.attached));
+        ASSERT_OK(K(detach)(&tape.attached));
         watch_nothing();
         memset(&tape, 0xa5, sizeof tape);
         WATCH(tape), WATCH(tape_memory);
@@ -601,8 +601,8 @@ static void a_history_that_was_detached(void)
         watched_assert_unchanged(__LINE__);
         ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
     }
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_detach)(NULL));
-    ASSERT_OK_UNCHANGED(K(history_detach)(&blank_tape));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
+    ASSERT_OK_UNCHANGED(K(detach)(&blank_tape.attached));
 }
 
 /* ---------------------------------------------------------------------------------- errors */
@@ -626,9 +626,9 @@ static void what_is_not_ready(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_huber)(&track, &level, z, 1, 2, weights));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_student)(&track, &level, z, 1, 4, weights));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_jump)(&track, &level, z, 1, 9));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(lag_attach)(&lag, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(point_attach)(&point, &track));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &lag.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &point.attached));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
 }
@@ -713,8 +713,8 @@ static void a_step_is_a_predict_and_an_update(void)
     K(start) other;
     ASSERT_OK(K(start_assign)(&other, 2, EARLY, other_memory, COUNT(other_memory)));
     ASSERT_OK(K(start_init)(&other, &twin, x0, NULL, 3));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(history_attach)(&other_tape, &twin));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &other_tape.attached));
     for (int t = 0; t < 5; t++) {
         const num z = N(3 * t - 1);
         predict(&trend);
@@ -746,7 +746,7 @@ static void a_copied_filter_has_no_start(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&twin, &level, z));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&twin, &level, z, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&twin, &trend, NULL, &level, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &twin));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&twin, &tape.attached));
     TEST_ASSERT_TRUE(K(mean)(&twin, 0) == K(mean)(&track, 0)); /* what is known can be read */
     TEST_ASSERT_TRUE(K(sigma)(&twin, 0) == K(sigma)(&track, 0));
     ASSERT_NAN(K(mean)(&twin, 1));
@@ -774,7 +774,7 @@ static void a_start_of_nothing_unknown_gives_way(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &level, NULL));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &trend, NULL, &sensor3, z));
-    ASSERT_OK(K(lag_attach)(&lag, &track));
+    ASSERT_OK(K(attach)(&track, &lag.attached));
     ASSERT_OK(K(step)(&track, &trend, NULL, &level, z));
     TEST_ASSERT_EQUAL_INT(1, K(lag_steps)(&lag));
     ASSERT_OK(K(lag_smooth)(&lag, 1));
@@ -798,16 +798,18 @@ static void attach_and_smooth_refuse(void)
     num P[4];
     K(history) none;
     memset(&none, 0, sizeof none);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(&tape, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(history_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(history_attach)(&tape, &blank));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(history_attach)(&tape3, &track));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(history_attach)(&none, &track));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &tape3.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &none.attached));
+    none.attached.hooks = tape.attached.hooks;
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(attach)(&track, &none.attached));
     none.states = 2;
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_attach)(&none, &track));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(attach)(&track, &none.attached));
     none.memory = tape_memory;
     none.length = HISTORY_LEN(2, 1, 1, 0) - 1;
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(history_attach)(&none, &track));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(attach)(&track, &none.attached));
     ASSERT_REFUSED(KQ_ERR_NULL, K(start_smooth)(NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smooth)(&blank_start));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
@@ -815,13 +817,13 @@ static void attach_and_smooth_refuse(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(NULL, 0, P));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&blank_start, 0, P));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(start_smoothed_covariance)(&start, 0, P));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     predict(&still);
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, 0, P));
     ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(&start, 0, NULL));
     /* without room an undetermined run has nothing to smooth */
     ASSERT_OK(K(start_init)(&plain, &track, x0, NULL, 3));
-    ASSERT_OK(K(history_attach)(&tape, &track));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&plain));
 }
 
@@ -830,7 +832,7 @@ static void a_full_history_is_refused(void)
     static num memory[HISTORY_LEN(2, 1, 1, 0)];
     K(history) small;
     ASSERT_OK(K(history_assign)(&small, 2, memory, COUNT(memory)));
-    ASSERT_OK(K(history_attach)(&small, &track));
+    ASSERT_OK(K(attach)(&track, &small.attached));
     run_trend();
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_HISTORY_FULL, K(events)(&track));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(start_smooth)(&start));

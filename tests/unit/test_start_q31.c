@@ -42,9 +42,9 @@ static void begin(uint32_t unknown)
 {
     was_known = 0;
     ASSERT_OK(kq_start_init_q31(&start, &track, &prior.table, unknown, NULL));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, P0, unknown));
-    ASSERT_OK(K(history_attach)(&tape_f64, &track_f64));
+    ASSERT_OK(K(attach)(&track_f64, &tape_f64.attached));
 }
 
 static void set_up(void)
@@ -364,8 +364,8 @@ static void the_rest_refuses(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_assign_q31(&start, 2, SIZE_MAX, start_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
                    kq_start_assign_q31(&start, 2, EARLY, start_memory, COUNT(start_memory) - 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_history_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_history_attach_q31(&tape, &blank));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_start_smooth_q31(&blank_start));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_start_smoothed_covariance_q31(NULL, 0, P_words));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_smoothed_covariance_q31(&start, 0, P_words));

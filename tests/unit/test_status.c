@@ -50,9 +50,8 @@ _Static_assert(KQ_CONSISTENCY_LEN_Q31(16, MOST) > MOST, "consistency");
 
 /* The others at their largest sizes fit into 16 bits, in an int of 16 bits, too, where they are
    counted in one. */
-_Static_assert(KQ_ADAPTATION_LEN_F32(16, 16) <= 0x7fff && KQ_MODEL_LEN(16, 16, 16) <= 0x7fff, "16");
+_Static_assert(KQ_ADAPTATION_LEN_F32(16, 16) <= 0x7fff, "16 bits");
 _Static_assert(KQ_STEADY_SOLVE_LEN_F32(16, 16) <= 0xffff, "16 bits");
-_Static_assert(KQ_STEADY_WORK_LEN_F32(16, 16) <= 0xffff, "16 bits");
 _Static_assert(KQ_EM_LEN_F32(16, 16, 1) <= 0xffff, "16 bits");
 
 /* Figures of the manual: size.h, and the headers of the objects */

@@ -1,13 +1,12 @@
-/* The steady state: the equation, the gain schedule, the filter, the smoother and the settling filter. */
+/* The steady state: the equation, the filter and the settling filter. */
 #include "unchanged.h"
 
-enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, STEPS = 60, RUN = 200 };
+enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, GAINS = 30, RUN = 200 };
 
 #ifdef KQ_TEST_F32
 #define STEADY KQ_STEADY_F32
 #define SETTLING KQ_SETTLING_F32
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
-#define WORK_LEN KQ_STEADY_WORK_LEN_F32
 #define STEADY_LEN KQ_STEADY_LEN_F32
 #define SETTLING_LEN KQ_SETTLING_LEN_F32
 #define BITS_MAX KQ_SETTLED_BITS_MAX_F32
@@ -17,7 +16,6 @@ enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, STEPS = 60, RUN = 200 };
 #define STEADY KQ_STEADY_F64
 #define SETTLING KQ_SETTLING_F64
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
-#define WORK_LEN KQ_STEADY_WORK_LEN_F64
 #define STEADY_LEN KQ_STEADY_LEN_F64
 #define SETTLING_LEN KQ_SETTLING_LEN_F64
 #define BITS_MAX KQ_SETTLED_BITS_MAX_F64
@@ -54,9 +52,7 @@ static const num R[] = {0.5, 0.25, 0.25, 0.75};
 static num work[SOLVE_LEN(MOST, MOST)];
 static num P[MOST * MOST], F[MOST * MOST], K[MOST * MOST], G[MOST * MOST];
 static const K(steady_solution) solution = {P, F, K, G};
-static num gains[STEPS * N * M], root[KQ_TRIANGLE(MOST)], back[MOST * MOST], drive[MOST * MOST];
-static num u[1], z[M], mean[RUN * N], innovation[RUN * M];
-static size_t used;
+static num gains[GAINS * N * M], u[1], z[M], innovation[M];
 static uint32_t seed;
 
 /* -1 .. 1 in steps that no rounding changes */
@@ -72,27 +68,36 @@ static void draw_step(void)
     for (int c = 0; c < M; c++) z[c] = 3 * draw();
 }
 
+/* The gains of the first updates behind the prior */
+static void make_gains(void)
+{
+    ASSERT_OK(K(filter_init)(&other, x0, P0));
+    for (int t = 0; t < GAINS; t++) {
+        ASSERT_OK(K(gain)(&other, &radar, gains + t * N * M));
+        ASSERT_OK(K(update)(&other, &radar, x0));
+        ASSERT_OK(K(predict)(&other, &motion, NULL));
+    }
+}
+
 static void set_up(void)
 {
     A[0] = 0.5;
     seed = 1;
-    used = 77;
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
     ASSERT_OK(K(sensor_init)(&single, H, R));
     ASSERT_OK(K(process_init)(&motion1, one, NULL, one));
     ASSERT_OK(K(sensor_init)(&radar1, one, one));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
+    make_gains();
     ASSERT_OK(K(filter_init)(&other, x0, P0));
     ASSERT_OK(K(filter_init)(&track1, one, one));
-    ASSERT_OK(
-        K(steady_schedule)(&track, &motion, &radar, work, COUNT(work), 12, gains, STEPS, &used));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
-    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, used));
+    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS));
     ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(K(settling_init)(&lazy, 12));
     ASSERT_OK(K(settling_init)(&lazy1, 12));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     watch_nothing();
 }
 
@@ -305,65 +310,14 @@ static void solve_refuses_what_is_wrong(void)
     ASSERT_OK(K(steady_solve)(&motion, &radar, work, least, &solution));
 }
 
-/* ------------------------------------------------------------------ the schedule */
+/* ------------------------------------------------------------------ the filter's gains */
 
-static void the_schedule_has_the_gains_of_the_filter(void)
+static void the_gains_lead_to_the_steady_one(void)
 {
-    num gain[N * M];
-    TEST_ASSERT_TRUE(used > 3 && used < STEPS);
-    for (size_t t = 0; t < used; t++) {
-        ASSERT_OK(K(gain)(&track, &radar, gain));
-        for (int k = 0; k < N * M; k++) ASSERT_CLOSE(gain[k], gains[t * N * M + (size_t)k], 1);
-        ASSERT_OK(K(update)(&track, &radar, x0));
-        ASSERT_OK(K(predict)(&track, &motion, NULL));
-    }
     ASSERT_OK(solve()); /* |rho| is below 0.7 */
     for (int k = 0; k < N * M; k++) {
-        ASSERT_WITHIN(0x1p-12 / (1 - 0.5), K[k], gains[(used - 1) * N * M + (size_t)k]);
+        ASSERT_WITHIN(0x1p-12 / (1 - 0.5), K[k], gains[(GAINS - 1) * N * M + k]);
     }
-}
-
-static kq_status schedule(size_t length, int bits, size_t steps)
-{
-    return K(steady_schedule)(&track, &motion, &radar, work, length, bits, gains, steps, &used);
-}
-
-static void the_schedule_refuses_what_is_wrong(void)
-{
-    const size_t least = WORK_LEN(N, M), all = COUNT(work);
-    WATCH(gains), WATCH(used), WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(radar);
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(steady_schedule)(NULL, &motion, &radar, work, all, 12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(steady_schedule)(&track, NULL, &radar, work, all, 12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(steady_schedule)(&track, &motion, NULL, work, all, 12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(steady_schedule)(&track, &motion, &radar, NULL, all, 12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(steady_schedule)(&track, &motion, &radar, work, all, 12, NULL, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(steady_schedule)(&track, &motion, &radar, work, all, 12, gains, STEPS, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(steady_schedule)(&blank, &motion, &radar, work, all, 12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&track, &blank_process, &radar, work, all,
-                                                        12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_schedule)(&track, &motion, &blank_sensor, work, all,
-                                                        12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_schedule)(&track1, &motion, &radar, work, all, 12,
-                                                       gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_schedule)(&track, &motion, &radar1, work, all, 12,
-                                                       gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, schedule(least - 1, 12, STEPS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 0, STEPS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, BITS_MAX + 1, STEPS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(all, 12, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, 1));
-    ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(all, 12, used - 1));
-    ASSERT_OK(schedule(least, 12, used));
-    ASSERT_OK(schedule(least, BITS_MAX, STEPS));
 }
 
 /* ------------------------------------------------------------------ the filter */
@@ -379,7 +333,7 @@ static void the_scheduled_filter_is_the_full_one(void)
         }
         ASSERT_OK(K(update)(&track, &radar, z));
         ASSERT_OK(K(steady_update)(&steady, z));
-        const double gain_left = t < (int)used ? 0 : 0x1p-12 / (1 - 0.7);
+        const double gain_left = t < GAINS ? 0 : 0x1p-12 / (1 - 0.7);
         for (int i = 0; i < N; i++) {
             ASSERT_WITHIN(6 * gain_left + 256 * EPS, whole_mean(&track, i),
                           K(steady_mean)(&steady, i));
@@ -392,7 +346,7 @@ static void a_step_is_a_predict_and_an_update(void)
     static num memory[N];
     static K(steady) second;
     ASSERT_OK(K(steady_assign)(&second, N, M, memory, N));
-    ASSERT_OK(K(steady_init)(&second, &motion, &radar, x0, gains, used));
+    ASSERT_OK(K(steady_init)(&second, &motion, &radar, x0, gains, GAINS));
     for (int t = 0; t < RUN; t++) {
         draw_step();
         const num *const drive_of = t % 2 ? u : NULL;
@@ -482,7 +436,7 @@ static void the_filter_refuses_what_is_wrong(void)
     ASSERT_REFUSED_SIZE_OR_MEMORY(K(steady_init)(&empty, &motion, &radar, x0, gains, 1));
 }
 
-static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x0, gains, used); }
+static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS); }
 
 static kq_status step(void) { return K(steady_step)(&steady, u, z); }
 
@@ -491,7 +445,7 @@ static void numbers_must_be_finite(void)
     draw_step();
     assert_entries_must_be_finite(x0, N, begin);
     x0[0] = 1, x0[1] = -2;
-    assert_entries_must_be_finite(gains, (int)used * N * M, begin);
+    assert_entries_must_be_finite(gains, GAINS * N * M, begin);
     WATCH(steady), WATCH(steady_memory);
     assert_entries_must_be_finite(z, M, step);
     assert_entries_must_be_finite(u, 1, step);
@@ -534,110 +488,6 @@ static void a_mean_beyond_the_numbers_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
-}
-
-/* ------------------------------------------------------------------ the smoother */
-
-static kq_status make(size_t length)
-{
-    return K(steady_smoother_make)(&track, &motion, &radar, work, length, root, back, drive);
-}
-
-/* A run that begins with the steady covariance, smoothed with covariances and without */
-static void compare_smoothers(double size)
-{
-    const K(steady_smoother) constants = {N, M, root, back, drive};
-    ASSERT_OK(solve());
-    ASSERT_OK(K(filter_init)(&track, x0, F));
-    ASSERT_OK(make(COUNT(work)));
-    ASSERT_OK(K(filter_init)(&track, x0, P));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, K, 1));
-    for (int t = 0; t < RUN; t++) {
-        draw_step();
-        if (t > 0) {
-            ASSERT_OK(K(predict)(&track, &motion, u));
-            ASSERT_OK(K(steady_predict)(&steady, u));
-        }
-        ASSERT_OK(K(steady_innovation)(&steady, z, innovation + t * M));
-        ASSERT_OK(K(update)(&track, &radar, z));
-        ASSERT_OK(K(steady_update)(&steady, z));
-        for (int i = 0; i < N; i++) mean[t * N + i] = K(steady_mean)(&steady, i);
-    }
-    ASSERT_OK(K(smooth_states)(&tape));
-    ASSERT_OK(K(steady_smooth)(&constants, mean, innovation, RUN));
-    for (int t = 0; t < RUN; t++) {
-        for (int i = 0; i < N; i++) {
-            ASSERT_WITHIN(size * EPS, whole_smoothed_mean(&tape, (size_t)t, i), mean[t * N + i]);
-        }
-    }
-}
-
-static void the_smoother_is_the_one_with_covariances(void) { compare_smoothers(512); }
-
-/* x0 is a delayed x1 and is measured without noise: P- is singular after the update, and the gain G
-   would let errors grow by 2.7 a step */
-static void a_singular_covariance_is_smoothed(void)
-{
-    static const num a[] = {0.5, 1, 0, 0}, sharp[] = {1, 0, 0, 1}, noise[] = {1, N(2.7)};
-    static const num most[] = {0x1p-20, 0, 0, 4};
-    ASSERT_OK(K(process_init_factor)(&motion, a, B, noise, 1));
-    ASSERT_OK(K(sensor_init)(&radar, sharp, most));
-    compare_smoothers(4096);
-}
-
-static void no_coordinate_grows(void)
-{
-    ASSERT_OK(make(WORK_LEN(N, M)));
-    const double a = (double)back[0], b = (double)back[1];
-    const double c = (double)back[2], d = (double)back[3];
-    const double square = a * a + b * b + c * c + d * d, det = a * d - b * c;
-    const double norm = (square + sqrt(square * square - 4 * det * det)) / 2;
-    TEST_ASSERT_TRUE(norm < 1 + 16 * EPS);
-}
-
-static void one_step_is_smoothed_to_itself(void)
-{
-    num x[] = {1, 2}, e[] = {3, 4};
-    const K(steady_smoother) constants = {N, M, root, back, drive};
-    ASSERT_OK(make(COUNT(work)));
-    WATCH(x), WATCH(e);
-    ASSERT_OK_UNCHANGED(K(steady_smooth)(&constants, x, e, 1));
-}
-
-static void the_smoother_refuses_what_is_wrong(void)
-{
-    num x[] = {1, 2, 3, 4}, e[] = {3, 4, 5, 6};
-    ASSERT_OK(make(COUNT(work)));
-    K(steady_smoother) good = {N, M, root, back, drive}, bad = good;
-    WATCH(x), WATCH(e), WATCH(root), WATCH(track), WATCH(track_memory);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(NULL, x, e, 2));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, NULL, e, 2));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&good, x, NULL, 2));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&good, x, e, SIZE_MAX));
-    bad.root = NULL;
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smooth)(&bad, x, e, 2));
-    bad = good, bad.states = 0;
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&bad, x, e, 2));
-    bad = good, bad.components = 17;
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_smooth)(&bad, x, e, 2));
-    x[3] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(steady_smooth)(&good, x, e, 2));
-    x[3] = 0, e[0] = (num)INFINITY;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(steady_smooth)(&good, x, e, 2));
-    e[0] = 0, drive[1] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(steady_smooth)(&good, x, e, 2));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, make(WORK_LEN(N, M) - 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smoother_make)(&track, &motion, &radar, work, COUNT(work),
-                                                        NULL, back, drive));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_smoother_make)(&track, &motion, &radar, NULL, COUNT(work),
-                                                        root, back, drive));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_smoother_make)(&blank, &motion, &radar, work,
-                                                             COUNT(work), root, back, drive));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_smoother_make)(&track1, &motion, &radar, work,
-                                                            COUNT(work), root, back, drive));
 }
 
 /* ------------------------------------------------------------------ settling */
@@ -791,15 +641,15 @@ static void a_history_takes_its_place(void)
 {
     settling_steps(40);
     WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
-    ASSERT_OK(K(settling_detach)(&lazy));
-    ASSERT_OK(K(history_attach)(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(detach)(&lazy.attached));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &lazy.attached));
     settling_steps(40);
     TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
-    ASSERT_OK(K(history_detach)(&tape));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     settling_steps(40);
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
@@ -861,15 +711,15 @@ static void a_copied_filter_goes_on_by_itself(void)
 static void a_detached_filter_is_the_full_filter(void)
 {
     settling_steps(40);
-    ASSERT_OK(K(settling_detach)(&lazy));
-    ASSERT_OK(K(settling_detach)(&lazy));
+    ASSERT_OK(K(detach)(&lazy.attached));
+    ASSERT_OK(K(detach)(&lazy.attached));
     ASSERT_OK(K(filter_copy)(&other, &track));
     for (int t = 0; t < 5; t++) {
         settling_steps(1);
         ASSERT_SAME_BITS(other_memory, track_memory);
     }
     /* one that was initialised anew, too: nothing is looked at that may be gone */
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&other, x0, P0));
     const K(settling) kept = lazy;
@@ -878,7 +728,7 @@ static void a_detached_filter_is_the_full_filter(void)
     ASSERT_SAME_BITS(other_memory, track_memory);
     lazy = kept;
     /* and where the settling was assigned anew */
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(
         K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
     settling_steps(40);
@@ -890,18 +740,18 @@ static void a_settling_has_one_filter(void)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
     settling_steps(40);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(settling_attach)(&lazy, &track)); /* to its own once more: it begins again */
+    ASSERT_OK(K(attach)(&track, &lazy.attached)); /* to its own once more: it begins again */
     TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&lazy, &other));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
-    ASSERT_OK(K(settling_detach)(&lazy));
-    ASSERT_OK(K(settling_attach)(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
+    ASSERT_OK(K(detach)(&lazy.attached));
+    ASSERT_OK(K(attach)(&other, &lazy.attached));
     ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(K(settling_init)(&lazy, 12));
-    ASSERT_OK(K(settling_attach)(&lazy, &track));
+    ASSERT_OK(K(attach)(&track, &lazy.attached));
 }
 
 static void attach_refuses_what_is_wrong(void)
@@ -911,19 +761,19 @@ static void attach_refuses_what_is_wrong(void)
     ASSERT_OK(K(settling_init)(&second, 12));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(blank_lazy), WATCH(lazy1), WATCH(second), WATCH(other), WATCH(blank), WATCH(track1);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_attach)(&lazy, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&blank_lazy, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&lazy, &blank));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy, &track1));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(settling_attach)(&lazy1, &other));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(settling_attach)(&second, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_detach)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_detach)(&blank_lazy));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &blank_lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track1, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&other, &lazy1.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &second.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_lazy.attached));
     ASSERT_OK(K(start_init)(&start, &other, x0, P0, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_attach)(&second, &other));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&other, &second.attached));
     ASSERT_OK(K(start_init)(&start, &other, x0, P0, 0));
-    ASSERT_OK(K(settling_attach)(&second, &other)); /* nothing was unknown */
+    ASSERT_OK(K(attach)(&other, &second.attached)); /* nothing was unknown */
 }
 
 static void assert_steps_are_refused(void)
@@ -1005,9 +855,8 @@ SUITE(steady, set_up)
     RUN_TEST(nothing_is_read_of_memory_that_nobody_wrote);
     RUN_TEST(solve_gives_what_it_is_asked_for);
     RUN_TEST(solve_refuses_what_is_wrong);
-    RUN_TEST(the_schedule_has_the_gains_of_the_filter);
-    RUN_TEST(the_schedule_refuses_what_is_wrong);
     RUN_TEST(the_scheduled_filter_is_the_full_one);
+    RUN_TEST(the_gains_lead_to_the_steady_one);
     RUN_TEST(a_step_is_a_predict_and_an_update);
     RUN_TEST(one_gain_is_the_steady_filter);
     RUN_TEST(the_innovation_is_that_of_the_mean);
@@ -1015,11 +864,6 @@ SUITE(steady, set_up)
     RUN_TEST(the_filter_refuses_what_is_wrong);
     RUN_TEST(numbers_must_be_finite);
     RUN_TEST(a_mean_beyond_the_numbers_is_refused);
-    RUN_TEST(the_smoother_is_the_one_with_covariances);
-    RUN_TEST(a_singular_covariance_is_smoothed);
-    RUN_TEST(no_coordinate_grows);
-    RUN_TEST(one_step_is_smoothed_to_itself);
-    RUN_TEST(the_smoother_refuses_what_is_wrong);
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(before_that_it_is_the_full_filter);
     RUN_TEST(the_root_rests_while_it_is_settled);

@@ -1,8 +1,8 @@
-/* The steady state in fixed point: the gain schedule, the filter, the smoother and the settling filter. */
+/* The steady state in fixed point: the filter and the settling filter. */
 #include "q31.h"
 #include "unchanged.h"
 
-enum { N = 2, M = 2, STEPS = 60, RUN = 200 };
+enum { N = 2, M = 2, GAINS = 30, RUN = 200 };
 
 static const double A[] = {1, 0.1, 0, 1}, B[] = {0.005, 0.1}, H[] = {1, 0, 0.5, 1};
 static const double Q[] = {0.02, 0.005, 0.005, 0.04}, R[] = {0.5, 0.1, 0.1, 0.25};
@@ -29,11 +29,9 @@ KQ_SETTLING_Q31(blank_lazy, N, M);
 static kq_process_q31 blank_process;
 static kq_sensor_q31 blank_sensor;
 
-static int32_t work[KQ_STEADY_WORK_LEN_Q31(N, M)], root[KQ_ROOT_LEN_Q31(N)];
-static kq_scaled_q31 gains[STEPS * N * M], back[N * N], drive[N * M], solved[N * M];
-static int32_t u[1], z[M], mean[RUN * N], innovation[RUN * M];
+static kq_scaled_q31 gains[GAINS * N * M], solved[N * M];
+static int32_t u[1], z[M];
 static double exact_u[1], exact_z[M];
-static size_t used;
 static uint32_t seed;
 
 /* -1 .. 1 */
@@ -51,10 +49,20 @@ static void draw_step(void)
     memcpy(z, words_of(exact_z, M, radar.measurement_format), sizeof z);
 }
 
+/* The gains of the first updates behind the prior */
+static void make_gains(void)
+{
+    ASSERT_OK(kq_filter_init_q31(&other, &prior.table, NULL));
+    for (int t = 0; t < GAINS; t++) {
+        ASSERT_OK(kq_gain_q31(&other, &radar.sensor, gains + t * N * M));
+        ASSERT_OK(kq_update_q31(&other, &radar.sensor, words_of(x0, M, radar.measurement_format)));
+        ASSERT_OK(kq_predict_q31(&other, &motion.process, NULL));
+    }
+}
+
 static void set_up(void)
 {
     seed = 1;
-    used = 77;
     put_process(&motion, N, 1, range, drive_range, A, B, Q);
     put_process(&twin, N, 1, range, drive_range, A, B, Q);
     put_sensor(&radar, N, M, range, measured_range, H, R);
@@ -63,14 +71,13 @@ static void set_up(void)
     ASSERT_OK(K(sensor_init)(&exact_radar, H, R));
     ASSERT_OK(K(filter_init)(&exact, x0, P0));
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+    make_gains();
     ASSERT_OK(kq_filter_init_q31(&other, &prior.table, NULL));
-    ASSERT_OK(kq_steady_schedule_q31(&track, &motion.process, &radar.sensor, work, COUNT(work), 14,
-                                     gains, STEPS, &used));
     ASSERT_OK(kq_steady_assign_q31(&steady, N, M, steady_memory, COUNT(steady_memory)));
-    ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, used));
+    ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, GAINS));
     ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_OK(kq_settling_init_q31(&lazy, 14));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
     watch_nothing();
 }
 
@@ -92,54 +99,15 @@ static double steady_value(int i)
     return ldexp(words, -motion.state_format[i].fraction);
 }
 
-/* ------------------------------------------------------------------ the schedule */
+/* ------------------------------------------------------------------ the filter's gains */
 
-static void the_schedule_leads_from_the_filters_gains_to_the_steady_one(void)
+static void the_gains_lead_to_the_steady_one(void)
 {
-    kq_scaled_q31 gain[N * M];
-    TEST_ASSERT_TRUE(used > 3 && used < STEPS);
-    for (size_t t = 0; t < used; t++) {
-        ASSERT_OK(kq_gain_q31(&track, &radar.sensor, gain));
-        for (int k = 0; k < N * M; k++) {
-            const double expected = value_of(gain[k], 0);
-            ASSERT_WITHIN(1e-7, expected, value_of(gains[t * N * M + (size_t)k], 0));
-        }
-        draw_step();
-        ASSERT_OK(kq_update_q31(&track, &radar.sensor, z));
-        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    }
     solve(NULL, NULL);
     for (int k = 0; k < N * M; k++) {
         const double expected = value_of(solved[k], 0);
-        ASSERT_WITHIN(4 * 0x1p-14, expected, value_of(gains[(used - 1) * N * M + (size_t)k], 0));
+        ASSERT_WITHIN(4 * 0x1p-14, expected, value_of(gains[(GAINS - 1) * N * M + k], 0));
     }
-}
-
-static kq_status schedule(size_t length, int bits, size_t steps)
-{
-    return kq_steady_schedule_q31(&track, &motion.process, &radar.sensor, work, length, bits, gains,
-                                  steps, &used);
-}
-
-static void the_schedule_refuses_what_is_wrong(void)
-{
-    const size_t least = COUNT(work);
-    WATCH(gains), WATCH(used), WATCH(track), WATCH(track_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_steady_schedule_q31(&blank, &motion.process, &radar.sensor,
-                                                            work, least, 12, gains, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_steady_schedule_q31(&track, &motion.process, &radar.sensor, work,
-                                                       least, 12, NULL, STEPS, &used));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, schedule(least - 1, 12, STEPS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 0, STEPS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, KQ_SETTLED_BITS_MAX_Q31 + 1, STEPS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, schedule(least, 12, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_NO_CONVERGENCE, schedule(least, 14, used - 1));
-    motion.state_format[1].fraction++; /* formats that are not the filter's */
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, schedule(least, 12, STEPS));
-    motion.state_format[1].fraction--;
-    ASSERT_OK(schedule(least, KQ_SETTLED_BITS_MAX_Q31 - 2, STEPS));
 }
 
 /* ------------------------------------------------------------------ the filter */
@@ -155,7 +123,7 @@ static void the_scheduled_filter_is_the_full_one(void)
         }
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, z));
         ASSERT_OK(kq_steady_update_q31(&steady, z));
-        const double gain_left = t < (int)used ? 0 : 0x1p-14 / (1 - 0.8);
+        const double gain_left = t < GAINS ? 0 : 0x1p-14 / (1 - 0.8);
         for (int i = 0; i < N; i++) {
             ASSERT_WITHIN(8 * gain_left + 2e-6, mean_value(&track, i), steady_value(i));
         }
@@ -192,7 +160,7 @@ static void a_step_is_a_predict_and_an_update(void)
     static int32_t memory[KQ_STEADY_LEN_Q31(N)];
     static kq_steady_q31 second;
     ASSERT_OK(kq_steady_assign_q31(&second, N, M, memory, COUNT(memory)));
-    ASSERT_OK(kq_steady_init_q31(&second, &motion.process, &radar.sensor, prior.mean, gains, used));
+    ASSERT_OK(kq_steady_init_q31(&second, &motion.process, &radar.sensor, prior.mean, gains, GAINS));
     for (int t = 0; t < RUN; t++) {
         draw_step();
         ASSERT_OK(kq_steady_step_q31(&steady, t % 2 ? u : NULL, z));
@@ -305,119 +273,6 @@ static void the_filter_refuses_what_is_wrong(void)
     ASSERT_OK(begin(gains));
 }
 
-/* ------------------------------------------------------------------ the smoother */
-
-/* A run that begins with the steady covariance, smoothed with covariances and without */
-static void the_smoother_is_the_one_with_covariances(void)
-{
-    double predicted[N * N], filtered[N * N];
-    const kq_steady_smoother_q31 constants = {N, M, root, back, drive};
-    solve(predicted, filtered);
-    put_prior(&prior, N, range, x0, filtered);
-    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_OK(kq_steady_smoother_make_q31(&track, &motion.process, &radar.sensor, work, COUNT(work),
-                                          root, back, drive));
-    put_prior(&prior, N, range, x0, predicted);
-    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
-    ASSERT_OK(begin(solved));
-    for (int t = 0; t < RUN; t++) {
-        draw_step();
-        if (t > 0) {
-            ASSERT_OK(kq_predict_q31(&track, &motion.process, u));
-            ASSERT_OK(kq_steady_predict_q31(&steady, u));
-        }
-        ASSERT_OK(kq_steady_innovation_q31(&steady, z, innovation + t * M));
-        ASSERT_OK(kq_update_q31(&track, &radar.sensor, z));
-        ASSERT_OK(kq_steady_update_q31(&steady, z));
-        for (int i = 0; i < N; i++) mean[t * N + i] = kq_steady_mean_q31(&steady, i);
-    }
-    ASSERT_OK(kq_smooth_states_q31(&tape));
-    ASSERT_OK(kq_steady_smooth_q31(&constants, mean, innovation, RUN));
-    for (int t = 0; t < RUN; t++) { /* words of 5e-7 and 5e-8 */
-        for (int i = 0; i < N; i++) {
-            const double expected = kq_smoothed_mean_q31(&tape, (size_t)t, i);
-            ASSERT_WITHIN(2e-6, ldexp(expected, -motion.state_format[i].fraction),
-                          ldexp(mean[t * N + i], -motion.state_format[i].fraction));
-        }
-    }
-}
-
-/* The constants that the library makes in double, as tables */
-static void the_smoothers_constants_are_those_of_doubles(void)
-{
-    double filtered[N * N], S[KQ_TRIANGLE(N)], J[N * N], j[N * M];
-    static double memory[KQ_STEADY_WORK_LEN_F64(N, M)];
-    solve(NULL, filtered);
-    put_prior(&prior, N, range, x0, filtered);
-    ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_OK(kq_steady_smoother_make_q31(&track, &motion.process, &radar.sensor, work, COUNT(work),
-                                          root, back, drive));
-    ASSERT_OK(K(filter_init)(&exact, x0, filtered));
-    ASSERT_OK(K(steady_smoother_make)(&exact, &exact_motion, &exact_radar, memory, COUNT(memory), S,
-                                      J, j));
-    for (int k = 0; k < N * N; k++) ASSERT_WITHIN(1e-7, J[k], value_of(back[k], 0));
-    for (int k = 0; k < N * M; k++) {
-        const double value = value_of(drive[k], -radar.measurement_format[k % M].fraction);
-        ASSERT_WITHIN(1e-7, j[k], value);
-    }
-}
-
-static kq_status smooth(const kq_steady_smoother_q31 *c)
-{
-    return kq_steady_smooth_q31(c, mean, innovation, 2);
-}
-
-static void the_smoother_refuses_what_is_wrong(void)
-{
-    const size_t least = COUNT(work);
-    const kq_steady_smoother_q31 good = {N, M, root, back, drive};
-    kq_steady_smoother_q31 bad = good;
-    ASSERT_OK(kq_steady_smoother_make_q31(&track, &motion.process, &radar.sensor, work, least, root,
-                                          back, drive));
-    watch(mean, sizeof mean), WATCH(root), WATCH(back), WATCH(drive);
-    ASSERT_REFUSED(KQ_ERR_NULL, smooth(NULL));
-    bad.drive = NULL;
-    ASSERT_REFUSED(KQ_ERR_NULL, smooth(&bad));
-    bad = good, bad.states = 17;
-    ASSERT_REFUSED(KQ_ERR_SIZE, smooth(&bad));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_steady_smooth_q31(&good, mean, innovation, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   kq_steady_smoother_make_q31(&track, &motion.process, &radar.sensor, work,
-                                               least - 1, root, back, drive));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_steady_smoother_make_q31(&blank, &motion.process, &radar.sensor, work, least,
-                                               root, back, drive));
-    mean[1] = KQ_NOT_A_WORD_Q31;
-    ASSERT_REFUSED(KQ_ERR_RANGE, smooth(&good));
-    mean[1] = 0;
-    back[0].exponent = -29;
-    back[0].mantissa = INT32_MAX;
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, smooth(&good));
-    back[0].exponent = -31;
-    root[0] = -1;
-    ASSERT_REFUSED(KQ_ERR_TABLE, smooth(&good));
-    root[0] = 1;
-    ASSERT_OK(smooth(&good));
-}
-
-/* Constants and innovations as large as they may be: nothing overflows,
-   and what was held is told. */
-static void the_smoother_holds_what_is_too_large(void)
-{
-    const kq_steady_smoother_q31 c = {N, M, root, back, drive};
-    for (int k = 0; k < N * N; k++) back[k] = (kq_scaled_q31){INT32_MAX, -30};
-    for (int k = 0; k < N * M; k++) drive[k] = (kq_scaled_q31){INT32_MAX, 0};
-    for (int k = 0; k < 3; k++) root[k] = INT32_C(1) << 29;
-    root[3] = root[4] = 30;
-    for (int k = 0; k < RUN * N; k++) mean[k] = INT32_MAX;
-    for (int k = 0; k < RUN * M; k++) innovation[k] = INT32_MAX;
-    TEST_ASSERT_EQUAL_INT(KQ_SATURATED, kq_steady_smooth_q31(&c, mean, innovation, RUN));
-    TEST_ASSERT_EQUAL_INT32(INT32_MAX, mean[0]);
-}
-
 /* ------------------------------------------------------------------ settling */
 
 static void settling_steps(int count)
@@ -465,13 +320,13 @@ static void what_is_different_unsettles_it(void)
     ASSERT_OK(kq_step_q31(&other, &twin.process, u, &radar.sensor, z));
     settling_steps(60);
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_OK(kq_settling_detach_q31(&lazy));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_detach_q31(&lazy.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     settling_steps(3);
     TEST_ASSERT_EQUAL_UINT(4, kq_history_steps_q31(&tape));
     ASSERT_OK(kq_smooth_q31(&tape));
-    ASSERT_OK(kq_history_detach_q31(&tape));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
+    ASSERT_OK(kq_detach_q31(&tape.attached));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     settling_steps(60);
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
@@ -534,15 +389,15 @@ static void a_settling_has_one_filter(void)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
     settling_steps(60);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&other, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track)); /* to its own once more: it begins again */
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached)); /* to its own once more: it begins again */
     TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&lazy, &other));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &track));
-    ASSERT_OK(kq_settling_detach_q31(&lazy));
-    ASSERT_OK(kq_settling_attach_q31(&lazy, &other));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&other, &lazy.attached));
+    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
+    ASSERT_OK(kq_detach_q31(&lazy.attached));
+    ASSERT_OK(kq_attach_q31(&other, &lazy.attached));
 }
 
 static void assert_steps_are_refused(void)
@@ -571,15 +426,15 @@ static void the_settling_refuses_what_is_wrong(void)
     ASSERT_OK(kq_settling_init_q31(&tall, 14));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(wide), WATCH(tall), WATCH(blank_lazy), WATCH(blank), WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_attach_q31(NULL, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_attach_q31(&lazy, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_attach_q31(&blank_lazy, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_attach_q31(&lazy, &blank));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_settling_attach_q31(&wide, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_settling_attach_q31(&tall, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_history_attach_q31(&tape, &track));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_settling_detach_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_detach_q31(&blank_lazy));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &blank_lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track, &wide.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tall.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_detach_q31(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_detach_q31(&blank_lazy.attached));
     assert_steps_are_refused();
     settling_steps(60);
     assert_steps_are_refused();
@@ -588,19 +443,18 @@ static void the_settling_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_settling_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_settling_assign_q31(&lazy, N, M, lazy_memory,
                                                          COUNT(lazy_memory) - 1, gain));
-    ASSERT_OK(kq_settling_detach_q31(&lazy));
-    ASSERT_OK(kq_settling_attach_q31(&tall, &track));
+    ASSERT_OK(kq_detach_q31(&lazy.attached));
+    ASSERT_OK(kq_attach_q31(&track, &tall.attached));
     ASSERT_REFUSED(KQ_ERR_MISMATCH,
                    kq_step_q31(&track, &motion.process, u, &radar.sensor, z)); /* components */
-    ASSERT_OK(kq_settling_detach_q31(&tall));
+    ASSERT_OK(kq_detach_q31(&tall.attached));
     ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_release_q31(&lazy));
 }
 
 SUITE(steady, set_up)
 {
-    RUN_TEST(the_schedule_leads_from_the_filters_gains_to_the_steady_one);
-    RUN_TEST(the_schedule_refuses_what_is_wrong);
+    RUN_TEST(the_gains_lead_to_the_steady_one);
     RUN_TEST(the_scheduled_filter_is_the_full_one);
     RUN_TEST(a_gain_of_doubles_is_run);
     RUN_TEST(a_step_is_a_predict_and_an_update);
@@ -609,10 +463,6 @@ SUITE(steady, set_up)
     RUN_TEST(gains_of_any_size_are_taken);
     RUN_TEST(what_is_read_of_nothing_is_no_word);
     RUN_TEST(the_filter_refuses_what_is_wrong);
-    RUN_TEST(the_smoother_is_the_one_with_covariances);
-    RUN_TEST(the_smoothers_constants_are_those_of_doubles);
-    RUN_TEST(the_smoother_refuses_what_is_wrong);
-    RUN_TEST(the_smoother_holds_what_is_too_large);
     RUN_TEST(it_settles_and_stays_near_the_full_filter);
     RUN_TEST(what_is_different_unsettles_it);
     RUN_TEST(new_numbers_of_the_process_unsettle_it);

@@ -157,7 +157,7 @@ static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
 {
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
-        ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        ASSERT_OK(kq_attach_q31(&track, &tape.attached));
         run_linked();
         if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
         if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
@@ -171,13 +171,13 @@ static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
 static void so_it_may_on_line(void)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
-    ASSERT_OK(kq_lag_attach_q31(&lag, &track));
+    ASSERT_OK(kq_attach_q31(&track, &lag.attached));
     run_linked();
     ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
     ASSERT_WITHIN(0.02, 5, value_of_word(kq_lag_mean_q31(&lag, 0)));
     ASSERT_WITHIN(0.02, 20, value_of_word(kq_lag_mean_q31(&lag, 1)));
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
-    ASSERT_OK(kq_point_attach_q31(&point, &track));
+    ASSERT_OK(kq_attach_q31(&track, &point.attached));
     run_linked();
     ASSERT_OK(kq_point_smooth_q31(&point));
     ASSERT_WITHIN(0.02, 5, value_of_word(kq_point_mean_q31(&point, 0)));
@@ -198,7 +198,7 @@ static void a_smoothed_mean_that_is_held_is_flagged(void)
 {
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
-        ASSERT_OK(kq_history_attach_q31(&tape, &track));
+        ASSERT_OK(kq_attach_q31(&track, &tape.attached));
         TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(&tape));
         run_shrinking();
         if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
@@ -214,12 +214,12 @@ static void a_smoothed_mean_that_is_held_is_flagged(void)
 static void so_is_one_on_line(void)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
-    ASSERT_OK(kq_lag_attach_q31(&lag, &track));
+    ASSERT_OK(kq_attach_q31(&track, &lag.attached));
     run_shrinking();
     ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
-    ASSERT_OK(kq_point_attach_q31(&point, &track));
+    ASSERT_OK(kq_attach_q31(&track, &point.attached));
     run_shrinking();
     ASSERT_OK(kq_point_smooth_q31(&point));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
@@ -232,7 +232,7 @@ static void coordinates_that_are_held_are_flagged(void)
     put_prior(&prior, 2, range, x0, tiny);
     put_sensor(&first, 2, 1, range, measured_range, identity, sharper);
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(z, 1, first.measurement_format)));
     ASSERT_OK(kq_smooth_q31(&tape));
@@ -241,26 +241,13 @@ static void coordinates_that_are_held_are_flagged(void)
 
 /* ------------------------------------------------------------------ the steady state */
 
-/* One state, x0 + S a beyond its word: no object keeps events, the status tells. */
-static void the_steady_smoother_tells_what_it_has_held(void)
-{
-    static const kq_scaled_q31 half = {INT32_C(1) << 30, -31};
-    static const int32_t root[] = {INT32_C(1) << 29, 0};
-    const kq_steady_smoother_q31 s = {1, 1, root, &half, &half};
-    int32_t x[] = {INT32_MAX - 10, 0}, e[] = {0, 4}, y[] = {0, 0};
-    ASSERT_OK(kq_steady_smooth_q31(&s, y, e, 2));
-    TEST_ASSERT_EQUAL_INT32(INT32_C(1) << 30, y[0]);
-    TEST_ASSERT_EQUAL_INT(KQ_SATURATED, kq_steady_smooth_q31(&s, x, e, 2));
-    TEST_ASSERT_EQUAL_INT32(INT32_MAX, x[0]);
-}
-
 /* Once its gain is kept a filter is moved by all components at once. */
 static void a_settled_filter_is_held_at_the_end_of_a_step(void)
 {
     static const double Q[] = {1e4, 0, 0, 1};
     put_process(&still, 2, 0, range, NULL, identity, NULL, Q);
     ASSERT_OK(kq_settling_init_q31(&settling, 8));
-    ASSERT_OK(kq_settling_attach_q31(&settling, &track));
+    ASSERT_OK(kq_attach_q31(&track, &settling.attached));
     for (int t = 0; t < 40; t++) {
         ASSERT_OK(kq_step_q31(&track, &still.process, NULL, &independent.sensor, inside()));
     }
@@ -292,10 +279,10 @@ static void begin_trend(void)
 {
     ASSERT_OK(kq_start_assign_q31(&start, 2, 16, start_memory, COUNT(start_memory)));
     ASSERT_OK(kq_start_init_q31(&start, &track, &level_prior.table, 3, NULL));
-    ASSERT_OK(kq_history_attach_q31(&tape, &track));
+    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_OK(K(start_assign)(&start_f64, 2, 16, start_f64_memory, COUNT(start_f64_memory)));
     ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, identity, 3));
-    ASSERT_OK(K(history_attach)(&tape_f64, &track_f64));
+    ASSERT_OK(K(attach)(&track_f64, &tape_f64.attached));
 }
 
 /* Is what is known of the present, in double, within 2/3 of the word? */
@@ -370,7 +357,6 @@ SUITE(words, set_up)
     RUN_TEST(a_smoothed_mean_that_is_held_is_flagged);
     RUN_TEST(so_is_one_on_line);
     RUN_TEST(coordinates_that_are_held_are_flagged);
-    RUN_TEST(the_steady_smoother_tells_what_it_has_held);
     RUN_TEST(a_settled_filter_is_held_at_the_end_of_a_step);
     RUN_TEST(the_past_may_be_beyond_its_word_before_it_is_smoothed);
 }

@@ -42,7 +42,7 @@ static struct {
     kq_lag_q31 lag;
     kq_point_q31 point;
     kq_steady_q31 steady;
-    const kq_scaled_q31 *gains; /* of the last schedule */
+    const kq_scaled_q31 *gains; /* of the updates */
     size_t gain_count;
     kq_settling_q31 lazy;
     kq_gate_q31 gate;
@@ -498,7 +498,8 @@ static int32_t held(int64_t word, int32_t range)
 /* What the filter expects, with noise of the generator: data that need no room in the case */
 static void draw_measurement(int32_t *z, const sensor_slot *slot, uint32_t *draw, int shift)
 {
-    kq_measurement_q31(&machine.filter, &slot->sensor, z, NULL);
+    const kq_status status = kq_measurement_q31(&machine.filter, &slot->sensor, z, NULL);
+    for (int c = 0; status && c < slot->components; c++) z[c] = 0;
     for (int c = 0; c < slot->components; c++) {
         *draw = next_draw(*draw);
         z[c] = held((int64_t)z[c] + noise_of(*draw, shift), slot->measurement_format[c].range);
@@ -548,7 +549,7 @@ static int attach(words_in *in, const vector_sink *sink)
     if (!is_complete(in) || !has_room(words)) return -1;
     kq_history_q31 *h = &machine.history;
     kq_status status = kq_history_assign_q31(h, machine.n, history_memory, words);
-    if (!status) status = kq_history_attach_q31(h, &machine.filter);
+    if (!status) status = kq_attach_q31(&machine.filter, &h->attached);
     put_status(sink, status);
     return 0;
 }
@@ -683,10 +684,9 @@ static const struct {
     [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
     [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict_point : NULL},
     [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
-    [VECTOR_SCHEDULE] = {"gain schedule", HAS_STEADY ? make_schedule : NULL},
+    [VECTOR_GAINS] = {"gains", HAS_STEADY ? make_gains : NULL},
     [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
     [VECTOR_STEADY_STEP] = {"step of the steady-state filter", HAS_STEADY ? step_steady : NULL},
-    [VECTOR_STEADY_SMOOTH] = {"steady-state smoother", HAS_STEADY ? smooth_steady : NULL},
     [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_settling : NULL},
     [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_settling : NULL},
     [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_settling : NULL},

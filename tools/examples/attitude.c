@@ -22,7 +22,6 @@ static const float zero[N];
 KQ_PROCESS_F32(rotation, N, 0);
 KQ_SENSOR_DIAGONAL_F32(sighting, N, M);
 KQ_FILTER_F32(error, N);
-KQ_JACOBIANS_F32(jacobians, N, STEPS, 1); /* Q is the same at every step */
 /* One step of ten has six measurements, the others have none. */
 enum {
     TAPE_WORDS = KQ_HISTORY_LEN_F32(N, 0, STEPS - SIGHTINGS, STEPS) +
@@ -30,6 +29,7 @@ enum {
 };
 static float tape_memory[TAPE_WORDS];
 static kq_history_f32 tape;
+KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, 1); /* Q is the same at every step */
 
 static float A[N * N], H[M * N];
 static attitude now;         /* what the error is beside */
@@ -115,7 +115,7 @@ kq_status attitude_start(void)
     if (!status) status = kq_sensor_init_diagonal_f32(&sighting, H, r);
     if (!status) status = kq_filter_init_f32(&error, zero, P0);
     if (!status) status = kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS);
-    if (!status) status = kq_history_attach_extended_f32(&tape, &error, &jacobians);
+    if (!status) status = kq_attach_f32(&error, &jacobians.attached);
     return status;
 }
 

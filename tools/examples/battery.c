@@ -34,8 +34,8 @@ kq_status battery_start(void)
     kq_status status = kq_process_init_f32(&discharge, A, B, Q);
     if (!status) status = kq_sensor_init_diagonal_f32(&voltmeter, H, r);
     if (!status) status = kq_filter_init_f32(&cell, x0, P0);
-    if (!status) status = kq_history_detach_f32(&tape);
-    if (!status) status = kq_history_attach_f32(&tape, &cell);
+    if (!status) status = kq_detach_f32(&tape.attached);
+    if (!status) status = kq_attach_f32(&cell, &tape.attached);
     return status;
 }
 

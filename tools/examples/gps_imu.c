@@ -26,13 +26,13 @@ static const float r[] = {4, 4}; /* 2 m */
 KQ_PROCESS_F32(motion, N, 0);
 KQ_SENSOR_DIAGONAL_F32(receiver, N, M);
 KQ_FILTER_F32(vehicle, N);
-KQ_JACOBIANS_F32(jacobians, N, STEPS, STEPS); /* sigma points give each step a noise of its own */
 /* One step of ten has two measurements, the others have none. */
 enum {
     TAPE_WORDS = KQ_HISTORY_LEN_F32(N, 0, STEPS - FIXES, STEPS) + KQ_HISTORY_LEN_F32(N, M, FIXES, 0)
 };
 static float tape_memory[TAPE_WORDS];
 static kq_history_f32 tape;
+KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, STEPS); /* sigma points give each step a noise of its own */
 
 static float A[N * N];
 static float work[KQ_POINTS_LEN(N, M)];
@@ -75,7 +75,7 @@ kq_status gps_imu_start(const float x0[N], int by_points)
     if (!status) status = kq_sensor_init_diagonal_f32(&receiver, H, r);
     if (!status) status = kq_filter_init_f32(&vehicle, x0, P0);
     if (!status) status = kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS);
-    if (!status) status = kq_history_attach_extended_f32(&tape, &vehicle, &jacobians);
+    if (!status) status = kq_attach_f32(&vehicle, &jacobians.attached);
     return status;
 }
 

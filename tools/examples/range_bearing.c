@@ -85,8 +85,8 @@ kq_status track_start(const float x0[N], const float sigma[M], track_method meth
     kq_status status = kq_process_init_f32(&motion, A, NULL, Q);
     if (!status) status = kq_sensor_init_diagonal_f32(&radar, H, r);
     if (!status) status = kq_filter_init_f32(&target, x0, P0);
-    if (!status) status = kq_history_detach_f32(&tape);
-    if (!status) status = kq_history_attach_f32(&tape, &target);
+    if (!status) status = kq_detach_f32(&tape.attached);
+    if (!status) status = kq_attach_f32(&target, &tape.attached);
     return status;
 }
 

@@ -50,6 +50,9 @@ def names_of(events: int) -> list[str]:
     return [name for bit, (name, _) in EVENTS.items() if events & bit]
 
 
+_LENGTH_OF = {"sensor": "m", "start": "nk", "consistency": "mk"}  # arguments of kq_length; others: n, m, k, l
+
+
 class Arithmetic:
     """f32, f64 or q31.
 
@@ -66,6 +69,11 @@ class Arithmetic:
 
     def function(self, stem: str) -> Any:
         return getattr(lib, f"kq_{stem}_{self.name}")
+
+    def length(self, stem: str, *sizes: int) -> int:
+        """Numbers of memory of an object: sizes in the order in which the macro KQ_..._LEN has them."""
+        given = dict(zip(_LENGTH_OF.get(stem, "nmkl"), sizes))
+        return int(self.function("length")(getattr(lib, f"KQ_OBJECT_{stem.upper()}"), *(given.get(p, 0) for p in "nmkl")))
 
     def struct(self, stem: str) -> Any:
         return ffi.new(f"kq_{stem}_{self.name} *")

@@ -307,7 +307,7 @@ def _formats(w: Writer, which: str, name: str) -> list[str]:
 def _tables_fixed(w: Writer) -> list[str]:
     model, process, sensor = w.model, w.parts.process_table, w.parts.sensor_table
     n, m, l = model.n, model.m, model.l
-    root = int(lib.kq_root_length_q31(n))
+    root = int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0))
     lines = ["/* {range in words, fraction} */", *_formats(w, "states", "state_format"),
              *_formats(w, "measurements", "measurement_format")]
     lines += _formats(w, "controls", "control_format") if l else []

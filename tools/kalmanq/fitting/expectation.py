@@ -111,7 +111,7 @@ class Expectation:
         self._kept += given_to_c
         self.em, self._advance = a.struct("em"), a.function("em_advance")
         require(a.function("em_assign")(self.em, model.n, model.m, *self.parts.memory(
-            a.function("em_length")(model.n, model.m, max(map(len, records.z))))), "fit")
+            a.length("em", model.n, model.m, max(map(len, records.z))))), "fit")
         self._init = lambda: a.function("em_init")(self.em, *given_to_c, len(records))
         self.status = self._init()
         self._slopes = {name: np.zeros_like(array) for name, array in self.arrays.items()

@@ -1,14 +1,15 @@
-"""Models by name: the builders of the C core (models.h), with the names of what they are given."""
+"""Textbook models by name, and the names of what they are given."""
 
 from __future__ import annotations
 
 import difflib
+import math
 from dataclasses import dataclass
 from typing import Any, Callable, Mapping, Optional
 
 import numpy as np
 
-from kalmanq.core import ffi, lib, require
+from kalmanq.core import ffi, lib
 from kalmanq.errors import ModelError
 from kalmanq.model.arrays import numbers_of
 
@@ -79,50 +80,59 @@ def build(name: str, given: Mapping[str, Any], has_prior: bool = False) -> dict[
                          else one.value(given) for one in builder.parameters})
 
 
-# ------------------------------------------------------------------------------ what C builds
+# ------------------------------------------------------------------------------ models
 
 
-def _vector(value: Optional[np.ndarray]) -> Any:
-    return ffi.NULL if value is None else ffi.new("double[]", np.ravel(value).tolist() or [0.0])
+class _Refused(Exception):
+    """What is wrong, in words."""
 
 
-def _built(n: int, r: int, m: int, fill: Callable[[Any], int], names: list[str], what: str) -> dict[str, Any]:
+def _refusal(status: int) -> _Refused:
+    return _Refused(ffi.string(lib.kq_status_text(status)).decode())
+
+
+def _finite(*values: Any) -> None:
+    if not all(np.all(np.isfinite(value)) for value in values):
+        raise _refusal(lib.KQ_ERR_NOT_FINITE)
+
+
+def _roots(variances: Any) -> np.ndarray:
+    _finite(variances)
+    if np.any(np.asarray(variances) < 0):
+        raise _refusal(lib.KQ_ERR_NOT_SEMIDEFINITE)
+    return np.sqrt(variances)
+
+
+class _Model:
+    """x[t+1] = A x + G w, w ~ N(0, I), z = H x + v, v ~ N(0, diag R): zeros to be filled in."""
+
+    def __init__(self, n: int, r: int, m: int):
+        self.A, self.G, self.H, self.R = np.zeros((n, n)), np.zeros((n, r)), np.zeros((m, n)), np.zeros(m)
+        self.x0, self.P0 = np.zeros(n), np.zeros((n, n))
+
+    def prior(self, mean: Optional[np.ndarray], variance: Any) -> None:
+        if mean is not None:
+            _finite(mean)
+            self.x0[:] = mean
+        _roots(variance)
+        np.fill_diagonal(self.P0, variance)
+
+    def noise(self, variances: Any) -> None:
+        _roots(variances)
+        self.R[:] = variances
+
+
+def _built(n: int, r: int, m: int, fill: Callable[[_Model], None], names: list[str], what: str) -> dict[str, Any]:
     for size, of in ((n, "states"), (r, "noises"), (m, "measurements")):
         if not 1 <= size <= lib.KQ_SIZE_MAX:
             raise ModelError("builder", f"{what} would have {size} {of}; there are 1 to {lib.KQ_SIZE_MAX}")
-    model = ffi.new("kq_model_f64 *")
-    memory = ffi.new("double[]", int(lib.kq_model_length_f64(n, r, m)))
-    require(lib.kq_model_assign_f64(model, n, r, m, memory, len(memory)), what)
-    status = fill(model)
-    if status == lib.KQ_ERR_NO_CONVERGENCE:
-        raise ModelError("builder", f"{what}: the model is not stationary")
-    if status != lib.KQ_OK:
-        raise ModelError("builder", f"{what}: {ffi.string(lib.kq_status_text(status)).decode()}")
-
-    def array(pointer: Any, *shape: int) -> np.ndarray:
-        flat = np.frombuffer(ffi.buffer(pointer, 8 * int(np.prod(shape))), np.float64)
-        return flat.reshape(shape).copy()
-
-    return {"A": array(model.A, n, n), "G": array(model.F, n, r), "H": array(model.H, m, n),
-            "R": array(model.R, m), "x0": array(model.x0, n), "P0": array(model.P0, n, n), "states": names}
-
-
-def _motion(order: int) -> Callable[[dict[str, Any]], dict[str, Any]]:
-    stem, words = {2: ("velocity", ("position", "velocity")),
-                   3: ("acceleration", ("position", "velocity", "acceleration"))}[order]
-    make = {2: lib.kq_model_velocity_f64, 3: lib.kq_model_acceleration_f64}[order]
-
-    def build_motion(of: dict[str, Any]) -> dict[str, Any]:
-        d = len(of["density"])
-        _lengths(of, noise=d, variance=order * d, mean=order * d)
-        axes = [""] if d == 1 else ["_x", "_y", "_z"][:d]
-        names = [word + axis for axis in axes for word in words]
-        built = _built(order * d, order * d, d, lambda model: make(
-            model, d, of["dt"], _vector(of["density"]), _vector(of["noise"]), _vector(of["mean"]),
-            _vector(of["variance"])), names, f"constant_{stem}")
-        return built
-
-    return build_motion
+    model = _Model(n, r, m)
+    try:
+        fill(model)
+        _finite(*vars(model).values())
+    except _Refused as problem:
+        raise ModelError("builder", f"{what}: {problem}") from None
+    return {**vars(model), "states": names}
 
 
 def _lengths(of: dict[str, Any], **lengths: int) -> None:
@@ -134,16 +144,103 @@ def _lengths(of: dict[str, Any], **lengths: int) -> None:
             raise ModelError(name, f"has {np.size(of[name])} numbers, not {length}")
 
 
+# ------------------------------------------------------------------------------ motion
+
+
+def _axis(order: int, dt: float, density: float) -> tuple[np.ndarray, np.ndarray]:
+    """A, and the upper triangular root of density times the integral of g g' over dt, g = (.., s, 1)."""
+    sigma, square = math.sqrt(density * dt), dt * dt
+    if order == 2:
+        return (np.array([[1, dt], [0, 1]]),
+                np.array([[sigma * dt / math.sqrt(12), sigma * dt / 2], [0, sigma]]))
+    return (np.array([[1, dt, square / 2], [0, 1, dt], [0, 0, 1]]),
+            np.array([[sigma * square / math.sqrt(720), sigma * square / math.sqrt(48), sigma * square / 6],
+                      [0, sigma * dt / math.sqrt(12), sigma * dt / 2], [0, 0, sigma]]))
+
+
+def _motion(order: int) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    """Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), 6.2."""
+    stem, words = {2: ("velocity", ("position", "velocity")),
+                   3: ("acceleration", ("position", "velocity", "acceleration"))}[order]
+
+    def build_motion(of: dict[str, Any]) -> dict[str, Any]:
+        d = len(of["density"])
+        _lengths(of, noise=d, variance=order * d, mean=order * d)
+
+        def fill(model: _Model) -> None:
+            if d > 3:
+                raise _refusal(lib.KQ_ERR_SIZE)
+            _finite(of["dt"])
+            if not of["dt"] > 0:
+                raise _refusal(lib.KQ_ERR_RANGE)
+            _roots(of["density"])
+            for k in range(d):
+                block = slice(k * order, (k + 1) * order)
+                model.A[block, block], model.G[block, block] = _axis(order, of["dt"], float(of["density"][k]))
+                model.H[k, k * order] = 1
+            model.noise(of["noise"])
+            model.prior(of["mean"], of["variance"])
+
+        axes = [""] if d == 1 else ["_x", "_y", "_z"][:d]
+        names = [word + axis for axis in axes for word in words]
+        return _built(order * d, order * d, d, fill, names, f"constant_{stem}")
+
+    return build_motion
+
+
+# ------------------------------------------------------------------------------ structural models
+#
+# Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989).
+
+
+def _coefficients(of: dict[str, Any], regressors: Any) -> Callable[[_Model], None]:
+    def fill(model: _Model) -> None:
+        _finite(regressors)
+        np.fill_diagonal(model.A, 1)
+        np.fill_diagonal(model.G, _roots(of["drift"]))
+        model.H[0] = regressors
+        model.noise(of["noise"])
+        model.prior(of["mean"], of["variance"])
+
+    return fill
+
+
 def _level(of: dict[str, Any]) -> dict[str, Any]:
-    return _built(1, 1, 1, lambda model: lib.kq_model_level_f64(
-        model, of["drift"], of["noise"], of["mean"], of["variance"]), ["level"], "level")
+    return _built(1, 1, 1, _coefficients(of, 1.0), ["level"], "level")
+
+
+def _regression(of: dict[str, Any]) -> dict[str, Any]:
+    k = len(of["regressors"])
+    _lengths(of, drift=k, mean=k, variance=k)
+    names = [f"coefficient_{i + 1}" for i in range(k)]
+    return _built(k, k, 1, _coefficients(of, of["regressors"]), names, "regression")
+
+
+def _structure(of: dict[str, Any], has_trend: bool, seasons: int) -> Callable[[_Model], None]:
+    """A trend, then the effects of a season, whose sum is its noise."""
+
+    def fill(model: _Model) -> None:
+        drift, first = np.ravel(of["drift"]), 2 if has_trend else 0
+        roots = _roots(drift)
+        if has_trend:
+            model.A[:2, :2] = [[1, 1], [0, 1]]
+            model.G[0, 0], model.G[1, 1], model.H[0, 0] = roots[0], roots[1], 1
+        if seasons:
+            if seasons < 2:
+                raise _refusal(lib.KQ_ERR_SIZE)
+            model.A[first, first:] = -1
+            for i in range(first + 1, len(model.A)):
+                model.A[i, i - 1] = 1
+            model.G[first, first], model.H[0, first] = roots[-1], 1
+        model.noise(of["noise"])
+        model.prior(of["mean"], of["variance"])
+
+    return fill
 
 
 def _trend(of: dict[str, Any]) -> dict[str, Any]:
     _lengths(of, drift=2, mean=2, variance=2)
-    return _built(2, 2, 1, lambda model: lib.kq_model_trend_f64(
-        model, _vector(of["drift"]), of["noise"], _vector(of["mean"]), _vector(of["variance"])),
-        ["level", "slope"], "trend")
+    return _built(2, 2, 1, _structure(of, True, 0), ["level", "slope"], "trend")
 
 
 def _effects(seasons: int) -> list[str]:
@@ -153,17 +250,39 @@ def _effects(seasons: int) -> list[str]:
 def _season(of: dict[str, Any]) -> dict[str, Any]:
     seasons = of["seasons"]
     _lengths(of, mean=seasons - 1, variance=seasons - 1)
-    return _built(seasons - 1, 1, 1, lambda model: lib.kq_model_season_f64(
-        model, seasons, of["drift"], of["noise"], _vector(of["mean"]), _vector(of["variance"])),
-        _effects(seasons), "season")
+    return _built(seasons - 1, 1, 1, _structure(of, False, seasons), _effects(seasons), "season")
 
 
 def _trend_season(of: dict[str, Any]) -> dict[str, Any]:
     seasons = of["seasons"]
     _lengths(of, drift=3, mean=seasons + 1, variance=seasons + 1)
-    return _built(seasons + 1, 3, 1, lambda model: lib.kq_model_trend_season_f64(
-        model, seasons, _vector(of["drift"]), of["noise"], _vector(of["mean"]), _vector(of["variance"])),
-        ["level", "slope", *_effects(seasons)], "trend_season")
+    return _built(seasons + 1, 3, 1, _structure(of, True, seasons), ["level", "slope", *_effects(seasons)],
+                  "trend_season")
+
+
+# ------------------------------------------------------------------------------ stationary models
+
+
+def _autocovariances(count: int, phi: list[float], variance: float) -> list[float]:
+    """Of an autoregression: partial autocorrelations k by Durbin's recursion backwards, all below 1 in size if and only
+    if it is stationary; then Levinson's recursion (Hamilton, Time Series Analysis, 1994, 3.4)."""
+    k = list(phi)
+    for j in range(len(phi) - 1, -1, -1):
+        rest = (1 - k[j]) * (1 + k[j])
+        if not rest > 0:
+            raise _Refused("the model is not stationary")
+        k[:j] = [(k[i] + k[j] * k[j - 1 - i]) / rest for i in range(j)]
+    spread = variance
+    for one in k:
+        spread /= (1 - one) * (1 + one)
+    gamma, a = [spread], []  # a: the autoregression of the order so far
+    for j in range(1, count):
+        own = k[j - 1] if j <= len(phi) else 0.0
+        gamma.append(own * spread + sum(one * gamma[j - 1 - i] for i, one in enumerate(a)))
+        if j <= len(phi):
+            a = [one - own * back for one, back in zip(a, reversed(a))] + [own]
+            spread *= (1 - own) * (1 + own)
+    return gamma
 
 
 def _arma(of: dict[str, Any]) -> dict[str, Any]:
@@ -172,31 +291,58 @@ def _arma(of: dict[str, Any]) -> dict[str, Any]:
     if p + q == 0:
         raise ModelError("phi", "neither phi nor theta has a number")
     n = max(p, q + 1)
-    if q == 0:
-        fill = lambda model: lib.kq_model_ar_f64(model, _vector(phi), p, of["variance"], of["noise"])  # noqa: E731
-    elif p == 0:
-        fill = lambda model: lib.kq_model_ma_f64(model, _vector(theta), q, of["variance"], of["noise"])  # noqa: E731
-    else:
-        fill = lambda model: lib.kq_model_arma_f64(  # noqa: E731
-            model, _vector(phi), p, _vector(theta), q, of["variance"], of["noise"])
+
+    def fill(model: _Model) -> None:
+        """The states are past values of the autoregression; of a moving average past noises, the newest last."""
+        _finite(phi, theta)
+        root = _roots(of["variance"])
+        if p:
+            lag = np.abs(np.subtract.outer(range(n), range(n)))
+            model.P0[:] = np.array(_autocovariances(n, phi.tolist(), of["variance"]))[lag]
+            model.A[0, :p], model.G[0, 0] = phi, root
+            model.A[range(1, n), range(n - 1)] = 1
+            model.H[0, : q + 1] = [1, *theta]
+        else:
+            np.fill_diagonal(model.P0, of["variance"])
+            model.A[range(q), range(1, n)], model.G[q, 0] = 1, root
+            model.H[0] = [*theta[::-1], 1]
+        model.noise(of["noise"])
+
     return _built(n, 1, 1, fill, [f"y{k}" for k in range(n)], "arma")
 
 
-def _regression(of: dict[str, Any]) -> dict[str, Any]:
-    k = len(of["regressors"])
-    _lengths(of, drift=k, mean=k, variance=k)
-    return _built(k, k, 1, lambda model: lib.kq_model_regression_f64(
-        model, _vector(of["regressors"]), k, _vector(of["drift"]), of["noise"], _vector(of["mean"]),
-        _vector(of["variance"])), [f"coefficient_{i + 1}" for i in range(k)], "regression")
+def stationary_covariance(A: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """P = A P A' + Q, summed by doubling: positive semi-definite by construction.  Smith, Matrix equation X A + B X = C,
+    SIAM J. Appl. Math. 16 (1968)."""
+    P, M = np.array(Q, float), np.array(A, float)
+    with np.errstate(all="ignore"):
+        for _ in range(_DOUBLINGS):
+            if not np.finfo(float).eps * np.abs(M * M.T).sum() < 1:
+                break  # the rounding of M M is as large as what may be left
+            P = P + M @ P @ M.T
+            P, M = (P + P.T) / 2, M @ M
+            if np.all(np.abs(M) < _NOTHING_LEFT):
+                _finite(P)
+                return P
+    raise _Refused("the model is not stationary")
+
+
+_DOUBLINGS, _NOTHING_LEFT = 50, 2.0**-200  # after more, what has decayed was rounding
 
 
 def _factor(of: dict[str, Any]) -> dict[str, Any]:
     m, k = of["loadings"].shape
     drift = np.ones(k) if of["drift"] is None else of["drift"]
     _lengths({**of, "drift": drift}, transition=k * k, drift=k, noise=m)
-    return _built(k, k, m, lambda model: lib.kq_model_factor_f64(
-        model, k, m, _vector(of["loadings"]), _vector(of["transition"]), _vector(drift), _vector(of["noise"])),
-        [f"factor_{i + 1}" for i in range(k)], "factor")
+
+    def fill(model: _Model) -> None:
+        _finite(of["loadings"], of["transition"])
+        np.fill_diagonal(model.G, _roots(drift))
+        model.A[:], model.H[:] = np.reshape(of["transition"], (k, k)), of["loadings"]
+        model.noise(of["noise"])
+        model.P0[:] = stationary_covariance(model.A, np.diag(drift))
+
+    return _built(k, k, m, fill, [f"factor_{i + 1}" for i in range(k)], "factor")
 
 
 _NOISE, _DT = Parameter("noise", "number"), Parameter("dt", "number")

@@ -26,6 +26,7 @@ def preprocessed(compiler: str, include: Path) -> str:
     command = [compiler, "-E", "-P", "-nostdinc", f"-I{HERE / 'freestanding'}", f"-I{include}",
                str(HERE / "sequences.h")]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    text = re.sub(r"__attribute__\(\(warn_unused_result\)\)|\[\[nodiscard\]\]", "", text)
     return re.sub(r"extern const struct[^;]*;", "", text)
 
 

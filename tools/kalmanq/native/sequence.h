@@ -222,7 +222,7 @@ static kq_status K(look_back)(K(sequence) *q, size_t t)
     const size_t n = q->filter->states;
     kq_status status = KQ_OK;
     if (!q->lag_follows) {
-        status = K(lag_attach)(q->lag, q->filter);
+        status = K(attach)(q->filter, &q->lag->attached);
         q->lag_follows = !status;
     }
     const int is_there = q->lag_follows && K(lag_steps)(q->lag) >= q->age;
@@ -252,7 +252,7 @@ static kq_status K(refine)(K(sequence) *q, size_t t)
     const size_t n = q->filter->states;
     kq_status status = KQ_OK;
     if (!q->point_follows && t == q->point_row) {
-        status = K(point_attach)(q->point, q->filter);
+        status = K(attach)(q->filter, &q->point->attached);
         q->point_follows = !status;
     }
     const int is_there = q->point_follows;
@@ -278,7 +278,7 @@ static kq_status K(settle)(K(sequence) *q, size_t t)
 {
     kq_status status = KQ_OK;
     if (!q->is_settling) {
-        status = K(settling_attach)(q->settling, q->filter);
+        status = K(attach)(q->filter, &q->settling->attached);
         q->is_settling = !status;
     }
     if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(settling_is_settled)(q->settling));

@@ -146,15 +146,15 @@ class _Recording(NonlinearFilter):
         memory = a.empty(self._jacobian_words(rows))
         self._kept.append(memory)
         self._jacobians = a.struct("jacobians")
-        require(a.function("jacobians_assign")(self._jacobians, n, self._processes, rows, self._pointer(memory),
-                                               memory.size), "jacobians")
-        require(a.function("history_attach_extended")(self._history, self._handle, self._jacobians), "history")
+        require(a.function("jacobians_assign")(self._jacobians, self._history, n, self._processes, rows,
+                                               self._pointer(memory), memory.size), "jacobians")
+        self._attach(self._jacobians, "history")
 
     def _jacobian_words(self, rows: int) -> int:
         """KQ_JACOBIANS_LEN, with another noise at each predict"""
         n = self.model.n
         if self.arithmetic.is_fixed:
-            return rows * (2 * n * n + int(lib.kq_root_length_q31(n)))
+            return rows * (2 * n * n + int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)))
         return rows * (n * n + n * (n + 1) // 2)
 
     def smooth(self, run: Run, covariance: bool) -> None:

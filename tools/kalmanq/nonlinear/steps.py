@@ -27,8 +27,8 @@ class Steps:
             self._y, self._J, self._E = a.empty(max(n, m)), a.empty(max(n, m) * n), a.empty(max(n, m) * n)
             self._R = a.empty(m, m)
             self._work = a.empty(2 * n * n + 3 * n + n * (n + 1) // 2 + m + 2 * m * n + m * m + m * (m + 1) // 2)
-            self.process = self._assigned("process", n, 0, length=a.function("process_length")(n))
-            self.sensor = self._assigned("sensor", n, m, length=a.function("sensor_length")(m))
+            self.process = self._assigned("process", n, 0, length=a.length("process", n))
+            self.sensor = self._assigned("sensor", n, m, length=a.length("sensor", m))
 
     def _table(self, count: int) -> Any:
         if self.arithmetic.is_fixed:

@@ -218,7 +218,7 @@ class Filter(Readable):
     def _target(self, q: Any) -> tuple[Any, ...]:
         a, n, l = self.arithmetic, self.model.n, self.model.l
         target = a.struct("process")
-        memory = a.empty(int(lib.kq_root_length_q31(n)))
+        memory = a.empty(int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)))
         if a.is_fixed:
             q.root = self._pointer(memory)
         else:
@@ -278,7 +278,7 @@ class AdaptiveFilter(Filter):
         a, n, m = self.arithmetic, model.n, model.m
         self._adaptation = a.struct("adaptation")
         store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
-        root = np.zeros(int(lib.kq_root_length_q31(n)), np.int32)
+        root = np.zeros(int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)), np.int32)
         self._kept += [store, root]
         extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
         require(a.function("adaptation_assign")(self._adaptation, n, m, self._pointer(store, self._any_size),
@@ -292,7 +292,7 @@ class AdaptiveFilter(Filter):
             **dict(zip(("process_least", "process_most", "sensor_least", "sensor_most"), ends))})
         require(a.function("adaptation_init")(self._adaptation, self.parts.process, self.parts.sensor, rule),
                 "adaptation")
-        require(a.function("adaptation_attach")(self._adaptation, self._handle), "adaptation")
+        self._attach(self._adaptation, "adaptation")
 
     def _ask(self, q: Any, out: Results) -> None:
         q.adaptation = self._adaptation
@@ -348,7 +348,7 @@ class _Recording(Filter):
             self._start = self._object("start", n, early, sizes=(n, early))
             self.parts.init_start(self._start, self._handle)
         self._history = self._object("history", n, sizes=(n, m, rows, 0))
-        require(self.arithmetic.function("history_attach")(self._history, self._handle), "history")
+        self._attach(self._history, "history")
 
     def smooth(self, run: Run, covariance: bool, means_only: bool) -> None:
         if not len(run):

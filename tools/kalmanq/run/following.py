@@ -101,7 +101,7 @@ class SettlingFilter(Filter):
                                               self._pointer(gain, self._any_size)), "settling")
         require(a.function("settling_init")(self._settling, bits), "settling")
         if not np.any(model.unknown):
-            require(a.function("settling_attach")(self._settling, self._handle), "settling")
+            self._attach(self._settling, "settling")
             self._attached = True
 
     @property

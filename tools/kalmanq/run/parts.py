@@ -140,7 +140,7 @@ def _floating_point(parts: Parts) -> None:
     model, a = parts.model, parts.arithmetic
     process, sensor = parts.process, parts.sensor
     require(a.function("process_assign")(process, model.n, model.l, *parts.memory(
-        a.function("process_length")(model.n))), "process")
+        a.length("process", model.n))), "process")
     A = parts.array(model.A)
     B = ffi.NULL if model.B is None else parts.array(model.B)
     if model.G is not None:
@@ -149,7 +149,7 @@ def _floating_point(parts: Parts) -> None:
     else:
         require(a.function("process_init")(process, A, B, parts.array(model.Q)), "A, B, Q")
     require(a.function("sensor_assign")(sensor, model.n, model.m, *parts.memory(
-        a.function("sensor_length")(model.m))), "sensor")
+        a.length("sensor", model.m))), "sensor")
     if is_diagonal(model.R):
         status = a.function("sensor_init_diagonal")(sensor, parts.array(model.H), parts.array(np.diag(model.R)))
     else:
@@ -177,7 +177,7 @@ def _fixed_point(parts: Parts) -> None:
         "measurement": matrix(parts, "H", model.H, measurements, states),
         "noise": sensor_noise(parts, measurements)})
     mean = prior_mean(parts, states)
-    root = prepared(parts, "int32_t[]", lib.kq_root_length_q31(n), "P0",
+    root = prepared(parts, "int32_t[]", lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0), "P0",
                     lambda out: lib.kq_root_prepare_q31(out, doubles(known_prior(model)), n, states))
     parts.prior = ffi.new("kq_prior_table_q31 *", {
         "states": n, "state_format": states, "mean": mean, "root": root})
@@ -223,7 +223,7 @@ def matrix(parts: Parts, name: str, M: np.ndarray, rows: Any, columns: Any) -> A
 
 def noise_root(parts: Parts, states: Any) -> Any:
     model = parts.model
-    length = lib.kq_root_length_q31(model.n)
+    length = lib.kq_length_q31(lib.KQ_OBJECT_ROOT, model.n, 0, 0, 0)
     if model.G is None:
         return prepared(parts, "int32_t[]", length, "Q",
                         lambda out: lib.kq_root_prepare_q31(out, doubles(model.Q), model.n, states))

@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from kalmanq.core import lib, require
+from kalmanq.core import ffi, lib, require
 from kalmanq.errors import KalmanqWarning
 from kalmanq.run.parts import Parts
 from kalmanq.run.results import Run
@@ -121,7 +121,7 @@ class Readable:
         return self._pointer(array, "int64_t" if self.arithmetic.is_fixed else "")
 
     def _length(self, stem: str, *sizes: int) -> int:
-        return int(self.arithmetic.function(f"{stem}_length")(*sizes))
+        return self.arithmetic.length(stem, *sizes)
 
     def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
         """A new object with its memory, assigned."""
@@ -131,6 +131,9 @@ class Readable:
         require(status, stem)
         self._kept.append(memory)
         return made
+
+    def _attach(self, thing: Any, what: str) -> None:
+        require(self.arithmetic.function("attach")(self._handle, ffi.addressof(thing[0], "attached")), what)
 
     def _space(self, stem: str, length: int) -> np.ndarray:
         """Memory for what is called so"""

@@ -31,7 +31,7 @@ class Consistency:
         self.model, self.window, self.arithmetic = model, window, arithmetic_of(arithmetic)
         a = self.arithmetic
         self._handle = a.struct("consistency")
-        self._memory = a.empty(int(a.function("consistency_length")(model.m, window)))
+        self._memory = a.empty(int(a.length("consistency", model.m, window)))
         require(a.function("consistency_assign")(self._handle, model.m, window, a.pointer(self._memory),
                                                  self._memory.size), "window")
 

@@ -35,7 +35,7 @@ def steady_state(model: Model, arithmetic: str = "f64") -> SteadyState:
     made = [np.zeros(shape, a.number) for shape in ((n, n), (n, n), (n, m), (n, n))]
     names = ("predicted", "filtered", "gain", "smoother_gain")
     out = ffi.new(f"kq_steady_solution_{a.name} *", dict(zip(names, map(a.pointer, made))))
-    memory = parts.memory(a.function("steady_solve_length")(n, m))
+    memory = parts.memory(a.length("steady_solve", n, m))
     require(a.function("steady_solve")(parts.process, parts.sensor, *memory, out), "steady state")
     return SteadyState(*(one.astype(np.float64) for one in made))
 
@@ -54,7 +54,7 @@ class SteadyFilter:
         a, n, m = self.parts.arithmetic, model.n, model.m
         self._handle = a.struct("steady")
         require(a.function("steady_assign")(self._handle, n, m, *self.parts.memory(
-            a.function("steady_length")(n))), "steady filter")
+            a.length("steady", n))), "steady filter")
         gain = steady_state(model).gain if gain is None else rows_of(gain, model.measurements, "gain")
         if gain.shape != (n, m):
             raise KalmanqError(f"gain: {gain.shape}, not {n} x {m}")

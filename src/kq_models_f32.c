@@ -1,3 +1,0 @@
-/* kalmanq in float: models from the textbook. */
-#include "arithmetic/f32.h"
-#include "statistics/models_float.h"

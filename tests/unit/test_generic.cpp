@@ -1,0 +1,2 @@
+/* The overloads of C++ */
+#include "test_generic.c"
