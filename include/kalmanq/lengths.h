@@ -115,9 +115,9 @@ size_t kq_steady_size_q31(void);
 size_t kq_settling_size_f32(void);
 size_t kq_settling_size_f64(void);
 size_t kq_settling_size_q31(void);
-size_t kq_gate_size_f32(void);
-size_t kq_gate_size_f64(void);
-size_t kq_gate_size_q31(void);
+size_t kq_loss_size_f32(void);
+size_t kq_loss_size_f64(void);
+size_t kq_loss_size_q31(void);
 size_t kq_em_size_f32(void);
 size_t kq_em_size_f64(void);
 

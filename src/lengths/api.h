@@ -93,6 +93,6 @@ size_t T(kq_steady_size)(void) { return sizeof(T(kq_steady)); }
 
 size_t T(kq_settling_size)(void) { return sizeof(T(kq_settling)); }
 
-size_t T(kq_gate_size)(void) { return sizeof(T(kq_gate)); }
+size_t T(kq_loss_size)(void) { return sizeof(T(kq_loss)); }
 
 #endif

@@ -165,26 +165,6 @@ static void put_jumps(const model *M, truth *now)
     script_act(VECTOR_CLEAR);
 }
 
-static void put_student_steps(const model *M)
-{
-    truth now;
-    double z[16];
-    script_prior(M);
-    truth_begin(&now, M, 213);
-    for (int t = 0; t < 6; t++) {
-        measure(&now, M, t, 4, z);
-        script_word(1);
-        script_word(0);
-        script_word(0);
-        script_word(t == 4 ? 0 : ALL_COMPONENTS);
-        script_number(t == 5 ? 1.75 : 2);
-        script_controls(M, control_at(M, t));
-        script_reading(M, z);
-        script_act(VECTOR_STUDENT);
-    }
-    script_act(VECTOR_CLEAR);
-}
-
 static void scale_noise(double q)
 {
     script_word(1);
@@ -232,7 +212,6 @@ static void put_robust(const model *M)
     put_weighted(M, &now, 0, 1.5);
     put_weighted(M, &now, 1, 4);
     put_jumps(M, &now);
-    put_student_steps(M);
     script_read();
     put_reweighted(M);
     scale_noise(-1); /* refused */

@@ -49,8 +49,7 @@ enum {
     VECTOR_WEIGHTED,
     VECTOR_JUMP,
     VECTOR_SCALE,
-    VECTOR_STUDENT,
-    VECTOR_REWEIGHTED,
+    VECTOR_REWEIGHTED = VECTOR_SCALE + 2, /* what was between them is gone: cases have these numbers */
     VECTOR_FADE,
     VECTOR_FIT,
     VECTOR_FIT_ADD,
