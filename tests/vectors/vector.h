@@ -49,7 +49,8 @@ enum {
     VECTOR_WEIGHTED,
     VECTOR_JUMP,
     VECTOR_SCALE,
-    VECTOR_REWEIGHTED = VECTOR_SCALE + 2, /* what was between them is gone: cases have these numbers */
+    VECTOR_MOVE,
+    VECTOR_REWEIGHTED,
     VECTOR_FADE,
     VECTOR_FIT,
     VECTOR_FIT_ADD,
@@ -69,7 +70,6 @@ enum {
     VECTOR_SENSOR_JACOBIAN,
     VECTOR_PREDICT_EXTENDED,
     VECTOR_UPDATE_EXTENDED,
-    VECTOR_MOVE,
     VECTOR_OPERATIONS
 };
 

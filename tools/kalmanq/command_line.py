@@ -36,7 +36,6 @@ class Way(str, Enum):
     huber = "huber"
     student = "student"
     jump = "jump"
-    step_student = "step-student"
 
 
 class Core(str, Enum):

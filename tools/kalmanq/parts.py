@@ -52,6 +52,12 @@ class Parts:
             self.process.plain = model.n + (0 if a.is_fixed else 64)
             self.sensor.plain = 0 if way == "lean" else model.n | model.m << 8
 
+    def take_innovations(self) -> None:
+        """The sensor is to take innovations, not measurements."""
+        model, a = self.model, self.arithmetic
+        given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(model.R))
+        require(a.function("sensor_init_extended")(self.sensor, *given), "H, R")
+
     @property
     def zeros(self) -> tuple[list[int], list[int]]:
         """Where A is 0 and which components measure one state, as KQ_PROCESS_TABLE and KQ_SENSOR_TABLE take it."""
