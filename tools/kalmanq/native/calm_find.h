@@ -32,9 +32,9 @@ int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sens
     const int n = f->states;
     const size_t size = sizeof(num) * (size_t)ROOT_LEN(n);
     if (!filter_is_plain(f, n) || !sensor_is_plain(s, f, n, s->components)) return 0;
-    predict_root_of(S, filter_root(f), p, scratch, scratch + n * ROW_LEN(n), n, SHAPE_AS_FOUND);
+    const extent far = predict_root_of(S, filter_root(f), p, scratch, scratch + n * ROW_LEN(n), n, SHAPE_AS_FOUND);
     renormalise(S, n);
-    if (!root_is_within(S, n)) return 0;
+    if (!state_is_within(S, n, far)) return 0;
     likelihood_clear(&k->last);
     for (int c = 0; c < s->components; c++) {
         if (!calm_keep(k, S, s, c)) return 0;
