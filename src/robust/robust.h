@@ -180,8 +180,7 @@ KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, 
         }
         if (how->weights) how->weights[c] = weight;
     }
-    settle(f, f->states);
-    likelihood_run_add(&f->run, &f->last);
+    if (update_end(f) && s->kind->watch) s->kind->watch(f, &now);
 }
 
 kq_status T(kq_update_robust)(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)
