@@ -106,6 +106,12 @@ KQ_INLINE int takes_innovations(const sensor *s) { return s->kind->takes_innovat
 
 static const innovation_kind *innovation_kind_of(const sensor *s) { return (const innovation_kind *)s->kind; }
 
+/* What is done with a measurement, or with an innovation once the mean is set aside */
+static const sensor_kind *base_kind(const sensor *s)
+{
+    return takes_innovations(s) ? innovation_kind_of(s)->base : s->kind;
+}
+
 /* What the steps of known sizes look at: is it of that kind, and no component free of noise? */
 KQ_COLD static void sensor_set_plain(sensor *s)
 {

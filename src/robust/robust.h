@@ -180,7 +180,8 @@ KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, 
         }
         if (how->weights) how->weights[c] = weight;
     }
-    if (update_end(f) && s->kind->watch) s->kind->watch(f, &now);
+    const sensor_kind *kind = base_kind(s);
+    if (update_end(f) && kind->watch) kind->watch(f, &now);
 }
 
 kq_status T(kq_update_robust)(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)
