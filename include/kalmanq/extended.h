@@ -7,23 +7,27 @@
  * it does for a linear model:
  *     predict   x <- x + d,  d = f(x) - x                       P <- A P A' + Q
  *     update    e = z - h(x),  x <- x + K e                     P <- P - K S K'
- * No function of yours is called.  A step is
+ * No function of yours is called.  A predict takes the increment d (kq_predict_extended).  A sensor that was prepared
+ * by kq_sensor_init_extended takes the innovation e in the place of a measurement, in all updates:
  *
+ *     kq_sensor_init_extended_f32(&radar, H, R);
+ *     ...
  *     increment(&track, d), jacobian_of_f(&track, A);       yours: read kq_mean, write d (n) and A (n x n)
  *     kq_process_change_transition_f32(&motion, A);
  *     kq_predict_extended_f32(&track, &motion, d);
  *     innovation(&track, z, e), jacobian_of_h(&track, H);   yours: e (m) and H (m x n)
  *     kq_sensor_change_measurement_f32(&radar, H);
- *     kq_update_extended_f32(&track, &radar, e);
+ *     kq_update_f32(&track, &radar, e);
  *
- * If only one of f and h is nonlinear, the other one's step is the plain kq_predict or kq_update.
+ * If only one of f and h is nonlinear, the other one's step is the plain one: kq_predict, or kq_update by a plain
+ * sensor.
  *
- * It is d, the INCREMENT f(x) - x, that is given, not f(x): where the state is 1000 m and moves by 0.1 m a step
- * a float of f(x) has lost the bits that a float of d still has, and the mean of f32 is a pair of floats.  Form
- * it without f(x): of x' = x + v dt it is v dt.
- * It is e that is given, not h(x), because an angle's innovation is to be wrapped to -pi .. pi, and only you know
- * which component is one.  All components of e are at the same x; the library takes them one after the other,
- * and corrects each for what those before it have moved.
+ * You give the increment d = f(x) - x, not f(x).  Where the state is 1000 m and moves by 0.1 m a step, a float of
+ * f(x) has lost bits that a float of d still has, and the mean of f32 is a pair of floats.  Form d without f(x): if
+ * x' = x + v dt, it is v dt.
+ * You give e, not h(x), because only you know which component is an angle: wrap its innovation to -pi .. pi.  All
+ * components of e are at the same x; the library takes them one after the other, and corrects each for what those
+ * before it have moved.
  *
  * Error states.  Of an attitude the state may be a small rotation beside a quaternion of yours: after an update
  * put it into the quaternion and take it out of the mean, kq_move(&track, -mean).  The covariance stays.
@@ -34,13 +38,13 @@
  * may then change at every step.  A smoothed mean is that of the state as it was when its step was left by a
  * predict: after a kq_move, that of the moved one.
  *
- * Iterating.  Where a sensor is sharp beside what was known, h is to be linearised where the update comes out,
+ * Iterating.  Where R is much smaller than H P H', h is to be linearised where the update comes out,
  * not where it begins: points.h says when and how.
  *
- * What else takes a measurement or predicts: an adaptation (adaptation.h) and a settling (steady.h) are refused
- * (KQ_ERR_RECORDING), kq_step_student has a linear predict only.  kq_innovation, kq_consistency_watch and the
- * measurement of kq_measurement mean H x, which is not h(x): on a copy (kq_filter_copy) moved to 0 by kq_move the
- * first two take e for z.  kq_measurement's S is right.  kq_nis, kq_taken, the log-likelihoods are those of e.
+ * What else takes a measurement or predicts: an adaptation (adaptation.h) and a settling (steady.h) refuse
+ * linearised predicts and innovations (KQ_ERR_RECORDING).  kq_innovation, kq_consistency_watch and the
+ * measurement of kq_measurement mean H x, whatever the sensor takes: on a copy (kq_filter_copy) moved to 0 by kq_move
+ * the first two take e for z.  kq_measurement's S is right.  kq_nis, kq_taken, the log-likelihoods are those of e.
  *
  * Sources: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; Lefferts, Markley and
  * Shuster, Kalman filtering for spacecraft attitude estimation, J. Guidance 5 (1982), for error states.
@@ -48,7 +52,7 @@
 #ifndef KALMANQ_EXTENDED_H
 #define KALMANQ_EXTENDED_H
 
-#include "robust.h"
+#include "sensor.h"
 #include "smoother.h"
 
 #ifdef __cplusplus
@@ -71,45 +75,26 @@ KQ_NODISCARD kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_proces
 KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
 
 /**
- * Takes a measurement by its innovation.
- *   s        H is the Jacobian of h at the mean (kq_sensor_change_measurement); R of any kind
- *   e        m, z - h(x).  With h linearised at another point c than the mean: z - h(c) - H (x - c).
- *            Read before anything is written; may not be the filter's memory.
- * Cost: kq_update's, and 4n additions.  Stack: 32 words more (f64: 16).
- * Accuracy, events: as kq_update.  A mean that it moves beyond the numbers is lost as by kq_predict, with
- * KQ_EVENT_OVERFLOW (filter.h).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (e), KQ_ERR_RECORDING (an adaptation or a
- * settling is attached).
+ * kq_sensor_init, kq_sensor_init_diagonal and kq_sensor_init_lean (sensor.h) of a sensor that takes innovations.
+ * Where an update has z, it has
+ *     e        m, z - h(x).  With h linearised at another point c than the mean: z - h(c) - H (x - c).
+ *              Read before anything is written; may not be the filter's memory.
+ * and H is the Jacobian of h at the mean (kq_sensor_change_measurement).  kq_update, kq_update_subset and
+ * kq_update_robust take it.  kq_step is kq_predict, then kq_update: e is at the mean that the predict leaves.
+ * The functions for compile-time sizes (src/known_sizes/) leave such a sensor to these.
+ * Of an update, beside what it says itself:
+ * Cost: 4n additions.  Stack: 32 words more (f64: 16).
+ * Events: a mean that overflows is lost as by kq_predict, with KQ_EVENT_OVERFLOW (filter.h).
+ * KQ_ERR_RECORDING: an adaptation or a settling is attached.  KQ_ERR_NOT_READY: a start of which something is
+ * unknown (start.h).
+ * The errors of the init.
  */
-KQ_NODISCARD kq_status kq_update_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e);
-KQ_NODISCARD kq_status kq_update_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e);
-
-/** The same with some components missing: present and e as in kq_update_subset. */
-KQ_NODISCARD kq_status kq_update_subset_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
-                                        uint32_t present);
-KQ_NODISCARD kq_status kq_update_subset_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
-                                        uint32_t present);
-
-/**
- * The updates of robust.h with an innovation e (m) in the place of z; everything else is as there.  weights is not
- * in the place of e.  The errors of each, and KQ_ERR_RECORDING as above.
- */
-KQ_NODISCARD kq_status kq_update_gated_extended_f32(kq_filter_f32 *f, kq_gate_f32 *g, const kq_sensor_f32 *s,
-                                       const float *e, uint32_t present);
-KQ_NODISCARD kq_status kq_update_gated_extended_f64(kq_filter_f64 *f, kq_gate_f64 *g, const kq_sensor_f64 *s,
-                                       const double *e, uint32_t present);
-KQ_NODISCARD kq_status kq_update_huber_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
-                                       uint32_t present, float k, float *weights);
-KQ_NODISCARD kq_status kq_update_huber_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
-                                       uint32_t present, double k, double *weights);
-KQ_NODISCARD kq_status kq_update_student_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
-                                         uint32_t present, float nu, float *weights);
-KQ_NODISCARD kq_status kq_update_student_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
-                                         uint32_t present, double nu, double *weights);
-KQ_NODISCARD kq_status kq_update_jump_extended_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *e,
-                                      uint32_t present, float g);
-KQ_NODISCARD kq_status kq_update_jump_extended_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *e,
-                                      uint32_t present, double g);
+KQ_NODISCARD kq_status kq_sensor_init_extended_f32(kq_sensor_f32 *s, const float *H, const float *R);
+KQ_NODISCARD kq_status kq_sensor_init_extended_f64(kq_sensor_f64 *s, const double *H, const double *R);
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_f32(kq_sensor_f32 *s, const float *H, const float *r);
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_f64(kq_sensor_f64 *s, const double *H, const double *r);
+KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f32(kq_sensor_f32 *s, const float *H, const float *r);
+KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /**
  * x <- x + d, P as it is: an error state goes back to 0, an angle turns by 2 pi, an origin moves.
@@ -271,26 +256,20 @@ KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const k
 KQ_NODISCARD kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
                                         kq_misfit_q31 *misfit);
 
+KQ_NODISCARD kq_status kq_sensor_init_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit);
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                                               kq_misfit_q31 *misfit);
+KQ_NODISCARD kq_status kq_sensor_init_lean_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
+                                           kq_misfit_q31 *misfit);
+
 /**
- * KQ_ERR_RANGE also where an entry of d is KQ_NOT_A_WORD_Q31, and where an entry of e is beyond the sensor's declared
- * range.  KQ_EVENT_SATURATED where the mean is held at the end of its word.
+ * KQ_ERR_RANGE also where an entry of d is KQ_NOT_A_WORD_Q31; an update's also where an entry of e is beyond the
+ * sensor's declared range.  KQ_EVENT_SATURATED where the mean is held at the end of its word.
  *     With a lag or a point attached, whose predict forms A x before it is replaced, A is held to the limits of
  * kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also tells that A x would have left its
  * word.
  */
 KQ_NODISCARD kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);
-KQ_NODISCARD kq_status kq_update_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e);
-KQ_NODISCARD kq_status kq_update_subset_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
-                                        uint32_t present);
-KQ_NODISCARD kq_status kq_update_gated_extended_q31(kq_filter_q31 *f, kq_gate_q31 *g, const kq_sensor_q31 *s,
-                                       const int32_t *e, uint32_t present);
-KQ_NODISCARD kq_status kq_update_huber_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
-                                       uint32_t present, kq_scaled_q31 k, kq_scaled_q31 *weights);
-KQ_NODISCARD kq_status kq_update_student_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
-                                         uint32_t present, kq_scaled_q31 nu,
-                                         kq_scaled_q31 *weights);
-KQ_NODISCARD kq_status kq_update_jump_extended_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *e,
-                                      uint32_t present, kq_scaled_q31 g);
 KQ_NODISCARD kq_status kq_move_q31(kq_filter_q31 *f, const int32_t *d);
 
 #ifdef __cplusplus

@@ -148,7 +148,7 @@ KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L
  *     From then on a predict is a step more for the lag, too.  Cost beside kq_predict: about 9 n^3 +
  * 4 m n^2 multiplications, 2n square roots and as many divisions at most, whatever L is; the stack
  * does not depend on n, since the scratch is in the lag's memory.
- *     A lag never stops its filter.  More than m measurements in a step, or a step by kq_step_student,
+ *     A lag never stops its filter.  More than m measurements in a step
  * set KQ_EVENT_HISTORY_FULL in the filter, which goes on by itself: attach the lag again.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a lag that was never
  * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a

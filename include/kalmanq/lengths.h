@@ -39,7 +39,7 @@ typedef enum {
     KQ_OBJECT_LEAST_SQUARES = 9, /* no length */
     KQ_OBJECT_STEADY = 10,       /* n */
     KQ_OBJECT_SETTLING = 11,     /* n */
-    KQ_OBJECT_GATE = 12,         /* no length */
+    KQ_OBJECT_LOSS = 12,         /* no length */
     KQ_OBJECT_EM = 13,           /* n, m, k: steps (f32, f64) */
     KQ_OBJECT_STEADY_SOLVE = 14, /* n, m: the scratch of kq_steady_solve (f32, f64); no size */
     KQ_OBJECT_ROOT = 15          /* n: the root in a table (q31); no size */

@@ -95,8 +95,8 @@ KQ_NODISCARD kq_status kq_point_assign_f64(kq_point_f64 *point, int n, int m, do
  * history, the point is not attached any more.  Who has to outlive whom is as in kq_attach:
  * point and filter each other, until the point is detached.
  *     Cost of a predict from then on, beside kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square
- * roots and as many divisions.  A point never stops its filter.  More than m measurements in a step, or a
- * step by kq_step_student, set KQ_EVENT_HISTORY_FULL in the filter: the instant is lost.
+ * roots and as many divisions.  A point never stops its filter.  More than m measurements in a
+ * step set KQ_EVENT_HISTORY_FULL in the filter: the instant is lost.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter), KQ_ERR_SIZE or KQ_ERR_MEMORY (a point that was never
  * given them), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (it has another filter, or an adaptation or a
  * settling is attached to f: detach it).

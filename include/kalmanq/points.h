@@ -37,9 +37,9 @@
  *         for (c, i ...) e[c] += J[c * N + i] * (kq_mean_f32(&track, i) - kq_mean_f32(&trial, i));
  *         kq_sensor_linearise_f32(&at, &radar, H, E, R);
  *         kq_filter_copy_f32(&trial, &track);
- *         kq_update_extended_f32(&trial, &at, e);
+ *         kq_update_f32(&trial, &at, e);
  *     }
- *     kq_update_extended_f32(&track, &at, e);                            what trial has become, track becomes
+ *     kq_update_f32(&track, &at, e);                                     what trial has become, track becomes
  *
  * The iterated smoother.  A pass is a filter run and kq_smooth; in the next one step t's f and h are linearised at
  * kq_smoothed_copy(&tape, t, &at), of a copy of the last pass's tape or with the numbers y, J, E kept of every step,
@@ -116,7 +116,7 @@ KQ_NODISCARD kq_status kq_process_linearise_f64(kq_process_f64 *p, const kq_proc
                                    double *E);
 
 /**
- * A sensor of H and the noise R + E E', for kq_update_extended.
+ * A sensor that takes innovations (extended.h), of H and the noise R + E E'.
  *   s        n states, m components, with the memory of a correlated R (KQ_SENSOR); written
  *   base     its R; read
  *   H        m x n, kept by reference: -J of an innovation
@@ -156,15 +156,15 @@ KQ_NODISCARD kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_
                                 double *work);
 
 /**
- * kq_linearise, kq_sensor_linearise and kq_update_extended in one.  H is never formed, and the update is as sound where S
- * is singular.
+ * kq_linearise, kq_sensor_linearise and kq_update in one.  H is never formed, and the update is as sound where S is
+ * singular.
  *   s           its R alone is read
  *   innovation  z - h(x): m numbers
  *   work        KQ_POINTS_LEN(n, m) words, written
  * The components are decorrelated by R + E E' first: what is left of one in the last 7 bits of its terms is nothing.
  * Cost: 2n + 1 calls, 6 n m + m^2 n + n^3 / 6 multiplications, kq_update.
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
- * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update_extended.
+ * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update with an innovation (extended.h).
  */
 KQ_NODISCARD kq_status kq_update_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
                                kq_function_f32 *innovation, void *context, kq_points rule,

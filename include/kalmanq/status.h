@@ -99,7 +99,7 @@ enum {
     /** An innovation or its variance left the number range: the measurement was not taken.  Or predict
         held a state that grew without end (filter.h); or a variance that was to fade would have left
         the range: nothing faded (least_squares.h); or P was to be raised beyond its limit: it was
-        raised so far (kq_update_jump). */
+        raised so far (robust.h, jump). */
     KQ_EVENT_OVERFLOW = 2,
     /** The attached history had no room for a record, or was assigned anew meanwhile, or this filter
         is an assigned copy of the one it belongs to, or predict had to hold a state: the recording has

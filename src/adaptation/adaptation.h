@@ -474,6 +474,7 @@ static kq_status adaptation_update(filter *f, const sensor *given, const num *z,
 {
     lesson l = {.count = 0};
     adaptation *a = adaptation_of(f);
+    if (!sensor_check(given) && takes_innovations(given)) return KQ_ERR_RECORDING;
     if (!a || given != a->sensor) return update_alone(f, given, z, present);
     kq_status status = adaptation_check_update(a, f, z, present);
     if (status) return status;
@@ -490,6 +491,7 @@ static kq_status adaptation_update(filter *f, const sensor *given, const num *z,
 static kq_status adaptation_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
     kq_status status = step_check(f, p, u, s, z);
+    if (!status) status = takes_measurements(s, KQ_ERR_RECORDING);
     const adaptation *a = adaptation_of(f);
     if (!status && a && p == a->process) status = adaptation_check_predict(a, f, u);
     if (!status && a && s == a->sensor) status = adaptation_check_update(a, f, z, UINT32_MAX);

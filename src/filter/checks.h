@@ -30,6 +30,12 @@ static kq_status update_check(const filter *f, const sensor *s, const num *z, ui
     return sensor_check_values(s, z, s->components, present);
 }
 
+/* For what is attached and reads H x of the mean */
+static kq_status takes_measurements(const sensor *s, kq_status refusal)
+{
+    return takes_innovations(s) ? refusal : KQ_OK;
+}
+
 static kq_status predict_check(const filter *f, const process *p, const num *u)
 {
     kq_status status = filter_check(f);

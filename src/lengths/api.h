@@ -64,7 +64,7 @@ size_t T(kq_object_size)(kq_object object)
     case KQ_OBJECT_LEAST_SQUARES: return sizeof(T(kq_least_squares));
     case KQ_OBJECT_STEADY: return sizeof(T(kq_steady));
     case KQ_OBJECT_SETTLING: return sizeof(T(kq_settling));
-    case KQ_OBJECT_GATE: return sizeof(T(kq_gate));
+    case KQ_OBJECT_LOSS: return sizeof(T(kq_loss));
     default: return size_of_own(object);
     }
 }

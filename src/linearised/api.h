@@ -5,5 +5,6 @@
 #include "history.h"
 #include "innovation.h"
 #include "predict.h"
+#include "sensor.h"
 
 #endif

@@ -1,6 +1,6 @@
 /*
- * Updates of a nonlinear model.  An update takes an innovation where it takes a measurement if the mean is 0.  So the
- * mean is set aside, the plain update finds where it moves, and that is added to what was set aside.
+ * Sensors that take innovations.  An update takes an innovation where it takes a measurement if the mean is 0.  So the
+ * mean is set aside, the update of a measurement finds where it moves, and that is added to what was set aside.
  */
 #ifndef KQ_SRC_LINEARISED_INNOVATION_H
 #define KQ_SRC_LINEARISED_INNOVATION_H
@@ -8,92 +8,75 @@
 #include <stdint.h>
 
 #include "kalmanq/extended.h"
-#include "kalmanq/filter.h"
-#include "kalmanq/robust.h"
+#include "kalmanq/sensor.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/scaled.h"
+#include "../model/sensor.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
-#include "../filter/prior.h"
-#include "jacobian.h"
 #include "mean.h"
 
 typedef struct {
     num words[MEAN_PLANES * KQ_SIZE_MAX];
 } aside;
 
-KQ_NOINLINE static kq_status mean_take(filter *f, aside *mean)
+KQ_NOINLINE static void mean_set_aside(filter *f, aside *mean)
 {
-    const kq_status status = free_mean_check(f);
-    if (status) return status;
     num *x = f->memory;
     for (int k = 0; k < MEAN_PLANES * f->states; k++) {
         mean->words[k] = x[k];
         x[k] = 0;
     }
+}
+
+/* checked_update by the loss, or by what the sensor's kind is made of */
+static kq_status around_innovations(filter *f, const sensor *s, const num *e, uint32_t present, checked_update *update,
+                                    struct T(kq_loss) *loss)
+{
+    aside mean;
+    const kq_status status = free_mean_check(f);
+    if (status) return status;
+    mean_set_aside(f, &mean);
+    update(f, s, e, present, loss);
+    move_by(f, mean.words, mean.words + f->states);
     return KQ_OK;
 }
 
-/* The mean is what it was, and moves as the update has moved 0; not at all where that was refused. */
-KQ_NOINLINE static kq_status mean_give_back(filter *f, const aside *mean, kq_status status)
+static void update_by_base(filter *f, const sensor *s, const num *e, uint32_t present, struct T(kq_loss) *loss)
 {
-    const int n = f->states;
-    if (status < KQ_OK) {
-        copy(f->memory, mean->words, MEAN_PLANES * n);
-        return status;
-    }
-    move_by(f, mean->words, mean->words + n);
-    return status;
+    (void)loss;
+    base_kind(s)->take(f, s, e, present);
 }
 
-kq_status T(kq_update_extended)(filter *f, const sensor *s, const num *e)
+static kq_status take_innovations(filter *f, const sensor *s, const num *e, uint32_t present)
 {
-    aside mean;
-    const kq_status status = mean_take(f, &mean);
-    return status ? status : mean_give_back(f, &mean, T(kq_update)(f, s, e));
+    return around_innovations(f, s, e, present, update_by_base, 0);
 }
 
-kq_status T(kq_update_subset_extended)(filter *f, const sensor *s, const num *e, uint32_t present)
-{
-    aside mean;
-    const kq_status status = mean_take(f, &mean);
-    return status ? status : mean_give_back(f, &mean, T(kq_update_subset)(f, s, e, present));
-}
+static const innovation_kind independent_extended = {
+    .kind = {.take = take_innovations, .takes_innovations = 1},
+    .base = &T(kq_sensor_independent), .around = around_innovations};
 
-kq_status T(kq_update_gated_extended)(filter *f, T(kq_gate) *g, const sensor *s, const num *e, uint32_t present)
-{
-    aside mean;
-    const kq_status status = mean_take(f, &mean);
-    return status ? status : mean_give_back(f, &mean, T(kq_update_gated)(f, g, s, e, present));
-}
+static const innovation_kind lean_extended = {
+    .kind = {.take = take_innovations, .takes_innovations = 1},
+    .base = &T(kq_sensor_lean), .around = around_innovations};
 
-kq_status T(kq_update_huber_extended)(filter *f, const sensor *s, const num *e, uint32_t present, scaled k,
-                                      scaled *weights)
-{
-    aside mean;
-    const kq_status status = mean_take(f, &mean);
-    return status ? status : mean_give_back(f, &mean, T(kq_update_huber)(f, s, e, present, k, weights));
-}
+const innovation_kind T(kq_sensor_correlated_extended) = {
+    .kind = {.take = take_innovations, .takes_innovations = 1, .row = correlated_row,
+             .row_sizes = correlated_row_sizes, .innovation = correlated_innovation},
+    .base = &T(kq_sensor_correlated), .around = around_innovations};
 
-kq_status T(kq_update_student_extended)(filter *f, const sensor *s, const num *e, uint32_t present, scaled nu,
-                                        scaled *weights)
+/* The sensor that an init has prepared, where it has */
+static kq_status sensor_extend(sensor *s, const innovation_kind *kind, kq_status status)
 {
-    aside mean;
-    const kq_status status = mean_take(f, &mean);
-    return status ? status : mean_give_back(f, &mean, T(kq_update_student)(f, s, e, present, nu, weights));
-}
-
-kq_status T(kq_update_jump_extended)(filter *f, const sensor *s, const num *e, uint32_t present, scaled g)
-{
-    aside mean;
-    const kq_status status = mean_take(f, &mean);
-    return status ? status : mean_give_back(f, &mean, T(kq_update_jump)(f, s, e, present, g));
+    if (status) return status;
+    s->kind = &kind->kind;
+    s->plain = 0;
+    return KQ_OK;
 }
 
 #endif

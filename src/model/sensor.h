@@ -22,6 +22,7 @@
 #include "units.h"
 
 typedef struct T(kq_sensor_kind) sensor_kind;
+struct T(kq_loss); /* kalmanq/robust.h */
 
 KQ_INLINE kq_status sensor_check(const sensor *s)
 {
@@ -81,10 +82,35 @@ struct T(kq_sensor_kind) {
     const scaled *(*row)(const reading *z, int c, scaled *buffer);
     void (*row_sizes)(const reading *z, int c, scaled *sizes);
     scaled (*innovation)(const filter *f, const reading *z, int c);
-    int plain; /* do the steps of known sizes take it? */
+    uint8_t plain;             /* do the steps of known sizes take it? */
+    uint8_t takes_innovations; /* is it the beginning of an innovation_kind? */
 };
 
 extern const sensor_kind T(kq_sensor_independent), T(kq_sensor_lean), T(kq_sensor_correlated);
+
+/* An update that has been checked, by a robust loss or by NULL */
+typedef void checked_update(filter *f, const sensor *s, const num *z, uint32_t present, struct T(kq_loss) *loss);
+
+/* The kind of a sensor that takes innovations (linearised/innovation.h) */
+typedef struct {
+    sensor_kind kind;
+    const sensor_kind *base; /* what its updates do with a measurement */
+    /* Sets the mean aside, has `update` take e, and moves the mean.  KQ_ERR_RECORDING: nothing has changed. */
+    kq_status (*around)(filter *f, const sensor *s, const num *e, uint32_t present, checked_update *update,
+                        struct T(kq_loss) *loss);
+} innovation_kind;
+
+extern const innovation_kind T(kq_sensor_correlated_extended);
+
+KQ_INLINE int takes_innovations(const sensor *s) { return s->kind->takes_innovations; }
+
+static const innovation_kind *innovation_kind_of(const sensor *s) { return (const innovation_kind *)s->kind; }
+
+/* What is done with a measurement, or with an innovation once the mean is set aside */
+static const sensor_kind *base_kind(const sensor *s)
+{
+    return takes_innovations(s) ? innovation_kind_of(s)->base : s->kind;
+}
 
 /* What the steps of known sizes look at: is it of that kind, and no component free of noise? */
 KQ_COLD static void sensor_set_plain(sensor *s)

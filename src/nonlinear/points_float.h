@@ -135,7 +135,7 @@ kq_status T(kq_sensor_linearise)(sensor *s, const sensor *base, const num *H, co
     invert_unit(s->memory, m);
     s->noise = s->memory;
     s->covariance = R;
-    s->kind = &T(kq_sensor_correlated);
+    s->kind = &T(kq_sensor_correlated_extended).kind;
     s->plain = 0;
     return T(kq_sensor_change_measurement)(s, H);
 }

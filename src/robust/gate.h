@@ -23,10 +23,9 @@
 #include "../filter/independent.h"
 #include "../filter/likelihood.h"
 #include "../smoother/tape.h"
+#include "losses.h"
 #include "parameters.h"
 #include "robust.h"
-
-typedef T(kq_gate) gate;
 
 /* The update that has been checked, with the careful path also where the sensor is a lean one: it is
    never refused. */
@@ -36,7 +35,7 @@ KQ_NOINLINE static void update_reading(filter *f, const reading *z)
     else update_independent(f, z);
 }
 
-static int is_run_over(const gate *g)
+static int is_run_over(const loss *g)
 {
     const uint16_t run = g->run ? g->run : KQ_GATE_RUN;
     return run != KQ_GATE_CLOSED && g->rejected >= run;
@@ -44,16 +43,16 @@ static int is_run_over(const gate *g)
 
 /* So many in a row are no outliers: the filter is wrong, and its P with it.  P is raised if no
    history has to undo that. */
-static void gate_give_in(filter *f, gate *g, const reading *z)
+static void gate_give_in(filter *f, loss *g, const reading *z)
 {
     g->rejected = 0;
     if (is_recording(f)) update_reading(f, z);
-    else update_robust(f, z->sensor, z->z, z->present, &(robustness){ROBUST_JUMP, scaled_one, 0});
+    else update_robust(f, z->sensor, z->z, z->present, &(loss){.kind = &T(kq_loss_jump), .parameter = scaled_one});
     f->events |= KQ_EVENT_REJECTIONS;
 }
 
 /* The filter as it was, but for the NIS of what was rejected */
-static void reject(filter *f, gate *g, score nis)
+static void reject(filter *f, loss *g, score nis)
 {
     likelihood_clear(&f->last);
     f->last.nis = nis;
@@ -62,7 +61,7 @@ static void reject(filter *f, gate *g, score nis)
 }
 
 /* Takes the measurement and, if it should not have been, takes it back.  memory: scratch */
-static void gate_with(filter *f, gate *g, const reading *z, num *memory)
+static void gate_with(filter *f, loss *g, const reading *z, num *memory)
 {
     const filter before = *f;
     history *h = is_recording(f) ? history_of(f) : 0;
@@ -82,36 +81,39 @@ static void gate_with(filter *f, gate *g, const reading *z, num *memory)
 }
 
 /* The scratch lives on the stack, in a few sizes. */
-KQ_NOINLINE static void gate_to_4(filter *f, gate *g, const reading *z)
+KQ_NOINLINE static void gate_to_4(filter *f, loss *g, const reading *z)
 {
     num memory[FILTER_LEN(4)];
     gate_with(f, g, z, memory);
 }
 
-KQ_NOINLINE static void gate_to_9(filter *f, gate *g, const reading *z)
+KQ_NOINLINE static void gate_to_9(filter *f, loss *g, const reading *z)
 {
     num memory[FILTER_LEN(9)];
     gate_with(f, g, z, memory);
 }
 
-KQ_NOINLINE static void gate_to_16(filter *f, gate *g, const reading *z)
+KQ_NOINLINE static void gate_to_16(filter *f, loss *g, const reading *z)
 {
     num memory[FILTER_LEN(16)];
     gate_with(f, g, z, memory);
 }
 
-kq_status T(kq_update_gated)(filter *f, gate *g, const sensor *s, const num *z, uint32_t present)
+static kq_status gate_check(const filter *f, const loss *g)
 {
-    const kq_status status = update_check(f, s, z, present);
-    if (status) return status;
-    if (!g) return KQ_ERR_NULL;
-    if (!(g->limit > 0)) return KQ_ERR_RANGE;
+    (void)f;
+    return g->limit > 0 ? KQ_OK : KQ_ERR_RANGE;
+}
+
+static void update_gated(filter *f, const sensor *s, const num *z, uint32_t present, loss *g)
+{
     const reading now = {s, s->noise, z, present};
     if (f->states <= 4) gate_to_4(f, g, &now);
     else if (f->states <= 9) gate_to_9(f, g, &now);
     else gate_to_16(f, g, &now);
-    return KQ_OK;
 }
+
+const loss_kind T(kq_loss_gate) = {.check = gate_check, .update = update_gated};
 
 /* Of 1 .. 16 degrees of freedom, in Q24 */
 static const int32_t chi_square[][KQ_SIZE_MAX] = {

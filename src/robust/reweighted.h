@@ -1,4 +1,4 @@
-/* The smoother with a process noise that is scaled step by step. */
+/* A process whose noise is scaled, and the smoother with one that is scaled step by step. */
 #ifndef KQ_SRC_ROBUST_REWEIGHTED_H
 #define KQ_SRC_ROBUST_REWEIGHTED_H
 
@@ -20,7 +20,25 @@
 #include "../smoother/tape.h"
 #include "../smoother/whitened.h"
 #include "parameters.h"
-#include "student_step.h"
+
+static kq_status process_scale_check(const process *target, const process *source, scaled q,
+                                     num *root)
+{
+    if (!target) return KQ_ERR_NULL;
+    kq_status status = process_check(source);
+    if (!status) status = noise_weight_check(q);
+    if (status) return status;
+    if (target == source) return KQ_ERR_MISMATCH;
+    return scaled_noise_check(target, source, root, scaled_root(q));
+}
+
+static kq_status process_scale_noise(process *target, const process *source, num *root, scaled q)
+{
+    const kq_status status = process_scale_check(target, source, q, root);
+    if (status) return status;
+    set_scaled_noise(target, source, root, scaled_root(q));
+    return KQ_OK;
+}
 
 /* Does coordinate k of the noise move the state? */
 static int noise_is_live(const process *p, int k)

@@ -1,9 +1,9 @@
 /*
  * Updates that an outlier does not move far, or that follow a jump of the state.
  *
- * Each chooses a number (the noise r of a scalar measurement, a factor of the root of P) from what
- * is known before the update, and then takes the ordinary step with it: the history records that
- * step, and the root is as sound as ever.  NIS and likelihood are those of the model as given.
+ * A loss chooses a number (the noise r of a scalar measurement, a factor of the root of P) from what is known before
+ * the update.  The ordinary step is then taken with it: a history records that step, and the root stays sound.  NIS
+ * and likelihood are those of the model as given.  The losses are in losses.h and gate.h.
  */
 #ifndef KQ_SRC_ROBUST_ROBUST_H
 #define KQ_SRC_ROBUST_ROBUST_H
@@ -35,55 +35,8 @@
 #include "../smoother/tape.h"
 #include "parameters.h"
 
-enum { ROBUST_HUBER, ROBUST_STUDENT, ROBUST_JUMP };
-
-/* How an update is to be robust */
-typedef struct {
-    int kind;
-    scaled parameter; /* k, nu or g */
-    scaled *weights;  /* m, or NULL */
-} robustness;
-
-/* The noise with which e moves the mean as far as +-k sigma would with r: s / w - f'f,
-   w = k sqrt(s) / |e|.  Nothing cancels. */
-static scaled huber_noise(scaled r, scaled s, scaled e, scaled k)
-{
-    const scaled sigma = scaled_root(s), most = scaled_times(k, sigma);
-    const scaled size = scaled_magnitude(e);
-    if (!scaled_is_less(most, size)) return r;
-    return scaled_plus(r, scaled_times(sigma, scaled_over(scaled_minus(size, most), k)));
-}
-
-/*
- * r over the expected weight of a Student-t noise of nu degrees of freedom, (nu + 1) / (nu +
- * E[v^2] / r), given e = v + f'(...): three steps of its fixed point, which settles by a factor of
- * nu + 1 a step.
- */
-static scaled student_noise(scaled r, scaled square, scaled e, scaled nu)
-{
-    const scaled freedom = scaled_plus(nu, scaled_one);
-    scaled heavy = r;
-    for (int k = 0; k < 3; k++) {
-        const scaled s = scaled_plus(heavy, square);
-        if (scaled_is_zero(s)) return r;
-        const scaled share = scaled_over(heavy, s), v = scaled_times(e, share);
-        const scaled expected = scaled_plus(scaled_times(v, v), scaled_times(square, share));
-        heavy = scaled_plus(r, scaled_over(scaled_minus(expected, r), freedom));
-    }
-    return heavy;
-}
-
-/* The factor of S that leaves no variance, `square` being one, above num_most_variance; or 1 */
-static scaled largest_raise(const num *S, scaled square, int n)
-{
-    scaled largest = square;
-    for (int i = 0; i < n; i++) {
-        const scaled variance = root_product(S, n, i, i);
-        if (scaled_is_less(largest, variance)) largest = variance;
-    }
-    if (!scaled_is_less(largest, num_most_variance)) return scaled_one;
-    return scaled_over(scaled_root(num_most_variance), scaled_root(largest));
-}
+typedef T(kq_loss) loss;
+typedef struct T(kq_loss_kind) loss_kind;
 
 /* One scalar measurement as the arithmetic sees it before it is taken */
 typedef struct {
@@ -92,6 +45,16 @@ typedef struct {
     scaled e;
     scaled *noise; /* its entry in the reading's noise */
 } robust_scalar;
+
+/* What is done for a loss, by reference, from the user's initialiser: a program links the losses that it names. */
+struct T(kq_loss_kind) {
+    kq_status (*check)(const filter *f, const loss *how);
+    checked_update *update; /* update_robust, or one that needs none of what follows */
+    /* Of a loss that changes r: the noise to take it with, e being the innovation and `square` h'P h */
+    scaled (*noise)(scaled r, scaled square, scaled e, scaled parameter);
+    /* Of one that changes P: what it does to f before m is taken */
+    void (*raise)(filter *f, const reading *z, const robust_scalar *m, scaled square, scaled parameter);
+};
 
 /* A scalar measurement as the careful update has it (filter/sharp.h), s the variance of its innovation */
 static careful_scalar careful_of(const filter *f, const reading *z, const robust_scalar *m, scaled s,
@@ -111,33 +74,6 @@ KQ_NOINLINE static int plain_update_takes(filter *f, const reading *z, const rob
     return innovation_counts(f, &plain, spare);
 }
 
-/* Is there more of h'P h than rounding?  Then there is when P is raised, too: both grow alike, but
-   for their last bits, which half of it allows for. */
-KQ_NOINLINE static int may_be_raised(const filter *f, const reading *z, const robust_scalar *m,
-                                     scaled square)
-{
-    scaled spare[FLOOR_PARTS * KQ_SIZE_MAX];
-    const careful_scalar half = careful_of(f, z, m, scaled_shift(square, -1), spare);
-    return !is_at_floor(f, &half, spare);
-}
-
-/* S is scaled so that s = r + `square` becomes e^2, or as far as that goes. */
-static void raise_root(filter *f, scaled r, scaled square, scaled nis)
-{
-    const scaled s = scaled_plus(r, square);
-    const scaled wanted = scaled_minus(scaled_times(nis, s), r);
-    const scaled most = largest_raise(filter_root(f), square, f->states);
-    scaled c = scaled_root(scaled_over(wanted, square));
-    if (!scaled_is_less(c, most)) {
-        f->events |= KQ_EVENT_OVERFLOW;
-        c = most;
-    }
-    if (!scaled_is_less(scaled_one, c)) return;
-    root_scale(filter_root(f), c, f->states);
-    renormalise(filter_root(f), f->states);
-    f->events |= KQ_EVENT_JUMP;
-}
-
 static void project_scalar(num *row, const filter *f, const robust_scalar *m)
 {
     const num *S = filter_root(f);
@@ -148,7 +84,7 @@ static void project_scalar(num *row, const filter *f, const robust_scalar *m)
 
 /* Answers whether it may be taken, noise or root made ready for it; its weight, 1 where it is taken
    as it is, and the innovation variance as given. */
-static int robust_prepare(filter *f, const reading *z, const robust_scalar *m, const robustness *how,
+static int robust_prepare(filter *f, const reading *z, const robust_scalar *m, const loss *how,
                           scaled *weight, scaled *s)
 {
     num row[ROW_LEN(KQ_SIZE_MAX)];
@@ -159,15 +95,11 @@ static int robust_prepare(filter *f, const reading *z, const robust_scalar *m, c
     *s = scaled_plus(r, square);
     const int is_plain = f->ready == FILTER_READY && is_ordinary(r, *s, m->e);
     if (!is_plain && !plain_update_takes(f, z, m, *s)) return 0;
-    if (how->kind == ROBUST_JUMP) {
-        const scaled nis = scaled_times(m->e, scaled_over(m->e, *s));
-        if (scaled_is_less(how->parameter, nis) && may_be_raised(f, z, m, square)) {
-            raise_root(f, r, square, nis);
-        }
+    if (!how->kind->noise) {
+        how->kind->raise(f, z, m, square, how->parameter);
         return 1;
     }
-    *m->noise = how->kind == ROBUST_HUBER ? huber_noise(r, *s, m->e, how->parameter)
-                                          : student_noise(r, square, m->e, how->parameter);
+    *m->noise = how->kind->noise(r, square, m->e, how->parameter);
     if (!scaled_is_zero(*m->noise)) *weight = scaled_over(r, *m->noise);
     if (!likelihood_overflows(m->e, scaled_plus(*m->noise, *s))) return 1;
     f->events |= KQ_EVENT_OVERFLOW;
@@ -186,7 +118,7 @@ static void robust_tell(filter *f, const reading *z, const robust_scalar *m, sca
 
 /* Takes it with a noise or a P of its own, and answers its weight. */
 KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_scalar *m,
-                                      const robustness *how)
+                                      const loss *how)
 {
     static const scaled zero;
     scaled weight, s;
@@ -232,8 +164,7 @@ static void noise_of_reading(scaled *noise, const sensor *s, uint32_t present)
     for (int k = 0; !remade && k < length; k++) noise[k] = s->noise[k];
 }
 
-KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, uint32_t present,
-                                      const robustness *how)
+KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)
 {
     static const scaled zero;
     scaled noise[KQ_TRIANGLE(KQ_SIZE_MAX)], buffer[KQ_SIZE_MAX];
@@ -249,51 +180,20 @@ KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, 
         }
         if (how->weights) how->weights[c] = weight;
     }
-    if (update_end(f) && s->kind->watch) s->kind->watch(f, &now);
+    const sensor_kind *kind = base_kind(s);
+    if (update_end(f) && kind->watch) kind->watch(f, &now);
 }
 
-/* nu / (nu + 1) of r is left in r' or more, which has to be more than rounding. */
-static kq_status robustness_check(const robustness *how)
-{
-    const scaled least_freedom = scaled_shift(scaled_one, -20);
-    const kq_status status = parameter_check(how->parameter);
-    if (status || how->kind != ROBUST_STUDENT) return status;
-    return scaled_is_less(how->parameter, least_freedom) ? KQ_ERR_RANGE : KQ_OK;
-}
-
-static kq_status filter_update_robust(filter *f, const sensor *s, const num *z, uint32_t present,
-                                      robustness how)
+kq_status T(kq_update_robust)(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)
 {
     kq_status status = update_check(f, s, z, present);
-    if (!status) status = robustness_check(&how);
     if (status) return status;
-    update_robust(f, s, z, present, &how);
-    return KQ_OK;
-}
-
-kq_status T(kq_update_huber)(filter *f, const sensor *s, const num *z, uint32_t present, scaled k,
-                             scaled *weights)
-{
-    return filter_update_robust(f, s, z, present, (robustness){ROBUST_HUBER, k, weights});
-}
-
-kq_status T(kq_update_student)(filter *f, const sensor *s, const num *z, uint32_t present,
-                               scaled nu, scaled *weights)
-{
-    return filter_update_robust(f, s, z, present, (robustness){ROBUST_STUDENT, nu, weights});
-}
-
-static int is_recording(const filter *f) { return is_recorded(f) && history_of(f)->filter == f; }
-
-/* A raised P is no step that the history could undo. */
-kq_status T(kq_update_jump)(filter *f, const sensor *s, const num *z, uint32_t present, scaled g)
-{
-    kq_status status = update_check(f, s, z, present);
-    if (!status) status = parameter_check(g);
+    if (!how || !how->kind) return KQ_ERR_NULL;
+    status = how->kind->check(f, how);
     if (status) return status;
-    if (scaled_is_less(g, scaled_one)) return KQ_ERR_RANGE;
-    if (is_recording(f)) return KQ_ERR_RECORDING;
-    update_robust(f, s, z, present, &(robustness){ROBUST_JUMP, g, 0});
+    checked_update *update = how->kind->update;
+    if (takes_innovations(s)) return innovation_kind_of(s)->around(f, s, z, present, update, how);
+    update(f, s, z, present, how);
     return KQ_OK;
 }
 

@@ -29,8 +29,6 @@ static kq_status noise_weight_check(num q)
     return q < 0 ? KQ_ERR_NOT_SEMIDEFINITE : KQ_OK;
 }
 
-static num scaled_of_score(score a) { return a; }
-
 static num score_of_fraction(int32_t a) { return (num)a * (num)0x1p-24; }
 
 /* Has target room for source's noise, and can the arithmetic hold it times c? */

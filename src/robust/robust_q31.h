@@ -31,8 +31,6 @@ static kq_status noise_weight_check(scaled q)
     return q.mantissa < 0 ? KQ_ERR_NOT_SEMIDEFINITE : KQ_OK;
 }
 
-static scaled scaled_of_score(score a) { return scaled_of(a, -24); }
-
 static score score_of_fraction(int32_t a) { return a; }
 
 /* Has target room for source's noise, and do the exponents times c stay within those of a table? */

@@ -108,7 +108,8 @@ static kq_status start_update(filter *f, const sensor *by, const num *z, uint32_
     start *s = start_of(f);
     if (!s) return KQ_ERR_NOT_READY;
     const filter known = filter_known(f);
-    const kq_status status = update_check(&known, by, z, present);
+    kq_status status = update_check(&known, by, z, present);
+    if (!status) status = takes_measurements(by, KQ_ERR_NOT_READY);
     if (status) return status;
     const reading now = {by, by->noise, z, present};
     start_open(s);
@@ -126,6 +127,7 @@ static kq_status start_step(filter *f, const process *p, const num *u, const sen
 {
     const filter known = filter_known(f);
     kq_status status = step_check(&known, p, u, by, z);
+    if (!status && !f->ready) status = takes_measurements(by, KQ_ERR_NOT_READY);
     if (!status) status = start_predict(f, p, u);
     return status ? status : T(kq_update)(f, by, z);
 }

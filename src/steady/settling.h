@@ -176,7 +176,8 @@ static kq_status settling_predict(filter *f, const process *p, const num *u)
 
 static kq_status settling_step(filter *f, const process *p, const num *u, const sensor *s, const num *z)
 {
-    const kq_status status = step_check(f, p, u, s, z);
+    kq_status status = step_check(f, p, u, s, z);
+    if (!status) status = takes_measurements(s, KQ_ERR_RECORDING);
     if (status) return status;
     settling *w = settling_of(f);
     if (!w) return T(kq_step)(f, p, u, s, z); /* nothing is attached to f any more */

@@ -126,7 +126,7 @@ static void prepare(const model_case *c)
 static void begin(void)
 {
     put_status(K(process_init)(&process, M.A, NULL, M.Q));
-    put_status(K(sensor_init)(&sensor, M.H, M.R));
+    put_status(K(sensor_init_extended)(&sensor, M.H, M.R));
     put_status(K(filter_init)(&filter, M.x0, M.P0));
 }
 
@@ -171,13 +171,12 @@ static void smooth(const char *name)
 
 static void update_extended(int t)
 {
-    K(gate) gate = {K(chi_square_limit)(M.m, KQ_LEVEL_99), 0, 0};
+    K(loss) gate = {.kind = &K(loss_gate), .limit = K(chi_square_limit)(M.m, KQ_LEVEL_99)};
+    K(loss) huber = {.kind = &K(loss_huber), .parameter = (num)1.5}, student = {.kind = &K(loss_student), .parameter = 4};
     linearise_sensor();
-    if (t % 5 == 1) put_status(K(update_subset_extended)(&filter, &sensor, e, 1));
-    else if (t % 5 == 2) put_status(K(update_gated_extended)(&filter, &gate, &sensor, e, UINT32_MAX));
-    else if (t % 5 == 3) put_status(K(update_huber_extended)(&filter, &sensor, e, UINT32_MAX, (num)1.5, NULL));
-    else if (t % 5 == 4) put_status(K(update_student_extended)(&filter, &sensor, e, UINT32_MAX, 4, NULL));
-    else put_status(K(update_extended)(&filter, &sensor, e));
+    if (t % 5 == 0) put_status(K(update)(&filter, &sensor, e));
+    else if (t % 5 == 1) put_status(K(update_subset)(&filter, &sensor, e, 1));
+    else put_status(K(update_robust)(&filter, &sensor, e, UINT32_MAX, t % 5 == 2 ? &gate : t % 5 == 3 ? &huber : &student));
 }
 
 static void run_extended(void)
@@ -213,7 +212,7 @@ static void run_lag(void)
             put_status(K(predict_extended)(&filter, &process, d));
         }
         linearise_sensor();
-        put_status(K(update_extended)(&filter, &sensor, e));
+        put_status(K(update)(&filter, &sensor, e));
         put_status(K(lag_smooth)(&lag, K(lag_steps)(&lag)));
         for (int i = 0; i < M.n; i++) {
             put(K(lag_mean)(&lag, i));
@@ -255,7 +254,7 @@ static void run_parts(void)
         }
         put_status(K(sensor_linearise)(&found, &sensor, H, E, R));
         put_status(K(filter_copy)(&at, &filter));
-        put_status(K(update_extended)(&at, &found, e));
+        put_status(K(update)(&at, &found, e));
         put_filter(&at);
     }
     put_status(K(linearise)(&at, increment, NULL, M.n, KQ_POINTS_CENTRAL, d, A, E));

@@ -157,7 +157,7 @@ class Calls:
         self.kind, self.number = {"f32": ("float", np.float32), "f64": ("double", np.float64)}[arithmetic]
         self.kept: list[Any] = []
         n, m, l = model.n, model.m, model.l
-        self.process, self.target = self.made("process", n, n, l), self.made("process", n, n, l)
+        self.process = self.made("process", n, n, l)
         self.sensor, self.filter = self.made("sensor", m, n, m), self.made("filter", n, n)
         B = ffi.NULL if model.B is None else self.array(model.B)
         self.call("process_init_factor", self.process, self.array(model.A), B, self.array(model.G), model.G.shape[1])
@@ -172,7 +172,7 @@ class Calls:
             self.call("start_init", start, self.filter, x0, P0, mask)
         else:
             self.call("filter_init", self.filter, x0, P0)
-        self.gate = self.new("gate")
+        self.losses: dict[str, Any] = {}
 
     def call(self, stem: str, *arguments: Any) -> Any:
         status = getattr(lib, f"kq_{stem}_{self.name}")(*arguments)
@@ -204,7 +204,7 @@ class Calls:
         mean, sigma = [], []
         for t, row in enumerate(rows):
             there = ~np.isnan(row.z)
-            if t and not (np.any(there) and row.way and row.way.way == "step-student"):
+            if t:
                 self.call("predict", self.filter, self.process, ffi.NULL if row.u is None else self.array(row.u))
             if np.any(there):
                 self.take(row, self.array(np.where(there, row.z, 7.0)), sum(1 << int(c) for c in np.flatnonzero(there)))
@@ -215,17 +215,21 @@ class Calls:
         way, f, s = row.way, self.filter, self.sensor
         if way is None:
             self.call("update_subset", f, s, z, present)
-        elif way.way == "gate":
-            limit = getattr(lib, f"kq_chi_square_limit_{self.name}")
-            self.gate.limit, self.gate.run = limit(bin(present).count("1"), LEVELS[way.value]), way.run
-            self.call("update_gated", f, self.gate, s, z, present)
-        elif way.way == "jump":
-            self.call("update_jump", f, s, z, present, way.value)
-        elif way.way == "step-student":
-            u = ffi.NULL if row.u is None else self.array(row.u)
-            self.call("step_student", f, self.process, u, s, z, present, way.value, self.target, ffi.NULL)
         else:
-            self.call(f"update_{way.way}", f, s, z, present, way.value, ffi.NULL)
+            self.call("update_robust", f, s, z, present, self.loss(way, present))
+
+    def loss(self, way: Robust, present: int) -> Any:
+        """Of each way one, as a gate counts its rejections."""
+        if way.way not in self.losses:
+            self.losses[way.way] = self.new("loss")
+            self.losses[way.way].kind = getattr(lib, f"kq_loss_{way.way}_{self.name}_address")()
+        loss = self.losses[way.way]
+        if way.way == "gate":
+            limit = getattr(lib, f"kq_chi_square_limit_{self.name}")
+            loss.limit, loss.run = limit(bin(present).count("1"), LEVELS[way.value]), way.run
+        else:
+            loss.parameter = way.value
+        return loss
 
 
 def whole(word: Any, low: Any) -> list[int]:

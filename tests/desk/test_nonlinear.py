@@ -433,7 +433,7 @@ def test_the_words_are_those_of_direct_calls(arithmetic, number):
                 lambda x, t: textbook.jacobian(lambda y: model.h(y, t), x))
         ours = NonlinearFilter(of(model, A=A, H=H), arithmetic, method)
         for status in (K("process_init")(process, numbers(np.eye(n)), ffi.NULL, numbers(model.Q)),
-                       K("sensor_init_diagonal")(sensor, numbers(np.zeros((m, n))), numbers(np.diag(model.R))),
+                       K("sensor_init_diagonal_extended")(sensor, numbers(np.zeros((m, n))), numbers(np.diag(model.R))),
                        K("filter_init")(filter_, numbers(model.x0), numbers(model.P0))):
             assert status == 0
         for t in range(12):
@@ -449,7 +449,7 @@ def test_the_words_are_those_of_direct_calls(arithmetic, number):
             ours.update(z[t])
             if method == "extended":
                 assert K("sensor_change_measurement")(sensor, numbers(H(x, t))) == 0
-                assert K("update_extended")(filter_, sensor, numbers(z[t] - np.real(model.h(x, t)))) == 0
+                assert K("update")(filter_, sensor, numbers(z[t] - np.real(model.h(x, t)))) == 0
             else:
                 assert K("update_points")(filter_, sensor, innovation, ffi.NULL, 0, work) == 0
             words = np.frombuffer(ffi.buffer(filter_.memory, ours.memory.nbytes), type_)

@@ -193,7 +193,7 @@ def test_where_ratios_cross_1():
 def test_a_known_state_one_row_before_is_the_same_prior():
     _, z = EVEN.draw(np.random.default_rng(6), 5, 1.5, 0.0)
     filtered, smoothed = estimators.known(EVEN, z)
-    assert np.allclose(estimators.robust_filters(EVEN, 1.5, z)["plain"], filtered, atol=1e-9)
+    assert np.allclose(estimators.robust_filters(EVEN, z)["plain"], filtered, atol=1e-9)
     assert np.allclose(estimators.robust_smoothers(EVEN, z)["plain"], smoothed, atol=1e-9)
 
 

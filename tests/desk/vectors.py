@@ -688,7 +688,9 @@ class Replay:
         words = ffi.new("int32_t[]", given.left[: parts.model.m])
         z = self.measured(given, parts, present)
         weights, other = self.numbers(parts.model.m), self.f.copy()
-        Q31.function(f"update_{way}")(other._handle, parts.sensor, words, present, Q31.parameter(parameter), weights)
+        loss = Q31.loss(way)
+        loss.parameter, loss.weights = Q31.parameter(parameter), weights
+        lib.kq_update_robust_q31(other._handle, parts.sensor, words, present, loss)
         robust = Robust(way, parameter)
         status = status_of(lambda: self.f.update(z, robust))
         return self.takes(status, z, robust, tuple(pairs(weights, parts.model.m)))
@@ -714,20 +716,6 @@ class Replay:
         status = lib.kq_process_scale_noise_q31(self.processes[slot], self.processes[source], root,
                                                 Q31.parameter(given.number()))
         return [status, *root]
-
-    def student(self, given: Inputs) -> list[int]:
-        slot, parts = given.word(), self.use(self.take_process(given), self.take_sensor(given))
-        root, present, nu = self.target(slot), given.word() & ALL, given.number()
-        words = given.optional(parts.model.l)
-        u, moved = self.values(words, parts, "controls"), ffi.NULL if words is None else ffi.new("int32_t[]", words)
-        z_words = ffi.new("int32_t[]", given.left[: parts.model.m])
-        z, q = self.measured(given, parts, present), ffi.new("kq_scaled_q31 *")
-        status = lib.kq_step_student_q31(self.f._handle, parts.process, moved, parts.sensor, z_words, present,
-                                         Q31.parameter(nu), self.processes[slot], root, q)
-        self.f.begins = False
-        if status == 0:
-            self.tell("moved", u, [])
-        return self.takes(status, z, Robust("step-student", nu), (q.mantissa, q.exponent, *root))
 
     def reweighted(self, given: Inputs) -> list[int]:
         slot, source = given.word(), given.word()

@@ -70,7 +70,7 @@ class Run:
         self.process, self.sensor = k.made("process", n, 0), k.made("sensor", n, self.m)
         self.filter = k.made("filter", n)
         k.call("process_init", self.process, k.numbers(np.eye(n)), None, k.numbers(model.Q))
-        k.call("sensor_init", self.sensor, k.numbers(np.zeros((self.m, n))), k.numbers(model.R))
+        k.call("sensor_init_extended", self.sensor, k.numbers(np.zeros((self.m, n))), k.numbers(model.R))
         k.call("filter_init", self.filter, k.numbers(model.x0), k.numbers(model.P0))
         self.tape = k.made("history", n, words=400 * model.steps + 4000)
         self.jacobians, processes = np.zeros(256, dtype=np.uint8), np.zeros(200 * model.steps, dtype=np.uint8)
@@ -99,7 +99,7 @@ class Run:
         if model.measures(t):
             x = self.mean()
             k.call("sensor_change_measurement", self.sensor, k.numbers(jacobian(lambda y: model.h(y, t), x)))
-            k.call("update_extended", self.filter, self.sensor, k.numbers(wrapped(model, z - np.real(model.h(x, t)))))
+            k.call("update", self.filter, self.sensor, k.numbers(wrapped(model, z - np.real(model.h(x, t)))))
 
     def step_points(self, z, t):
         k, model, n = self.k, self.model, self.n
@@ -177,7 +177,7 @@ class Iterated(Run):
         e = e + J @ (self.read_mean(self.filter) - c)
         H = self.k.numbers(-J)
         self.k.call("sensor_linearise", self.at, self.sensor, H, self.E, self.R)
-        self.k.call("update_extended", to, self.at, self.k.numbers(e))
+        self.k.call("update", to, self.at, self.k.numbers(e))
 
     def step_iterated(self, z, t):
         if t:
@@ -318,7 +318,7 @@ def attitude_of_library(path, arithmetic, gyro, z):
 
     def update(H, e):
         k.call("sensor_change_measurement", ours.sensor, k.numbers(H))
-        k.call("update_extended", ours.filter, ours.sensor, k.numbers(e))
+        k.call("update", ours.filter, ours.sensor, k.numbers(e))
         error = ours.mean()
         found.append((error, ours.covariance("covariance", ours.filter)))
         k.call("move", ours.filter, k.numbers(-error))

@@ -49,7 +49,7 @@ class Words:
                      SensorTable(n, m, 1, *map(self.at, (self.state, self.seen, self.H, noise)))]
         self.process, self.sensor, self.filter = (np.zeros(512, dtype=np.uint8) for _ in range(3))
         self.call("process_init", self.process, ctypes.byref(self.kept[2]), None)
-        self.call("sensor_init", self.sensor, ctypes.byref(self.kept[3]), None)
+        self.call("sensor_init_extended", self.sensor, ctypes.byref(self.kept[3]), None)
         self.begin()
 
     def begin(self):
@@ -120,7 +120,7 @@ class Words:
             self.H = self.matrix(jacobian(lambda y: model.h(y, t), x), self.seen, self.state)
             self.call("sensor_change_jacobian", self.sensor, self.H, None)
             e = self.vector(wrapped(model, z - np.real(model.h(x, t))), self.seen)
-            self.call("update_extended", self.filter, self.sensor, e)
+            self.call("update", self.filter, self.sensor, e)
 
     def run(self, z):
         filtered = []

@@ -1,5 +1,4 @@
-// What gates, robust updates and steps with jumps cost and gain with models of one to three states:
-// the tables of robust.h.
+// What the losses cost and gain with models of one to three states: the tables of tests/README.md.
 //
 //     test_robust_models [SEED]
 #include <cstdio>
@@ -62,7 +61,7 @@ const std::vector<Method> updates = {
     {"Huber, 1.5", Step::huber, 1.5},   {"Huber, 3", Step::huber, 3, KQ_LEVEL_9999, 0, 1, 1.45},
     {"Student-t, 4", Step::student, 4, KQ_LEVEL_9999, 0, 1, 1.3},
     {"Student-t, 10", Step::student, 10, KQ_LEVEL_9999, 0, 1, 1.45},
-    {"jump, 9", Step::jump, 9},         {"step_student, 2", Step::studentState, 2},
+    {"jump, 9", Step::jump, 9},
 };
 
 /// RMSE over that of the exact posterior mean
@@ -116,11 +115,9 @@ void jumps(Verdict &verdict, std::uint64_t seed)
         {"plain filter", Step::plain, 1},
         {"plain, Q x 3", Step::plain, 1, KQ_LEVEL_9999, 0, 3},
         {"plain, Q x 9", Step::plain, 1, KQ_LEVEL_9999, 0, 9},
-        {"jump, 9", Step::jump, 9},
+        {"jump, 9", Step::jump, 9, KQ_LEVEL_9999, 0, 1, 1.3},
         {"jump, 16", Step::jump, 16},
         {"jump, 25", Step::jump, 25},
-        {"step_student, 2", Step::studentState, 2, KQ_LEVEL_9999, 0, 1, 1.3},
-        {"step_student, 4", Step::studentState, 4},
         {"gate, 99.99 %", Step::gated, 1},
         {"Student-t, 10", Step::student, 10},
     };
@@ -161,6 +158,7 @@ class Pair
     /// nu = 0: the plain filter; below 0: one that is told which are outliers
     double rmse(double nu, int bad, std::uint64_t seed)
     {
+        kq_loss_f64 loss = {&kq_loss_student_f64, nu, nullptr, 0, 0, 0};
         Random random(seed);
         double square = 0;
         for (int k = 0; k < 300; ++k) {
@@ -174,7 +172,7 @@ class Pair
                 z[bad] += out ? 10 * random.normal() : 0;
                 mustBeOk(t ? kq_predict_f64(&filter_, &process_, nullptr) : KQ_OK);
                 mustBeOk(nu > 0
-                             ? kq_update_student_f64(&filter_, sensor_, z, UINT32_MAX, nu, nullptr)
+                             ? kq_update_robust_f64(&filter_, sensor_, z, UINT32_MAX, &loss)
                              : kq_update_f64(&filter_, sensor_ + (nu < 0 && out), z));
                 const double e = kq_mean_f64(&filter_, 0) - x;
                 square += e * e;
@@ -225,7 +223,7 @@ void wrongPrior(std::uint64_t seed)
         for (int k = 0; k < 200; ++k) runs.push_back(draw(m, World{}, 3, random, 100));
         for (const Method &method :
              {Method{"plain filter", Step::plain, 1}, Method{"jump, 9", Step::jump, 9},
-              Method{"step_student, 2", Step::studentState, 2}, Method{"gate", Step::gated, 1}}) {
+              Method{"gate", Step::gated, 1}}) {
             Track track(m, method);
             std::array<double, 3> square{};
             for (const Run &run : runs) {

@@ -126,7 +126,7 @@ inline Run draw(const Model &m, const World &world, int steps, Random &random, d
     return run;
 }
 
-enum class Step { plain, gated, huber, student, jump, studentState };
+enum class Step { plain, gated, huber, student, jump };
 
 struct Method {
     const char *name;
@@ -149,7 +149,6 @@ class Track
         const std::array<double, 3> H = {1, 0, 0};
         const double r = 1;
         mustBeOk(kq_process_assign_f64(&process_, n_, 0, noise_.data(), KQ_PROCESS_LEN(3)));
-        mustBeOk(kq_process_assign_f64(&scaled_, n_, 0, scaledNoise_.data(), KQ_PROCESS_LEN(3)));
         mustBeOk(kq_sensor_assign_f64(&sensor_, n_, 1, &variance_, 1));
         mustBeOk(kq_filter_assign_f64(&filter_, n_, memory_.data(), memory_.size()));
         A_ = m.A;
@@ -165,7 +164,8 @@ class Track
         const Three x0{};
         for (int i = 0; i < n_; ++i) P0[std::size_t(i * n_ + i)] = 1;
         mustBeOk(kq_filter_init_f64(&filter_, x0.data(), P0.data()));
-        gate_ = {kq_chi_square_limit_f64(1, method_.level), method_.run, 0};
+        loss_ = {kindOf(method_.step), method_.parameter, nullptr, kq_chi_square_limit_f64(1, method_.level),
+                 method_.run, 0};
         for (std::size_t t = 0; t < z.size(); ++t) {
             mustBeOk(take(&z[t], t > 0));
             x.push_back(kq_mean_f64(&filter_, 0));
@@ -176,18 +176,18 @@ class Track
   private:
     kq_status take(const double *z, bool moves)
     {
-        const double a = method_.parameter;
-        if (method_.step == Step::studentState && moves) {
-            return kq_step_student_f64(&filter_, &process_, nullptr, &sensor_, z, 1, a, &scaled_,
-                                       nullptr);
-        }
         if (moves) mustBeOk(kq_predict_f64(&filter_, &process_, nullptr));
-        switch (method_.step) {
-        case Step::gated: return kq_update_gated_f64(&filter_, &gate_, &sensor_, z, 1);
-        case Step::huber: return kq_update_huber_f64(&filter_, &sensor_, z, 1, a, nullptr);
-        case Step::student: return kq_update_student_f64(&filter_, &sensor_, z, 1, a, nullptr);
-        case Step::jump: return kq_update_jump_f64(&filter_, &sensor_, z, 1, a);
-        default: return kq_update_f64(&filter_, &sensor_, z);
+        if (method_.step == Step::plain) return kq_update_f64(&filter_, &sensor_, z);
+        return kq_update_robust_f64(&filter_, &sensor_, z, 1, &loss_);
+    }
+
+    static const kq_loss_kind_f64 *kindOf(Step step)
+    {
+        switch (step) {
+        case Step::gated: return &kq_loss_gate_f64;
+        case Step::huber: return &kq_loss_huber_f64;
+        case Step::student: return &kq_loss_student_f64;
+        default: return &kq_loss_jump_f64;
         }
     }
 
@@ -195,13 +195,13 @@ class Track
     int n_;
     Nine A_{};
     Three H_{};
-    std::array<double, KQ_PROCESS_LEN(3)> noise_{}, scaledNoise_{};
+    std::array<double, KQ_PROCESS_LEN(3)> noise_{};
     std::array<double, KQ_FILTER_LEN_F64(3)> memory_{};
     double variance_ = 0;
-    kq_process_f64 process_{}, scaled_{};
+    kq_process_f64 process_{};
     kq_sensor_f64 sensor_{};
     kq_filter_f64 filter_{};
-    kq_gate_f64 gate_{};
+    kq_loss_f64 loss_{};
 };
 
 /// Of all steps of all runs

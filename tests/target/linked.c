@@ -47,6 +47,8 @@ int main(void)
     kq_status status = kq_process_init_root_f32(&motion, A, NULL, G);
 #ifdef WITH_CORRELATION
     if (!status) status = kq_sensor_init_f32(&ranger, H, R);
+#elif defined WITH_INNOVATIONS
+    if (!status) status = kq_sensor_init_diagonal_extended_f32(&ranger, H, R);
 #elif defined LEAN
     if (!status) status = kq_sensor_init_lean_f32(&ranger, H, R);
 #else
@@ -58,7 +60,8 @@ int main(void)
     if (!status) status = kq_update_f32(&cart, &ranger, &z);
     if (!status) status = kq_step_f32(&cart, &motion, NULL, &ranger, &z);
 #ifdef WITH_ROBUST
-    if (!status) status = kq_update_huber_f32(&cart, &ranger, &z, 1, 1.5f, NULL);
+    static kq_loss_f32 huber = {.kind = &kq_loss_huber_f32, .parameter = 1.5f};
+    if (!status) status = kq_update_robust_f32(&cart, &ranger, &z, 1, &huber);
 #endif
     return status || !(kq_mean_f32(&cart, 0) > 0) || !(kq_sigma_f32(&cart, 0) < 10);
 }

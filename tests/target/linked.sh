@@ -1,6 +1,6 @@
 #!/bin/sh
 # linked.sh LIBRARY WORK: what a program does not use is not linked: what can be attached to a filter, robust
-# updates, what takes a correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp
+# updates and the losses that it does not name, what takes innovations, what takes a correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp
 # measurement.  What it does use is, so that the names are right.
 # shellcheck disable=SC2086
 set -eu
@@ -11,7 +11,8 @@ library=$1 work=$2/linked
 mkdir -p "$work"
 
 names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|point|start|adaptation|settling|steady|em)_.*'
-names="$names|kq_(update_(huber|student|jump|gated)|step_student)_f32"
+names="$names|kq_update_robust_f32|update_robust|huber_noise|student_noise|raise_for_jump|update_gated"
+names="$names|take_innovations|around_innovations"
 names="$names|take_correlated|begin_root|take_with_care)$"
 objects=
 for part in filter steady adaptation em statistics; do objects="$objects $library/kq_${part}_f32.c.o"; done
@@ -37,7 +38,8 @@ expect_hooks() { # of what is attached, with the flag that follows, there are th
 }
 expect 'take_with_care '
 expect 'begin_root take_correlated take_with_care ' -DWITH_CORRELATION
-expect 'begin_root kq_update_huber_f32 take_with_care ' -DWITH_ROBUST
+expect 'begin_root huber_noise kq_update_robust_f32 take_with_care update_robust ' -DWITH_ROBUST
+expect 'around_innovations take_innovations take_with_care ' -DWITH_INNOVATIONS
 expect '' -DLEAN
 expect_hooks 'history_hooks ' -DWITH_HISTORY
 expect_hooks 'lag_hooks ' -DWITH_LAG

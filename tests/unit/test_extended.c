@@ -1,6 +1,15 @@
 /* Steps of nonlinear models: where f and h are linear they are the plain ones, in every smoother. */
 #include "drive.h"
+#include "innovations.h"
+#include "losses.h"
 #include "unchanged.h"
+
+#ifdef KQ_TEST_F32
+#define SETTLING KQ_SETTLING_F32
+#else
+#define SETTLING KQ_SETTLING_F64
+#endif
+SETTLING(calm, 2, 2);
 
 /* A range and a bearing of a target with the state position, velocity in a plane */
 #define N4 4
@@ -65,8 +74,8 @@ static void update_linearised(K(filter) * f, const K(sensor) * s, const num *z, 
 {
     num e[2];
     ASSERT_OK(K(innovation)(f, s, z, e));
-    if (present == UINT32_MAX) ASSERT_OK(K(update_extended)(f, s, e));
-    else ASSERT_OK(K(update_subset_extended)(f, s, e, present));
+    if (present == UINT32_MAX) ASSERT_OK(K(update)(f, of_innovations(s), e));
+    else ASSERT_OK(K(update_subset)(f, of_innovations(s), e, present));
 }
 
 /* As `measure` */
@@ -233,7 +242,7 @@ static void take_polar(K(filter) * f, double range, double bearing)
     memset(slope, 0, sizeof slope);
     slope[0] = N(x / r), slope[1] = N(y / r), slope[N4] = N(-y / r / r), slope[N4 + 1] = N(x / r / r);
     ASSERT_OK(K(sensor_change_measurement)(&polar, slope));
-    ASSERT_OK(K(update_extended)(f, &polar, e));
+    ASSERT_OK(K(update)(f, &polar, e));
 }
 
 static void begin_plane(K(filter) * f)
@@ -242,7 +251,7 @@ static void begin_plane(K(filter) * f)
     static num cov[N4 * N4], drift[N4 * N4], r[] = {N(0.04), N(0.0001)};
     for (int i = 0; i < N4; i++) cov[i * (N4 + 1)] = 4, drift[i * (N4 + 1)] = N(0.01);
     ASSERT_OK(K(process_init)(&plane, cov, NULL, drift));
-    ASSERT_OK(K(sensor_init_diagonal)(&polar, cov, r));
+    ASSERT_OK(K(sensor_init_diagonal_extended)(&polar, cov, r));
     ASSERT_OK(K(filter_init)(f, start, cov));
 }
 
@@ -311,40 +320,70 @@ static void assert_shifted(void)
 
 static void every_update_takes_an_innovation(void)
 {
-    const num far[] = {200, -400};
+    const num far[] = {200, -400}, diagonal[] = {N(0.5), 1};
+    const K(sensor) *differs;
+    K(loss) gate, gate_twin;
     num w[2], w_twin[2];
-    for (int k = 0; k < 2; k++) {
-        const num *now = k ? far : e;
+    for (int k = 0; k < 4; k++) { /* correlated, and independent */
+        const num *now = k % 2 ? far : e;
+        if (k == 2) ASSERT_OK(K(sensor_init_diagonal)(&radar, H, diagonal));
+        differs = of_innovations(&radar);
         begin_at_zero();
         ASSERT_OK(K(update)(&twin, &radar, now));
-        ASSERT_OK(K(update_extended)(&track, &radar, now));
+        ASSERT_OK(K(update)(&track, differs, now));
         assert_shifted();
         begin_at_zero();
         ASSERT_OK(K(update_subset)(&twin, &radar, now, 1));
-        ASSERT_OK(K(update_subset_extended)(&track, &radar, now, 1));
+        ASSERT_OK(K(update_subset)(&track, differs, now, 1));
         assert_shifted();
         begin_at_zero();
-        K(gate) gate = {36, 0, 0}, gate_twin = {36, 0, 0};
-        ASSERT_OK(K(update_gated)(&twin, &gate_twin, &radar, now, UINT32_MAX));
-        ASSERT_OK(K(update_gated_extended)(&track, &gate, &radar, now, UINT32_MAX));
-        TEST_ASSERT_EQUAL_INT(k, gate.rejected);
+        gate = gate_twin = (K(loss)){.kind = &K(loss_gate), .limit = 36};
+        ASSERT_OK(K(update_robust)(&twin, &radar, now, UINT32_MAX, &gate_twin));
+        ASSERT_OK(K(update_robust)(&track, differs, now, UINT32_MAX, &gate));
+        TEST_ASSERT_EQUAL_INT(k % 2, gate.rejected);
         assert_shifted();
         begin_at_zero();
-        ASSERT_OK(K(update_huber)(&twin, &radar, now, UINT32_MAX, 1.5, w_twin));
-        ASSERT_OK(K(update_huber_extended)(&track, &radar, now, UINT32_MAX, 1.5, w));
+        ASSERT_OK(update_huber(&twin, &radar, now, UINT32_MAX, 1.5, w_twin));
+        ASSERT_OK(update_huber(&track, differs, now, UINT32_MAX, 1.5, w));
         TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
-        TEST_ASSERT_TRUE(k == 0 || w[0] < 1);
+        TEST_ASSERT_TRUE(k % 2 == 0 || w[0] < 1);
         assert_shifted();
         begin_at_zero();
-        ASSERT_OK(K(update_student)(&twin, &radar, now, UINT32_MAX, 4, w_twin));
-        ASSERT_OK(K(update_student_extended)(&track, &radar, now, UINT32_MAX, 4, w));
+        ASSERT_OK(update_student(&twin, &radar, now, UINT32_MAX, 4, w_twin));
+        ASSERT_OK(update_student(&track, differs, now, UINT32_MAX, 4, w));
         TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
         assert_shifted();
         begin_at_zero();
-        ASSERT_OK(K(update_jump)(&twin, &radar, now, UINT32_MAX, 36));
-        ASSERT_OK(K(update_jump_extended)(&track, &radar, now, UINT32_MAX, 36));
-        TEST_ASSERT_EQUAL_INT(k, (K(events)(&track) & KQ_EVENT_JUMP) != 0);
+        ASSERT_OK(update_jump(&twin, &radar, now, UINT32_MAX, 36));
+        ASSERT_OK(update_jump(&track, differs, now, UINT32_MAX, 36));
+        TEST_ASSERT_EQUAL_INT(k % 2, (K(events)(&track) & KQ_EVENT_JUMP) != 0);
         assert_shifted();
+    }
+}
+
+/* Of which nothing is there, an update leaves the mean bit for bit. */
+static void an_innovation_that_is_missing_moves_nothing(void)
+{
+    reading before, after;
+    begin_at_zero();
+    read_filter(&before, &track, 2);
+    ASSERT_OK(K(update_subset)(&track, of_innovations(&radar), e, 0));
+    read_filter(&after, &track, 2);
+    ASSERT_SAME_BITS(before, after);
+}
+
+/* e is at the mean that the predict leaves. */
+static void a_step_is_a_predict_and_an_update(void)
+{
+    reading expected, actual;
+    for (int step = 0; step < 4; step++) {
+        const K(sensor) *differs = of_innovations(&radar);
+        ASSERT_OK(K(predict)(&twin, &motion, control_of(step)));
+        ASSERT_OK(K(update)(&twin, differs, e));
+        ASSERT_OK(K(step)(&track, &motion, control_of(step), differs, e));
+        read_filter(&expected, &twin, 2);
+        read_filter(&actual, &track, 2);
+        ASSERT_SAME_BITS(expected, actual);
     }
 }
 
@@ -352,10 +391,13 @@ static void a_lean_sensor_says_what_it_takes_coarsely(void)
 {
     SENSOR_DIAGONAL(sharp, 2, 1);
     const num r[] = {N(1e-30)};
-    ASSERT_OK(K(sensor_init_lean)(&sharp, H, r));
     begin_at_zero();
+    ASSERT_OK(K(sensor_init_lean)(&sharp, H, r));
+    ASSERT_OK(K(update)(&twin, &sharp, e));
+    ASSERT_OK(K(sensor_init_lean_extended)(&sharp, H, r));
     const num before = K(sigma)(&track, 0);
-    ASSERT_OK(K(update_extended)(&track, &sharp, e));
+    ASSERT_OK(K(update)(&track, &sharp, e));
+    assert_shifted();
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_SHARP, K(events)(&track));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) < before);
 }
@@ -393,25 +435,39 @@ static void a_move_leaves_all_but_the_mean(void)
 
 /* ------------------------------------------------------------------ refusals */
 
+static void an_init_refuses_as_the_plain_one(void)
+{
+    const num less[] = {-1}, wild[] = {(num)NAN};
+    K(sensor) nothing;
+    memset(&nothing, 0, sizeof nothing);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_extended)(NULL, H, R));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal_extended)(&blank_sensor, NULL, R));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(sensor_init_lean_extended)(&nothing, H, R));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(sensor_init_extended)(&blank_sensor, H, wild));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init_diagonal_extended)(&blank_sensor, H, less));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init_lean_extended)(&blank_sensor, H, less));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, H));
+}
+
 static void what_is_missing_or_not_ready_is_refused(void)
 {
     const num d[] = {1, 2};
+    begin_plane(&target); /* polar is initialised */
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(NULL, &changing, d));
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(&track, NULL, d));
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(&track, &changing, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&blank, &changing, d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &blank_process, d));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_extended)(&track, &motion3, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_extended)(NULL, &radar, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_extended)(&track, NULL, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_extended)(&track, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&blank, &radar, d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&track, &blank_sensor, d));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_extended)(&track, &polar, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_gated_extended)(&track, NULL, &radar, d, 3));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_huber_extended)(&track, &radar, d, 3, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_student_extended)(&track, &radar, d, 3, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_jump_extended)(&track, &radar, d, 3, 0.5));
+    const K(sensor) *differs = of_innovations(&radar);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(NULL, differs, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, differs, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&blank, differs, d));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update)(&track, &polar, d));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, differs, d, 3, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, update_huber(&track, differs, d, 3, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, update_student(&track, differs, d, 3, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, update_jump(&track, differs, d, 3, 0.5));
     ASSERT_REFUSED(KQ_ERR_NULL, K(move)(NULL, d));
     ASSERT_REFUSED(KQ_ERR_NULL, K(move)(&track, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(move)(&blank, d));
@@ -442,7 +498,7 @@ static void a_mean_that_is_moved_beyond_the_numbers_is_held_at_once(void)
 
 static num given[2];
 static kq_status give_increment(void) { return K(predict_extended)(&track, &changing, given); }
-static kq_status give_innovation(void) { return K(update_extended)(&track, &radar, given); }
+static kq_status give_innovation(void) { return K(update)(&track, of_innovations(&radar), given); }
 static kq_status give_move(void) { return K(move)(&track, given); }
 
 static void numbers_must_be_finite(void)
@@ -457,18 +513,26 @@ static void numbers_must_be_finite(void)
 static void what_learns_from_the_mean_or_moves_it_is_refused(void)
 {
     const num d[] = {1, 2};
-    K(gate) gate = {12, 0, 0};
-    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_extended)(&track, &radar, d));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_subset_extended)(&track, &radar, d, 1));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_gated_extended)(&track, &gate, &radar, d, 3));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_huber_extended)(&track, &radar, d, 3, 3, NULL));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_student_extended)(&track, &radar, d, 3, 4, NULL));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_jump_extended)(&track, &radar, d, 3, 9));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(move)(&track, d));
-    ASSERT_OK(K(detach)(&tuner.attached));
+    K(loss) gate = {.kind = &K(loss_gate), .limit = 12};
+    const K(sensor) *differs = of_innovations(&radar);
+    for (int k = 0; k < 3; k++) {
+        if (k == 0) ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
+        if (k == 1) ASSERT_OK(K(adaptation_init)(&tuner, &motion, differs, &rule));
+        if (k < 2) ASSERT_OK(K(attach)(&track, &tuner.attached));
+        if (k == 2) ASSERT_OK(K(settling_init)(&calm, 10));
+        if (k == 2) ASSERT_OK(K(attach)(&track, &calm.attached));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(update)(&track, differs, d));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_subset)(&track, differs, d, 1));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(step)(&track, &motion, NULL, differs, d));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_robust)(&track, differs, d, 3, &gate));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, update_huber(&track, differs, d, 3, 3, NULL));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, update_student(&track, differs, d, 3, 4, NULL));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, update_jump(&track, differs, d, 3, 9));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(move)(&track, d));
+        if (k < 2) ASSERT_OK(K(detach)(&tuner.attached));
+        else ASSERT_OK(K(detach)(&calm.attached));
+    }
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
 }
 
@@ -477,7 +541,7 @@ static void a_history_that_keeps_no_jacobians_refuses_linearised_predicts(void)
     const num d[] = {1, 2};
     ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
-    ASSERT_OK(K(update_extended)(&track, &radar, d));
+    ASSERT_OK(K(update)(&track, of_innovations(&radar), d));
     ASSERT_OK(K(predict)(&track, &changing, NULL));
     ASSERT_OK(K(smooth)(&tape));
 }
@@ -487,11 +551,13 @@ static void a_start_that_is_over_is_in_nobodys_way(void)
     const num d[] = {1, 2};
     ASSERT_OK(K(start_init)(&begin, &track, x0, P0, 3));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &changing, d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_extended)(&track, &radar, d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, of_innovations(&radar), d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, NULL, of_innovations(&radar), d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&track, of_innovations(&radar), d, 3, 9));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(update)(&track, &radar, d));
     TEST_ASSERT_EQUAL_INT(0, K(start_count)(&begin));
-    ASSERT_OK(K(update_extended)(&track, &radar, d));
+    ASSERT_OK(K(update)(&track, of_innovations(&radar), d));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
 }
@@ -583,9 +649,12 @@ SUITE(extended, set_up)
     RUN_TEST(the_smoothers_on_line_take_linearised_steps);
     RUN_TEST(a_nonlinear_run_is_smoothed_by_each_steps_own_process);
     RUN_TEST(every_update_takes_an_innovation);
+    RUN_TEST(an_innovation_that_is_missing_moves_nothing);
+    RUN_TEST(a_step_is_a_predict_and_an_update);
     RUN_TEST(a_lean_sensor_says_what_it_takes_coarsely);
     RUN_TEST(an_increment_below_the_last_bit_counts);
     RUN_TEST(a_move_leaves_all_but_the_mean);
+    RUN_TEST(an_init_refuses_as_the_plain_one);
     RUN_TEST(what_is_missing_or_not_ready_is_refused);
     RUN_TEST(an_increment_has_no_more_entries_than_both_have_states);
     RUN_TEST(a_mean_that_is_moved_beyond_the_numbers_is_held_at_once);

@@ -1,11 +1,13 @@
 /* Steps of nonlinear models in q31: beside those in double, and what they refuse. */
 #include "q31.h"
+#include "losses_q31.h"
 #include "unchanged.h"
 
 #define STEPS 20
 
 static process_model motion;
 static sensor_model radar;
+static kq_sensor_q31 differs; /* the radar, which takes innovations */
 static prior_model start;
 static kq_process_q31 blank_process;
 KQ_FILTER_Q31(track, 2);
@@ -35,13 +37,14 @@ static void set_up(void)
 {
     put_process(&motion, 2, 0, range, NULL, A, NULL, Q);
     put_sensor(&radar, 2, 2, range, innovation_range, H, R);
+    ASSERT_OK(kq_sensor_init_extended_q31(&differs, &radar.table, NULL));
     put_prior(&start, 2, range, x0, P0);
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(K(process_init)(&motion_f64, A, NULL, Q));
-    ASSERT_OK(K(sensor_init)(&radar_f64, H, R));
+    ASSERT_OK(K(sensor_init_extended)(&radar_f64, H, R));
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
     watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(motion.process), WATCH(radar.sensor), WATCH(tape), WATCH(tape_memory);
+    WATCH(track), WATCH(track_memory), WATCH(motion.process), WATCH(differs), WATCH(tape), WATCH(tape_memory);
     WATCH(jacobians), WATCH(jacobians_memory);
 }
 
@@ -65,10 +68,10 @@ static void update_both(int step)
     const double e[] = {8 - 0.3 * step + 0.25 * (step * 7 % 5 - 2) - x, 0.5 * (step * 11 % 7 - 3)};
     H_now[0] = 1, H_now[1] = 0, H_now[2] = v / 4, H_now[3] = x / 4;
     ASSERT_OK(K(sensor_change_measurement)(&radar_f64, H_now));
-    ASSERT_OK(K(update_extended)(&track_f64, &radar_f64, e));
+    ASSERT_OK(K(update)(&track_f64, &radar_f64, e));
     ASSERT_OK(kq_matrix_prepare_q31(H_words, H_now, 2, 2, radar.measurement_format, radar.state_format));
-    ASSERT_OK(kq_sensor_change_jacobian_q31(&radar.sensor, H_words, NULL));
-    ASSERT_OK(kq_update_extended_q31(&track, &radar.sensor, words_of(e, 2, radar.measurement_format)));
+    ASSERT_OK(kq_sensor_change_jacobian_q31(&differs, H_words, NULL));
+    ASSERT_OK(kq_update_q31(&track, &differs, words_of(e, 2, radar.measurement_format)));
 }
 
 static void run_both(void)
@@ -226,13 +229,13 @@ static void what_is_missing_or_beyond_its_range_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_extended_q31(&track, &motion.process, no_word));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_move_q31(&track, no_word));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_move_q31(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_extended_q31(&track, &radar.sensor, NULL));
-    ASSERT_OK(kq_update_extended_q31(&track, &radar.sensor, e));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_q31(&track, &differs, NULL));
+    ASSERT_OK(kq_update_q31(&track, &differs, e));
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     e[1]++;
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_extended_q31(&track, &radar.sensor, e));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_huber_extended_q31(&track, &radar.sensor, e, 3, (kq_scaled_q31){1 << 30, -30}, NULL));
-    ASSERT_OK(kq_update_subset_extended_q31(&track, &radar.sensor, e, 1));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_q31(&track, &differs, e));
+    ASSERT_REFUSED(KQ_ERR_RANGE, huber_q31(&track, &differs, e, 3, (kq_scaled_q31){1 << 30, -30}, NULL));
+    ASSERT_OK(kq_update_subset_q31(&track, &differs, e, 1));
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_predict_extended_q31(&track, &motion.process, d));
 }
@@ -257,23 +260,23 @@ static void every_update_takes_an_innovation(void)
     const int32_t *e = words_of(far, 2, radar.measurement_format);
     put_prior(&at_zero, 2, range, zero, P0);
     for (int kind = 0; kind < 4; kind++) {
-        kq_gate_q31 gate = {INT64_C(12) << 24, 0, 0}, gate_twin = gate;
+        kq_loss_q31 gate = {.kind = &kq_loss_gate_q31, .limit = INT64_C(12) << 24}, gate_twin = gate;
         ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
         ASSERT_OK(kq_filter_init_q31(&twin, &at_zero.table, NULL));
         if (kind == 0) {
-            ASSERT_OK(kq_update_huber_q31(&twin, &radar.sensor, e, 3, three, w_twin));
-            ASSERT_OK(kq_update_huber_extended_q31(&track, &radar.sensor, e, 3, three, w));
+            ASSERT_OK(huber_q31(&twin, &radar.sensor, e, 3, three, w_twin));
+            ASSERT_OK(huber_q31(&track, &differs, e, 3, three, w));
             TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
         } else if (kind == 1) {
-            ASSERT_OK(kq_update_student_q31(&twin, &radar.sensor, e, 3, three, w_twin));
-            ASSERT_OK(kq_update_student_extended_q31(&track, &radar.sensor, e, 3, three, w));
+            ASSERT_OK(student_q31(&twin, &radar.sensor, e, 3, three, w_twin));
+            ASSERT_OK(student_q31(&track, &differs, e, 3, three, w));
             TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
         } else if (kind == 2) {
-            ASSERT_OK(kq_update_jump_q31(&twin, &radar.sensor, e, 3, three));
-            ASSERT_OK(kq_update_jump_extended_q31(&track, &radar.sensor, e, 3, three));
+            ASSERT_OK(jump_q31(&twin, &radar.sensor, e, 3, three));
+            ASSERT_OK(jump_q31(&track, &differs, e, 3, three));
         } else {
-            ASSERT_OK(kq_update_gated_q31(&twin, &gate_twin, &radar.sensor, e, 3));
-            ASSERT_OK(kq_update_gated_extended_q31(&track, &gate, &radar.sensor, e, 3));
+            ASSERT_OK(kq_update_robust_q31(&twin, &radar.sensor, e, 3, &gate_twin));
+            ASSERT_OK(kq_update_robust_q31(&track, &differs, e, 3, &gate));
             TEST_ASSERT_EQUAL_UINT(1, gate.rejected);
         }
         TEST_ASSERT_EQUAL_UINT(kq_events_q31(&twin), kq_events_q31(&track));

@@ -1,4 +1,5 @@
 /* A sensor without the careful path: what it takes as any other, and what it takes coarsely. */
+#include "losses.h"
 #include "reading.h"
 #include "unchanged.h"
 
@@ -183,15 +184,15 @@ static void the_raised_noise_is_recorded(void)
 /* The robust updates bring the careful path along. */
 static void robust_updates_take_it(void)
 {
-    K(gate) g = {1000, 0, 0};
+    K(loss) g = {.kind = &K(loss_gate), .limit = 1000};
     sharpen(0, 0);
-    ASSERT_OK(K(update_gated)(&twin, &g, &lean, z, 7));
+    ASSERT_OK(K(update_robust)(&twin, &lean, z, 7, &g));
     ASSERT_OK(K(update)(&track, &full, z));
     ASSERT_SAME_FILTER(&track, &twin, 2);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    ASSERT_OK(K(update_huber)(&track, &full, z, 7, 2, NULL));
-    ASSERT_OK(K(update_huber)(&twin, &lean, z, 7, 2, NULL));
+    ASSERT_OK(update_huber(&track, &full, z, 7, 2, NULL));
+    ASSERT_OK(update_huber(&twin, &lean, z, 7, 2, NULL));
     ASSERT_SAME_FILTER(&track, &twin, 2);
 }
 

@@ -1,5 +1,6 @@
 /* A q31 sensor without the careful path: what it takes, how well, and what it takes coarsely. */
 #include "q31.h"
+#include "losses_q31.h"
 #include "reading.h"
 #include "unchanged.h"
 
@@ -194,8 +195,8 @@ static void robust_updates_take_it(void)
 {
     const kq_scaled_q31 two = {1 << 30, -29};
     put_sensors(0, 1);
-    ASSERT_OK(kq_update_huber_q31(&track, &full.sensor, measured(z), 3, two, NULL));
-    ASSERT_OK(kq_update_huber_q31(&twin, &lean.sensor, measured(z), 3, two, NULL));
+    ASSERT_OK(huber_q31(&track, &full.sensor, measured(z), 3, two, NULL));
+    ASSERT_OK(huber_q31(&twin, &lean.sensor, measured(z), 3, two, NULL));
     ASSERT_SAME_Q31(&track, &twin);
 }
 

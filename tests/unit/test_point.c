@@ -365,17 +365,6 @@ static void after_too_many_measurements_the_filter_goes_on(void)
     assert_broken();
 }
 
-/* Student's step predicts by itself. */
-static void after_a_step_of_another_kind_the_filter_goes_on(void)
-{
-    static const num z[] = {1, -1};
-    num q;
-    PROCESS(target, 2, 1);
-    drive(0), drive(1);
-    ASSERT_OK(K(step_student)(&track, &motion, NULL, &radar, z, 3, 4, &target, &q));
-    assert_broken();
-}
-
 #include "copies.h"
 
 /* What is attached to its original knows nothing of it. */
@@ -486,7 +475,6 @@ SUITE(point, set_up)
     RUN_TEST(predict_and_step_refuse);
     RUN_TEST(smooth_refuses);
     RUN_TEST(after_too_many_measurements_the_filter_goes_on);
-    RUN_TEST(after_a_step_of_another_kind_the_filter_goes_on);
     RUN_TEST(an_assigned_copy_goes_on_alone);
     RUN_TEST(a_start_goes_before);
     RUN_TEST(it_may_be_detached);

@@ -261,7 +261,7 @@ static void the_steps_in_one_call_are_their_parts(void)
         ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
         for (int k = 0; k < 4; k++) H_found[k] = -J[k];
         ASSERT_OK(K(sensor_linearise)(&at, &radar, H_found, E, noise_of));
-        ASSERT_OK(K(update_extended)(&twin, &at, y));
+        ASSERT_OK(K(update)(&twin, &at, y));
         assert_like(&twin, &track);
     }
 }
@@ -275,9 +275,9 @@ static void a_linearised_sensor_is_one_of_its_noises_sum(void)
     for (uint32_t present = 1; present < 4; present++) {
         begin_drive();
         ASSERT_OK(K(sensor_linearise)(&at, &radar, H, left, noise_of));
-        ASSERT_OK(K(update_subset_extended)(&track, &at, e, present));
-        ASSERT_OK(K(sensor_init)(&at, H, sum));
-        ASSERT_OK(K(update_subset_extended)(&twin, &at, e, present));
+        ASSERT_OK(K(update_subset)(&track, &at, e, present));
+        ASSERT_OK(K(sensor_init_extended)(&at, H, sum));
+        ASSERT_OK(K(update_subset)(&twin, &at, e, present));
         assert_like(&twin, &track);
     }
 }
@@ -289,9 +289,9 @@ static void what_bends_as_one_leaves_a_combination_without_noise(void)
     SENSOR(exact, 2, 2);
     ASSERT_OK(K(sensor_init)(&exact, H, none));
     ASSERT_OK(K(sensor_linearise)(&at, &exact, H, left, noise_of));
-    ASSERT_OK(K(update_extended)(&track, &at, z));
-    ASSERT_OK(K(sensor_init)(&at, H, sum));
-    ASSERT_OK(K(update_extended)(&twin, &at, z));
+    ASSERT_OK(K(update)(&track, &at, z));
+    ASSERT_OK(K(sensor_init_extended)(&at, H, sum));
+    ASSERT_OK(K(update)(&twin, &at, z));
     TEST_ASSERT_EQUAL_UINT(K(events)(&twin), K(events)(&track));
     assert_like(&twin, &track);
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) * K(sigma)(&track, 0) < P0[0]);
@@ -366,7 +366,7 @@ static void update_iterated(int iterations, num z)
         SENSOR(of_range, 2, 1);
         ASSERT_OK(K(sensor_linearise)(&of_range, &single, H_found, E, noise_of));
         ASSERT_OK(K(filter_copy)(&trial, &track));
-        ASSERT_OK(K(update_extended)(&trial, &of_range, e));
+        ASSERT_OK(K(update)(&trial, &of_range, e));
     }
     ASSERT_OK(K(filter_copy)(&track, &trial));
 }
@@ -489,7 +489,7 @@ static void what_bends_beyond_the_numbers_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, K(process_linearise)(&found, &motion, A, E));
     const num wide[] = {still, 0, still, still}, e[] = {still, -still};
     ASSERT_OK(K(sensor_linearise)(&at, &radar, H, wide, noise_of));
-    ASSERT_OK(K(update_extended)(&track, &at, e));
+    ASSERT_OK(K(update)(&track, &at, e));
     TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
     ASSERT_CLOSE(5, K(nis)(&track), 64); /* e' (wide wide')^-1 e: wide^-1 e / still is (1, -2) */
     ASSERT_CLOSE(P0[0], K(sigma)(&track, 0) * K(sigma)(&track, 0), 64);

@@ -1,4 +1,5 @@
-/* Outliers and jumps: gate, Huber, Student-t, scaled noise, the reweighted smoother. */
+/* Outliers and jumps: the losses, scaled noise, the reweighted smoother. */
+#include "losses.h"
 #include "reading.h"
 #include "sizes.h"
 #include "unchanged.h"
@@ -12,8 +13,6 @@ FILTER(twin, 2);
 HISTORY(tape, 2, 2, 8, 0);
 HISTORY(twin_tape, 2, 2, 8, 0);
 
-PROCESS(walk, 1, 0);
-PROCESS(scaled_walk, 1, 0);
 SENSOR(level, 1, 1);
 FILTER(river, 1);
 FILTER(other_river, 1);
@@ -30,10 +29,10 @@ static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, r[] = {0.5, 1};
 static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
-static const num one[] = {1}, none[] = {0}, none2[] = {0, 0}, walk_Q[] = {0.25};
+static const num one[] = {1}, none[] = {0}, none2[] = {0, 0};
 
 static num z[2], u[1], weights[2], q[8];
-static K(gate) gate;
+static K(loss) gate;
 
 #define ALL UINT32_MAX
 
@@ -43,10 +42,9 @@ static void set_up(void)
     memcpy(z, measured, sizeof z);
     u[0] = 4;
     for (int t = 0; t < COUNT(q); t++) q[t] = 1;
-    gate = (K(gate)){K(chi_square_limit)(2, KQ_LEVEL_99), 3, 0};
+    gate = (K(loss)){.kind = &K(loss_gate), .limit = K(chi_square_limit)(2, KQ_LEVEL_99), .run = 3};
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
-    ASSERT_OK(K(process_init)(&walk, one, NULL, walk_Q));
     ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
     ASSERT_OK(K(sensor_init)(&coupled, H, R));
     ASSERT_OK(K(sensor_init)(&radar3, identity3, identity3));
@@ -68,7 +66,7 @@ static void a_gate_that_passes_is_the_plain_update(void)
     const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < 6; k++) {
         const uint32_t present = k % 3 == 2 ? 2 : ALL;
-        ASSERT_OK(K(update_gated)(&track, &gate, sensors[k % 2], z, present));
+        ASSERT_OK(K(update_robust)(&track, sensors[k % 2], z, present, &gate));
         ASSERT_OK(K(update_subset)(&twin, sensors[k % 2], z, present));
         ASSERT_SAME_FILTER(&twin, &track, 2);
         ASSERT_OK(K(predict)(&track, &motion, u));
@@ -85,7 +83,7 @@ static void a_rejected_measurement_leaves_its_nis_and_an_event(void)
     ASSERT_OK(K(update)(&twin, &radar, z));
     const num run = K(log_likelihood)(&track);
     z[0] = 50;
-    ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+    ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
     ASSERT_SAME_STATE(&twin, &track, 2);
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
@@ -104,11 +102,11 @@ static void a_history_knows_nothing_of_a_rejected_measurement(void)
     gate.limit = 100;
     for (int t = 0; t < 4; t++) {
         z[0] = N(3 + t);
-        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+        ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
         TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
         ASSERT_OK(K(update)(&twin, &radar, z));
         z[0] = -400;
-        ASSERT_OK(K(update_gated)(&track, &gate, &coupled, z, ALL));
+        ASSERT_OK(K(update_robust)(&track, &coupled, z, ALL, &gate));
         TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
         ASSERT_OK(K(predict)(&track, &motion, u));
         ASSERT_OK(K(predict)(&twin, &motion, u));
@@ -127,9 +125,9 @@ static void a_full_history_is_full_because_of_what_is_taken_only(void)
 {
     HISTORY(short_tape, 2, 2, 1, 0);
     ASSERT_OK(K(attach)(&track, &short_tape.attached));
-    ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+    ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
     z[0] = 50;
-    ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+    ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, K(events)(&track));
     ASSERT_OK(K(smooth)(&short_tape));
 }
@@ -144,28 +142,28 @@ static void a_run_of_rejections_ends_with_a_jump(void)
         gate.run = runs[j];
         const int most = (int)(runs[j] ? runs[j] : KQ_GATE_RUN);
         for (int k = 1; k <= most; k++) {
-            ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+            ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
             TEST_ASSERT_EQUAL_INT(k, gate.rejected);
-            ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, 0)); /* nothing measured */
+            ASSERT_OK(K(update_robust)(&track, &radar, z, 0, &gate)); /* nothing measured */
             TEST_ASSERT_EQUAL_INT(k, gate.rejected);
             TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, K(events)(&track));
         }
         K(events_clear)(&track);
         ASSERT_OK(K(filter_init)(&twin, x0, P0));
-        ASSERT_OK(K(update_jump)(&twin, &radar, z, ALL, 1));
-        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+        ASSERT_OK(update_jump(&twin, &radar, z, ALL, 1));
+        ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
         ASSERT_SAME_STATE(&twin, &track, 2);
         ASSERT_WITHIN(0, K(nis)(&twin), K(nis)(&track));
         TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
         TEST_ASSERT_EQUAL_INT(0, gate.rejected);
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP | KQ_EVENT_REJECTIONS, K(events)(&track));
-        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL)); /* as it is where it should be */
+        ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate)); /* as it is where it should be */
         TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
     }
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+    ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
     TEST_ASSERT_EQUAL_INT(1, gate.rejected);
-    ASSERT_OK(K(update_gated)(&track, &gate, &radar, good, ALL));
+    ASSERT_OK(K(update_robust)(&track, &radar, good, ALL, &gate));
     TEST_ASSERT_EQUAL_INT(0, gate.rejected);
 }
 
@@ -175,7 +173,7 @@ static void a_gate_may_stay_closed(void)
     gate.run = KQ_GATE_CLOSED;
     gate.rejected = UINT16_MAX - 1;
     for (int k = 0; k < 3; k++) {
-        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+        ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
         TEST_ASSERT_EQUAL_UINT(UINT16_MAX, gate.rejected);
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_GATED, K(events)(&track));
     }
@@ -191,7 +189,7 @@ static void a_run_of_rejections_ends_on_a_history(void)
     gate.run = 2;
     for (int t = 0; t < 6; t++) {
         const int taken = t == 2 || t == 5;
-        ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, ALL));
+        ASSERT_OK(K(update_robust)(&track, &radar, z, ALL, &gate));
         TEST_ASSERT_EQUAL_INT(taken ? 2 : 0, K(taken)(&track));
         if (taken) ASSERT_OK(K(update)(&twin, &radar, z));
         ASSERT_OK(K(predict)(&track, &motion, u));
@@ -223,8 +221,8 @@ static void a_gate_works_at_every_size(void)
         ASSERT_OK(K(filter_init)(&f, x, I));
         ASSERT_OK(K(filter_init)(&g, x, I));
         gate.limit = K(chi_square_limit)(n, KQ_LEVEL_9999);
-        ASSERT_OK(K(update_gated)(&f, &gate, &s, far, ALL));
-        ASSERT_OK(K(update_gated)(&f, &gate, &s, near, ALL));
+        ASSERT_OK(K(update_robust)(&f, &s, far, ALL, &gate));
+        ASSERT_OK(K(update_robust)(&f, &s, near, ALL, &gate));
         ASSERT_OK(K(update)(&g, &s, near));
         TEST_ASSERT_EQUAL_MEMORY(words[1], words[0], sizeof(num) * (size_t)FILTER_LEN(n));
         TEST_ASSERT_EQUAL_INT(n, K(taken)(&f));
@@ -233,21 +231,22 @@ static void a_gate_works_at_every_size(void)
 
 static void refusals_of_the_gate(void)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_gated)(NULL, &gate, &radar, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_gated)(&track, NULL, &radar, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_gated)(&track, &gate, NULL, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_gated)(&track, &gate, &radar, NULL, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_gated)(&blank, &gate, &radar, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_gated)(&track, &gate, &blank_sensor, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_gated)(&track, &gate, &radar3, z, ALL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(NULL, &radar, z, ALL, &gate));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, &radar, z, ALL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, &radar, z, ALL, &(K(loss)){.kind = NULL, .parameter = 3}));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, NULL, z, ALL, &gate));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, &radar, NULL, ALL, &gate));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_robust)(&blank, &radar, z, ALL, &gate));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_robust)(&track, &blank_sensor, z, ALL, &gate));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_robust)(&track, &radar3, z, ALL, &gate));
     z[1] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_gated)(&track, &gate, &radar, z, ALL));
-    ASSERT_OK(K(update_gated)(&track, &gate, &radar, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_robust)(&track, &radar, z, ALL, &gate));
+    ASSERT_OK(K(update_robust)(&track, &radar, z, 1, &gate));
     z[1] = 1;
     const num bad[] = {0, -1, (num)NAN};
     for (int k = 0; k < COUNT(bad); k++) {
         gate.limit = bad[k];
-        ASSERT_REFUSED(KQ_ERR_RANGE, K(update_gated)(&track, &gate, &radar, z, ALL));
+        ASSERT_REFUSED(KQ_ERR_RANGE, K(update_robust)(&track, &radar, z, ALL, &gate));
     }
 }
 
@@ -291,7 +290,7 @@ static void what_is_not_clipped_is_taken_as_it_is(void)
     const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < 6; k++) {
         const uint32_t present = k % 3 == 2 ? 1 : ALL;
-        ASSERT_OK(K(update_huber)(&track, sensors[k % 2], z, present, N(1e6), weights));
+        ASSERT_OK(update_huber(&track, sensors[k % 2], z, present, N(1e6), weights));
         ASSERT_OK(K(update_subset)(&twin, sensors[k % 2], z, present));
         ASSERT_SAME_STATE(&twin, &track, 2);
         ASSERT_CLOSE(K(nis)(&twin), K(nis)(&track), 4 + K(nis)(&twin));
@@ -310,7 +309,7 @@ static void a_student_of_many_degrees_is_gaussian(void)
 {
     for (int k = 0; k < 6; k++) {
         const K(sensor) *s = k % 2 ? &radar : &coupled;
-        ASSERT_OK(K(update_student)(&track, s, z, ALL, N(1e30), weights));
+        ASSERT_OK(update_student(&track, s, z, ALL, N(1e30), weights));
         ASSERT_OK(K(update)(&twin, s, z));
         assert_states_within(&twin, &track, TOLERANCE * 16);
         ASSERT_CLOSE(1, weights[0], 1);
@@ -326,7 +325,7 @@ static void huber_clips_the_innovation(void)
     const double s = 2, e = 10, k = 1.5, moved = k * sqrt(s) / s;
     num measured[] = {N(e)}, variance[1];
     SENSOR(weak, 1, 1);
-    ASSERT_OK(K(update_huber)(&river, &level, measured, ALL, N(k), weights));
+    ASSERT_OK(update_huber(&river, &level, measured, ALL, N(k), weights));
     ASSERT_CLOSE(moved, whole_mean(&river, 0), 4);
     ASSERT_CLOSE(e * e / s, K(nis)(&river), e * e);
     ASSERT_CLOSE(-0.5 * (log(2 * 3.14159265358979324 * s) + e * e / s), K(log_likelihood)(&river),
@@ -338,7 +337,7 @@ static void huber_clips_the_innovation(void)
     ASSERT_CLOSE(K(sigma)(&other_river, 0), K(sigma)(&river, 0), 1);
     ASSERT_OK(K(filter_init)(&river, none, one));
     measured[0] = -N(e);
-    ASSERT_OK(K(update_huber)(&river, &level, measured, ALL, N(k), NULL));
+    ASSERT_OK(update_huber(&river, &level, measured, ALL, N(k), NULL));
     ASSERT_CLOSE(-moved, whole_mean(&river, 0), 4);
 }
 
@@ -351,7 +350,7 @@ static void student_reweights_three_times(void)
         const double s = 1 + heavy, v = e * heavy / s;
         heavy = (nu + v * v + heavy / s) / (nu + 1);
     }
-    ASSERT_OK(K(update_student)(&river, &level, measured, ALL, N(nu), weights));
+    ASSERT_OK(update_student(&river, &level, measured, ALL, N(nu), weights));
     ASSERT_CLOSE(1 / heavy, weights[0], 1);
     ASSERT_CLOSE(e / (1 + heavy), whole_mean(&river, 0), e);
     ASSERT_CLOSE(sqrt(heavy / (1 + heavy)), K(sigma)(&river, 0), 1);
@@ -367,7 +366,7 @@ static void the_smoother_has_the_noise_that_was_used(void)
     ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     for (int t = 0; t < 5; t++) {
         z[0] = t == 2 ? N(60) : N(3 + t), z[1] = t == 3 ? N(-30) : N(1 + t);
-        ASSERT_OK(K(update_student)(&track, &radar, z, ALL, 4, weights));
+        ASSERT_OK(update_student(&track, &radar, z, ALL, 4, weights));
         TEST_ASSERT_TRUE(t != 2 || weights[0] < N(0.01));
         for (int c = 0; c < 2; c++) noise_now[c] = r[c] / weights[c];
         ASSERT_OK(K(sensor_init_diagonal)(&radar, H, noise_now));
@@ -391,12 +390,12 @@ static void the_smoother_has_the_noise_that_was_used(void)
 static void an_outlier_beyond_the_numbers_is_an_event(void)
 {
     const num huge[] = {NUM_MAX / 4}, wide[] = {N(MOST_SIGMA * MOST_SIGMA)}, measured[] = {NUM_MAX / 2};
-    ASSERT_OK(K(update_huber)(&river, &level, huge, ALL, 1, weights));
+    ASSERT_OK(update_huber(&river, &level, huge, ALL, 1, weights));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&river));
     ASSERT_WITHIN(0, 0, weights[0]);
     ASSERT_WITHIN(0, 0, K(mean)(&river, 0));
     ASSERT_OK(K(filter_init)(&river, none, wide));
-    ASSERT_OK(K(update_huber)(&river, &level, measured, ALL, N(1e-6), weights));
+    ASSERT_OK(update_huber(&river, &level, measured, ALL, N(1e-6), weights));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&river));
     TEST_ASSERT_EQUAL_INT(0, K(taken)(&river));
     ASSERT_WITHIN(0, 0, weights[0]);
@@ -409,19 +408,19 @@ typedef kq_status robust_update(K(filter) * f, const K(sensor) * s, const num *v
 static kq_status huber(K(filter) * f, const K(sensor) * s, const num *values, uint32_t present,
                        num parameter)
 {
-    return K(update_huber)(f, s, values, present, parameter, weights);
+    return update_huber(f, s, values, present, parameter, weights);
 }
 
 static kq_status student(K(filter) * f, const K(sensor) * s, const num *values, uint32_t present,
                          num parameter)
 {
-    return K(update_student)(f, s, values, present, parameter, weights);
+    return update_student(f, s, values, present, parameter, weights);
 }
 
 static kq_status jump(K(filter) * f, const K(sensor) * s, const num *values, uint32_t present,
                       num parameter)
 {
-    return K(update_jump)(f, s, values, present, parameter);
+    return update_jump(f, s, values, present, parameter);
 }
 
 /* Twins without noise that say different things.  The plain update takes one of them: so do the
@@ -456,7 +455,7 @@ static void what_is_not_taken_is_not_recorded(void)
     ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
     for (int t = 0; t < 3; t++) {
-        ASSERT_OK(K(update_huber)(&track, &twins, values, ALL, 9, NULL));
+        ASSERT_OK(update_huber(&track, &twins, values, ALL, 9, NULL));
         ASSERT_OK(K(update)(&twin, &twins, values));
         ASSERT_OK(K(predict)(&track, &motion, u));
         ASSERT_OK(K(predict)(&twin, &motion, u));
@@ -482,7 +481,7 @@ static void nothing_is_raised_for_what_is_not_taken(void)
         ASSERT_OK(K(sensor_init_diagonal)(&twins, same, noises));
         for (int k = 0; k < 2; k++) {
             ASSERT_OK(K(filter_init)(&track, none2, wide));
-            ASSERT_OK(K(update_jump)(&track, &twins, k ? agreeing : wild, ALL, 9));
+            ASSERT_OK(update_jump(&track, &twins, k ? agreeing : wild, ALL, 9));
             const unsigned raised = K(events)(&track) & KQ_EVENT_JUMP;
             TEST_ASSERT_FALSE(raised && K(taken)(&track) < 2);
             if (K(taken)(&track) == 2) continue;
@@ -558,7 +557,7 @@ static void without_a_jump_the_update_is_plain(void)
 {
     for (int k = 0; k < 4; k++) {
         const K(sensor) *s = k % 2 ? &radar : &coupled;
-        ASSERT_OK(K(update_jump)(&track, s, z, k == 3 ? 2 : ALL, 1000));
+        ASSERT_OK(update_jump(&track, s, z, k == 3 ? 2 : ALL, 1000));
         ASSERT_OK(K(update_subset)(&twin, s, z, k == 3 ? 2 : ALL));
         ASSERT_SAME_STATE(&twin, &track, 2);
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
@@ -572,7 +571,7 @@ static void a_jump_raises_the_covariance(void)
     const double c = (900 - 0.5) / 2;
     for (int k = 0; k < 4; k++) raised[k] = N(c * (double)P0[k]);
     ASSERT_OK(K(filter_init)(&twin, x0, raised));
-    ASSERT_OK(K(update_jump)(&track, &radar, measured, 1, 9));
+    ASSERT_OK(update_jump(&track, &radar, measured, 1, 9));
     ASSERT_OK(K(update_subset)(&twin, &radar, measured, 1));
     assert_states_within(&twin, &track, TOLERANCE * 1000);
     ASSERT_CLOSE(900 / 2.5, K(nis)(&track), 900);
@@ -586,7 +585,7 @@ static void what_has_no_variance_does_not_jump(void)
 {
     num measured[] = {31};
     ASSERT_OK(K(filter_init)(&river, none, none));
-    ASSERT_OK(K(update_jump)(&river, &level, measured, ALL, 4));
+    ASSERT_OK(update_jump(&river, &level, measured, ALL, 4));
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&river));
     ASSERT_WITHIN(0, 0, K(mean)(&river, 0));
 }
@@ -599,7 +598,7 @@ static void a_jump_is_followed_as_far_as_the_numbers_reach(void)
     for (double far = 8; far < (double)NUM_MAX / 16; far *= 16) {
         const num measured[] = {N(far)};
         ASSERT_OK(K(filter_init)(&river, none, one));
-        ASSERT_OK(K(update_jump)(&river, &level, measured, ALL, 9));
+        ASSERT_OK(update_jump(&river, &level, measured, ALL, 9));
         const unsigned events = K(events)(&river);
         const int taken = K(taken)(&river);
         TEST_ASSERT_TRUE(K(sigma)(&river, 0) <= 1 + 4 * (num)EPS);
@@ -621,13 +620,13 @@ static void no_variance_is_raised_beyond_its_limit(void)
     SENSOR(first, 2, 1);
     ASSERT_OK(K(sensor_init)(&first, (const num[]){1, 0}, alone));
     ASSERT_OK(K(filter_init)(&track, x0, prior));
-    ASSERT_OK(K(update_jump)(&track, &first, measured, ALL, 9));
+    ASSERT_OK(update_jump(&track, &first, measured, ALL, 9));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP | KQ_EVENT_OVERFLOW, K(events)(&track));
     ASSERT_OK(K(covariance)(&track, P));
     ASSERT_WITHIN(1e-3, 1, sqrt((double)P[3]) / LARGE_SIGMA);
     ASSERT_WITHIN(1e6 / 4096, 1e6, whole_mean(&track, 0));
     K(events_clear)(&track);
-    ASSERT_OK(K(update_jump)(&track, &first, (const num[]){N(-1e6)}, ALL, 9));
+    ASSERT_OK(update_jump(&track, &first, (const num[]){N(-1e6)}, ALL, 9));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track)); /* nothing left to raise */
     ASSERT_OK(K(covariance)(&track, P));
     TEST_ASSERT_TRUE(sqrt((double)P[3]) <= LARGE_SIGMA * 1.001);
@@ -685,224 +684,6 @@ static void refusals_of_scaling(void)
     ASSERT_OK(K(process_init)(&motion, A, B, immense));
     ASSERT_OK(K(process_scale_noise)(&scaled, &motion, NUM_MAX / 4));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(process_scale_noise)(&motion, &scaled, NUM_MAX / 4));
-}
-
-/* ------------------------------------------------------------------------------ Student-t state */
-
-static kq_status step_student(K(filter) * f, const K(process) * p, const K(sensor) * s,
-                              uint32_t present, num nu, K(process) * target)
-{
-    return K(step_student)(f, p, u, s, z, present, nu, target, q);
-}
-
-/* It is predict with q Q and update; NIS and likelihood are those of Q. */
-static void a_student_step_is_one_with_scaled_noise(void)
-{
-    K(filter) plain;
-    num words[FILTER_LEN(2)];
-    ASSERT_OK(K(filter_assign)(&plain, 2, words, FILTER_LEN(2)));
-    double run = 0;
-    for (int t = 0; t < 6; t++) {
-        const K(sensor) *s = t % 2 ? &radar : &coupled;
-        const uint32_t present = t == 4 ? 1 : ALL;
-        z[0] = t == 3 ? N(300) : N(2 + t);
-        ASSERT_OK(K(forecast)(&track, &motion, u, 1, &plain));
-        ASSERT_OK(K(update_subset)(&plain, s, z, present));
-        ASSERT_OK(step_student(&track, &motion, s, present, 2, &scaled));
-        TEST_ASSERT_TRUE(q[0] >= 1 && (t != 3 || q[0] > 100));
-        ASSERT_OK(K(process_scale_noise)(&scaled, &motion, q[0]));
-        ASSERT_OK(K(predict)(&twin, &scaled, u));
-        ASSERT_OK(K(update_subset)(&twin, s, z, present));
-        ASSERT_SAME_STATE(&twin, &track, 2);
-        ASSERT_WITHIN(0, K(nis)(&plain), K(nis)(&track));
-        ASSERT_WITHIN(0, K(log_likelihood_last)(&plain), K(log_likelihood_last)(&track));
-        run += (double)K(log_likelihood_last)(&plain);
-        if (t == 3) TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP, K(events)(&track));
-    }
-    ASSERT_CLOSE(run, K(log_likelihood)(&track), -run);
-}
-
-static double grid_scale(double v, double known, double noise_variance, double nu)
-{
-    double total = 0, sum = 0;
-    for (int k = 0; k < 5; k++) {
-        const double scale = pow(16, k), s = known + scale * noise_variance;
-        const double share = exp(-0.5 * (log(s) + v * v / s) - nu * (k * log(4) + 0.5 / scale));
-        total += share;
-        sum += share * pow(4, k);
-    }
-    return sum / total * (sum / total);
-}
-
-static void the_scale_is_the_mean_over_a_grid(void)
-{
-    static const double innovations[] = {0, 1, 4, 8, 30};
-    for (int k = 0; k < COUNT(innovations); k++) {
-        const num measured[] = {N(innovations[k])};
-        num found;
-        ASSERT_OK(K(filter_init)(&river, none, one));
-        ASSERT_OK(K(step_student)(&river, &walk, NULL, &level, measured, ALL, N(1.5), &scaled_walk,
-                                  &found));
-        const double expected = grid_scale(innovations[k], 2, 0.25, 1.5);
-        ASSERT_WITHIN(expected * (1e-8 + 1e3 * EPS), expected, found);
-    }
-}
-
-/* However far the jump is, it is followed to within a few sigma. */
-static void a_jump_of_any_size_is_followed(void)
-{
-    for (double far = 10; far < 5e4; far *= 7) {
-        const num measured[] = {N(far)};
-        ASSERT_OK(K(filter_init)(&river, none, one));
-        ASSERT_OK(
-            K(step_student)(&river, &walk, NULL, &level, measured, ALL, 2, &scaled_walk, NULL));
-        ASSERT_WITHIN(3, far, whole_mean(&river, 0));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_JUMP, K(events)(&river));
-    }
-}
-
-static void without_a_measurement_the_noise_is_as_given(void)
-{
-    ASSERT_OK(step_student(&track, &motion, &radar, 0, 2, &scaled));
-    ASSERT_OK(K(predict)(&twin, &motion, u));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-    ASSERT_WITHIN(0, 1, q[0]);
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
-    TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
-}
-
-static void a_student_step_works_at_every_size(void)
-{
-    static num words[2][FILTER_LEN(16)], sensor_words[KQ_SENSOR_DIAGONAL_LEN(16)];
-    static num noise_words[2][KQ_PROCESS_LEN(16)], I[256], x[16], far[16], unit[16], found;
-    K(filter) f, g;
-    K(sensor) s;
-    K(process) p, target;
-    for (int n = 1; n <= 16; n++) {
-        put_identity(I, n, 1);
-        for (int i = 0; i < n; i++) far[i] = 12, unit[i] = 1;
-        ASSERT_OK(K(filter_assign)(&f, n, words[0], FILTER_LEN(16)));
-        ASSERT_OK(K(filter_assign)(&g, n, words[1], FILTER_LEN(16)));
-        ASSERT_OK(K(sensor_assign)(&s, n, n, sensor_words, COUNT(sensor_words)));
-        ASSERT_OK(K(process_assign)(&p, n, 0, noise_words[0], COUNT(noise_words[0])));
-        ASSERT_OK(K(process_assign)(&target, n, 0, noise_words[1], COUNT(noise_words[1])));
-        ASSERT_OK(K(process_init)(&p, I, NULL, I));
-        ASSERT_OK(K(sensor_init_diagonal)(&s, I, unit));
-        ASSERT_OK(K(filter_init)(&f, x, I));
-        ASSERT_OK(K(filter_init)(&g, x, I));
-        ASSERT_OK(K(step_student)(&f, &p, NULL, &s, far, ALL, 2, &target, &found));
-        ASSERT_OK(K(process_scale_noise)(&target, &p, found));
-        ASSERT_OK(K(predict)(&g, &target, NULL));
-        ASSERT_OK(K(update)(&g, &s, far));
-        TEST_ASSERT_EQUAL_MEMORY(words[1], words[0], sizeof(num) * (size_t)FILTER_LEN(n));
-        TEST_ASSERT_TRUE(found > 4);
-    }
-}
-
-/* The sum of sixteen NIS is beyond the numbers where each of them is not. */
-static void a_student_step_answers_a_number(void)
-{
-    static num words[FILTER_LEN(16)], sensor_words[KQ_SENSOR_DIAGONAL_LEN(16)];
-    static num noise_words[2][KQ_PROCESS_LEN(16)], I[256], noise[256];
-    static num x[16], far[16], unit[16], found;
-    const double sizes[] = {1e3, sqrt((double)NUM_MAX) / 8, 1.2 * sqrt((double)NUM_MAX)};
-    K(filter) f;
-    K(sensor) s;
-    K(process) p, target;
-    ASSERT_OK(K(filter_assign)(&f, 16, words, FILTER_LEN(16)));
-    ASSERT_OK(K(sensor_assign)(&s, 16, 16, sensor_words, COUNT(sensor_words)));
-    ASSERT_OK(K(process_assign)(&p, 16, 0, noise_words[0], COUNT(noise_words[0])));
-    ASSERT_OK(K(process_assign)(&target, 16, 0, noise_words[1], COUNT(noise_words[1])));
-    for (int i = 0; i < 16; i++) unit[i] = 1;
-    put_identity(I, 16, 1);
-    ASSERT_OK(K(sensor_init_diagonal)(&s, I, unit));
-    for (int k = 0; k < 2 * COUNT(sizes); k++) {
-        put_identity(noise, 16, k % 2 ? N(0x1p-40) : 1); /* which explains nothing, or all */
-        ASSERT_OK(K(process_init)(&p, I, NULL, noise));
-        for (int i = 0; i < 16; i++) far[i] = i % 2 ? N(sizes[k / 2]) : -N(sizes[k / 2]);
-        ASSERT_OK(K(filter_init)(&f, x, I));
-        ASSERT_OK(K(step_student)(&f, &p, NULL, &s, far, ALL, 2, &target, &found));
-        TEST_ASSERT_TRUE(found >= 1 && found <= N(0x1p28));
-        TEST_ASSERT_TRUE(K(sigma)(&f, 15) <= (K(taken)(&f) ? 1 : N(1.5)));
-        TEST_ASSERT_TRUE(isfinite(K(mean)(&f, 15)));
-        const int whole = K(taken)(&f) == 16 && isfinite(K(nis)(&f));
-        const unsigned beyond = whole ? 0 : KQ_EVENT_OVERFLOW;
-        /* the largest scale is far from explaining all but the smallest size: that is told */
-        const unsigned told = KQ_EVENT_JUMP | (k < 2 ? 0u : KQ_EVENT_CONTRADICTION);
-        TEST_ASSERT_EQUAL_HEX(beyond, K(events)(&f) & ~told);
-        TEST_ASSERT_TRUE(isfinite(K(log_likelihood)(&f)));
-        TEST_ASSERT_EQUAL_INT(k / 2 == 2, beyond != 0);
-        TEST_ASSERT_TRUE(k % 2 || beyond || (K(events)(&f) & KQ_EVENT_JUMP));
-    }
-}
-
-/* Two sensors of the level, r = 1: S_q = [known + q noise + 1, ...], in double */
-static double pair_scale(double a, double b, double known, double noise, double nu)
-{
-    double total = 0, sum = 0, likeliest = 0;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < 5; k++) {
-            const double q = pow(16, k), P = known + q * noise, d = 1 + 2 * P;
-            /* NIS less (a - b)^2 / 2, which is the same for every q */
-            const double log_p =
-                -0.5 * (log(d) + (a + b) * (a + b) / (2 * d)) - nu * (k * log(4) + 0.5 / q);
-            if (pass == 0 && (k == 0 || log_p > likeliest)) likeliest = log_p;
-            const double share = pass ? exp(log_p - likeliest) : 0;
-            total += share;
-            sum += share * pow(4, k);
-        }
-    }
-    return sum / total * (sum / total);
-}
-
-/* Sensors that contradict each other say nothing of the scale, however large NIS is. */
-static void what_no_scale_explains_does_not_count(void)
-{
-    num found;
-    SENSOR(pair, 1, 2);
-    ASSERT_OK(K(sensor_init_diagonal)(&pair, (const num[]){1, 1}, (const num[]){1, 1}));
-    for (double burst = 30; burst < 4000; burst *= 3) {
-        for (double both = 0; both < 12; both += 1.5) {
-            const num measured[] = {N(burst + both), N(both - burst)};
-            const double expected =
-                pair_scale((double)measured[0], (double)measured[1], 1, 0.25, 2);
-            ASSERT_OK(K(filter_init)(&river, none, one));
-            ASSERT_OK(K(step_student)(&river, &walk, NULL, &pair, measured, ALL, 2, &scaled_walk,
-                                      &found));
-            /* an ulp of the innovations shows */
-            ASSERT_WITHIN(expected * (1e-8 + (300 + burst) * EPS), expected, found);
-        }
-    }
-}
-
-static void refusals_of_a_student_step(void)
-{
-    static const num immense[] = {N(MOST_SIGMA * MOST_SIGMA), 0, 0, N(MOST_SIGMA * MOST_SIGMA)};
-    PROCESS(strong, 2, 1);
-    ASSERT_REFUSED(KQ_ERR_NULL, step_student(NULL, &motion, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NULL, step_student(&track, NULL, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NULL, step_student(&track, &motion, NULL, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NULL, step_student(&track, &motion, &radar, ALL, 2, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   K(step_student)(&track, &motion, u, &radar, NULL, ALL, 2, &scaled, q));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, step_student(&blank, &motion, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, step_student(&track, &blank_process, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, step_student(&track, &motion, &blank_sensor, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, step_student(&track, &motion3, &radar, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, step_student(&track, &motion, &radar3, ALL, 2, &scaled));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, step_student(&track, &motion, &radar, ALL, 2, &motion));
-    ASSERT_REFUSED(KQ_ERR_RANGE, step_student(&track, &motion, &radar, ALL, 0, &scaled));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE,
-                   step_student(&track, &motion, &radar, ALL, (num)NAN, &scaled));
-    u[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step_student(&track, &motion, &radar, ALL, 2, &scaled));
-    u[0] = 4, z[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step_student(&track, &motion, &radar, ALL, 2, &scaled));
-    z[0] = 3;
-    ASSERT_OK(K(process_init)(&motion, A, B, immense));
-    ASSERT_OK(K(process_scale_noise)(&scaled, &motion, NUM_MAX / 16));
-    ASSERT_OK(K(process_scale_noise)(&strong, &scaled, NUM_MAX / 4 / immense[0]));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step_student(&track, &strong, &radar, ALL, 2, &scaled));
 }
 
 /* ------------------------------------------------------------------------------ the smoother */
@@ -975,31 +756,6 @@ static void noise_of_less_rank_counts_by_its_rank(void)
     }
 }
 
-static void a_student_run_can_be_smoothed(void)
-{
-    reading a, b;
-    ASSERT_OK(K(attach)(&track, &tape.attached));
-    ASSERT_OK(K(attach)(&twin, &twin_tape.attached));
-    for (int t = 0; t < 6; t++) {
-        z[0] = t == 3 ? N(90) : N(t);
-        ASSERT_OK(K(step_student)(&track, &motion, u, &radar, z, ALL, 2, &scaled, q + t));
-        ASSERT_OK(K(process_scale_noise)(&scaled, &motion, q[t]));
-        ASSERT_OK(K(step)(&twin, &scaled, u, &radar, z));
-    }
-    TEST_ASSERT_EQUAL_INT(7, (int)K(history_steps)(&tape));
-    ASSERT_OK(K(smooth_step)(&twin_tape, NULL, NULL));
-    for (int t = 5; t >= 0; t--) {
-        ASSERT_OK(K(process_scale_noise)(&scaled, &motion, q[t]));
-        ASSERT_OK(K(smooth_step)(&twin_tape, &scaled, NULL));
-    }
-    ASSERT_OK(K(smooth_reweighted)(&tape, &scaled, &motion, 2, q));
-    for (size_t t = 0; t < 7; t++) {
-        read_smoothed(&a, &twin_tape, t, 2);
-        read_smoothed(&b, &tape, t, 2);
-        ASSERT_SAME_BITS(a, b);
-    }
-}
-
 static void refusals_of_the_smoother(void)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_reweighted)(NULL, &scaled, &motion, 2, q));
@@ -1059,16 +815,7 @@ SUITE(robust, set_up)
     RUN_TEST(scaled_noise_is_that_of_the_scaled_covariance);
     RUN_TEST(no_noise_stays_none);
     RUN_TEST(refusals_of_scaling);
-    RUN_TEST(a_student_step_is_one_with_scaled_noise);
-    RUN_TEST(the_scale_is_the_mean_over_a_grid);
-    RUN_TEST(a_jump_of_any_size_is_followed);
-    RUN_TEST(without_a_measurement_the_noise_is_as_given);
-    RUN_TEST(a_student_step_works_at_every_size);
-    RUN_TEST(a_student_step_answers_a_number);
-    RUN_TEST(what_no_scale_explains_does_not_count);
-    RUN_TEST(refusals_of_a_student_step);
     RUN_TEST(reweighting_follows_the_smoothed_noise);
     RUN_TEST(noise_of_less_rank_counts_by_its_rank);
-    RUN_TEST(a_student_run_can_be_smoothed);
     RUN_TEST(refusals_of_the_smoother);
 }

@@ -744,16 +744,10 @@ static void an_assigned_copy_does_not_record(void)
     WATCH(tape), WATCH(tape_memory);
     ASSERT_OK_UNCHANGED(K(predict)(&copied, &motion, NULL));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&copied));
-    for (int way = 0; way < 3; way++) {
-        num q;
-        PROCESS(target, 2, 1);
+    for (int way = 0; way < 2; way++) {
         copied = track;
         if (way == 0) ASSERT_OK_UNCHANGED(K(step)(&copied, &motion, NULL, &radar, radar_z[0]));
         if (way == 1) ASSERT_OK_UNCHANGED(K(update)(&copied, &radar, radar_z[0]));
-        if (way == 2) {
-            ASSERT_OK_UNCHANGED(K(step_student)(&copied, &motion, NULL, &radar, radar_z[0], 1, 4,
-                                                &target, &q));
-        }
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, K(events)(&copied));
         K(events_clear)(&copied);
         ASSERT_OK_UNCHANGED(K(step)(&copied, &motion, NULL, &radar, radar_z[0]));

@@ -1,4 +1,5 @@
 /* The unknown start: what is determined when, by hand; what it refuses. */
+#include "losses.h"
 #include "reading.h"
 #include "sizes.h"
 #include "unchanged.h"
@@ -623,9 +624,9 @@ static void what_is_not_ready(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(gain)(&track, &level, P));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&track, &trend, NULL, 1, &twin));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_copy)(&twin, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_huber)(&track, &level, z, 1, 2, weights));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_student)(&track, &level, z, 1, 4, weights));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_jump)(&track, &level, z, 1, 9));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_huber(&track, &level, z, 1, 2, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_student(&track, &level, z, 1, 4, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&track, &level, z, 1, 9));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &lag.attached));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &point.attached));
     ASSERT_OK(K(attach)(&track, &tape.attached));

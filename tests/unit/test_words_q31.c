@@ -1,5 +1,6 @@
 /* Words in q31: a result is held at its word, and flagged; what leads to it is not. */
 #include "q31.h"
+#include "losses_q31.h"
 
 static process_model still, shrink, trend;
 static sensor_model pair, independent, first, second, line;
@@ -101,15 +102,15 @@ static void so_it_may_where_nothing_is_sharp(void)
 static void so_it_may_in_robust_updates(void)
 {
     static const kq_scaled_q31 large = {INT32_C(1) << 30, 20};
-    kq_gate_q31 gate = {.limit = INT64_MAX};
+    kq_loss_q31 gate = {.kind = &kq_loss_gate_q31, .limit = INT64_MAX};
     const sensor_model *sensors[] = {&pair, &independent};
     for (int k = 0; k < 8; k++) {
         const kq_sensor_q31 *s = &sensors[k % 2]->sensor;
         ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-        if (k / 2 == 0) ASSERT_OK(kq_update_huber_q31(&track, s, inside(), 3, large, NULL));
-        if (k / 2 == 1) ASSERT_OK(kq_update_student_q31(&track, s, inside(), 3, large, NULL));
-        if (k / 2 == 2) ASSERT_OK(kq_update_jump_q31(&track, s, inside(), 3, large));
-        if (k / 2 == 3) ASSERT_OK(kq_update_gated_q31(&track, &gate, s, inside(), 3));
+        if (k / 2 == 0) ASSERT_OK(huber_q31(&track, s, inside(), 3, large, NULL));
+        if (k / 2 == 1) ASSERT_OK(student_q31(&track, s, inside(), 3, large, NULL));
+        if (k / 2 == 2) ASSERT_OK(jump_q31(&track, s, inside(), 3, large));
+        if (k / 2 == 3) ASSERT_OK(kq_update_robust_q31(&track, s, inside(), 3, &gate));
         assert_mean(5, 20);
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
     }

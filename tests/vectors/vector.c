@@ -45,7 +45,7 @@ static struct {
     const kq_scaled_q31 *gains; /* of the updates */
     size_t gain_count;
     kq_settling_q31 lazy;
-    kq_gate_q31 gate;
+    kq_loss_q31 gate;
     kq_least_squares_q31 fit;
     kq_format_q31 fit_format;
     kq_consistency_q31 window;
@@ -695,7 +695,6 @@ static const struct {
     [VECTOR_WEIGHTED] = {"weighted update", HAS_ROBUST ? update_weighted : NULL},
     [VECTOR_JUMP] = {"jump update", HAS_ROBUST ? update_jump : NULL},
     [VECTOR_SCALE] = {"scaled noise", HAS_ROBUST ? scale_noise : NULL},
-    [VECTOR_STUDENT] = {"Student-t step", HAS_ROBUST ? step_student : NULL},
     [VECTOR_REWEIGHTED] = {"smooth reweighted", HAS_ROBUST ? smooth_reweighted : NULL},
     [VECTOR_FADE] = {"fade", HAS_STATISTICS ? fade : NULL},
     [VECTOR_FIT] = {"least squares", HAS_STATISTICS ? set_fit : NULL},

@@ -26,14 +26,14 @@ CALLED = {
     "hard_smooth": "smooth_step",
     "steady": "steady_step",
     "settling": "step",
-    "gated": "update_gated",
-    "huber": "update_huber",
-    "student": "update_student",
-    "jump": "update_jump",
+    "gated": "update_robust",
+    "huber": "update_robust",
+    "student": "update_robust",
+    "jump": "update_robust",
     "em": "em_iterate",
     "em_state": "em_iterate",
     "extended_predict": "predict_extended",
-    "extended_update": "update_extended",
+    "extended_update": "update",
 }
 PARTS = ("filter", "steady", "adaptation", "em", "nonlinear")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c

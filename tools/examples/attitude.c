@@ -112,7 +112,7 @@ kq_status attitude_start(void)
     step = 0;
     write_transition(zero);
     kq_status status = kq_process_init_f32(&rotation, A, NULL, Q);
-    if (!status) status = kq_sensor_init_diagonal_f32(&sighting, H, r);
+    if (!status) status = kq_sensor_init_diagonal_extended_f32(&sighting, H, r);
     if (!status) status = kq_filter_init_f32(&error, zero, P0);
     if (!status) status = kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS);
     if (!status) status = kq_attach_f32(&error, &jacobians.attached);
@@ -142,7 +142,7 @@ kq_status attitude_sight(const float up[3], const float field[3])
     compare(up_of_world, up, e, H);
     compare(field_of_world, field, e + 3, H + 3 * N);
     kq_status status = kq_sensor_change_measurement_f32(&sighting, H);
-    if (!status) status = kq_update_extended_f32(&error, &sighting, e);
+    if (!status) status = kq_update_f32(&error, &sighting, e);
     if (!status) status = reset();
     return status;
 }

@@ -32,7 +32,7 @@ kq_status battery_start(void)
 {
     H[0] = ocv_slope(x0[0]);
     kq_status status = kq_process_init_f32(&discharge, A, B, Q);
-    if (!status) status = kq_sensor_init_diagonal_f32(&voltmeter, H, r);
+    if (!status) status = kq_sensor_init_diagonal_extended_f32(&voltmeter, H, r);
     if (!status) status = kq_filter_init_f32(&cell, x0, P0);
     if (!status) status = kq_detach_f32(&tape.attached);
     if (!status) status = kq_attach_f32(&cell, &tape.attached);
@@ -47,7 +47,7 @@ kq_status battery_measure(float voltage, float current)
     const float e = voltage - (ocv(s) - v - series * current);
     H[0] = ocv_slope(s);
     kq_status status = kq_sensor_change_measurement_f32(&voltmeter, H);
-    if (!status) status = kq_update_extended_f32(&cell, &voltmeter, &e);
+    if (!status) status = kq_update_f32(&cell, &voltmeter, &e);
     return status;
 }
 

@@ -54,7 +54,7 @@ static kq_status update_at(const float c[N], kq_filter_f32 *to, float z[M])
         for (int j = 0; j < M; j++) e[j] -= H[j * N + i] * from_c;
     }
     kq_status status = kq_sensor_change_measurement_f32(&radar, H);
-    if (!status) status = kq_update_extended_f32(to, &radar, e);
+    if (!status) status = kq_update_f32(to, &radar, e);
     return status;
 }
 
@@ -83,7 +83,7 @@ kq_status track_start(const float x0[N], const float sigma[M], track_method meth
     how = method;
     write_jacobian(x0);
     kq_status status = kq_process_init_f32(&motion, A, NULL, Q);
-    if (!status) status = kq_sensor_init_diagonal_f32(&radar, H, r);
+    if (!status) status = kq_sensor_init_diagonal_extended_f32(&radar, H, r);
     if (!status) status = kq_filter_init_f32(&target, x0, P0);
     if (!status) status = kq_detach_f32(&tape.attached);
     if (!status) status = kq_attach_f32(&target, &tape.attached);

@@ -78,6 +78,12 @@ class Arithmetic:
     def struct(self, stem: str) -> Any:
         return ffi.new(f"kq_{stem}_{self.name} *")
 
+    def loss(self, name: str) -> Any:
+        """A loss of robust.h: "gate", "huber", ..."""
+        made = self.struct("loss")
+        made.kind = getattr(lib, f"kq_loss_{name}_{self.name}_address")()
+        return made
+
     def empty(self, *shape: int) -> np.ndarray:
         return np.zeros(shape, self.number)
 

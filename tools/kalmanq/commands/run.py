@@ -111,7 +111,7 @@ def _refuse(asked: Asked, model: AnyModel) -> None:
         raise KalmanqError("--smooth and --lag: one of them")
     if asked.smooth and asked.robust:
         raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
-    if asked.robust in ("jump", "step-student") and asked.lag is not None:
+    if asked.robust == "jump" and asked.lag is not None:
         raise KalmanqError(f"--lag and --robust {asked.robust}: a lag cannot follow it")
     refuse_one_output(asked.out, asked.plot)
     for path in (asked.out, asked.plot):

@@ -30,6 +30,10 @@ def preprocessed(compiler: str, include: Path) -> str:
     return re.sub(r"extern const struct[^;]*;", "", text)
 
 
+# kinds of losses, which are objects: their addresses
+LOSSES = re.compile(r"^extern const struct (kq_loss_kind_\w+) ([^;]*);", re.M)
+
+
 def main() -> None:
     compiler, include, output = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
     headers = "".join(path.read_text(encoding="utf-8") for path in sorted((include / "kalmanq").glob("*.h")))
@@ -38,7 +42,11 @@ def main() -> None:
     builder.cdef(preprocessed(compiler, include))
     builder.cdef("".join(f"#define {name} ...\n" for name in constants))
     builder.cdef(CALLED_BACK)
-    builder.set_source("kalmanq._core", '#include "sequences.h"')
+    losses = [(kind, name.strip()) for kind, names in LOSSES.findall(headers) for name in names.split(",")]
+    builder.cdef("".join(f"const struct {kind} *{name}_address(void);\n" for kind, name in losses))
+    addresses = "".join(f"static const struct {kind} *{name}_address(void) {{ return &{name}; }}\n"
+                        for kind, name in losses)
+    builder.set_source("kalmanq._core", '#include "sequences.h"\n' + addresses)
     builder.emit_c_code(str(output))
 
 

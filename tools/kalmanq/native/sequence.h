@@ -16,15 +16,14 @@ typedef struct {
     K(calm) calm;
 } K(row);
 
-/* What is attached may have more of a covariance than a root; a Student-t step moves one by a noise of its own, and
- * so does one with a weight. */
+/* What is attached may have more of a covariance than a root; a predict with a weight moves one by a noise of its own. */
 static void K(watch_root)(K(row) *r)
 {
     const K(filter) *f = r->q->filter;
     const size_t size = sizeof(num) * (size_t)root_words(r->n);
     const num *now = f->memory + mean_words(r->n);
     r->is_calm = r->has_root && !f->attached && !memcmp(r->root, now, size);
-    r->has_root = !f->attached && r->q->way != SEQUENCE_STEP_STUDENT && !r->q->weights;
+    r->has_root = !f->attached && !r->q->weights;
     if (r->is_calm) return;
     memcpy(r->root, now, size);
     r->was_sought = r->is_found = 0;
@@ -123,37 +122,18 @@ static kq_status K(look)(const K(row) *r, const K(filter) *f)
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a state that is unknown so far */
 }
 
-/* A step that predicts by itself shows no innovation. */
-static void K(look_away)(const K(row) *r)
-{
-    const K(sequence) *q = r->q;
-    for (size_t c = 0; c < r->m; c++) {
-        if (q->innovation) q->innovation[r->t * r->m + c] = lost;
-        if (q->innovation_variance) q->innovation_variance[r->t * r->m + c] = no_number;
-    }
-}
-
+/* A gate's limit is that of the components which the row has. */
 static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t present)
 {
-    K(filter) *f = q->filter;
-    const K(sensor) *s = q->sensor;
-    switch (q->way) {
-    case SEQUENCE_GATED:
-        q->gate->limit = q->limits[count_of(present) - 1];
-        return K(update_gated)(f, q->gate, s, z, present);
-    case SEQUENCE_HUBER: return K(update_huber)(f, s, z, present, q->parameter, NULL);
-    case SEQUENCE_STUDENT: return K(update_student)(f, s, z, present, q->parameter, NULL);
-    case SEQUENCE_JUMP: return K(update_jump)(f, s, z, present, q->parameter);
-    default: return KQ_ERR_NOT_READY; /* none of these */
-    }
+    if (q->limits) q->loss->limit = q->limits[count_of(present) - 1];
+    return K(update_robust)(q->filter, q->sensor, z, present, q->loss);
 }
 
 /* A start that is in part unknown takes its measurements as they are: nothing tells an outlier there. */
 static kq_status K(take)(const K(row) *r, const num *z)
 {
     const K(sequence) *q = r->q;
-    const kq_status status = q->way != SEQUENCE_PLAIN && r->present ? K(take_robustly)(q, z, r->present)
-                                                                    : KQ_ERR_NOT_READY;
+    const kq_status status = q->loss && r->present ? K(take_robustly)(q, z, r->present) : KQ_ERR_NOT_READY;
     if (status != KQ_ERR_NOT_READY) return status;
     if (r->present == r->all) return r->kernels.update(q->filter, q->sensor, z);
     return K(update_subset)(q->filter, q->sensor, z, r->present);
@@ -196,11 +176,6 @@ static kq_status K(take_row)(const K(row) *r)
     const num *z = q->z + r->t * r->m;
     const num *u = q->u ? q->u + r->t * l : NULL;
     const int is_moved = r->t > 0 || !q->begins;
-    if (q->way == SEQUENCE_STEP_STUDENT && is_moved && r->present) {
-        const kq_status status = STEP_STUDENT(q, u, z, r->present);
-        K(look_away)(r);
-        if (status != KQ_ERR_NOT_READY) return status;
-    }
     if (q->is_settling && is_moved && r->present == r->all) return K(step_settling)(r, u, z);
     kq_status status = is_moved ? K(predict_row)(r, u) : KQ_OK;
     if (!status) status = K(look)(r, q->filter);
@@ -312,7 +287,7 @@ kq_status K(sequence_run)(K(sequence) *q)
     const size_t n = q->filter->states, m = q->sensor->components;
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
-    r.may_rest = r.kernels.calm && q->way == SEQUENCE_PLAIN && !q->watch && !q->lag && !q->point &&
+    r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->point &&
                  !q->settling && !q->adaptation && !q->filter->attached;
     for (q->done = 0; q->done < q->steps; q->done++) {
         r.t = q->done;

@@ -9,11 +9,9 @@ typedef struct {
     const num *u; /* steps x l: row t is of the predict before row t; NULL: no control */
     int is_upper;            /* A has nothing below its diagonal */
     int begins;              /* the filter stands at row 0: no predict before it */
-    int way;                 /* SEQUENCE_... */
-    number parameter;        /* k, nu or g of that way */
-    K(gate) *gate;
-    const score *limits;   /* of the gate, for 1 .. m components of a row */
-    K(process) *target;    /* of the Student-t steps, and of the weights */
+    K(loss) *loss;         /* of every update, or NULL */
+    const score *limits;   /* of a gate, for 1 .. m components of a row; NULL: of another loss */
+    K(process) *target;    /* of the weights */
     const number *weights; /* steps: the predict before row t has weights[t] Q, by the target; NULL: Q */
     int32_t *root;         /* q31: of the target's noise */
     K(lag) *lag;           /* attached as soon as the filter is ready, or NULL */

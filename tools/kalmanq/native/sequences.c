@@ -15,11 +15,7 @@ static int count_of(uint32_t present)
     return count;
 }
 
-#define FLOATING_STEP_STUDENT(name, q, u, z, present)                                              \
-    name((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter, (q)->target, NULL)
-
 #define K(name) kq_##name##_f32
-#define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f32, q, u, z, present)
 #define SCALE_NOISE(q, weight) kq_process_scale_noise_f32((q)->target, (q)->process, weight)
 #define num float
 #define number float
@@ -33,7 +29,6 @@ static int count_of(uint32_t present)
 #define root_words(n) KQ_TRIANGLE(n)
 #include "sequence.h"
 #undef K
-#undef STEP_STUDENT
 #undef SCALE_NOISE
 #undef num
 #undef number
@@ -42,7 +37,6 @@ static int count_of(uint32_t present)
 #undef mean_words
 
 #define K(name) kq_##name##_f64
-#define STEP_STUDENT(q, u, z, present) FLOATING_STEP_STUDENT(kq_step_student_f64, q, u, z, present)
 #define SCALE_NOISE(q, weight) kq_process_scale_noise_f64((q)->target, (q)->process, weight)
 #define num double
 #define number double
@@ -51,7 +45,6 @@ static int count_of(uint32_t present)
 #define mean_words(n) (n)
 #include "sequence.h"
 #undef K
-#undef STEP_STUDENT
 #undef SCALE_NOISE
 #undef num
 #undef number
@@ -68,9 +61,6 @@ static int count_of(uint32_t present)
 static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 
 #define K(name) kq_##name##_q31
-#define STEP_STUDENT(q, u, z, present)                                                             \
-    kq_step_student_q31((q)->filter, (q)->process, u, (q)->sensor, z, present, (q)->parameter,     \
-                        (q)->target, (q)->root, NULL)
 #define SCALE_NOISE(q, weight) kq_process_scale_noise_q31((q)->target, (q)->process, (q)->root, weight)
 #define num int32_t
 #define number kq_scaled_q31

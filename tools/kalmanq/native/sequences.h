@@ -6,15 +6,6 @@
 
 #include "tables.h"
 
-enum {
-    SEQUENCE_PLAIN,
-    SEQUENCE_GATED,
-    SEQUENCE_HUBER,
-    SEQUENCE_STUDENT,
-    SEQUENCE_JUMP,
-    SEQUENCE_STEP_STUDENT
-};
-
 #define K(name) kq_##name##_f32
 #define num float
 #define number float

@@ -23,6 +23,7 @@ class Steps:
         self.model, self.parts, self.arithmetic = model, parts, parts.arithmetic
         a, n, m = self.arithmetic, model.n, model.m
         self._A, self._H = (self._table(rows * n) for rows in (n, m))
+        parts.take_innovations()
         if not a.is_fixed:
             self._y, self._J, self._E = a.empty(max(n, m)), a.empty(max(n, m) * n), a.empty(max(n, m) * n)
             self._R = a.empty(m, m)
@@ -70,9 +71,9 @@ class Steps:
             made.by_points()
             return words
         if np.all(~np.isnan(z)):
-            status = self._function("update_extended")(filter_, sensor, self._pointer(words))
+            status = self._function("update")(filter_, sensor, self._pointer(words))
         else:
-            status = self._function("update_subset_extended")(filter_, sensor, self._pointer(words), present)
+            status = self._function("update_subset")(filter_, sensor, self._pointer(words), present)
         require(status, "update")
         return words
 

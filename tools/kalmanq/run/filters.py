@@ -19,19 +19,17 @@ from kalmanq.run.results import Run
 
 LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
           0.9999: lib.KQ_LEVEL_9999}
-# By name: what C calls it (sequences.h), and its usual parameter
-LOSSES = {"gate": (lib.SEQUENCE_GATED, 0.9999), "huber": (lib.SEQUENCE_HUBER, 3.0),
-          "student": (lib.SEQUENCE_STUDENT, 10.0), "jump": (lib.SEQUENCE_JUMP, 9.0),
-          "step-student": (lib.SEQUENCE_STEP_STUDENT, 2.0)}
+# The losses of robust.h, with their usual parameters
+LOSSES = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0}
 
 
 @dataclass(frozen=True)
 class Robust:
-    """An update, or a step, for noise that is not Gaussian (robust.h says which to take).
+    """An update for noise that is not Gaussian: a loss of robust.h, which says which to take.
 
     way        "gate": a row that is too far off, for as many components as it has, is not taken;
                "huber", "student": it counts less;
-               "jump": the covariance is raised; "step-student": the process noise is raised
+               "jump": the covariance is raised
     parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
                k of Huber, nu of Student, g of jump; None: what is usual
     run        gate: after so many rejections in a row one is taken; 65535: never
@@ -50,7 +48,7 @@ class Robust:
 
     @property
     def value(self) -> float:
-        return LOSSES[self.way][1] if self.parameter is None else self.parameter
+        return LOSSES[self.way] if self.parameter is None else self.parameter
 
 
 class Filter(Readable):
@@ -89,8 +87,6 @@ class Filter(Readable):
 
     def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None) -> None:
         """Takes m measurements; what is NaN is missing."""
-        if robust and robust.way == "step-student":
-            raise KalmanqError("a Student-t step is predict and update at once: use run")
         given = row_of(z, self.model.m, "z")
         self._sequence(given, None, robust, watch, moves=False)
         self.begins = False
@@ -177,8 +173,8 @@ class Filter(Readable):
         q.z, q.u = self._pointer(words), self._pointer(carried)
         q.is_upper = not np.any(np.tril(self.model.A, -1))
         q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
-        q.watch = ffi.NULL if watch is None else watch.of(self, robust)
-        kept = self._way(q, robust)
+        q.watch = ffi.NULL if watch is None else watch.of(self)
+        kept = self._loss(q, robust)
         out.ask(q)
         self._ask(q, out)
         status = a.function("sequence_run")(q)
@@ -193,27 +189,26 @@ class Filter(Readable):
     def _moved(self, rows: int, left: Optional[np.ndarray] = None) -> None:
         self.row, self.begins, self._left = self.row + rows, False, left
 
-    def _way(self, q: Any, robust: Optional[Robust]) -> list[Any]:
+    def _loss(self, q: Any, robust: Optional[Robust]) -> Any:
         """Sets how measurements are taken; returns what has to stay until the call is over."""
-        a = self.arithmetic
         if robust is None:
-            return []
-        q.way = LOSSES[robust.way][0]
+            return None
         if robust.way == "gate":
             return self._gate(q, robust)
-        q.parameter = a.parameter(robust.value)
-        return list(self._target(q)) if robust.way == "step-student" else []
+        q.loss = loss = self.arithmetic.loss(robust.way)
+        loss.parameter = self.arithmetic.parameter(robust.value)
+        return loss
 
-    def _gate(self, q: Any, robust: Robust) -> list[Any]:
+    def _gate(self, q: Any, robust: Robust) -> Any:
         """The limit of each row is that of the components which it has."""
         if robust not in self._gates:
             a, level = self.arithmetic, LEVELS[robust.value]
-            gate, limit = a.struct("gate"), a.function("chi_square_limit")
+            gate, limit = a.loss("gate"), a.function("chi_square_limit")
             gate.run = robust.run
             self._gates[robust] = gate, np.array([limit(count + 1, level) for count in range(self.model.m)], a.score)
-        q.gate, limits = self._gates[robust]
+        q.loss, limits = self._gates[robust]
         q.limits = self._scores(limits)
-        return []
+        return limits
 
     def _target(self, q: Any) -> tuple[Any, ...]:
         a, n, l = self.arithmetic, self.model.n, self.model.l

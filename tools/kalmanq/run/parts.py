@@ -52,6 +52,12 @@ class Parts:
             a.function("process_as_table")(self.process)
             a.function("sensor_as_table")(self.sensor, way == "lean")
 
+    def take_innovations(self) -> None:
+        """The sensor is to take innovations, not measurements."""
+        model, a = self.model, self.arithmetic
+        given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(model.R))
+        require(a.function("sensor_init_extended")(self.sensor, *given), "H, R")
+
     @property
     def zeros(self) -> tuple[list[int], list[int]]:
         """Where A is 0 and which components measure one state, as KQ_PROCESS_TABLE and KQ_SENSOR_TABLE take it."""

@@ -59,14 +59,12 @@ class Consistency:
         require(a.function(f"consistency_{what}")(self._handle, *which, given, *out), "window")
         return tuple(map(float, a.scores(made)))
 
-    def of(self, filter_: Filter, robust: Optional[Robust]) -> Any:
+    def of(self, filter_: Filter) -> Any:
         """The C object, for a filter that it can watch."""
         if filter_.arithmetic is not self.arithmetic:
             raise KalmanqError(f"the window is in {self.arithmetic}, the filter in {filter_.arithmetic}")
         if filter_.model.m != self.model.m:
             raise KalmanqError(f"the window is of {self.model.m} components, the filter's rows of {filter_.model.m}")
-        if robust and robust.way == "step-student":
-            raise KalmanqError("a Student-t step is predict and update at once: there is nothing to watch")
         return self._handle
 
 

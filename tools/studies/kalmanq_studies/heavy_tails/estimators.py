@@ -89,38 +89,28 @@ def fitted(fitting: Fitting, setting: Setting, z: np.ndarray) -> Fitted:
 
 # ------------------------------------------------------------------------------ robust steps
 
-FREEDOM = {2.0: ((1.3, 2.5), (1.7, 2.5)), 0.02: ((1.3, 1.75), (1.5, 2.0), (1.7, 2.5))}  # robust.h: alpha, nu
 JUMP = {2.0: 9.0, 0.02: 16.0}  # g, as robust.h has it
 
-FILTERS: dict[str, Callable[[Setting, float], Optional[Robust]]] = {
-    "plain": lambda setting, alpha: None,
-    "gate": lambda setting, alpha: Robust("gate"),
-    "Huber": lambda setting, alpha: Robust("huber"),
-    "Student-t update": lambda setting, alpha: Robust("student"),
-    "jump": lambda setting, alpha: Robust("jump", JUMP[setting.ratio]),
-    "Student-t noise, nu = 2": lambda setting, alpha: Robust("step-student", 2.0),
-    "Student-t noise, nu = 4": lambda setting, alpha: Robust("step-student", 4.0),
-    "Student-t noise, nu by table": lambda setting, alpha: Robust("step-student", table_freedom(setting, alpha)),
+FILTERS: dict[str, Callable[[Setting], Optional[Robust]]] = {
+    "plain": lambda setting: None,
+    "gate": lambda setting: Robust("gate"),
+    "Huber": lambda setting: Robust("huber"),
+    "Student-t update": lambda setting: Robust("student"),
+    "jump": lambda setting: Robust("jump", JUMP[setting.ratio]),
 }
 SMOOTHERS = {"plain": None, "reweighted": 5, "reweighted, 12 passes": 12}
 
 
-def table_freedom(setting: Setting, alpha: float) -> float:
-    """nu for that alpha as robust.h has it, between its values, and beyond them the nearest."""
-    alphas, values = zip(*FREEDOM[setting.ratio])
-    return float(np.interp(alpha, alphas, values))
-
-
-def robust_filters(setting: Setting, alpha: float, z: np.ndarray) -> dict[str, np.ndarray]:
+def robust_filters(setting: Setting, z: np.ndarray) -> dict[str, np.ndarray]:
     """Filtered states of each way, runs x rows.
 
-    A known state 0 one step before the first measurement is the same prior; a step of Student-t noise or a
-    reweighted one can then lead to the first row, too.
+    A known state 0 one step before the first measurement is the same prior; a reweighted step can then
+    lead to the first row, too.
     """
     parts, before = Parts(from_nothing(setting), "f64"), one_row_before(z)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # of what was gated, or raised, as it should be
-        return {name: np.stack([_filtered(parts, row, way(setting, alpha)) for row in before])
+        return {name: np.stack([_filtered(parts, row, way(setting)) for row in before])
                 for name, way in FILTERS.items()}
 
 

@@ -183,9 +183,7 @@ def _given(column: str) -> float:
 # ------------------------------------------------------------------------------ robust steps
 
 ROBUST = {"plain": (BLACK, "-"), "gate": (SKY, "--"), "Huber": (PURPLE, "--"), "Student-t update": (ORANGE, "--"),
-          "jump": (GREEN, "-"), "Student-t noise, nu = 2": (BLUE, "-"),
-          "Student-t noise, nu = 4": (GREY, ":"), "Student-t noise, nu by table": (VERMILION, "-."), "reweighted": (BLUE, "-"),
-          "reweighted, 12 passes": (VERMILION, "--")}
+          "jump": (GREEN, "-"), "reweighted": (BLUE, "-"), "reweighted, 12 passes": (VERMILION, "--")}
 LEAST_SHOWN = 0.05  # per cent
 
 

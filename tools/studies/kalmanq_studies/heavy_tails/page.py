@@ -9,10 +9,10 @@ from kalmanq_studies.heavy_tails import population, scores
 from kalmanq_studies.heavy_tails.claims import (
     EVEN, METRICS, QUIET, ROBUST_ALPHAS, TAILED, Claim, claims, nearest, worst)
 from kalmanq_studies.heavy_tails.collected import GAUSSIAN, Collected
-from kalmanq_studies.heavy_tails.estimators import FILTERS, FREEDOM, ITERATIONS, SMOOTHERS, TOLERANCE
+from kalmanq_studies.heavy_tails.estimators import FILTERS, ITERATIONS, JUMP, SMOOTHERS, TOLERANCE
 from kalmanq_studies.heavy_tails.grid import FINER, Grid
 from kalmanq_studies.heavy_tails.scores import Figure
-from kalmanq_studies.heavy_tails.settings import SETTINGS, Setting
+from kalmanq_studies.heavy_tails.settings import SETTINGS
 
 CAPTIONS = {
     "known": "Known parameters: how the filter's error grows as alpha falls, and what smoothing gains. Bars are two "
@@ -105,16 +105,16 @@ def _claims(found: Sequence[Claim]) -> str:
 
 def _advice(c: Collected) -> str:
     alpha = nearest(c.alphas("robust"), 1.5)
-    plain, noise = (c.beside_exact(EVEN, alpha, name, "MAE", "filter") for name in ("plain", "Student-t noise, nu = 2"))
+    plain, jump = (c.beside_exact(EVEN, alpha, name, "MAE", "filter") for name in ("plain", "jump"))
     gate, huber = (c.beside_exact(EVEN, alpha, name, "MAE", "filter") for name in ("gate", "Huber"))
     fitted = c.beside_gaussian("fitted", EVEN, TAILED, "EM of Q", "MAE")
-    cost = [c.beside_exact(ratio, GAUSSIAN, "Student-t noise, nu = 2", "MAE", "filter") for ratio in (EVEN, QUIET)]
+    cost = [c.beside_exact(ratio, GAUSSIAN, "jump", "MAE", "filter") for ratio in (EVEN, QUIET)]
     smoothed = [worst(c, ratio, "reweighted", "MAE", "smoother") for ratio in (EVEN, QUIET)]
     said = (
-        f"""**Where the state jumps, say so to the filter**: `kalmanq run --robust step-student`, in Python
-        `Robust("step-student", nu)`. At alpha = {alpha:g}, Q/R = {EVEN:g}, its MAE is {noise} times that of the exact
-        posterior mean, the plain filter's {plain}. nu = 2 is good for all that jumps; where nothing does, it costs
-        {percent(cost[0])} (Q/R = {EVEN:g}) or {percent(cost[1])} ({QUIET:g}).""",
+        f"""**Where the state jumps, say so to the filter**: `kalmanq run --robust jump`, in Python
+        `Robust("jump", g)`. At alpha = {alpha:g}, Q/R = {EVEN:g}, g = {JUMP[EVEN]:g}, its MAE is {jump} times that of
+        the exact posterior mean, the plain filter's {plain}. Where nothing jumps, it costs {percent(cost[0])}
+        (Q/R = {EVEN:g}) or {percent(cost[1])} ({QUIET:g}, g = {JUMP[QUIET]:g}).""",
         f"""**Smooth with** `ReweightedSmoother`: its MAE is at most {percent(smoothed[0])} (Q/R = {EVEN:g}) and
         {percent(smoothed[1])} ({QUIET:g}) above the exact smoother's, for alpha = {ROBUST_ALPHAS[0]:g} to
         {ROBUST_ALPHAS[-1]:g}. Five passes from a weight of 16 are enough; the plain smoother smears every jump.""",
@@ -173,15 +173,9 @@ def _robust(c: Collected) -> str:
     return "\n\n".join([
         "## Robust steps beside the exact posterior mean",
         filled(f"""Errors over those of the exact posterior mean for the noise that was drawn, over the same runs: the
-        largest of alpha = {alphas}; and what each way costs where nothing jumps. nu by table is that of
-        include/kalmanq/robust.h: {', '.join(map(freedom, SETTINGS))}. The reweighted smoothers have nu = 2 and begin
-        with a weight of 16; five passes where no other number is named."""),
+        largest of alpha = {alphas}; and what each way costs where nothing jumps. The reweighted smoothers have nu = 2
+        and begin with a weight of 16; five passes where no other number is named."""),
         table(header, rows), picture("robust")])
-
-
-def freedom(setting: Setting) -> str:
-    values = [f"{nu:g} (alpha = {alpha:g})" for alpha, nu in FREEDOM[setting.ratio]]
-    return f"{', '.join(values)} for Q/R = {setting.ratio:g}"
 
 
 def _grid(c: Collected) -> str:

@@ -57,7 +57,7 @@ def _robust(task: Task, x: np.ndarray, z: np.ndarray) -> dict[str, Columns]:
     made: dict[str, Columns] = {"exact": {
         **errors("filter", exact[0] - x), **errors("smoother", exact[1] - x),
         "refined": [max(float(np.abs(coarse[:REFINED] - fine).max()) for coarse, fine in zip(exact, finer))]}}
-    for kind, states in (("filter", estimators.robust_filters(task.setting, task.alpha, z)),
+    for kind, states in (("filter", estimators.robust_filters(task.setting, z)),
                          ("smoother", estimators.robust_smoothers(task.setting, z))):
         for name, estimated in states.items():
             made.setdefault(name, {}).update(errors(kind, estimated - x))
