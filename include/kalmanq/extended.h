@@ -29,7 +29,7 @@
  * put it into the quaternion and take it out of the mean, kq_move(&track, -mean).  The covariance stays.
  *
  * Smoothing.  No smoother reads how a mean has moved, so all of them smooth these runs, exactly as the linear
- * ones: kq_smooth is the extended Rauch-Tung-Striebel smoother.  A fixed lag (lag.h) and a point (point.h)
+ * ones: kq_smooth is the extended Rauch-Tung-Striebel smoother.  A fixed lag (lag.h) and an instant (instant.h)
  * are attached as ever.  A history needs room for the A of each step: kq_history_attach_extended.  One process
  * may then change at every step.  A smoothed mean is that of the state as it was when its step was left by a
  * predict: after a kq_move, that of the moved one.
@@ -61,7 +61,7 @@ extern "C" {
  *   d        n, f(x) - x in the states' units
  * Cost: kq_predict's, without the n^2 multiplications of A x.  With a history attached n^2 words are copied, and
  * n (n + 1) / 2 compared with those of the predict before it.
- * Stack: as kq_predict; with a lag or a point 2n words (f64: n) more.
+ * Stack: as kq_predict; with a lag or an instant 2n words (f64: n) more.
  * Accuracy: of P that of kq_predict; the mean is rounded at d, not at x.
  * Events: KQ_EVENT_OVERFLOW as kq_predict.  KQ_EVENT_HISTORY_FULL where the history or its room is full.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an
@@ -265,7 +265,7 @@ kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H
 /**
  * KQ_ERR_RANGE also where an entry of d is KQ_NOT_A_WORD_Q31, and where an entry of e is beyond the sensor's declared
  * range.  KQ_EVENT_SATURATED where the mean is held at the end of its word.
- *     With a lag or a point attached, whose predict forms A x before it is replaced, A is held to the limits of
+ *     With a lag or an instant attached, whose predict forms A x before it is replaced, A is held to the limits of
  * kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also tells that A x would have left its
  * word.
  */

@@ -18,7 +18,7 @@
  *
  * While a filter runs (each is attached to it)
  *     lag.h             the state k steps ago, at every new measurement
- *     point.h           one chosen instant, ever better known
+ *     instant.h         one chosen instant, ever better known
  *     start.h           components of which nothing is known at first
  *     adaptation.h      noises whose shape is known and not their size
  *     steady.h          a constant model: gains made beforehand; a filter that settles
@@ -54,8 +54,8 @@
 #include "fixed_point.h"
 #include "prepare.h"
 
+#include "instant.h"
 #include "lag.h"
-#include "point.h"
 #include "start.h"
 #include "adaptation.h"
 #include "steady.h"

@@ -9,7 +9,7 @@
  *                         q31 int32_t (adaptation: kq_scaled_q31).  Each is the macro KQ_..._LEN, in whose
  *                         header the arguments are described.  0 where a size is not in its range: one
  *                         that assign refuses; of a history, whose assign is not told of it, m outside of
- *                         1 .. 65535 (that of a history, a lag and a point is the most scalar measurements
+ *                         1 .. 65535 (that of a history, a lag and an instant is the most scalar measurements
  *                         of one step, of all sensors together, and may be above 16)
  *     kq_..._size_<T>     bytes of the object itself
  *
@@ -24,7 +24,7 @@
 #include "lag.h"
 #include "least_squares.h"
 #include "models.h"
-#include "point.h"
+#include "instant.h"
 #include "robust.h"
 #include "start.h"
 #include "steady.h"
@@ -48,9 +48,9 @@ kq_length kq_history_length_q31(int n, int m, size_t steps, size_t changes);
 kq_length kq_lag_length_f32(int n, int m, size_t L);
 kq_length kq_lag_length_f64(int n, int m, size_t L);
 kq_length kq_lag_length_q31(int n, int m, size_t L);
-kq_length kq_point_length_f32(int n, int m);
-kq_length kq_point_length_f64(int n, int m);
-kq_length kq_point_length_q31(int n, int m);
+kq_length kq_instant_length_f32(int n, int m);
+kq_length kq_instant_length_f64(int n, int m);
+kq_length kq_instant_length_q31(int n, int m);
 kq_length kq_start_length_f32(int n, size_t early);
 kq_length kq_start_length_f64(int n, size_t early);
 kq_length kq_start_length_q31(int n, size_t early);
@@ -94,9 +94,9 @@ size_t kq_history_size_q31(void);
 size_t kq_lag_size_f32(void);
 size_t kq_lag_size_f64(void);
 size_t kq_lag_size_q31(void);
-size_t kq_point_size_f32(void);
-size_t kq_point_size_f64(void);
-size_t kq_point_size_q31(void);
+size_t kq_instant_size_f32(void);
+size_t kq_instant_size_f64(void);
+size_t kq_instant_size_q31(void);
 size_t kq_start_size_f32(void);
 size_t kq_start_size_f64(void);
 size_t kq_start_size_q31(void);

@@ -227,7 +227,7 @@ kq_status kq_update_student_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const 
  * Cost: the update, and per scalar n^2/2 + n multiplications; where P is raised n^2 and two roots
  * more.
  * Stack: as kq_update_huber.
- * KQ_ERR_RECORDING (a history, a lag or a point is attached), KQ_ERR_RANGE (g below 1), KQ_ERR_NOT_FINITE (z, g),
+ * KQ_ERR_RECORDING (a history, a lag or an instant is attached), KQ_ERR_RANGE (g below 1), KQ_ERR_NOT_FINITE (z, g),
  * and the errors of kq_update_subset.
  */
 kq_status kq_update_jump_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,

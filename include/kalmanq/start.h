@@ -176,7 +176,7 @@ int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
  *     kq_start_init_f32(...);   kq_history_attach_f32(&tape, &track);
  *     ... updates and predicts ...
  *     kq_start_smooth_f32(&start);
- *     kq_start_smoothed_mean_f32(&start, t, i);         t = 0, 1, ... from the start
+ *     kq_start_smoothed_f32(&start, t, &view);          t = 0, 1, ... from the start; then kq_mean_f32(&view, i)
  *
  * Steps are counted from kq_history_attach.  Until d = 0 the history's memory is scratch; it needs room for
  * at least one step of one measurement (KQ_ERR_MEMORY).  Start, filter and history have to outlive each
@@ -212,24 +212,16 @@ size_t kq_start_first_f64(const kq_start_f64 *s);
 kq_status kq_start_smooth_f32(kq_start_f32 *s);
 kq_status kq_start_smooth_f64(kq_start_f64 *s);
 
-/** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where step
-   t is not smoothed, where it came before kq_start_first(), where all data do not determine it, or
-   s or i is bad. */
-float kq_start_smoothed_mean_f32(const kq_start_f32 *s, size_t t, int i);
-double kq_start_smoothed_mean_f64(const kq_start_f64 *s, size_t t, int i);
-float kq_start_smoothed_mean_low_f32(const kq_start_f32 *s, size_t t, int i);
-double kq_start_smoothed_mean_low_f64(const kq_start_f64 *s, size_t t, int i);
-float kq_start_smoothed_sigma_f32(const kq_start_f32 *s, size_t t, int i);
-double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i);
-
 /**
- * P of step t given all measurements, exactly symmetric.
- *   P        n x n, written
- * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, before kq_start_first(), a
- * component that is not determined, or means only).
+ * Shows step t, given all measurements, in a view, as kq_smoothed does.
+ *   s        smoothed; keeps what is shown, with its history
+ *   t        0, 1, ...: counted from kq_history_attach
+ *   view     written; without memory.  A component that all data do not determine reads NaN, and then
+ *            kq_covariance answers KQ_ERR_NOT_READY.  After an error all readings are NaN.
+ * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before kq_start_first()).
  */
-kq_status kq_start_smoothed_covariance_f32(const kq_start_f32 *s, size_t t, float *P);
-kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, double *P);
+kq_status kq_start_smoothed_f32(const kq_start_f32 *s, size_t t, kq_filter_f32 *view);
+kq_status kq_start_smoothed_f64(const kq_start_f64 *s, size_t t, kq_filter_f64 *view);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
@@ -289,11 +281,8 @@ size_t kq_start_steps_q31(const kq_start_q31 *s);
 size_t kq_start_first_q31(const kq_start_q31 *s);
 kq_status kq_start_smooth_q31(kq_start_q31 *s);
 
-/** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
-int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i);
-int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i);
-int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i);
-kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P);
+/** As in f32. */
+kq_status kq_start_smoothed_q31(const kq_start_q31 *s, size_t t, kq_filter_q31 *view);
 
 #ifdef __cplusplus
 }

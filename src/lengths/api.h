@@ -33,9 +33,9 @@ kq_length T(kq_lag_length)(int n, int m, size_t L)
     return (kq_length)LAG_LEN(n, m, L);
 }
 
-kq_length T(kq_point_length)(int n, int m)
+kq_length T(kq_instant_length)(int n, int m)
 {
-    return size_is_valid(n) && m >= 1 ? (kq_length)POINT_LEN(n, m) : 0;
+    return size_is_valid(n) && m >= 1 ? (kq_length)INSTANT_LEN(n, m) : 0;
 }
 
 kq_length T(kq_start_length)(int n, size_t early)
@@ -79,7 +79,7 @@ size_t T(kq_history_size)(void) { return sizeof(T(kq_history)); }
 
 size_t T(kq_lag_size)(void) { return sizeof(T(kq_lag)); }
 
-size_t T(kq_point_size)(void) { return sizeof(T(kq_point)); }
+size_t T(kq_instant_size)(void) { return sizeof(T(kq_instant)); }
 
 size_t T(kq_start_size)(void) { return sizeof(T(kq_start)); }
 

@@ -136,7 +136,7 @@ kq_status T(kq_linearise)(const filter *at, T(kq_function) *g, void *context, in
                           num *J, num *E)
 {
     const sampling q = {at, g, context, rows, rule};
-    kq_status status = filter_check(at);
+    kq_status status = state_check_known(at);
     if (status) return status;
     if (!y || !J || !E) return KQ_ERR_NULL;
     if (!size_is_valid(rows)) return KQ_ERR_SIZE;

@@ -50,6 +50,4 @@ kq_status T(kq_history_detach)(history *h)
 
 size_t T(kq_history_steps)(const history *h) { return h ? (size_t)h->steps : 0; }
 
-unsigned T(kq_history_events)(const history *h) { return h ? h->events : 0; }
-
 #endif

@@ -96,13 +96,21 @@ static quad filter_error(void)
     return status ? 1e30 : worst;
 }
 
+static unsigned smoothing_events(const kq_history_q31 *h)
+{
+    kq_filter_q31 view;
+    (void)kq_smoothed_q31(h, 0, &view);
+    return kq_events_q31(&view);
+}
+
 static quad smoother_error(const kq_history_q31 *h)
 {
     quad worst = 0;
     for (int t = 0; t < exact.steps; t++) {
+        kq_filter_q31 view;
+        (void)kq_smoothed_q31(h, (size_t)t, &view);
         for (int i = 0; i < exact.n; i++) {
-            worst = larger(worst, word_error(kq_smoothed_mean_q31(h, (size_t)t, i),
-                                             kq_smoothed_mean_low_q31(h, (size_t)t, i),
+            worst = larger(worst, word_error(kq_mean_q31(&view, i), kq_mean_low_q31(&view, i),
                                              steps[t].smoothed[i],
                                              smoothed_variance(steps + t, i)));
         }
@@ -160,11 +168,11 @@ static int run_library(verdict *v)
     const unsigned events = kq_events_q31(&track);
     keep(v, FILTER, filtered, events);
     if (kq_smooth_q31(&tape)) return 0;
-    keep(v, SMOOTHER, smoother_error(&tape), events | kq_history_events_q31(&tape));
+    keep(v, SMOOTHER, smoother_error(&tape), events | smoothing_events(&tape));
     if (kq_filter_init_q31(&track, &prior, NULL) || kq_history_attach_q31(&quick, &track)) return 0;
     filter_error();
     if (kq_smooth_states_q31(&quick)) return 0;
-    keep(v, STATES, smoother_error(&quick), events | kq_history_events_q31(&quick));
+    keep(v, STATES, smoother_error(&quick), events | smoothing_events(&quick));
     const quad lagged = lag_error(), first = point_error();
     keep(v, LAG, lagged, kq_events_q31(&watched));
     keep(v, POINT, first, kq_events_q31(&marked));

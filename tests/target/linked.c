@@ -15,9 +15,9 @@ static kq_status attach(void) { return kq_history_attach_f32(&tape, &cart); }
 #elif defined(WITH_LAG)
 KQ_LAG_F32(past, 2, 1, 8);
 static kq_status attach(void) { return kq_lag_attach_f32(&past, &cart); }
-#elif defined(WITH_POINT)
-KQ_POINT_F32(instant, 2, 1);
-static kq_status attach(void) { return kq_point_attach_f32(&instant, &cart); }
+#elif defined(WITH_INSTANT)
+KQ_INSTANT_F32(instant, 2, 1);
+static kq_status attach(void) { return kq_instant_attach_f32(&instant, &cart); }
 #elif defined(WITH_START)
 KQ_START_F32(start, 2, 0);
 static const float P0[] = {100, 0, 0, 9};

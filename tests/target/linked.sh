@@ -10,7 +10,7 @@ core_select m3 gcc
 library=$1 work=$2/linked
 mkdir -p "$work"
 
-names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|point|start|adaptation|settling|steady|em)_.*'
+names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|instant|start|adaptation|settling|steady|em)_.*'
 names="$names|kq_(update_(huber|student|jump|gated)|step_student)_f32"
 names="$names|take_correlated|begin_root|take_with_care)$"
 objects=
@@ -41,7 +41,7 @@ expect 'begin_root kq_update_huber_f32 take_with_care ' -DWITH_ROBUST
 expect '' -DLEAN
 expect_hooks 'history_hooks ' -DWITH_HISTORY
 expect_hooks 'lag_hooks ' -DWITH_LAG
-expect_hooks 'point_hooks ' -DWITH_POINT
+expect_hooks 'instant_hooks ' -DWITH_INSTANT
 expect_hooks 'start_hooks start_tape_hooks ' -DWITH_START
 expect_hooks 'adaptation_hooks ' -DWITH_ADAPTATION
 expect_hooks 'settling_hooks ' -DWITH_SETTLING

@@ -100,15 +100,15 @@ static void assert_readings(const S(start) * s, const S(filter) * f, const expec
     TEST_ASSERT_FALSE(is_no_score(S(log_likelihood_last)(f)));
     for (int t = 0; t <= ORDER_STEPS; t++) {
         int whole = 1;
+        S(filter) view;
+        (void)S(start_smoothed)(s, (size_t)t, &view);
         for (int i = 0; i < 2; i++) {
             const int expected = is_expected_smoothed(e, t, i);
-            const size_t step = (size_t)t;
             whole &= expected;
-            assert_word(expected, line_at(e->origin + t, i), S(start_smoothed_mean)(s, step, i),
-                        S(start_smoothed_mean_low)(s, step, i),
-                        S(start_smoothed_sigma)(s, step, i));
+            assert_word(expected, line_at(e->origin + t, i), S(mean)(&view, i), S(mean_low)(&view, i),
+                        S(sigma)(&view, i));
         }
-        const int answered = S(start_smoothed_covariance)(s, (size_t)t, P) == KQ_OK;
+        const int answered = S(covariance)(&view, P) == KQ_OK;
         TEST_ASSERT_EQUAL_INT(whole, answered);
     }
 }

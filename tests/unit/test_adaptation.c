@@ -671,17 +671,18 @@ static void an_adaptation_has_one_filter(void)
 static void what_records_takes_the_place_of_what_records(void)
 {
     LAG(lag, 2, 2, 2);
-    POINT(point, 2, 2);
+    INSTANT(point, 2, 2);
     HISTORY(later, 2, 2, 4, 0);
+    K(filter) view;
     ASSERT_OK(K(history_attach)(&tape, &twin));
     ASSERT_OK(K(lag_attach)(&lag, &twin));
     ASSERT_OK(K(predict)(&twin, &motion, u));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     TEST_ASSERT_EQUAL_UINT(1, K(lag_steps)(&lag));
-    ASSERT_OK(K(point_attach)(&point, &twin));
+    ASSERT_OK(K(instant_attach)(&point, &twin));
     TEST_ASSERT_EQUAL_UINT(0, K(lag_steps)(&lag));
     ASSERT_OK(K(history_attach)(&later, &twin));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&point));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(instant_smooth)(&point, &view));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     ASSERT_OK(K(predict)(&twin, &motion, u));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&later));
@@ -692,7 +693,7 @@ static void what_records_takes_the_place_of_what_records(void)
 static void refusals_of_attach(void)
 {
     LAG(lag, 2, 2, 2);
-    POINT(point, 2, 2);
+    INSTANT(point, 2, 2);
     START(start, 2, 0);
     ADAPTATION(other, 2, 2);
     ASSERT_OK(K(adaptation_init)(&other, &motion, &radar, &rule));
@@ -705,14 +706,14 @@ static void refusals_of_attach(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &track));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(history_attach)(&tape, &track));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(lag_attach)(&lag, &track));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(point_attach)(&point, &track));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(instant_attach)(&point, &track));
     ASSERT_OK(K(history_attach)(&tape, &twin));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
     ASSERT_OK(K(history_detach)(&tape));
     ASSERT_OK(K(lag_attach)(&lag, &twin));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
     ASSERT_OK(K(lag_detach)(&lag));
-    ASSERT_OK(K(point_attach)(&point, &twin));
+    ASSERT_OK(K(instant_attach)(&point, &twin));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(adaptation_attach)(&other, &twin));
     ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_attach)(&other, &twin));

@@ -34,7 +34,7 @@ static void those_of_a_step_are_the_macros(void)
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
         for (int k = 0; k < COUNT(measurements); k++) {
             const int m = measurements[k];
-            ASSERT_LENGTH(LEN(POINT)(n, m), S(point_length)(n, m));
+            ASSERT_LENGTH(LEN(INSTANT)(n, m), S(instant_length)(n, m));
             for (int c = 0; c < COUNT(counts); c++) {
                 const size_t steps = counts[c];
                 ASSERT_LENGTH(LEN(HISTORY)(n, m, steps, 2), S(history_length)(n, m, steps, 2));
@@ -66,15 +66,15 @@ static void it_is_what_assign_asks_for(void)
 {
     static word memory[1]; /* assign does not look at it */
     static S(lag) lag;
-    static S(point) point;
+    static S(instant) point;
     for (int k = 0; k < COUNT(measurements); k++) {
         const int m = measurements[k];
-        const kq_length past = S(lag_length)(2, m, 3), instant = S(point_length)(2, m);
+        const kq_length past = S(lag_length)(2, m, 3), instant = S(instant_length)(2, m);
         if (past > SIZE_MAX || instant > SIZE_MAX) continue;
         TEST_ASSERT_EQUAL_INT(KQ_OK, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past));
         TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past - 1));
-        TEST_ASSERT_EQUAL_INT(KQ_OK, S(point_assign)(&point, 2, m, memory, (size_t)instant));
-        TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(point_assign)(&point, 2, m, memory, (size_t)instant - 1));
+        TEST_ASSERT_EQUAL_INT(KQ_OK, S(instant_assign)(&point, 2, m, memory, (size_t)instant));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(instant_assign)(&point, 2, m, memory, (size_t)instant - 1));
     }
 }
 
@@ -85,7 +85,7 @@ static void a_size_that_is_none_has_no_length(void)
         ASSERT_NONE(S(filter_length)(n));
         ASSERT_NONE(S(history_length)(n, 1, 1, 0));
         ASSERT_NONE(S(lag_length)(n, 1, 1));
-        ASSERT_NONE(S(point_length)(n, 1));
+        ASSERT_NONE(S(instant_length)(n, 1));
         ASSERT_NONE(S(start_length)(n, 0));
         ASSERT_NONE(S(steady_length)(n));
         ASSERT_NONE(S(settling_length)(n));
@@ -98,10 +98,10 @@ static void a_size_that_is_none_has_no_length(void)
     for (int m = -1; m <= 0; m++) {
         ASSERT_NONE(S(history_length)(1, m, 1, 0));
         ASSERT_NONE(S(lag_length)(1, m, 1));
-        ASSERT_NONE(S(point_length)(1, m));
+        ASSERT_NONE(S(instant_length)(1, m));
     }
     ASSERT_NONE(S(history_length)(1, INT_MIN, 1, 0));
-    ASSERT_NONE(S(point_length)(1, INT_MIN));
+    ASSERT_NONE(S(instant_length)(1, INT_MIN));
 }
 
 static void nor_has_a_count(void)

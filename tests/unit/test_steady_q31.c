@@ -336,7 +336,7 @@ static void the_smoother_is_the_one_with_covariances(void)
     ASSERT_OK(kq_steady_smooth_q31(&constants, mean, innovation, RUN));
     for (int t = 0; t < RUN; t++) { /* words of 5e-7 and 5e-8 */
         for (int i = 0; i < N; i++) {
-            const double expected = kq_smoothed_mean_q31(&tape, (size_t)t, i);
+            const double expected = kq_mean_q31(SMOOTHED_Q31(&tape, (size_t)t), i);
             ASSERT_WITHIN(2e-6, ldexp(expected, -motion.state_format[i].fraction),
                           ldexp(mean[t * N + i], -motion.state_format[i].fraction));
         }
