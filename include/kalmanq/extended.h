@@ -35,7 +35,7 @@
  * predict: after a kq_move, that of the moved one.
  *
  * Iterating.  Where a sensor is sharp beside what was known, h is to be linearised where the update comes out,
- * not where it begins: points.h says when and how.
+ * not where it begins: sigma_points.h says when and how.
  *
  * What else takes a measurement or predicts: an adaptation (adaptation.h) and a settling (steady.h) are refused
  * (KQ_ERR_RECORDING), kq_step_student has a linear predict only.  kq_innovation, kq_consistency_watch and the
@@ -147,7 +147,7 @@ typedef struct {
  *   n          states, 1..16
  *   predicts   the most linearised predicts; as many processes
  *   noises     of how many of them Q is not what it was at the one before, the first one among them: 1 where Q
- *              never changes; all of them with kq_predict_points (points.h)
+ *              never changes; all of them with kq_predict_points (sigma_points.h)
  * Bytes of a linearised predict on a 32-bit chip in f32, Q constant, the tape's own included: 232, 416, 752 at
  * (n, m) = (4,2), (6,3), (9,3).
  */

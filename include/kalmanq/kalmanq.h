@@ -25,7 +25,7 @@
  *
  * Nonlinear models
  *     extended.h        linearised by Jacobians of yours
- *     points.h          linearised by sigma points; iteration (f32, f64)
+ *     sigma_points.h    linearised by sigma points; iteration (f32, f64)
  *
  * Updates and steps of another kind
  *     robust.h          outliers and jumps
@@ -63,7 +63,7 @@
 #include "robust.h"
 #include "least_squares.h"
 #include "extended.h"
-#include "points.h"
+#include "sigma_points.h"
 
 #include "consistency.h"
 #include "em.h"

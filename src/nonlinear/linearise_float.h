@@ -10,7 +10,7 @@
 #ifndef KQ_SRC_NONLINEAR_LINEARISE_FLOAT_H
 #define KQ_SRC_NONLINEAR_LINEARISE_FLOAT_H
 
-#include "kalmanq/points.h"
+#include "kalmanq/sigma_points.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
@@ -24,6 +24,7 @@
 #include "../arithmetic/triangle.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/checks.h"
 #include "../filter/filter.h"
 
 /* What is called, and where */

@@ -144,7 +144,7 @@ def rms(runs, position):
     return np.sqrt(np.mean([squares(states, truth, position) for states, truth in runs]))
 
 
-# ------------------------------------------------------------------ iteration, by the loops of points.h
+# ------------------------------------------------------------------ iteration, by the loops of sigma_points.h
 
 
 class Iterated(Run):

@@ -18,7 +18,7 @@ TEXTBOOKS = ROOT / "tests" / "cost"
 FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the library's own
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 MODULE_HEADERS = ("adaptation.h", "em.h", "instant.h", "lag.h", "robust.h", "steady.h")
-NONLINEAR_HEADERS = ("extended.h", "points.h")
+NONLINEAR_HEADERS = ("extended.h", "sigma_points.h")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
     "lean": "step",

@@ -34,7 +34,7 @@ class NonlinearSmoother:
 
     passes  1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
             f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
-            of the smoothed densities (points.h, with its step rule).
+            of the smoothed densities (sigma_points.h, with its step rule).
     After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
     `halvings`.  What the run says of the filter is that of the first pass.
     """

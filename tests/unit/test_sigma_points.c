@@ -350,7 +350,7 @@ static void range_of(void *context, const num *x, num *e)
     e[0] = *z - (num)sqrt((double)(x[0] * x[0] + x[1] * x[1]));
 }
 
-/* By the loop of points.h */
+/* By the loop of sigma_points.h */
 static void update_iterated(int iterations, num z)
 {
     num H_found[2], e[1];
@@ -546,7 +546,7 @@ static void what_is_smoothed_can_be_linearised_at(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&view, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
 }
 
-SUITE(points, set_up)
+SUITE(sigma_points, set_up)
 {
     RUN_TEST(the_centre_is_called_first_and_all_points_are_called);
     RUN_TEST(the_mean_of_a_square_has_the_variance_in_it);

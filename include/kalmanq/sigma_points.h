@@ -58,8 +58,8 @@
  * (2015); Garcia-Fernandez, Svensson and Sarkka, Iterated posterior linearization smoother, IEEE Trans. Automatic
  * Control 62 (2017); Bell, The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optimization 4 (1994).
  */
-#ifndef KALMANQ_POINTS_H
-#define KALMANQ_POINTS_H
+#ifndef KALMANQ_SIGMA_POINTS_H
+#define KALMANQ_SIGMA_POINTS_H
 
 #include "extended.h"
 

@@ -2,13 +2,13 @@
  * Steps by what sigma points have found (linearise_float.h): their processes and sensors, and whole steps.  What a
  * linear function leaves becomes noise.
  */
-#ifndef KQ_SRC_NONLINEAR_POINTS_FLOAT_H
-#define KQ_SRC_NONLINEAR_POINTS_FLOAT_H
+#ifndef KQ_SRC_NONLINEAR_SIGMA_POINTS_FLOAT_H
+#define KQ_SRC_NONLINEAR_SIGMA_POINTS_FLOAT_H
 
 #include <stdint.h>
 
 #include "kalmanq/extended.h"
-#include "kalmanq/points.h"
+#include "kalmanq/sigma_points.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
