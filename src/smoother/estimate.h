@@ -1,6 +1,8 @@
 #ifndef KQ_SRC_SMOOTHER_ESTIMATE_H
 #define KQ_SRC_SMOOTHER_ESTIMATE_H
 
+#include "kalmanq/size.h"
+
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/coordinates.h"
@@ -15,52 +17,121 @@
  * What is known of the coordinates given all data, map by map: from the newest ones, of mean 0 and root 1, to
  * those of the step that is asked for.  Mean a and root T are where the smoother of a run has them:
  *     a <- J a + d,    T <- tria [J T, E]
+ * Of few states roots and divisions cost more than columns: `rows` gather [J X, E] of some maps, and T is made of
+ * them once.
  */
+typedef struct {
+    workspace v;
+    num *rows;       /* n rows of ESTIMATE_COLUMNS n units, or NULL */
+    int states_only;
+    int count;       /* columns so far; 0: no map yet */
+} estimate;
 
-/* a <- J a + d.  Answers the events. */
-KQ_KERNEL unsigned estimate_map_mean(const workspace *v, backward_map map, int n)
+enum { ESTIMATE_COLUMNS = 5, ESTIMATE_FEW = KQ_STATES_APART ? KQ_STATES_APART : 1 };
+
+/* T <- tria rows */
+KQ_NOINLINE static void estimate_join(const estimate *now, int n)
 {
-    unsigned events = 0;
+    const int width = ESTIMATE_COLUMNS * n;
     for (int k = 0; k < n; k++) {
-        const wide mean = coordinate_through(map.columns, k, v->a, map.shift, n);
-        events |= coordinate_set(v->spare, n, k, mean);
+        num *row = now->rows + k * ROW_LEN(width);
+        for (int j = now->count; j < width; j++) row[j] = 0;
+        row_set_exponent(row, width, one_exponent);
     }
-    copy(v->a, v->spare, COORDINATE_PLANES * n);
-    return events;
+    triangularise(now->v.T, now->rows, width, 0, n, now->v.pq, SHAPE_FULL);
 }
 
-/* T <- tria [J T, E]; of the first map tria [J, E] */
-KQ_OUTLINE void estimate_map_root(const workspace *v, backward_map map, int is_first, int n)
+/* No room for another map: T in the place of the rows */
+KQ_NOINLINE static void estimate_shorten(estimate *now, int n)
 {
+    const num *t = now->v.T;
+    estimate_join(now, n);
+    for (int j = 0; j < n; j++) {
+        for (int k = 0; k < n; k++) now->rows[k * ROW_LEN(ESTIMATE_COLUMNS * n) + j] = k <= j ? *t++ : 0;
+    }
+    now->count = n;
+}
+
+/* X <- [J X, E] */
+KQ_KERNEL void estimate_gather_of(estimate *now, backward_map map, int n)
+{
+    const num *given = map.columns;
+    num x[KQ_SIZE_MAX];
+    const int stride = ROW_LEN(ESTIMATE_COLUMNS * n);
+    if (now->count == ESTIMATE_COLUMNS * n) estimate_shorten(now, n);
+    for (int j = 0; j < now->count; j++) {
+        for (int k = 0; k < n; k++) x[k] = now->rows[k * stride + j];
+        for (int k = 0; k < n; k++) now->rows[k * stride + j] = map_entry(map.columns, k, x, n);
+    }
+    int end = now->count + n;
+    if (now->count) given += n * n;
+    else end += n;
+    for (int j = now->count; j < end; j++) {
+        for (int k = 0; k < n; k++) now->rows[k * stride + j] = *given++;
+    }
+    now->count = end;
+}
+
+KQ_NOINLINE static void estimate_gather_1(estimate *now, backward_map map) { estimate_gather_of(now, map, 1); }
+
+KQ_NOINLINE static void estimate_gather_2(estimate *now, backward_map map) { estimate_gather_of(now, map, 2); }
+
+KQ_NOINLINE static void estimate_gather_3(estimate *now, backward_map map) { estimate_gather_of(now, map, 3); }
+
+/* T <- tria [J T, E]; of the first map tria [J, E] */
+KQ_OUTLINE void estimate_map_root(estimate *now, backward_map map, int n)
+{
+    const workspace *v = &now->v;
     for (int k = 0; k < n; k++) {
         num *row = v->M + k * ROW_LEN(2 * n);
         for (int j = 0; j < 2 * n; j++) row[j] = map.columns[j * n + k];
-        if (is_first) row_set_exponent(row, 2 * n, one_exponent);
-        else row_times_root(row, v->T, n, n);
+        if (now->count) row_times_root(row, v->T, n, n);
+        else row_set_exponent(row, 2 * n, one_exponent);
     }
     triangularise(v->T, v->M, 2 * n, 0, n, v->pq, SHAPE_FULL);
     renormalise(v->T, n);
+    now->count = n;
+}
+
+KQ_KERNEL void estimate_take_root(estimate *now, backward_map map, int n)
+{
+    if (!now->rows) estimate_map_root(now, map, n);
+    else if (n == 1) estimate_gather_1(now, map);
+    else if (n == 2) estimate_gather_2(now, map);
+    else estimate_gather_3(now, map);
 }
 
 /* The first map, that from the newest coordinates */
-KQ_KERNEL void estimate_begin(const workspace *v, backward_map map, int states_only, int n)
+KQ_KERNEL void estimate_begin(estimate *now, backward_map map, int n)
 {
-    copy(v->a, map.shift, COORDINATE_PLANES * n);
-    if (!states_only) estimate_map_root(v, map, 1, n);
+    copy(now->v.a, map.shift, COORDINATE_PLANES * n);
+    now->count = 0;
+    if (!now->states_only) estimate_take_root(now, map, n);
 }
 
 /* Answers the events. */
-KQ_KERNEL unsigned estimate_map(const workspace *v, backward_map map, int states_only, int n)
+static unsigned estimate_map(estimate *now, backward_map map, int n)
 {
-    if (!states_only) estimate_map_root(v, map, 0, n);
-    return estimate_map_mean(v, map, n);
+    unsigned events = 0;
+    for (int k = 0; k < n; k++) {
+        const wide mean = coordinate_through(map.columns, k, now->v.a, map.shift, n);
+        events |= coordinate_set(now->v.spare, n, k, mean);
+    }
+    copy(now->v.a, now->v.spare, COORDINATE_PLANES * n);
+    if (!now->states_only) estimate_take_root(now, map, n);
+    return events;
 }
 
 /* The smoothed state of a step whose filtered one is `state`, into the answer.  Answers the events. */
-KQ_KERNEL unsigned estimate_end(num *answer, const workspace *v, const num *state, int states_only, int n)
+static unsigned estimate_end(estimate *now, num *answer, const num *state, int n)
 {
     copy(answer, state, FILTER_LEN(n));
-    return smoothed_state(answer, v->a, states_only ? 0 : v->T, n);
+    if (now->states_only) return smoothed_state(answer, now->v.a, 0, n);
+    if (now->rows) {
+        estimate_join(now, n);
+        renormalise(now->v.T, n);
+    }
+    return smoothed_state(answer, now->v.a, now->v.T, n);
 }
 
 #endif

@@ -112,10 +112,10 @@ kq_status T(kq_instant_smooth)(T(kq_instant) *instant, filter *view)
     const kq_status status = on_line_check_view(instant ? &instant->tape : 0, view);
     if (status) return status;
     const int n = instant->tape.states;
-    const workspace v = workspace_at(instant->tape.memory, n);
+    estimate now = {workspace_at(instant->tape.memory, n), 0, 0, 0};
     map_take_tape(instant_map(instant), &instant->tape, n);
-    estimate_begin(&v, instant_map(instant), 0, n);
-    const unsigned events = estimate_end(on_line_answer(&instant->tape, n), &v, instant_state(instant), 0, n);
+    estimate_begin(&now, instant_map(instant), n);
+    const unsigned events = estimate_end(&now, on_line_answer(&instant->tape, n), instant_state(instant), n);
     return on_line_show(&instant->tape, view, 0, events);
 }
 

@@ -130,42 +130,43 @@ static const hooks lag_hooks = {
 
 /* From the newest coordinates, which are those of the open slot's map, to the slot of age k.
    Answers the events. */
-static unsigned lag_walk(const T(kq_lag) *lag, const workspace *v, uint32_t k, int states_only, int n)
+static unsigned lag_walk(const T(kq_lag) *lag, estimate *now, uint32_t k, int n)
 {
     unsigned events = 0;
     const uint32_t middle_end = lag->head + lag->block;
     uint32_t age = 1;
     if (lag->head > 1 && k >= lag->head) {
-        events = estimate_map(v, lag_head(lag, n), states_only, n);
+        events = estimate_map(now, lag_head(lag, n), n);
         age = lag->head;
     }
     if (k >= middle_end) {
-        events |= estimate_map(v, lag_middle(lag, n), states_only, n);
-        if (k > middle_end) events |= estimate_map(v, lag_map(lag, k, n), states_only, n);
+        events |= estimate_map(now, lag_middle(lag, n), n);
+        if (k > middle_end) events |= estimate_map(now, lag_map(lag, k, n), n);
         return events;
     }
     if (k > lag->head) {
         age = k < lag->joined ? k : lag->joined;
-        events |= estimate_map(v, lag_map(lag, age, n), states_only, n);
+        events |= estimate_map(now, lag_map(lag, age, n), n);
     }
-    while (age < k) events |= estimate_map(v, lag_map(lag, ++age, n), states_only, n);
+    while (age < k) events |= estimate_map(now, lag_map(lag, ++age, n), n);
     return events;
 }
 
-/* The state of age k into the answer.  Answers the events. */
-static unsigned lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only, int n)
+/* The state of age k >= 1 into the answer.  Answers the events. */
+static unsigned lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only, num *rows, int n)
 {
-    num *answer = on_line_answer(&lag->tape, n);
-    if (k == 0) {
-        copy(answer, lag->tape.filter->memory, FILTER_LEN(n));
-        return 0;
-    }
-    const workspace v = workspace_at(lag->tape.memory, n);
+    estimate now = {workspace_at(lag->tape.memory, n), rows, states_only, 0};
     const backward_map newest = lag_map(lag, 1, n);
     map_take_tape(newest, &lag->tape, n);
-    estimate_begin(&v, newest, states_only, n);
-    const unsigned walked = lag_walk(lag, &v, k, states_only, n);
-    return walked | estimate_end(answer, &v, lag_slot(lag, k, n), states_only, n);
+    estimate_begin(&now, newest, n);
+    const unsigned walked = lag_walk(lag, &now, k, n);
+    return walked | estimate_end(&now, on_line_answer(&lag->tape, n), lag_slot(lag, k, n), n);
+}
+
+KQ_NOINLINE static unsigned lag_estimate_of_few(T(kq_lag) *lag, uint32_t k, int states_only, int n)
+{
+    num rows[ESTIMATE_FEW * ROW_LEN(ESTIMATE_COLUMNS * ESTIMATE_FEW)];
+    return lag_estimate(lag, k, states_only, rows, n);
 }
 
 static kq_status lag_show(T(kq_lag) *lag, size_t k, filter *view, int states_only)
@@ -173,7 +174,11 @@ static kq_status lag_show(T(kq_lag) *lag, size_t k, filter *view, int states_onl
     const kq_status status = on_line_check_view(lag ? &lag->tape : 0, view);
     if (status) return status;
     if (k > lag->steps) return view_nothing(view, KQ_ERR_SIZE);
-    const unsigned events = lag_estimate(lag, (uint32_t)k, states_only, lag->tape.states);
+    unsigned events = 0;
+    const int n = lag->tape.states;
+    if (k == 0) copy(on_line_answer(&lag->tape, n), lag->tape.filter->memory, FILTER_LEN(n));
+    else if (n > KQ_STATES_APART) events = lag_estimate(lag, (uint32_t)k, states_only, 0, n);
+    else events = lag_estimate_of_few(lag, (uint32_t)k, states_only, n);
     return on_line_show(&lag->tape, view, states_only, events);
 }
 
