@@ -1,3 +1,3 @@
 /* Sigma points in float. */
 #include "arithmetic/f32.h"
-#include "nonlinear/points_float.h"
+#include "nonlinear/sigma_points_float.h"

@@ -33,13 +33,13 @@
  * put it into the quaternion and take it out of the mean, kq_move(&track, -mean).  The covariance stays.
  *
  * Smoothing.  No smoother reads how a mean has moved, so all of them smooth these runs, exactly as the linear
- * ones: kq_smooth is the extended Rauch-Tung-Striebel smoother.  A fixed lag (lag.h) and a point (point.h)
- * are attached as ever.  A history needs room for the A of each step: kq_jacobians.  One process
+ * ones: kq_smooth is the extended Rauch-Tung-Striebel smoother.  A fixed lag (lag.h) and an instant (instant.h)
+ * are attached as usual.  A history needs room for the A of each step: kq_jacobians.  One process
  * may then change at every step.  A smoothed mean is that of the state as it was when its step was left by a
  * predict: after a kq_move, that of the moved one.
  *
  * Iterating.  Where R is much smaller than H P H', h is to be linearised where the update comes out,
- * not where it begins: points.h says when and how.
+ * not where it begins: sigma_points.h says when and how.
  *
  * What else takes a measurement or predicts: an adaptation (adaptation.h) and a settling (steady.h) refuse
  * linearised predicts and innovations (KQ_ERR_RECORDING).  kq_innovation, kq_consistency_watch and the
@@ -65,7 +65,7 @@ extern "C" {
  *   d        n, f(x) - x in the states' units
  * Cost: kq_predict's, without the n^2 multiplications of A x.  With a history attached n^2 words are copied, and
  * n (n + 1) / 2 compared with those of the predict before it.
- * Stack: as kq_predict; with a lag or a point 2n words (f64: n) more.
+ * Stack: as kq_predict; with a lag or an instant 2n words (f64: n) more.
  * Accuracy: of P that of kq_predict; the mean is rounded at d, not at x.
  * Events: KQ_EVENT_OVERFLOW as kq_predict.  KQ_EVENT_HISTORY_FULL where the history or its room is full.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an
@@ -140,7 +140,7 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
  *   n          states, 1..16
  *   predicts   the most linearised predicts; as many processes
  *   noises     of how many of them Q is not what it was at the one before, the first one among them: 1 where Q
- *              never changes; all of them with kq_predict_points (points.h)
+ *              never changes; all of them with kq_predict_points (sigma_points.h)
  * Bytes of a linearised predict on a 32-bit chip in f32, Q constant, the tape's own included: 232, 416, 752 at
  * (n, m) = (4,2), (6,3), (9,3).
  */
@@ -265,7 +265,7 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_extended_q31(kq_sensor_q31 *s, const 
 /**
  * KQ_ERR_RANGE also where an entry of d is KQ_NOT_A_WORD_Q31; an update's also where an entry of e is beyond the
  * sensor's declared range.  KQ_EVENT_SATURATED where the mean is held at the end of its word.
- *     With a lag or a point attached, whose predict forms A x before it is replaced, A is held to the limits of
+ *     With a lag or an instant attached, whose predict forms A x before it is replaced, A is held to the limits of
  * kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also tells that A x would have left its
  * word.
  */

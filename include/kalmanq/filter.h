@@ -27,7 +27,7 @@
  *     A filter is its struct and its memory.  Assigning the struct (other = track) copies a
  * pointer: both then move one mean and one root.  kq_filter_copy makes a filter of its own.
  *
- * Attaching.  A history (smoother.h), a lag, a point, a start, an adaptation or a settling is attached to a
+ * Attaching.  A history (smoother.h), a lag, an instant, a start, an adaptation or a settling is attached to a
  * filter, one of them at a time (KQ_ERR_RECORDING in status.h: what takes whose place); then kq_predict, kq_update, kq_update_subset and kq_step have it do its
  * part, and its own header says what that adds to their costs and errors.  kq_attach attaches, kq_detach
  * detaches.  A program links nothing of what it never declares.  Updates of robust.h are recorded, and teach nothing.
@@ -50,7 +50,7 @@ extern "C" {
 #define KQ_FILTER_LEN_F32(n) (2 * (n) + KQ_TRIANGLE(n))
 #define KQ_FILTER_LEN_F64(n) ((n) + KQ_TRIANGLE(n))
 
-/* What is attached to a filter (a history, a lag, a point, a start, an adaptation, a settling) begins with
+/* What is attached to a filter (a history, a lag, an instant, a start, an adaptation, a settling) begins with
    this: what it does in the steps is linked by its attach alone. */
 struct kq_attached_f32 {
     const struct kq_hooks_f32 *hooks;

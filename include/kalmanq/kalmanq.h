@@ -18,14 +18,14 @@
  *
  * While a filter runs (each is attached to it)
  *     lag.h             the state k steps ago, at every new measurement
- *     point.h           one chosen instant, ever better known
+ *     instant.h         one chosen instant, ever better known
  *     start.h           components of which nothing is known at first
  *     adaptation.h      noises whose shape is known and not their size
  *     steady.h          a constant model: gains made beforehand; a filter that settles
  *
  * Nonlinear models
  *     extended.h        linearised by Jacobians of yours
- *     points.h          linearised by sigma points; iteration (f32, f64)
+ *     sigma_points.h    linearised by sigma points; iteration (f32, f64)
  *
  * Updates and steps of another kind
  *     robust.h          outliers and jumps
@@ -54,8 +54,8 @@
 #include "fixed_point.h"
 #include "prepare.h"
 
+#include "instant.h"
 #include "lag.h"
-#include "point.h"
 #include "start.h"
 #include "adaptation.h"
 #include "steady.h"
@@ -63,7 +63,7 @@
 #include "robust.h"
 #include "least_squares.h"
 #include "extended.h"
-#include "points.h"
+#include "sigma_points.h"
 
 #include "consistency.h"
 #include "em.h"

@@ -47,7 +47,7 @@ extern "C" {
  * Events: KQ_EVENT_OVERFLOW: a variance would have passed the limit above; P stays as it is.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (lambda), KQ_ERR_COEFFICIENT (q31: lambda has
  * no normal mantissa), KQ_ERR_RANGE (lambda <= 0 or > 1), KQ_ERR_RECORDING (a history, a lag or
- * a point is attached and lambda < 1: there is no record for this).
+ * an instant is attached and lambda < 1: there is no record for this).
  */
 KQ_NODISCARD kq_status kq_fade_f32(kq_filter_f32 *f, float lambda);
 KQ_NODISCARD kq_status kq_fade_f64(kq_filter_f64 *f, double lambda);

@@ -13,7 +13,7 @@
 #include "em.h"
 #include "lag.h"
 #include "least_squares.h"
-#include "point.h"
+#include "instant.h"
 #include "robust.h"
 #include "start.h"
 #include "steady.h"
@@ -32,7 +32,7 @@ typedef enum {
     KQ_OBJECT_FILTER = 2,        /* n */
     KQ_OBJECT_HISTORY = 3,       /* n, m: scalar measurements a step, 1..65535; k: steps; l: changes of process */
     KQ_OBJECT_LAG = 4,           /* n, m: scalar measurements a step; k: the longest lag */
-    KQ_OBJECT_POINT = 5,         /* n, m: scalar measurements a step */
+    KQ_OBJECT_INSTANT = 5,       /* n, m: scalar measurements a step */
     KQ_OBJECT_START = 6,         /* n, k: early instants */
     KQ_OBJECT_ADAPTATION = 7,    /* n, m */
     KQ_OBJECT_CONSISTENCY = 8,   /* m, k: the window, 1..KQ_WINDOW_MAX */

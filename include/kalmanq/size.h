@@ -17,8 +17,8 @@
  *   history, a step            filter (f32) + 1 + m(n+1), q31: + 1 + m(n+2)                    44     116     376
  *   history, workspace         3n^2 + 4n + n(n+1), q31: 6n more                               104     336    1476
  *   a linearised predict       n^2, n(n+1)/2 more where Q has changed, a struct (extended.h)       60     108     368
- *   fixed lag of 10            KQ_LAG_LEN_F32(n, m, 10)                                       992    3232   14220
- *   fixed point                KQ_POINT_LEN_F32(n, m)                                         292     952    4140
+ *   fixed lag of 10            KQ_LAG_LEN_F32(n, m, 10)                                       912    2912   12600
+ *   fixed point                KQ_INSTANT_LEN_F32(n, m)                                       260     824    3492
  *   unknown start              KQ_START_LEN_F32(n, 0)                                          76     244    1084
  *   adaptation                 KQ_ADAPTATION_LEN_F32(n, m)                                     56     188     720
  *   sigma points, work         KQ_POINTS_LEN(n, m)                                              68     216     936

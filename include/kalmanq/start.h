@@ -1,52 +1,43 @@
 /*
- * kalmanq: the unknown start, a state of which some components, or all, are not known at all.
+ * kalmanq: the diffuse start: a state of which some components, or all, are not known at all (exact diffuse
+ * initialisation).
  *
  *     x0_i known:     as in kq_filter_init       x0_i unknown:   "P0_ii = infinity"
  *
- * Exactly: not a large number in P0, which leaves its trace in the estimates and takes digits from
- * them.  What is known is x = x^ + S xi + D delta with xi ~ N(0, I) and delta flat; D has a
- * column for each dimension d that is still unknown.  A scalar measurement z = h'x + v that sees
- * none of delta (D'h = 0) is an ordinary update of x^ and S.  One that does takes one dimension
- * away.  At d = 0 the filter has what the limit of ever larger P0 would have given it: the
- * least-squares solution.
+ * It is exact: no large number in P0, which would leave its trace in the estimates and cost digits.  The state is
+ * x = x^ + S xi + D delta with xi ~ N(0, I) and delta flat.  D has a column for each of the d dimensions that are
+ * still unknown.  A scalar measurement z = h'x + v with D'h = 0 is an ordinary update of x^ and S.  Any other takes
+ * one dimension away.  At d = 0 the filter has the limit of ever larger P0: the least-squares solution.
  *
- * The start is attached to its filter, and takes its predicts, updates and steps until d = 0; then the
- * filter goes on by itself.  While d > 0 the readings of a component that is not determined are NaN, so
- * that no half-known estimate is taken for a known one, and what needs all of the state (kq_covariance,
- * kq_gain, kq_measurement, kq_forecast, robust updates, a lag) answers KQ_ERR_NOT_READY.
+ * The start is attached to its filter, and takes its predicts, updates and steps until d = 0; then the filter goes
+ * on by itself.  While d > 0, a component that is not determined reads NaN.  What needs all of the state
+ * (kq_covariance, kq_gain, kq_measurement, kq_forecast, robust updates, a lag) answers KQ_ERR_NOT_READY.
  *
  *     kq_start_init_f32(&start, &track, x0, P0, 3);         components 0 and 1 are unknown
  *     ... kq_update_f32(&track, &radar, z);
  *         kq_predict_f32(&track, &motion, NULL);
  *         if (kq_start_count_f32(&start) == 0) ...          track is ready
  *
- * What is 0 has to be told from what rounding leaves of it: the start follows the covariance of D's
- * rounding errors through every step, and h'D within 16 standard errors of it is 0.  A component
- * counts as determined when its row of D is 0.  What is determined by so little that rounding shows
- * in it is as uncertain as that: about eps over its share of the terms.  KQ_EVENT_PRECISION: what a
- * measurement saw was 4 to 32 standard errors, so sigmas of states just determined may be wrong.
- *     Measured against ranks in exact arithmetic, all of up to 16 states unknown: seasons of 4 to 15
- * steps with a level or a trend, as sums or in harmonics, permutations and chains of up to 4 sums,
- * with 10 to 80 % of 150 steps missing, are determined at the right step (1200 patterns of each of 3
- * seeds in f32, of 2 in q31; in f64 the 120 of the unit test start_rank).
- *     Where modes of A grow apart, by g in all steps since the start, what has grown hides the others
- * from eps g on.  A component then may count as determined though it depends, by that little, on
- * something unknown.  What is hidden is not forgotten, and the filter may not become ready, unless
- * the volumes |det A| of all steps multiply to less than 1/256: then it is taken to have decayed.
- * So an A of determinant 0 that also grows may have the filter ready too early.
+ * What counts as 0.  The start follows the covariance of D's rounding errors through every step: h'D within 16
+ * standard errors of 0 is 0.  A component counts as determined when its row of D is 0.
+ *   - What little information determines is as uncertain as rounding: about eps over its share of the terms.
+ *     KQ_EVENT_PRECISION: a measurement saw 4 to 32 standard errors; sigmas of states just determined may be wrong.
+ *   - Where modes of A grow apart, by g in all steps since the start, what has grown hides the others from eps g on.
+ *     A component then may count as determined though it depends, by that little, on something unknown.
+ *   - What is hidden keeps d > 0, unless the volumes |det A| of all steps multiply to less than 1/256: then it counts
+ *     as decayed.  So an A of determinant 0 that also grows may have the filter ready too early.
+ * Measured against ranks in exact arithmetic: tests/README.md, Accuracy.
  *
- * Log-likelihood: that of the exact diffuse filter.  A measurement that takes a dimension away adds
- * -(log 2 pi + log phi^2) / 2, phi^2 = h'D D'h, the others add as ever; phi is in the states'
- * physical units.  The sum is the limit of log L + (d / 2) log kappa for P0_ii = kappa -> infinity.
- * (Durbin and Koopman's L_d.  statsmodels' exact diffuse llf is the same number; packages that
- * leave log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.)  kq_taken counts such a
- * measurement, and NIS has no part of it: NIS is chi-square with kq_taken() less the fall of
+ * Log-likelihood: the exact diffuse filter's.  A measurement that takes a dimension away adds
+ * -(log 2 pi + log phi^2) / 2, phi^2 = h'D D'h in the states' physical units; the others add as usual.  The sum is
+ * the limit of log L + (d / 2) log kappa for P0_ii = kappa -> infinity (Durbin and Koopman's L_d; the same number as
+ * statsmodels' exact diffuse llf).  Packages that leave log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.
+ * kq_taken counts such a measurement, NIS does not: NIS is chi-square with kq_taken() less the fall of
  * kq_start_count().
  *
- * Sources: Durbin and Koopman, Time Series Analysis by State Space Methods, 2nd ed. (2012), ch. 5
- * and 7; Koopman, Exact initial Kalman filtering and smoothing, JASA 92 (1997); de Jong, The
- * diffuse Kalman filter, Ann. Statist. 19 (1991), whose augmented state this is, with the
- * unknowns removed one by one.
+ * Sources: Durbin and Koopman, Time Series Analysis by State Space Methods, 2nd ed. (2012), ch. 5 and 7; Koopman,
+ * Exact initial Kalman filtering and smoothing, JASA 92 (1997); de Jong, The diffuse Kalman filter, Ann. Statist. 19
+ * (1991), whose augmented state this is, with the unknowns removed one by one.
  */
 #ifndef KALMANQ_START_H
 #define KALMANQ_START_H
@@ -58,10 +49,10 @@ extern "C" {
 #endif
 
 /**
- * Words of memory of a start: for n states and `early` instants that are to be smoothed (below; 0
- * without a smoother); and of one such instant.  Bytes in f32 at n = 2, 4: 76 and 244; with
- * instants 132 and 420, and for each of them 72 and 220.  (D and the covariance of its rounding take
- * n^2 numbers each.)
+ * Words of memory of a start.
+ *   n        states
+ *   early    instants that are to be smoothed (below); 0 without a smoother
+ * Bytes in f32 at n = 2, 4: 76 and 244; with instants 132 and 420, and for each of them 72 and 220.
  */
 #define KQ_PRIVATE_START_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + (2 * (n) + 1) * (n) + 1)
 #define KQ_PRIVATE_START_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + (2 * (n) + 1) * (n) + 1)
@@ -124,38 +115,32 @@ KQ_NODISCARD kq_status kq_start_assign_f64(kq_start_f64 *s, int n, size_t early,
 
 /**
  * The state before the first measurement, in part unknown; otherwise as kq_filter_init.
- *   s        read: sizes, memory.  Written: the rest.  Attached to f until d = 0: the two refer to each
- *            other until then, s to f until the next init, which does not look at it.
+ *   s        sizes and memory read, the rest written.  Attached to f until d = 0.  s and f refer to each other until
+ *            then, s to f until the next init, which does not look at it.
  *   f        written; not ready while a component is unknown
- *   x0       n.  For an unknown component it is only where its numbers are counted from: any value
- *            gives the same result but for rounding; one within reach of the truth rounds less.
- *   P0       n x n; rows and columns of unknown components are not looked at, and where all are
- *            unknown P0 may be NULL
- *   unknown  bit i set: component i is unknown (bits n and above are ignored); 0: this is
- *            kq_filter_init
- * Cost: that of kq_filter_init.  While d > 0, beside the filter's: 2 n^3 + n^3 / 3 + n^2 d multiplications
- * for a predict (the covariance of D's rounding and det A), n^2 + n d for a measurement, n^3 + 2 n^2 more
- * for one that takes a dimension away; for each early instant 3 n^3 a predict, n^2 a measurement, 4 n^3 to
- * take a dimension away.
- * Stack: 680 words.  While d > 0 n^2 numbers for det A: 280 words in f32, 550 in q31, beside the filter's.
- * Accuracy: x^ moves by k e, k = D_1 / phi, with k to a few eps and the residual of the
- * measurement itself moved away once more.  So a mean is off by about eps times the distance that
- * it has moved from x0, a row of S by a few n eps of the sigma of z in its units; and an
- * observability (g against the terms h_i D_ij that it is the sum of) below 16 eps counts as none.
- * A d that is never seen stays; one that A itself has taken to 0 is forgotten, and below 2^-120
- * (f32), 2^-400 (f64) of its unit it counts as that; below the root of these its rounding is no
- * longer followed.  A move beyond the numbers sets KQ_EVENT_OVERFLOW and is not taken.
+ *   x0       n.  For an unknown component it is the origin of its numbers: any value gives the same result but for
+ *            rounding, and one near the truth rounds less.
+ *   P0       n x n; rows and columns of unknown components are not read; may be NULL where all are unknown
+ *   unknown  bit i set: component i is unknown (bits n and above are ignored); 0: as kq_filter_init
+ * Cost: as kq_filter_init.  While d > 0, besides the filter's: a predict 2 n^3 + n^3 / 3 + n^2 d multiplications, a
+ * measurement n^2 + n d, one that takes a dimension away n^3 + 2 n^2 more; each early instant 3 n^3 a predict, n^2 a
+ * measurement, 4 n^3 to take a dimension away.
+ * Stack: 680 words.  While d > 0, besides the filter's: n^2 numbers, 280 words in f32 and 550 in q31.
+ * Accuracy: a mean is off by about eps times the distance that it has moved from x0, a row of S by a few n eps of
+ * the sigma of z in its units.  An observability (D'h against the terms h_i D_ij of its sum) below 16 eps counts as
+ * none.  A column of D below 2^-120 (f32), 2^-400 (f64) of its unit counts as forgotten; below the root of these its
+ * rounding is no longer followed.
+ * KQ_EVENT_OVERFLOW: a move was not representable, and was not taken.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never given them), KQ_ERR_MISMATCH (states),
- * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or
- * the size of any x0_i above 2^120 in f32, 2^1000 in f64).
+ * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or the size of any
+ * x0_i above 2^120 in f32, 2^1000 in f64).
  */
 KQ_NODISCARD kq_status kq_start_init_f32(kq_start_f32 *s, kq_filter_f32 *f, const float *x0, const float *P0,
                             uint32_t unknown);
 KQ_NODISCARD kq_status kq_start_init_f64(kq_start_f64 *s, kq_filter_f64 *f, const double *x0, const double *P0,
                             uint32_t unknown);
 
-/** d: how many columns D still has, and the most measurements that still have to come.  0: the
-   filter is ready.  -1 where s is bad. */
+/** d: how many dimensions are still unknown.  0: the filter is ready.  -1 where s is bad. */
 int kq_start_count_f32(const kq_start_f32 *s);
 int kq_start_count_f64(const kq_start_f64 *s);
 
@@ -165,84 +150,71 @@ int kq_start_is_determined_f64(const kq_start_f64 *s, int i);
 
 /* ------------------------------------------------------------------ smoother
  *
- * A history cannot record a state that is not determined.  Attached to a filter with a start, it begins
- * when d = 0, and until then the start carries the instants that have been (`early` of them, the
- * latest ones) along as they are known from the present: x_t = c + C xi + E zeta + B delta goes
- * through every step as x does.  When the history has been smoothed back to where it began, its
- * coordinates there complete them.
+ * A history cannot record a state that is not determined.  Attached to a filter with a start, it begins when d = 0.
+ * Until then the start carries the early instants along, the latest `early` of them, and smoothing completes them.
  *
  *     KQ_HISTORY_F32(tape, 2, 1, 100, 0);
  *     KQ_START_F32(start, 2, 4);                        room for the first 4 steps
+ *     kq_filter_f32 view;                               without memory
  *     kq_start_init_f32(...);   kq_attach_f32(&track, &tape.attached);
  *     ... updates and predicts ...
  *     kq_start_smooth_f32(&start);
- *     kq_start_smoothed_mean_f32(&start, t, i);         t = 0, 1, ... from the start
+ *     kq_start_smoothed_f32(&start, t, &view);          t = 0, 1, ... from the start
+ *     kq_mean_f32(&view, i);   kq_sigma_f32(&view, i);
  *
- * Steps are counted from kq_attach.  Until d = 0 the history's memory is scratch; it needs room for
- * at least one step of one measurement (KQ_ERR_MEMORY).  Start, filter and history have to outlive each
- * other until kq_detach, and the history also for as long as its steps are read from the start.
- * kq_start_init forgets the history, without looking at it.
- *     Step t is step t - kq_start_steps() of the history where
- * that is not negative: lag-one covariances, process noises and measurement noises are to be had
- * from there on only.
+ * Steps are counted from kq_attach.  Step t is step t - kq_start_steps() of the history where that is not
+ * negative: lag-one covariances and noises are to be had from there on only.
+ *     Until d = 0 the history's memory is scratch; it needs room for one step of one measurement (KQ_ERR_MEMORY).
+ * Start, filter and history have to outlive each other until kq_detach, and the history also as long as its
+ * steps are shown.  kq_start_init forgets the history, without looking at it.
  */
 
-/** The number of early steps: predicts from attach until the filter was ready, or until now; where
-    the state was smoothed before it was determined, the steps that were.  And the first step that
-    can be smoothed: not 0 where there have been more than there is room for, since the latest are
-    kept.  0 where s is bad. */
+/** The number of early steps: predicts from attach until the filter was ready, or until now; where the state was
+    smoothed before it was determined, the steps that were.  And the first step that can be smoothed: not 0 where
+    there were more than there is room for.  0 where s is bad. */
 size_t kq_start_steps_f32(const kq_start_f32 *s);
 size_t kq_start_steps_f64(const kq_start_f64 *s);
 size_t kq_start_first_f32(const kq_start_f32 *s);
 size_t kq_start_first_f64(const kq_start_f64 *s);
 
 /**
- * Smooths the history, unless that has been done (by kq_smooth, or kq_smooth_step to the end;
- * kq_smooth_states: then means only), and the early steps.  Before the history is used for
- * anything else.  Where the state is still not determined there is no history: then all steps are
- * early ones, the present one is the last of them and needs room too, and those components are
- * smoothed that all the data determine.  The start goes on from there without a history: what has
- * been smoothed stays as it is, until kq_attach.
+ * Smooths the history and the early steps, before the history is used for anything else.
+ *   s        of a filter with a history.  The history may be smoothed already, by kq_smooth or kq_smooth_step to the
+ *            end; by kq_smooth_states: then there are means only.
+ * If the state is still not determined, all steps are early ones.  The present one is the last of them and needs
+ * room, too.  The components that all data determine are smoothed.  The start goes on without a history, and what has
+ * been smoothed stays, until kq_attach.
  * Cost: the history's, and n^3 / 2 + 2 n^3 an early step.
- * q31: KQ_SATURATED where a state was held (event KQ_EVENT_SATURATED, not cleared): the results may be wrong.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has gone to
- * another filter; smoothed already; not determined and no room), KQ_ERR_HISTORY_FULL,
- * KQ_ERR_CHANGED (smoother.h; the processes of early steps may change).
+ * KQ_SATURATED (q31): a state saturated (KQ_EVENT_SATURATED, not cleared): the results may be wrong.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history attached, or it has another filter; smoothed
+ * already; not determined and no room), KQ_ERR_HISTORY_FULL, KQ_ERR_CHANGED (smoother.h; the processes of early steps
+ * may change).
  */
 KQ_NODISCARD kq_status kq_start_smooth_f32(kq_start_f32 *s);
 KQ_NODISCARD kq_status kq_start_smooth_f64(kq_start_f64 *s);
 
-/** x_i, the low part of its word, and sqrt(P_ii) of step t given all measurements.  NaN where step
-   t is not smoothed, where it came before kq_start_first(), where all data do not determine it, or
-   s or i is bad. */
-float kq_start_smoothed_mean_f32(const kq_start_f32 *s, size_t t, int i);
-double kq_start_smoothed_mean_f64(const kq_start_f64 *s, size_t t, int i);
-float kq_start_smoothed_mean_low_f32(const kq_start_f32 *s, size_t t, int i);
-double kq_start_smoothed_mean_low_f64(const kq_start_f64 *s, size_t t, int i);
-float kq_start_smoothed_sigma_f32(const kq_start_f32 *s, size_t t, int i);
-double kq_start_smoothed_sigma_f64(const kq_start_f64 *s, size_t t, int i);
-
 /**
- * P of step t given all measurements, exactly symmetric.
- *   P        n x n, written
- * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, before kq_start_first(), a
- * component that is not determined, or means only).
+ * Shows step t, given all measurements, in a view, as kq_smoothed does.
+ *   s        smoothed; keeps what is shown, with its history
+ *   t        0, 1, ...: counted from kq_attach
+ *   view     written; without memory.  A component that all data do not determine reads NaN, and then
+ *            kq_covariance answers KQ_ERR_NOT_READY.  After an error all readings are NaN.
+ * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before kq_start_first()).
  */
-KQ_NODISCARD kq_status kq_start_smoothed_covariance_f32(const kq_start_f32 *s, size_t t, float *P);
-KQ_NODISCARD kq_status kq_start_smoothed_covariance_f64(const kq_start_f64 *s, size_t t, double *P);
+KQ_NODISCARD kq_status kq_start_smoothed_f32(const kq_start_f32 *s, size_t t, kq_filter_f32 *view);
+KQ_NODISCARD kq_status kq_start_smoothed_f64(const kq_start_f64 *s, size_t t, kq_filter_f64 *view);
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
- * D is in numbers of any size, {mantissa, exponent}; x^ is in words.  The declared ranges are knowledge:
- * a direction of the unknown has a sigma of one third of the range by them.  A measurement that tells
- * more than half of that defines the direction exactly, as in f32.  One that tells less would move the
- * state beyond its word: the direction gets that prior, with mean x0, and the measurement is an ordinary
- * one.  So give an x0 in the middle of the range, and a range 10 times sigma where the start has to be
- * exact.  While d > 0 the log-likelihood counts the unknown in ranges, from d = 0 on in physical units.
- * A state that is larger than its range is held with KQ_EVENT_SATURATED.  The early instants may be up to 64 words from 0 until they are
- * smoothed; only what can be read of them then is held, with KQ_EVENT_SATURATED in the filter.
- * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes; an
- * observability below 2^-26 counts as none.
+ * The declared ranges are knowledge: a direction of the unknown has a sigma of one third of the range.  A
+ * measurement that tells more than half of that defines the direction exactly, as in f32.  One that tells less is an
+ * ordinary measurement: the direction gets that prior, with mean x0.  So give an x0 in the middle of the range, and a
+ * range of 10 sigma where the start has to be exact.  While d > 0 the log-likelihood counts the unknown in ranges,
+ * from d = 0 on in physical units.
+ * KQ_EVENT_SATURATED (in the filter): a state was beyond its range.  Early instants may be up to 64 words from 0 until
+ * they are smoothed; what is shown of them then saturates.
+ * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes; an observability below
+ * 2^-26 counts as none.
  */
 
 #define KQ_PRIVATE_START_PAST_LEN_Q31(n) (KQ_FILTER_LEN_Q31(n) + (4 * (n) + 2) * (n) + 1)
@@ -289,11 +261,8 @@ size_t kq_start_steps_q31(const kq_start_q31 *s);
 size_t kq_start_first_q31(const kq_start_q31 *s);
 KQ_NODISCARD kq_status kq_start_smooth_q31(kq_start_q31 *s);
 
-/** Words; KQ_NOT_A_WORD_Q31 where f32 answers NaN. */
-int32_t kq_start_smoothed_mean_q31(const kq_start_q31 *s, size_t t, int i);
-int32_t kq_start_smoothed_mean_low_q31(const kq_start_q31 *s, size_t t, int i);
-int32_t kq_start_smoothed_sigma_q31(const kq_start_q31 *s, size_t t, int i);
-KQ_NODISCARD kq_status kq_start_smoothed_covariance_q31(const kq_start_q31 *s, size_t t, kq_scaled_q31 *P);
+/** As in f32. */
+KQ_NODISCARD kq_status kq_start_smoothed_q31(const kq_start_q31 *s, size_t t, kq_filter_q31 *view);
 
 #ifdef __cplusplus
 }

@@ -59,9 +59,9 @@ typedef enum {
     KQ_ERR_COEFFICIENT = -12,
     /** An object (kq_..._check) or a q31 table contradicts itself, as a corrupted one does. */
     KQ_ERR_TABLE = -13,
-    /** A history, a lag or a point is attached to the filter, and what is asked for cannot be recorded on
+    /** A history, a lag or an instant is attached to the filter, and what is asked for cannot be recorded on
         it; or what is to be attached has another filter; or something is attached already, and that or what
-        is to be attached is an adaptation or a settling: detach it first.  (A history, a lag and a point take
+        is to be attached is an adaptation or a settling: detach it first.  (A history, a lag and an instant take
         each other's place.) */
     KQ_ERR_RECORDING = -14,
     /** No steady state: a state that does not decay by itself is not seen by the sensor. */
@@ -89,8 +89,8 @@ typedef enum {
 /** The status in words, for a log: never NULL, static storage. */
 const char *kq_status_text(kq_status status);
 
-/** Sticky event bits of a filter: read by kq_events_<T>, cleared by kq_events_clear_<T>.  A history
-    has its own (kq_history_events_<T>). */
+/** Sticky event bits of a filter: read by kq_events_<T>, cleared by kq_events_clear_<T>.  Those of
+    smoothing are in its views (smoother.h). */
 enum {
     /** A measurement was expected to carry no information beyond rounding (its innovation
         variance was at the rounding floor): it was not taken.  This is what the

@@ -74,7 +74,7 @@
 #endif
 
 /* Up to how many states the smoothers on line have code of their own: a sample of theirs is to cost
-   no more than three steps of the filter. */
+   no more than three steps of the filter, 3.5 with the covariance. */
 #if defined(KQ_SMALL_CODE)
 #define KQ_STATES_APART 0
 #else

@@ -148,7 +148,8 @@ static num *em_undo_predict(estimation *e, const em_places *w)
     predict_root(v.predicted, S, m, v.W, v.pq);
     for (int k = 0; k < n; k++, rows += width) {
         theta_noise_row(rows, m, &v, k);
-        rows[2 * n] = row_times_root(rows, v.T, v.a, n, n);
+        rows[2 * n] = coordinate_dot(rows, v.a, n, n);
+        row_times_root(rows, v.T, n, n);
     }
     history_note(&e->history, theta_times_root(m, &v, n, SHAPE_AS_FOUND));
     for (int i = 0; explained && i < n; i++) {

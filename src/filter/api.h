@@ -72,7 +72,7 @@ kq_status T(kq_step)(filter *f, const process *p, const num *u, const sensor *s,
 
 KQ_COLD kq_status T(kq_gain)(const filter *f, const sensor *s, scaled *K)
 {
-    const kq_status status = sensor_check_for(f, s);
+    const kq_status status = sensor_check_reading(f, s);
     if (status) return status;
     if (!K) return KQ_ERR_NULL;
     if (noise_is_of_others(s, UINT32_MAX)) gain_of_some(f, s, K);
@@ -83,10 +83,10 @@ KQ_COLD kq_status T(kq_gain)(const filter *f, const sensor *s, scaled *K)
 KQ_COLD kq_status T(kq_forecast)(const filter *f, const process *p, const num *u, size_t steps,
                                  filter *ahead)
 {
-    const kq_status status = predict_check(f, p, 0);
+    kq_status status = state_check_known(f);
+    if (!status) status = process_check_fit(f, p);
+    if (!status) status = copy_check(ahead, f);
     if (status) return status;
-    const kq_status unfit = copy_check(ahead, f);
-    if (unfit) return unfit;
     if (steps > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     const size_t l = p->controls;
     for (size_t k = 0; u && k < steps; k++) {
@@ -100,7 +100,7 @@ KQ_COLD kq_status T(kq_forecast)(const filter *f, const process *p, const num *u
 
 kq_status T(kq_filter_copy)(filter *to, const filter *from)
 {
-    kq_status status = filter_check(from);
+    kq_status status = state_check_known(from);
     if (!status) status = copy_check(to, from);
     if (!status) copy_state(to, from);
     return status;

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "kalmanq/filter.h"
+#include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
@@ -26,6 +27,9 @@ static num *filter_root(const filter *f) { return f->memory + MEAN_PLANES * f->s
    OPEN: the call that will end it is the caller's.  NARROW: a sharp one had noise: what it tells has to
    outlive the next predict. */
 enum { FILTER_READY = 1, FILTER_SHARP = 2, FILTER_WIDE = 4, FILTER_OPEN = 8, FILTER_NARROW = 16 };
+
+/* `plain` of a view (view.h), which is never ready: a mean and no root, or both */
+enum { VIEW_OF_MEAN = 64, VIEW_OF_STATE = 128 };
 
 /* plain is what the steps of known sizes look at. */
 KQ_INLINE void filter_set_ready(filter *f, int ready)
@@ -96,7 +100,7 @@ KQ_COLD static kq_status filter_check_memory(const filter *f)
 {
     if (!f) return KQ_ERR_NULL;
     if (!size_is_valid(f->states)) return KQ_ERR_SIZE;
-    return f->memory ? KQ_OK : KQ_ERR_MEMORY;
+    return f->memory && f->plain <= KQ_SIZE_MAX ? KQ_OK : KQ_ERR_MEMORY; /* a view's memory is another's */
 }
 
 /* Component c of z - H x */

@@ -20,12 +20,13 @@ static kq_status copy_check(const filter *to, const filter *from)
     return KQ_OK;
 }
 
-/* All but the memory, which is its own, and the history, which goes on by `from` alone */
+/* All but the memory, which is its own, and what is attached, which goes on by `from` alone */
 static void copy_state(filter *to, const filter *from)
 {
     num *memory = to->memory;
     *to = *from;
     to->memory = memory;
+    if (!to->ready) to->ready = FILTER_READY; /* from a view */
     filter_set_attached(to, 0);
     copy(memory, from->memory, FILTER_LEN(from->states));
 }

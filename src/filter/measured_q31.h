@@ -22,7 +22,7 @@
    is below 2^61, by init's check of H. */
 num T(kq_measurement_low)(const filter *f, const sensor *s, int c)
 {
-    if (sensor_check_for(f, s) != KQ_OK || c < 0 || c >= s->components) return num_nan();
+    if (sensor_check_reading(f, s) != KQ_OK || c < 0 || c >= s->components) return num_nan();
     const int n = f->states;
     const scaled *h = s->measurement + c * n;
     int64_t sum = 0;

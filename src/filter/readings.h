@@ -33,7 +33,7 @@ num T(kq_mean_low)(const filter *f, int i)
 
 num T(kq_sigma)(const filter *f, int i)
 {
-    if (!index_is_valid(f, i)) return num_nan();
+    if (!index_is_valid(f, i) || !has_root(f)) return num_nan();
     return word_of(scaled_root(root_product(filter_root(f), f->states, i, i)));
 }
 
@@ -52,7 +52,7 @@ static score filter_log_likelihood(const filter *f, int whole_run)
 
 KQ_COLD kq_status T(kq_covariance)(const filter *f, scaled *P)
 {
-    const kq_status status = filter_check(f);
+    const kq_status status = state_check_known(f);
     if (status) return status;
     if (!P) return KQ_ERR_NULL;
     root_square(P, filter_root(f), f->states);
@@ -84,7 +84,7 @@ KQ_NOINLINE static num measured(const filter *f, const sensor *s, int c)
 
 KQ_COLD kq_status T(kq_measurement)(const filter *f, const sensor *s, num *z, scaled *S)
 {
-    const kq_status status = sensor_check_for(f, s);
+    const kq_status status = sensor_check_reading(f, s);
     if (status) return status;
     for (int c = 0; z && c < s->components; c++) z[c] = measured(f, s, c);
     if (S) innovation_covariance(S, f, s);
@@ -93,9 +93,11 @@ KQ_COLD kq_status T(kq_measurement)(const filter *f, const sensor *s, num *z, sc
 
 KQ_COLD kq_status T(kq_innovation)(const filter *f, const sensor *s, const num *z, num *e)
 {
-    const kq_status status = update_check(f, s, z, UINT32_MAX);
+    kq_status status = sensor_check_reading(f, s);
     if (status) return status;
-    if (!e) return KQ_ERR_NULL;
+    if (!z || !e) return KQ_ERR_NULL;
+    status = sensor_check_values(s, z, s->components, UINT32_MAX);
+    if (status) return status;
     num found[KQ_SIZE_MAX];
     const int n = f->states, m = s->components;
     for (int c = 0; c < m; c++) {

@@ -10,7 +10,7 @@
 #ifndef KQ_SRC_NONLINEAR_LINEARISE_FLOAT_H
 #define KQ_SRC_NONLINEAR_LINEARISE_FLOAT_H
 
-#include "kalmanq/points.h"
+#include "kalmanq/sigma_points.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
@@ -24,6 +24,7 @@
 #include "../arithmetic/triangle.h"
 #include "../model/types.h"
 #include "../model/units.h"
+#include "../filter/checks.h"
 #include "../filter/filter.h"
 
 /* What is called, and where */
@@ -136,7 +137,7 @@ kq_status T(kq_linearise)(const filter *at, T(kq_function) *g, void *context, in
                           num *J, num *E)
 {
     const sampling q = {at, g, context, rows, rule};
-    kq_status status = filter_check(at);
+    kq_status status = state_check_known(at);
     if (status) return status;
     if (!y || !J || !E) return KQ_ERR_NULL;
     if (!size_is_valid(rows)) return KQ_ERR_SIZE;

@@ -62,7 +62,8 @@ static scaled noise_square(const process *m, const process *source, const worksp
         if (!noise_is_live(source, k)) continue;
         num *theta = v->M; /* one row after the other in the place of the first */
         theta_noise_row(theta, m, v, k);
-        const scaled mean = coordinate_scaled(row_times_root(theta, v->T, v->a, n, n));
+        const scaled mean = coordinate_scaled(coordinate_dot(theta, v->a, n, n));
+        row_times_root(theta, v->T, n, n);
         total = scaled_plus(total, scaled_times(mean, mean));
         total = scaled_plus(total, row_product(theta, theta, 2 * n));
         ++*rank;

@@ -3,8 +3,8 @@
 #define KQ_SRC_SMOOTHER_API_H
 
 #include "history.h"
+#include "instant.h"
 #include "lag.h"
-#include "point.h"
 #include "smooth.h"
 
 #endif

@@ -6,176 +6,132 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
 #include "map.h"
 #include "whitened.h"
 
 /* ------------------------------------------------------------------ an estimate by maps */
 
 /*
- * What is known of the coordinates given all data: the mean a, and their root as columns, n of them
- * and n for every map.  At the end it is the state: the filtered one of its step, moved, and the
- * columns of the root of its covariance.  What the last map has brought is still in that map.
+ * What is known of the coordinates given all data, map by map: from the newest ones, of mean 0 and root 1, to
+ * those of the step that is asked for.  Mean a and root T are where the smoother of a run has them:
+ *     a <- J a + d,    T <- tria [J T, E]
+ * Of few states roots and divisions cost more than columns: `rows` gather [J X, E] of some maps, and T is made of
+ * them once.
  */
 typedef struct {
-    num *state;      /* mean and filtered root, whose exponents are those of the columns, too */
-    num *columns;    /* `count` of them; there is room for ESTIMATE_MAPS + 1 times n */
-    const num *last; /* `added` ones that come behind them */
-    const num *a;
-    num *next, *after; /* where the next a goes, and the one after it */
-    int count, added;
+    workspace v;
+    num *rows;       /* n rows of ESTIMATE_COLUMNS n units, or NULL */
+    int states_only;
+    int count;       /* columns so far; 0: no map yet */
 } estimate;
 
-enum { ESTIMATE_MAPS = 4 };
+enum { ESTIMATE_COLUMNS = 5, ESTIMATE_FEW = KQ_STATES_APART ? KQ_STATES_APART : 1 };
 
-/* The first map, that from the newest coordinates */
-KQ_KERNEL void estimate_begin(estimate *now, backward_map map, int states_only, int n)
+/* T <- tria rows */
+KQ_NOINLINE static void estimate_join(const estimate *now, int n)
 {
-    now->a = map.shift;
-    now->last = map.columns;
-    now->count = 0;
-    now->added = states_only ? 0 : 2 * n;
+    const int width = ESTIMATE_COLUMNS * n;
+    for (int k = 0; k < n; k++) {
+        num *row = now->rows + k * ROW_LEN(width);
+        for (int j = now->count; j < width; j++) row[j] = 0;
+        row_set_exponent(row, width, one_exponent);
+    }
+    triangularise(now->v.T, now->rows, width, 0, n, now->v.pq, SHAPE_FULL);
 }
 
-/* Of the columns the last 2n become n. */
-KQ_NOINLINE static void estimate_shorten(estimate *now, const workspace *v, int n)
+/* No room for another map: T in the place of the rows */
+KQ_NOINLINE static void estimate_shorten(estimate *now, int n)
 {
-    const backward_map last = {now->columns + (now->count - 2 * n) * n, 0};
+    const num *t = now->v.T;
+    estimate_join(now, n);
+    for (int j = 0; j < n; j++) {
+        for (int k = 0; k < n; k++) now->rows[k * ROW_LEN(ESTIMATE_COLUMNS * n) + j] = k <= j ? *t++ : 0;
+    }
+    now->count = n;
+}
+
+/* X <- [J X, E] */
+KQ_KERNEL void estimate_gather_of(estimate *now, backward_map map, int n)
+{
+    const num *given = map.columns;
+    num x[KQ_SIZE_MAX];
+    const int stride = ROW_LEN(ESTIMATE_COLUMNS * n);
+    if (now->count == ESTIMATE_COLUMNS * n) estimate_shorten(now, n);
+    for (int j = 0; j < now->count; j++) {
+        for (int k = 0; k < n; k++) x[k] = now->rows[k * stride + j];
+        for (int k = 0; k < n; k++) now->rows[k * stride + j] = map_entry(map.columns, k, x, n);
+    }
+    int end = now->count + n;
+    if (now->count) given += n * n;
+    else end += n;
+    for (int j = now->count; j < end; j++) {
+        for (int k = 0; k < n; k++) now->rows[k * stride + j] = *given++;
+    }
+    now->count = end;
+}
+
+KQ_NOINLINE static void estimate_gather_1(estimate *now, backward_map map) { estimate_gather_of(now, map, 1); }
+
+KQ_NOINLINE static void estimate_gather_2(estimate *now, backward_map map) { estimate_gather_of(now, map, 2); }
+
+KQ_NOINLINE static void estimate_gather_3(estimate *now, backward_map map) { estimate_gather_of(now, map, 3); }
+
+/* T <- tria [J T, E]; of the first map tria [J, E] */
+KQ_OUTLINE void estimate_map_root(estimate *now, backward_map map, int n)
+{
+    const workspace *v = &now->v;
     for (int k = 0; k < n; k++) {
         num *row = v->M + k * ROW_LEN(2 * n);
-        for (int j = 0; j < n; j++) row[j] = last.columns[j * n + k];
+        for (int j = 0; j < 2 * n; j++) row[j] = map.columns[j * n + k];
+        if (now->count) row_times_root(row, v->T, n, n);
+        else row_set_exponent(row, 2 * n, one_exponent);
     }
-    map_join_noise(last, v, n);
-    now->count -= n;
-    copy(last.columns, last.columns + n * n, n * n);
+    triangularise(v->T, v->M, 2 * n, 0, n, v->pq, SHAPE_FULL);
+    renormalise(v->T, n);
+    now->count = n;
 }
 
-/* Answers the events, as estimate_end does. */
-KQ_KERNEL unsigned estimate_map_of(estimate *now, backward_map map, const workspace *v, int n)
+KQ_KERNEL void estimate_take_root(estimate *now, backward_map map, int n)
 {
-    num *a = now->next;
+    if (!now->rows) estimate_map_root(now, map, n);
+    else if (n == 1) estimate_gather_1(now, map);
+    else if (n == 2) estimate_gather_2(now, map);
+    else estimate_gather_3(now, map);
+}
+
+/* The first map, that from the newest coordinates */
+KQ_KERNEL void estimate_begin(estimate *now, backward_map map, int n)
+{
+    copy(now->v.a, map.shift, COORDINATE_PLANES * n);
+    now->count = 0;
+    if (!now->states_only) estimate_take_root(now, map, n);
+}
+
+/* Answers the events. */
+static unsigned estimate_map(estimate *now, backward_map map, int n)
+{
     unsigned events = 0;
     for (int k = 0; k < n; k++) {
-        const wide mean = coordinate_through(map.columns, k, now->a, map.shift, n);
-        events |= coordinate_set(a, n, k, mean);
+        const wide mean = coordinate_through(map.columns, k, now->v.a, map.shift, n);
+        events |= coordinate_set(now->v.spare, n, k, mean);
     }
-    now->a = a;
-    now->next = now->after;
-    now->after = a;
-    if (!now->added) return events;
-    if (now->count + now->added > ESTIMATE_MAPS * n) estimate_shorten(now, v, n);
-    num *x = now->columns;
-    for (int j = 0; j < now->count; j++, x += n) map_column(x, map.columns, x, n);
-    for (int j = 0; j < now->added; j++, x += n) {
-        map_column(x, map.columns, now->last + j * n, n);
-    }
-    now->count += now->added;
-    now->last = map.columns + n * n;
-    now->added = n;
+    copy(now->v.a, now->v.spare, COORDINATE_PLANES * n);
+    if (!now->states_only) estimate_take_root(now, map, n);
     return events;
 }
 
-KQ_NOINLINE static unsigned estimate_map_1(estimate *now, backward_map map, const workspace *v)
+/* The smoothed state of a step whose filtered one is `state`, into the answer.  Answers the events. */
+static unsigned estimate_end(estimate *now, num *answer, const num *state, int n)
 {
-    return estimate_map_of(now, map, v, 1);
-}
-
-KQ_NOINLINE static unsigned estimate_map_2(estimate *now, backward_map map, const workspace *v)
-{
-    return estimate_map_of(now, map, v, 2);
-}
-
-KQ_NOINLINE static unsigned estimate_map_3(estimate *now, backward_map map, const workspace *v)
-{
-    return estimate_map_of(now, map, v, 3);
-}
-
-KQ_KERNEL unsigned estimate_map(estimate *now, backward_map map, const workspace *v, int n)
-{
-    if (n > KQ_STATES_APART) return estimate_map_of(now, map, v, n);
-    if (n == 1) return estimate_map_1(now, map, v);
-    return n == 2 ? estimate_map_2(now, map, v) : estimate_map_3(now, map, v);
-}
-
-/* The filter's own: no map */
-KQ_KERNEL void estimate_filtered(estimate *now, const num *state, int states_only, int n)
-{
-    const num *s = state + MEAN_PLANES * n;
-    copy(now->state, state, FILTER_LEN(n));
-    now->count = states_only ? 0 : n;
-    for (int j = 0; j < now->count; j++) {
-        for (int k = 0; k < n; k++) now->columns[j * n + k] = k <= j ? *s++ : 0;
+    copy(answer, state, FILTER_LEN(n));
+    if (now->states_only) return smoothed_state(answer, now->v.a, 0, n);
+    if (now->rows) {
+        estimate_join(now, n);
+        renormalise(now->v.T, n);
     }
-}
-
-/* S x, one column, which may be in the place of x */
-KQ_KERNEL void root_column(num *out, const num *S, const num *x, int n)
-{
-    for (int i = 0; i < n; i++) {
-        sum total = 0;
-        for (int k = i; k < n; k++) total = add_product(total, S[column(k) + i], x[k]);
-        out[i] = unit_of(total);
-    }
-}
-
-/* x_s = x_f + S a, the columns by S.  Answers the events. */
-KQ_KERNEL unsigned estimate_end_of(estimate *now, const num *state, int n)
-{
-    const num *S = state + MEAN_PLANES * n;
-    num *x = now->columns;
-    scaled row[KQ_SIZE_MAX];
-    unsigned events = 0;
-    copy(now->state, state, FILTER_LEN(n));
-    for (int i = 0; i < n; i++) {
-        root_row(row, S, n, i);
-        events |= mean_move(now->state, n, i, row, now->a);
-    }
-    for (int j = 0; j < now->count; j++, x += n) root_column(x, S, x, n);
-    for (int j = 0; j < now->added; j++, x += n) root_column(x, S, now->last + j * n, n);
-    now->count += now->added;
-    return events;
-}
-
-KQ_NOINLINE static unsigned estimate_end_1(estimate *now, const num *state)
-{
-    return estimate_end_of(now, state, 1);
-}
-
-KQ_NOINLINE static unsigned estimate_end_2(estimate *now, const num *state)
-{
-    return estimate_end_of(now, state, 2);
-}
-
-KQ_NOINLINE static unsigned estimate_end_3(estimate *now, const num *state)
-{
-    return estimate_end_of(now, state, 3);
-}
-
-KQ_KERNEL unsigned estimate_end(estimate *now, const num *state, int n)
-{
-    if (n > KQ_STATES_APART) return estimate_end_of(now, state, n);
-    if (n == 1) return estimate_end_1(now, state);
-    return n == 2 ? estimate_end_2(now, state) : estimate_end_3(now, state);
-}
-
-static scaled estimate_product(const estimate *now, int n, int i, int j)
-{
-    sum total = 0;
-    for (int k = 0; k < now->count; k++) {
-        total = add_product(total, now->columns[k * n + i], now->columns[k * n + j]);
-    }
-    return root_sum(total, now->state + MEAN_PLANES * n, n, i, j);
-}
-
-static void estimate_covariance(const estimate *now, scaled *P, int n)
-{
-    for (int i = 0; i < n; i++) {
-        for (int j = i; j < n; j++) P[i * n + j] = P[j * n + i] = estimate_product(now, n, i, j);
-    }
+    return smoothed_state(answer, now->v.a, now->v.T, n);
 }
 
 #endif

@@ -32,6 +32,4 @@ KQ_COLD kq_status T(kq_history_assign)(history *h, int n, num *memory, size_t le
 
 size_t T(kq_history_steps)(const history *h) { return h ? (size_t)h->steps : 0; }
 
-unsigned T(kq_history_events)(const history *h) { return h ? h->events : 0; }
-
 #endif

@@ -25,13 +25,11 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/root.h"
-#include "../arithmetic/scaled.h"
 #include "../arithmetic/size.h"
 #include "../model/types.h"
 #include "../filter/attached.h"
-#include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/step.h"
+#include "../filter/view.h"
 #include "estimate.h"
 #include "map.h"
 #include "on_line.h"
@@ -42,7 +40,7 @@
 
 KQ_KERNEL backward_map lag_head(const T(kq_lag) *lag, int n)
 {
-    return map_at(lag->tape.memory + lag->tape.length + LAG_COLUMNS_LEN(n), n);
+    return map_at(on_line_end_of_tape(&lag->tape), n);
 }
 
 KQ_KERNEL backward_map lag_middle(const T(kq_lag) *lag, int n)
@@ -95,9 +93,9 @@ KQ_KERNEL backward_map lag_open(T(kq_lag) *lag, const filter *f, int n)
     return lag_map(lag, 1, n);
 }
 
-KQ_KERNEL void lag_move_of(T(kq_lag) *lag, const process *p, const num *u, int n)
+KQ_KERNEL void lag_move_of(filter *f, const process *p, const num *u, int n)
 {
-    filter *f = lag->tape.filter;
+    T(kq_lag) *lag = (T(kq_lag) *)f->attached;
     const workspace v = workspace_at(lag->tape.memory, n);
     if (lag->steps) filter_note(f, lag_close(lag, &v, n));
     lag->tape.used = 0;
@@ -105,112 +103,80 @@ KQ_KERNEL void lag_move_of(T(kq_lag) *lag, const process *p, const num *u, int n
     predict_by_map(f, p, u, lag->most ? lag_open(lag, f, n) : lag_head(lag, n), &v, n);
 }
 
-KQ_NOINLINE static void lag_move_1(T(kq_lag) *lag, const process *p, const num *u)
-{
-    lag_move_of(lag, p, u, 1);
-}
+KQ_NOINLINE static void lag_move_1(filter *f, const process *p, const num *u) { lag_move_of(f, p, u, 1); }
 
-KQ_NOINLINE static void lag_move_2(T(kq_lag) *lag, const process *p, const num *u)
-{
-    lag_move_of(lag, p, u, 2);
-}
+KQ_NOINLINE static void lag_move_2(filter *f, const process *p, const num *u) { lag_move_of(f, p, u, 2); }
 
-KQ_NOINLINE static void lag_move_3(T(kq_lag) *lag, const process *p, const num *u)
+KQ_NOINLINE static void lag_move_3(filter *f, const process *p, const num *u) { lag_move_of(f, p, u, 3); }
+
+static void lag_move(filter *f, const process *p, const num *u)
 {
-    lag_move_of(lag, p, u, 3);
+    const int n = f->states;
+    if (n > KQ_STATES_APART) lag_move_of(f, p, u, n);
+    else if (n == 1) lag_move_1(f, p, u);
+    else if (n == 2) lag_move_2(f, p, u);
+    else lag_move_3(f, p, u);
 }
 
 static kq_status lag_predict(filter *f, const process *p, const num *u)
 {
-    const kq_status status = predict_check(f, p, u);
-    if (status) return status;
-    if (!on_line_goes_on(f)) {
-        predict_now(f, p, u);
-        return KQ_OK;
-    }
-    T(kq_lag) *lag = (T(kq_lag) *)f->attached;
-    const int n = f->states;
-    if (n > KQ_STATES_APART) lag_move_of(lag, p, u, n);
-    else if (n == 1) lag_move_1(lag, p, u);
-    else if (n == 2) lag_move_2(lag, p, u);
-    else lag_move_3(lag, p, u);
-    return KQ_OK;
+    return on_line_predict(f, p, u, lag_move);
 }
 
 /* ------------------------------------------------------------------ the estimate of age k */
 
 /* From the newest coordinates, which are those of the open slot's map, to the slot of age k.
    Answers the events. */
-KQ_KERNEL unsigned lag_walk(const T(kq_lag) *lag, estimate *now, uint32_t k, int n)
+static unsigned lag_walk(const T(kq_lag) *lag, estimate *now, uint32_t k, int n)
 {
     unsigned events = 0;
-    const workspace v = workspace_at(lag->tape.memory, n);
     const uint32_t middle_end = lag->head + lag->block;
     uint32_t age = 1;
     if (lag->head > 1 && k >= lag->head) {
-        events = estimate_map(now, lag_head(lag, n), &v, n);
+        events = estimate_map(now, lag_head(lag, n), n);
         age = lag->head;
     }
     if (k >= middle_end) {
-        events |= estimate_map(now, lag_middle(lag, n), &v, n);
-        if (k > middle_end) events |= estimate_map(now, lag_map(lag, k, n), &v, n);
+        events |= estimate_map(now, lag_middle(lag, n), n);
+        if (k > middle_end) events |= estimate_map(now, lag_map(lag, k, n), n);
         return events;
     }
     if (k > lag->head) {
         age = k < lag->joined ? k : lag->joined;
-        events |= estimate_map(now, lag_map(lag, age, n), &v, n);
+        events |= estimate_map(now, lag_map(lag, age, n), n);
     }
-    while (age < k) events |= estimate_map(now, lag_map(lag, ++age, n), &v, n);
+    while (age < k) events |= estimate_map(now, lag_map(lag, ++age, n), n);
     return events;
 }
 
-KQ_KERNEL int lag_estimate_of(T(kq_lag) *lag, uint32_t k, int states_only, int n)
+/* The state of age k >= 1 into the answer.  Answers the events. */
+static unsigned lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only, num *rows, int n)
 {
-    estimate now = answer_of(&lag->tape, 0, n);
-    if (k == 0) {
-        estimate_filtered(&now, lag->tape.filter->memory, states_only, n);
-        return now.count;
-    }
+    estimate now = {workspace_at(lag->tape.memory, n), rows, states_only, 0};
     const backward_map newest = lag_map(lag, 1, n);
     map_take_tape(newest, &lag->tape, n);
-    estimate_begin(&now, newest, states_only, n);
+    estimate_begin(&now, newest, n);
     const unsigned walked = lag_walk(lag, &now, k, n);
-    filter_note(lag->tape.filter, walked | estimate_end(&now, lag_slot(lag, k, n), n));
-    return now.count;
+    return walked | estimate_end(&now, on_line_answer(&lag->tape, n), lag_slot(lag, k, n), n);
 }
 
-KQ_NOINLINE static int lag_estimate_1(T(kq_lag) *lag, uint32_t k, int states_only)
+KQ_NOINLINE static unsigned lag_estimate_of_few(T(kq_lag) *lag, uint32_t k, int states_only, int n)
 {
-    return lag_estimate_of(lag, k, states_only, 1);
+    num rows[ESTIMATE_FEW * ROW_LEN(ESTIMATE_COLUMNS * ESTIMATE_FEW)];
+    return lag_estimate(lag, k, states_only, rows, n);
 }
 
-KQ_NOINLINE static int lag_estimate_2(T(kq_lag) *lag, uint32_t k, int states_only)
+static kq_status lag_show(T(kq_lag) *lag, size_t k, filter *view, int states_only)
 {
-    return lag_estimate_of(lag, k, states_only, 2);
-}
-
-KQ_NOINLINE static int lag_estimate_3(T(kq_lag) *lag, uint32_t k, int states_only)
-{
-    return lag_estimate_of(lag, k, states_only, 3);
-}
-
-static int lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only)
-{
-    const int n = lag->tape.states;
-    if (n > KQ_STATES_APART) return lag_estimate_of(lag, k, states_only, n);
-    if (n == 1) return lag_estimate_1(lag, k, states_only);
-    return n == 2 ? lag_estimate_2(lag, k, states_only) : lag_estimate_3(lag, k, states_only);
-}
-
-static kq_status lag_smooth(T(kq_lag) *lag, size_t k, int states_only)
-{
-    if (!lag) return KQ_ERR_NULL;
-    const kq_status status = on_line_check(&lag->tape);
+    const kq_status status = on_line_check_view(lag ? &lag->tape : 0, view);
     if (status) return status;
-    if (k > lag->steps) return KQ_ERR_SIZE;
-    lag->columns = (uint8_t)lag_estimate(lag, (uint32_t)k, states_only);
-    lag->smoothed = 1;
-    return KQ_OK;
+    if (k > lag->steps) return view_nothing(view, KQ_ERR_SIZE);
+    unsigned events = 0;
+    const int n = lag->tape.states;
+    if (k == 0) copy(on_line_answer(&lag->tape, n), lag->tape.filter->memory, FILTER_LEN(n));
+    else if (n > KQ_STATES_APART) events = lag_estimate(lag, (uint32_t)k, states_only, 0, n);
+    else events = lag_estimate_of_few(lag, (uint32_t)k, states_only, n);
+    return on_line_show(&lag->tape, view, states_only, events);
 }
 
 /* ------------------------------------------------------------------ the object */
@@ -239,8 +205,6 @@ static kq_status lag_attach(filter *f, attached *object)
     lag->next = 0;
     lag->head = 0;
     lag->joined = 0;
-    lag->smoothed = 0;
-    lag->columns = 0;
     return KQ_OK;
 }
 
@@ -252,30 +216,8 @@ size_t T(kq_lag_steps)(const T(kq_lag) *lag)
     return lag && !on_line_check(&lag->tape) ? (size_t)lag->steps : 0;
 }
 
-static int lag_is_smoothed(const T(kq_lag) *lag) { return lag && lag->smoothed; }
+kq_status T(kq_lagged)(T(kq_lag) *lag, size_t k, filter *view) { return lag_show(lag, k, view, 0); }
 
-kq_status T(kq_lag_smooth)(T(kq_lag) *lag, size_t k) { return lag_smooth(lag, k, 0); }
-
-kq_status T(kq_lag_smooth_states)(T(kq_lag) *lag, size_t k) { return lag_smooth(lag, k, 1); }
-
-num T(kq_lag_mean)(const T(kq_lag) *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean(&lag->tape, i) : num_nan();
-}
-
-num T(kq_lag_mean_low)(const T(kq_lag) *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_mean_low(&lag->tape, i) : num_nan();
-}
-
-num T(kq_lag_sigma)(const T(kq_lag) *lag, int i)
-{
-    return lag_is_smoothed(lag) ? answer_sigma(&lag->tape, lag->columns, i) : num_nan();
-}
-
-kq_status T(kq_lag_covariance)(const T(kq_lag) *lag, scaled *P)
-{
-    return lag ? answer_covariance(&lag->tape, lag->columns, P) : KQ_ERR_NULL;
-}
+kq_status T(kq_lagged_states)(T(kq_lag) *lag, size_t k, filter *view) { return lag_show(lag, k, view, 1); }
 
 #endif

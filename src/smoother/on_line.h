@@ -5,8 +5,6 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
@@ -14,14 +12,17 @@
 #include "../filter/attached.h"
 #include "estimate.h"
 #include "recorder.h"
+#include "../filter/checks.h"
+#include "../filter/filter.h"
+#include "../filter/step.h"
+#include "../filter/view.h"
 #include "tape.h"
-#include "whitened.h"
 
-/* Of what both smoothers on line have: the tape of the current step, behind it what they answer */
-KQ_KERNEL num *answer_state(const history *h, int n)
-{
-    return h->memory + h->length - FILTER_LEN(n);
-}
+/* What lag and instant have in common: the tape of the current step, with room for the answer behind it */
+KQ_KERNEL num *on_line_answer(const history *h, int n) { return h->memory + h->length - FILTER_LEN(n); }
+
+/* Where what is of one of them alone begins */
+KQ_KERNEL num *on_line_end_of_tape(const history *h) { return h->memory + h->length; }
 
 /* The update as it is, its rotations to be made later: the row, then r, e and s */
 static void history_record_row(filter *f, const num *row, const scaled *exact, scaled r,
@@ -48,7 +49,7 @@ static void on_line_end(filter *f, const process *p)
     history_end(f);
 }
 
-/* What lag and point record */
+/* What lag and instant record */
 #define KQ_RECORDS_ROWS                                                                            \
     .detach = history_detach, .record_predict = on_line_end, .record_update = history_record_row,                            \
     .record_nothing = history_record_no_row, .record_end = history_end, .is_recorder = RECORDS_MAPS
@@ -70,6 +71,17 @@ static int on_line_goes_on(filter *f)
     return 0;
 }
 
+/* kq_predict of what is attached to f: `move` predicts, and keeps the map of it */
+KQ_KERNEL kq_status on_line_predict(filter *f, const process *p, const num *u,
+                                    void (*move)(filter *f, const process *p, const num *u))
+{
+    const kq_status status = predict_check(f, p, u);
+    if (status) return status;
+    if (on_line_goes_on(f)) move(f, p, u);
+    else predict_now(f, p, u);
+    return KQ_OK;
+}
+
 /* Is it attached, and has it been able to follow? */
 static kq_status on_line_check(const history *h)
 {
@@ -77,43 +89,21 @@ static kq_status on_line_check(const history *h)
     return h->phase == HISTORY_ROWS ? KQ_OK : KQ_ERR_HISTORY_FULL;
 }
 
-KQ_KERNEL estimate answer_of(const history *h, int count, int n)
+/* Can it show its answer in a view?  h may be NULL. */
+static kq_status on_line_check_view(const history *h, filter *view)
 {
-    const workspace v = workspace_at(h->memory, n);
-    return (estimate){.state = answer_state(h, n),
-                      .columns = h->memory + h->length,
-                      .next = v.a,
-                      .after = v.spare,
-                      .count = count};
+    if (!view) return KQ_ERR_NULL;
+    if (h && view == h->filter) return KQ_ERR_MISMATCH;
+    const kq_status status = h ? on_line_check(h) : KQ_ERR_NULL;
+    return status ? view_nothing(view, status) : KQ_OK;
 }
 
-/* What can be read of an answer; `count` columns, 0 where there is the mean alone */
-static num answer_mean(const history *h, int i)
+/* The answer in a view, with its events, which are the filter's, too */
+static kq_status on_line_show(const history *h, filter *view, int states_only, unsigned events)
 {
-    if (i < 0 || i >= h->states) return num_nan();
-    return mean_get(answer_state(h, h->states), h->states, i);
-}
-
-static num answer_mean_low(const history *h, int i)
-{
-    if (i < 0 || i >= h->states) return num_nan();
-    return mean_low(answer_state(h, h->states), h->states, i);
-}
-
-static num answer_sigma(const history *h, int count, int i)
-{
-    if (count == 0 || i < 0 || i >= h->states) return num_nan();
-    const estimate now = answer_of(h, count, h->states);
-    return word_of(scaled_root(estimate_product(&now, h->states, i, i)));
-}
-
-static kq_status answer_covariance(const history *h, int count, scaled *P)
-{
-    if (!P) return KQ_ERR_NULL;
-    if (count == 0) return KQ_ERR_NOT_READY;
-    const estimate now = answer_of(h, count, h->states);
-    estimate_covariance(&now, P, h->states);
-    return KQ_OK;
+    filter_note(h->filter, events);
+    return view_state(view, on_line_answer(h, h->states), h->states,
+                      states_only ? VIEW_OF_MEAN : VIEW_OF_STATE, events);
 }
 
 #endif

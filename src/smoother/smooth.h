@@ -1,4 +1,4 @@
-/* The public functions of the fixed-interval smoother, and what can be read of what it has smoothed. */
+/* The public functions of the fixed-interval smoother, and the view of what it has smoothed. */
 #ifndef KQ_SRC_SMOOTHER_SMOOTH_H
 #define KQ_SRC_SMOOTHER_SMOOTH_H
 
@@ -10,10 +10,10 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
 #include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
+#include "../filter/filter.h"
+#include "../filter/view.h"
 #include "smoother.h"
 #include "tape.h"
 
@@ -45,39 +45,14 @@ kq_status T(kq_smoothed_measurement_noise)(const history *h, int k, scaled *mean
     return KQ_OK;
 }
 
-/* Smoothed step t, or NULL where there is no component i of it */
-KQ_SHARED const num *smoothed_at(const history *h, size_t t, int i)
+kq_status T(kq_smoothed)(const history *h, size_t t, filter *view)
 {
-    if (!smoothed_is_valid(h, t) || i < 0 || i >= h->states) return 0;
-    return history_slot(h, h->states, t);
-}
-
-num T(kq_smoothed_mean)(const history *h, size_t t, int i)
-{
-    const num *state = smoothed_at(h, t, i);
-    return state ? mean_get(state, h->states, i) : num_nan();
-}
-
-num T(kq_smoothed_mean_low)(const history *h, size_t t, int i)
-{
-    const num *state = smoothed_at(h, t, i);
-    return state ? mean_low(state, h->states, i) : num_nan();
-}
-
-num T(kq_smoothed_sigma)(const history *h, size_t t, int i)
-{
-    const num *state = smoothed_at(h, t, i);
-    if (!state || h->phase == HISTORY_STATES) return num_nan();
-    return word_of(scaled_root(root_product(state + MEAN_PLANES * h->states, h->states, i, i)));
-}
-
-kq_status T(kq_smoothed_covariance)(const history *h, size_t t, scaled *P)
-{
-    if (!h || !P) return KQ_ERR_NULL;
-    if (t >= h->steps) return KQ_ERR_SIZE;
-    if (!smoothed_is_valid(h, t) || h->phase == HISTORY_STATES) return KQ_ERR_NOT_READY;
-    root_square(P, history_slot(h, h->states, t) + MEAN_PLANES * h->states, h->states);
-    return KQ_OK;
+    if (!view) return KQ_ERR_NULL;
+    if (!h) return view_nothing(view, KQ_ERR_NULL);
+    if (t >= h->steps) return view_nothing(view, KQ_ERR_SIZE);
+    if (!smoothed_is_valid(h, t)) return view_nothing(view, KQ_ERR_NOT_READY);
+    const int what = h->phase == HISTORY_STATES ? VIEW_OF_MEAN : VIEW_OF_STATE;
+    return view_state(view, history_slot(h, h->states, t), h->states, what, h->events);
 }
 
 #endif

@@ -68,7 +68,8 @@ KQ_NOINLINE static unsigned smooth_process_noise(const process *m, const workspa
     for (int k = 0; k < n; k++) {
         num *theta = v->M + k * ROW_LEN(2 * n);
         theta_noise_row(theta, m, v, k);
-        events |= coordinate_set(v->spare, n, k, row_times_root(theta, v->T, v->a, n, n));
+        events |= coordinate_set(v->spare, n, k, coordinate_dot(theta, v->a, n, n));
+        row_times_root(theta, v->T, n, n);
     }
     for (int i = 0; i < n; i++) {
         root_row(row, m->noise_root, n, i);

@@ -95,19 +95,17 @@ KQ_KERNEL void theta_row(num *row, const process *m, const workspace *v, int k, 
     if (c > k) beta[k] = num_one; /* no reflector took it */
 }
 
-/* row[0 .. n) <- row[0 .. count) T, in place, columns from the last; returns its product with a */
-KQ_KERNEL wide row_times_root(num *row, const num *T, const num *a, int count, int n)
+/* row[0 .. n) <- row[0 .. count) T, in place, columns from the last */
+KQ_KERNEL void row_times_root(num *row, const num *T, int count, int n)
 {
     num space[KQ_SIZE_MAX];
     scaled entries[KQ_SIZE_MAX];
     int32_t exponent = one_exponent;
-    const wide mean = coordinate_dot(row, a, n, count);
     KQ_UNROLL
     for (int k = 0; k < count; k++) entries[k] = unit_entry(row[k]);
     const num *c = align(space, entries, exponents_of(T, n), 1, count, &exponent);
     short_row_times_triangle(row, c, count, T + column(n - 1), n);
     row_join(row, n, exponent);
-    return mean;
 }
 
 /* M <- [Theta11 T, Theta12], spare <- Theta11 a.  Answers the events. */
@@ -119,7 +117,8 @@ KQ_OUTLINE unsigned theta_times_root(const process *m, const workspace *v, int n
         num *theta = v->M + k * ROW_LEN(2 * n);
         const int last = last_of_theta(m, k, n, shape);
         theta_row(theta, m, v, k, last, n, shape);
-        const wide mean = row_times_root(theta, v->T, v->a, last + 1, n);
+        const wide mean = coordinate_dot(theta, v->a, n, last + 1);
+        row_times_root(theta, v->T, last + 1, n);
         events |= coordinate_set(v->spare, n, k, mean);
     }
     return events;

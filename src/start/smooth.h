@@ -13,11 +13,11 @@
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/coordinates.h"
 #include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
 #include "../arithmetic/scaled.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
+#include "../filter/view.h"
 #include "../smoother/smoother.h"
 #include "../smoother/tape.h"
 #include "../smoother/whitened.h"
@@ -108,53 +108,24 @@ kq_status T(kq_start_smooth)(start *s)
     return start_held(s);
 }
 
-static int past_is_valid(const start *s, size_t t, int i)
-{
-    if (start_check(s) || i < 0 || i >= s->states) return 0;
-    if (s->phase != START_SMOOTHED && s->phase != START_STATES) return 0;
-    if (t >= s->steps || t < start_first(s)) return 0;
-    const past_state q = past_at(s, (uint32_t)t);
-    return !(lost_rows(&q) >> i & 1);
-}
-
 /* Is step t one of the tape's? */
 static int start_is_on_tape(const start *s, size_t t)
 {
     return !start_check(s) && start_has_tape(s) && s->phase != START_WAITING && t >= s->steps;
 }
 
-num T(kq_start_smoothed_mean)(const start *s, size_t t, int i)
+kq_status T(kq_start_smoothed)(const start *s, size_t t, filter *view)
 {
-    if (start_is_on_tape(s, t)) return T(kq_smoothed_mean)(s->tape, t - (size_t)s->steps, i);
-    if (!past_is_valid(s, t, i)) return num_nan();
-    return mean_get(past_at(s, (uint32_t)t).mean, s->states, i);
-}
-
-num T(kq_start_smoothed_mean_low)(const start *s, size_t t, int i)
-{
-    if (start_is_on_tape(s, t)) return T(kq_smoothed_mean_low)(s->tape, t - (size_t)s->steps, i);
-    if (!past_is_valid(s, t, i)) return num_nan();
-    return mean_low(past_at(s, (uint32_t)t).mean, s->states, i);
-}
-
-num T(kq_start_smoothed_sigma)(const start *s, size_t t, int i)
-{
-    if (start_is_on_tape(s, t)) return T(kq_smoothed_sigma)(s->tape, t - (size_t)s->steps, i);
-    if (!past_is_valid(s, t, i) || s->phase == START_STATES) return num_nan();
-    return word_of(scaled_root(root_product(past_at(s, (uint32_t)t).root, s->states, i, i)));
-}
-
-kq_status T(kq_start_smoothed_covariance)(const start *s, size_t t, scaled *P)
-{
+    if (!view) return KQ_ERR_NULL;
     const kq_status status = start_check(s);
-    if (status) return status;
-    if (start_is_on_tape(s, t)) return T(kq_smoothed_covariance)(s->tape, t - (size_t)s->steps, P);
-    if (!P) return KQ_ERR_NULL;
-    if (t >= s->steps) return KQ_ERR_SIZE;
-    for (int i = 0; i < s->states; i++) {
-        if (!past_is_valid(s, t, i) || s->phase == START_STATES) return KQ_ERR_NOT_READY;
-    }
-    root_square(P, past_at(s, (uint32_t)t).root, s->states);
+    if (status) return view_nothing(view, status);
+    if (start_is_on_tape(s, t)) return T(kq_smoothed)(s->tape, t - (size_t)s->steps, view);
+    if (t >= s->steps) return view_nothing(view, KQ_ERR_SIZE);
+    if (s->phase == START_WAITING || t < start_first(s)) return view_nothing(view, KQ_ERR_NOT_READY);
+    const past_state q = past_at(s, (uint32_t)t);
+    const int what = s->phase == START_STATES ? VIEW_OF_MEAN : VIEW_OF_STATE;
+    view_state(view, q.mean, s->states, what, s->tape ? s->tape->events : 0u);
+    view->known = (uint16_t)(view->known & ~lost_rows(&q));
     return KQ_OK;
 }
 

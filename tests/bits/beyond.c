@@ -25,7 +25,7 @@ static num out[4][N * N];
 
 #define LENGTH(memory) (sizeof memory / sizeof memory[0])
 
-_Static_assert(LENGTH(pool) >= POINT_LEN(N, C), "point");
+_Static_assert(LENGTH(pool) >= INSTANT_LEN(N, C), "instant");
 _Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
 _Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
 _Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
@@ -89,13 +89,14 @@ static void put_filter(void)
 
 static void put_lag(K(lag) * lag, size_t k, int states_only)
 {
-    put_status(states_only ? K(lag_smooth_states)(lag, k) : K(lag_smooth)(lag, k));
+    K(filter) view;
+    put_status(states_only ? K(lagged_states)(lag, k, &view) : K(lagged)(lag, k, &view));
     for (int i = 0; i < M.n; i++) {
-        put(K(lag_mean)(lag, i));
-        put(K(lag_mean_low)(lag, i));
-        if (!states_only) put(K(lag_sigma)(lag, i));
+        put(K(mean)(&view, i));
+        put(K(mean_low)(&view, i));
+        if (!states_only) put(K(sigma)(&view, i));
     }
-    const kq_status status = K(lag_covariance)(lag, out[0]);
+    const kq_status status = K(covariance)(&view, out[0]);
     put_status(status);
     if (!status) put_all(out[0], M.n * M.n);
 }
@@ -119,29 +120,26 @@ static void lag(void)
     check("filter of the lag", STEPS);
 }
 
-static void put_point(K(point) * point)
+static void put_instant(K(instant) * of)
 {
-    put_status(K(point_smooth)(point));
-    for (int i = 0; i < M.n; i++) {
-        put(K(point_mean)(point, i));
-        put(K(point_mean_low)(point, i));
-        put(K(point_sigma)(point, i));
-    }
-    put_status(K(point_covariance)(point, out[0]));
+    K(filter) view;
+    put_status(K(instant_smooth)(of, &view));
+    put_readings(&view, M.n);
+    put_status(K(covariance)(&view, out[0]));
     put_all(out[0], M.n * M.n);
 }
 
 static void point(void)
 {
-    K(point) instant;
+    K(instant) instant;
     num z[C];
     begin();
-    put_status(K(point_assign)(&instant, M.n, M.m, pool, LENGTH(pool)));
+    put_status(K(instant_assign)(&instant, M.n, M.m, pool, LENGTH(pool)));
     put_status(K(attach)(&filter, &instant.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
-        put_point(&instant);
+        put_instant(&instant);
         put_status(K(predict)(&filter, &process, draw_control()));
         check("point", t);
     }
@@ -283,11 +281,10 @@ static void jumps(void)
 static void put_smoothed(const K(history) * h)
 {
     for (size_t t = 0; t < K(history_steps)(h); t++) {
-        for (int i = 0; i < M.n; i++) {
-            put(K(smoothed_mean)(h, t, i));
-            put(K(smoothed_mean_low)(h, t, i));
-            put(K(smoothed_sigma)(h, t, i));
-        }
+        K(filter) view;
+        const kq_status shown = K(smoothed)(h, t, &view); /* refused: it reads NaN */
+        (void)shown;
+        put_readings(&view, M.n);
     }
 }
 
@@ -400,15 +397,14 @@ static void put_start_smoothed(K(start) * s)
 {
     put_status(K(start_smooth)(s));
     for (size_t t = K(start_first)(s); t < STEPS; t++) {
-        const kq_status status = K(start_smoothed_covariance)(s, t, out[0]);
+        K(filter) view;
+        const kq_status shown = K(start_smoothed)(s, t, &view); /* refused: it reads NaN */
+        (void)shown;
+        const kq_status status = K(covariance)(&view, out[0]);
         put_status(status);
         if (status) continue;
         put_all(out[0], M.n * M.n);
-        for (int i = 0; i < M.n; i++) {
-            put(K(start_smoothed_mean)(s, t, i));
-            put(K(start_smoothed_mean_low)(s, t, i));
-            put(K(start_smoothed_sigma)(s, t, i));
-        }
+        put_readings(&view, M.n);
     }
     check("smoothed start", STEPS);
 }

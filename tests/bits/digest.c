@@ -51,6 +51,15 @@ void put_all(const num *values, int count)
     for (int k = 0; k < count; k++) put(values[k]);
 }
 
+void put_readings(const K(filter) * view, int n)
+{
+    for (int i = 0; i < n; i++) {
+        put(K(mean)(view, i));
+        put(K(mean_low)(view, i));
+        put(K(sigma)(view, i));
+    }
+}
+
 void put_status(kq_status status) { put_word((uint32_t)(int32_t)status); }
 
 /* ------------------------------------------------------------------ blocks of a case */

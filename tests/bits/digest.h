@@ -27,6 +27,7 @@ void put_word(uint32_t word);
 void put(num value);
 void put_all(const num *values, int count);
 void put_status(kq_status status);
+void put_readings(const K(filter) * view, int n); /* mean, low, sigma */
 
 /** Adds the words since the last check to the block of `quantity`, as its `step`. */
 void check(const char *quantity, int step);

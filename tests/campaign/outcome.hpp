@@ -34,27 +34,6 @@ template <class Wide> Belief toBelief(const reference::Belief<Wide> &from)
     return belief;
 }
 
-/// The events of smoothing, where a history has any: found by the type of the history.
-template <class History, class T>
-auto smoothingEvents(const History *history, T *)
-    -> decltype(kq_history_events_f32(history))
-{
-    return kq_history_events_f32(history);
-}
-template <class History>
-auto smoothingEvents(const History *history, double *)
-    -> decltype(kq_history_events_f64(history))
-{
-    return kq_history_events_f64(history);
-}
-template <class History>
-auto smoothingEvents(const History *history, Q31 *)
-    -> decltype(kq_history_events_q31(history))
-{
-    return kq_history_events_q31(history);
-}
-inline unsigned smoothingEvents(const void * /*history*/, const void * /*arithmetic*/) { return 0; }
-
 /// A filter with a tape, and the objects that it takes.
 template <class T> class Campaigner
 {
@@ -119,8 +98,9 @@ template <class T> class Campaigner
             if (t + 1 == outcome.instants.size()) continue;
             instant.lagOne = toBelief<reference::Wide<T>>({now.belief.mean, now.lagOne}).covariance;
         }
-        outcome.smootherEvents = Api::events(filter_.get()) |
-                                 smoothingEvents(history_.get(), static_cast<T *>(nullptr));
+        typename Api::Filter view;
+        (void)Api::smoothed(history_.get(), 0, &view);
+        outcome.smootherEvents = Api::events(filter_.get()) | Api::events(&view);
     }
 
     const Sequence &sequence_;

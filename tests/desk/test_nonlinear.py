@@ -404,7 +404,7 @@ def test_functions_that_should_agree_are_compared():
 
 @pytest.mark.parametrize("arithmetic, number", [("f32", "float"), ("f64", "double")])
 def test_the_words_are_those_of_direct_calls(arithmetic, number):
-    """The calls of extended.h and points.h, written out, with numbers of one's own"""
+    """The calls of extended.h and sigma_points.h, written out, with numbers of one's own"""
     model, K = textbook.RangeBearing(), lambda name: getattr(lib, f"kq_{name}_{arithmetic}")
     z, type_ = drawn(model, 3)[1], np.float32 if arithmetic == "f32" else np.float64
     n, m, kept = 4, 2, []

@@ -48,7 +48,11 @@ def by_hand(model, z, nu, passes, first):
                 require(lib.kq_predict_f64(filter_, target, ffi.NULL), "predict")
             require(lib.kq_update_f64(filter_, sensor, number(value)), "update")
         require(lib.kq_smooth_reweighted_f64(history, target, process, nu, q), "smooth")
-    return np.array([lib.kq_smoothed_mean_f64(history, t, 0) for t in range(len(z))])
+    view, means = ffi.new("kq_filter_f64 *"), []
+    for t in range(len(z)):
+        require(lib.kq_smoothed_f64(history, t, view), "smoothed")
+        means.append(lib.kq_mean_f64(view, 0))
+    return np.array(means)
 
 
 @pytest.mark.parametrize("passes", [1, 2, 12])

@@ -477,8 +477,15 @@ class Replay:
     start_history = history
 
     def smoothed_words(self, t: int, with_sigma: bool = True) -> list[int]:
-        columns = ["smoothed_mean", "smoothed_mean_low"] + ["smoothed_sigma"] * with_sigma
-        return [Q31.function(name)(self.h, t, i) for name in columns for i in range(self.n)]
+        view = self.view(lib.kq_smoothed_q31, self.h, t)
+        return [Q31.function(name)(view, i) for name in ["mean", "mean_low"] + ["sigma"] * with_sigma
+                for i in range(self.n)]
+
+    def view(self, show: Any, *of: Any) -> Any:
+        """What a smoother shows, or nothing"""
+        made = Q31.struct("filter")
+        show(*of, made)
+        return made
 
     def numbers(self, *shape: int) -> Any:
         return ffi.new("kq_scaled_q31[]", int(np.prod(shape)))
@@ -500,7 +507,7 @@ class Replay:
         self.tell("smooths", t, smoothed)
         made += smoothed
         if what & 1:
-            made += [lib.kq_smoothed_covariance_q31(self.h, t, P), *self.triangle(P)]
+            made += [lib.kq_covariance_q31(self.view(lib.kq_smoothed_q31, self.h, t), P), *self.triangle(P)]
         return made + (self.measurement_noise() if what & 8 else [])
 
     def triangle(self, P: Any) -> list[int]:
@@ -531,51 +538,56 @@ class Replay:
             made += words
         return made
 
-    def read_smoothed(self, stem: str, source: Any) -> list[int]:
-        """Mean, low and sigma of each state, then the covariance, of a lag or a point."""
-        made = [Q31.function(f"{stem}_{name}")(source, i) for i in range(self.n)
-                for name in ("mean", "mean_low", "sigma")]
+    def read_shown(self, status: int, view: Any) -> list[int]:
+        """Mean, low and sigma of each state, then the covariance, of what a lag or an instant showed last."""
+        if not status:
+            self.shown = view
+        made = [Q31.function(name)(self.shown, i) for i in range(self.n) for name in ("mean", "mean_low", "sigma")]
         P = self.numbers(self.n, self.n)
-        status = Q31.function(f"{stem}_covariance")(source, P)
-        return [*made, status, *([] if status else self.triangle(P))]
+        unknown = lib.kq_covariance_q31(self.shown, P)
+        return [*made, unknown, *([] if unknown else self.triangle(P))]
 
     def lag(self, given: Inputs) -> list[int]:
         m, longest = given.word(), given.word()
         self.lag_ = self.f._object("lag", self.n, m, longest, sizes=(self.n, m, longest))
         self.tell("is_followed", "lag", longest)
+        self.shown = Q31.struct("filter")
         return [attached(self.f, self.lag_)]
 
     def lag_predict(self, given: Inputs) -> list[int]:
         parts = self.use(self.take_process(given), 0)
         u = self.controls(given, parts)
         longest = 2**64 - 1  # no lag has that: asking changes nothing, and says whether it follows
-        status = lib.kq_lag_smooth_q31(self.lag_, longest)
+        view = Q31.struct("filter")
+        status = lib.kq_lagged_q31(self.lag_, longest, view)
         if status == lib.KQ_ERR_SIZE:
             status = status_of(lambda: self.f.predict(u))
-        follows = lib.kq_lag_smooth_q31(self.lag_, longest) == lib.KQ_ERR_SIZE
+        follows = lib.kq_lagged_q31(self.lag_, longest, view) == lib.KQ_ERR_SIZE
         return self.moves(status, u, (lib.kq_lag_steps_q31(self.lag_) if follows else -1,))
 
     def lag_smooth(self, given: Inputs) -> list[int]:
         age, states_only = given.word(), given.word()
-        smooth = lib.kq_lag_smooth_states_q31 if states_only else lib.kq_lag_smooth_q31
-        status = smooth(self.lag_, age & (2**64 - 1))
-        words = self.read_smoothed("lag", self.lag_)
+        show, view = lib.kq_lagged_states_q31 if states_only else lib.kq_lagged_q31, Q31.struct("filter")
+        status = show(self.lag_, age & (2**64 - 1), view)
+        words = self.read_shown(status, view)
         if not status:
             self.tell("lags", age, words)
         return [status, *words]
 
     def point(self, given: Inputs) -> list[int]:
         m = given.word()
-        self.point_ = self.f._object("point", self.n, m, sizes=(self.n, m))
+        self.point_ = self.f._object("instant", self.n, m, sizes=(self.n, m))
         self.tell("is_followed", "point", 0)
+        self.shown = Q31.struct("filter")
         return [attached(self.f, self.point_)]
 
     def point_predict(self, given: Inputs) -> list[int]:
         return self.predict(given)
 
     def point_smooth(self, given: Inputs) -> list[int]:
-        status = lib.kq_point_smooth_q31(self.point_)
-        words = self.read_smoothed("point", self.point_)
+        view = Q31.struct("filter")
+        status = lib.kq_instant_smooth_q31(self.point_, view)
+        words = self.read_shown(status, view)
         self.tell("refines", words)
         return [status, *words]
 
@@ -832,10 +844,10 @@ class Replay:
         s, steps, n = self.f._start, given.word(), self.n
         made = [lib.kq_start_smooth_q31(s)]
         for t in range(steps):
-            words = [Q31.function(f"start_smoothed_{name}")(s, t, i) for i in range(n)
-                     for name in ("mean", "mean_low", "sigma")]
-            P = self.numbers(n, n)
-            status = lib.kq_start_smoothed_covariance_q31(s, t, P)
+            view, P = Q31.struct("filter"), self.numbers(n, n)
+            status = lib.kq_start_smoothed_q31(s, t, view)
+            words = [Q31.function(name)(view, i) for i in range(n) for name in ("mean", "mean_low", "sigma")]
+            status = status or lib.kq_covariance_q31(view, P)
             if not made[0]:
                 self.tell("smooths", t, words[0::3] + words[1::3] + words[2::3])
             made += [*words, status, *([] if status else self.triangle(P))]

@@ -178,11 +178,13 @@ static void check_smoothed(const run *r, size_t t)
     const kq_history_q31 *h = &r->history;
     const int n = r->m.n;
     kq_scaled_q31 P[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    kq_filter_q31 view;
+    must(kq_smoothed_q31(h, t, &view), "smoothed");
     for (int i = 0; i < n; i++) {
-        demand(kq_smoothed_mean_q31(h, t, i) != KQ_NOT_A_WORD_Q31, "smoothed mean", i);
-        demand(kq_smoothed_sigma_q31(h, t, i) >= 0, "smoothed sigma", i);
+        demand(kq_mean_q31(&view, i) != KQ_NOT_A_WORD_Q31, "smoothed mean", i);
+        demand(kq_sigma_q31(&view, i) >= 0, "smoothed sigma", i);
     }
-    must(kq_smoothed_covariance_q31(h, t, P), "smoothed covariance");
+    must(kq_covariance_q31(&view, P), "smoothed covariance");
     check_covariance(P, n);
     check_not_above(P, r->filtered[t], n, LEEWAY);
 }
@@ -223,8 +225,10 @@ static void smooth_states(run *r)
     kq_history_q31 *h = &r->history;
     must(kq_smooth_states_q31(h), "smooth_states");
     for (size_t t = 0; t < kq_history_steps_q31(h); t++) {
+        kq_filter_q31 view;
+        must(kq_smoothed_q31(h, t, &view), "smoothed");
         for (int i = 0; i < r->m.n; i++) {
-            demand(kq_smoothed_mean_q31(h, t, i) != KQ_NOT_A_WORD_Q31, "smoothed mean", i);
+            demand(kq_mean_q31(&view, i) != KQ_NOT_A_WORD_Q31, "smoothed mean", i);
         }
     }
     seen.calls++;

@@ -49,7 +49,7 @@ while IFS='|' read -r _ headers files _; do
     *'<T>'*) arithmetics="f32 f64 q31" ;;
     *) arithmetics=q31 ;;
     esac
-    case "$headers" in em.h* | points.h*) arithmetics="f32 f64" ;; esac
+    case "$headers" in em.h* | sigma_points.h*) arithmetics="f32 f64" ;; esac
     for arithmetic in $arithmetics; do
         check "$headers" $arithmetic "$(echo "$files" | sed "s/<T>/$arithmetic/g")"
     done

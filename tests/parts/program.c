@@ -151,10 +151,12 @@ static kq_status look_back(void)
 {
     const kq_status status = TYPED(kq_smooth)(&tape);
     for (int t = STEPS - 1; t >= 0 && !status; t--) {
+        TYPED(kq_filter) view;
+        (void)TYPED(kq_smoothed)(&tape, (size_t)t, &view);
         print("past");
         for (int i = 0; i < N; i++) {
-            print_word(TYPED(kq_smoothed_mean)(&tape, (size_t)t, i));
-            print_word(TYPED(kq_smoothed_sigma)(&tape, (size_t)t, i));
+            print_word(TYPED(kq_mean)(&view, i));
+            print_word(TYPED(kq_sigma)(&view, i));
         }
         putchar('\n');
     }

@@ -93,10 +93,7 @@ template <> struct Api<float> {
     static constexpr auto smoothStates = kq_smooth_states_f32;
     static constexpr auto smoothStep = kq_smooth_step_f32;
     static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_f32;
-    static constexpr auto smoothedMean = kq_smoothed_mean_f32;
-    static constexpr auto smoothedMeanLow = kq_smoothed_mean_low_f32;
-    static constexpr auto smoothedSigma = kq_smoothed_sigma_f32;
-    static constexpr auto smoothedCovariance = kq_smoothed_covariance_f32;
+    static constexpr auto smoothed = kq_smoothed_f32;
 
     static std::size_t startLength(int n, std::size_t early)
     {
@@ -109,9 +106,7 @@ template <> struct Api<float> {
     static constexpr auto startIsDetermined = kq_start_is_determined_f32;
     static constexpr auto startSteps = kq_start_steps_f32;
     static constexpr auto startSmooth = kq_start_smooth_f32;
-    static constexpr auto startSmoothedMean = kq_start_smoothed_mean_f32;
-    static constexpr auto startSmoothedMeanLow = kq_start_smoothed_mean_low_f32;
-    static constexpr auto startSmoothedCovariance = kq_start_smoothed_covariance_f32;
+    static constexpr auto startSmoothed = kq_start_smoothed_f32;
 };
 
 template <> struct Api<double> {
@@ -177,10 +172,7 @@ template <> struct Api<double> {
     static constexpr auto smoothStates = kq_smooth_states_f64;
     static constexpr auto smoothStep = kq_smooth_step_f64;
     static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_f64;
-    static constexpr auto smoothedMean = kq_smoothed_mean_f64;
-    static constexpr auto smoothedMeanLow = kq_smoothed_mean_low_f64;
-    static constexpr auto smoothedSigma = kq_smoothed_sigma_f64;
-    static constexpr auto smoothedCovariance = kq_smoothed_covariance_f64;
+    static constexpr auto smoothed = kq_smoothed_f64;
 
     static std::size_t startLength(int n, std::size_t early)
     {
@@ -193,9 +185,7 @@ template <> struct Api<double> {
     static constexpr auto startIsDetermined = kq_start_is_determined_f64;
     static constexpr auto startSteps = kq_start_steps_f64;
     static constexpr auto startSmooth = kq_start_smooth_f64;
-    static constexpr auto startSmoothedMean = kq_start_smoothed_mean_f64;
-    static constexpr auto startSmoothedMeanLow = kq_start_smoothed_mean_low_f64;
-    static constexpr auto startSmoothedCovariance = kq_start_smoothed_covariance_f64;
+    static constexpr auto startSmoothed = kq_start_smoothed_f64;
 };
 
 template <> struct Api<Q31> {
@@ -257,10 +247,7 @@ template <> struct Api<Q31> {
     static constexpr auto smoothStates = kq_smooth_states_q31;
     static constexpr auto smoothStep = kq_smooth_step_q31;
     static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_q31;
-    static constexpr auto smoothedMean = kq_smoothed_mean_q31;
-    static constexpr auto smoothedMeanLow = kq_smoothed_mean_low_q31;
-    static constexpr auto smoothedSigma = kq_smoothed_sigma_q31;
-    static constexpr auto smoothedCovariance = kq_smoothed_covariance_q31;
+    static constexpr auto smoothed = kq_smoothed_q31;
 
     static std::size_t startLength(int n, std::size_t early)
     {
@@ -273,9 +260,7 @@ template <> struct Api<Q31> {
     static constexpr auto startIsDetermined = kq_start_is_determined_q31;
     static constexpr auto startSteps = kq_start_steps_q31;
     static constexpr auto startSmooth = kq_start_smooth_q31;
-    static constexpr auto startSmoothedMean = kq_start_smoothed_mean_q31;
-    static constexpr auto startSmoothedMeanLow = kq_start_smoothed_mean_low_q31;
-    static constexpr auto startSmoothedCovariance = kq_start_smoothed_covariance_q31;
+    static constexpr auto startSmoothed = kq_start_smoothed_q31;
 };
 
 inline void require(kq_status status, const char *what)

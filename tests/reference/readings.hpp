@@ -38,26 +38,44 @@ template <class T> Vector<Wide<T>> readSigma(const FilterOwner<T> &filter)
     return sigma;
 }
 
-/// The means of step t given all measurements.
-template <class T> Vector<Wide<T>> readSmoothedMean(const HistoryOwner<T> &history, std::size_t t)
+/// What a smoother shows: the means alone, and all of it.
+template <class T>
+Vector<Wide<T>> readViewMean(const Formats<T> &states, const typename kq::Api<T>::Filter &view)
 {
     using Api = kq::Api<T>;
-    Vector<Wide<T>> mean(history.states().count());
+    Vector<Wide<T>> mean(states.count());
     for (int i = 0; i < mean.size(); ++i) {
-        mean(i) = history.states().value(i, Api::smoothedMean(history.get(), t, i),
-                                         Api::smoothedMeanLow(history.get(), t, i));
+        mean(i) = states.value(i, Api::mean(&view, i), Api::meanLow(&view, i));
     }
     return mean;
 }
 
+template <class T>
+Belief<Wide<T>> readView(const Formats<T> &states, const typename kq::Api<T>::Filter &view)
+{
+    const auto n = static_cast<std::size_t>(states.count());
+    std::vector<typename kq::Api<T>::Coefficient> P(n * n);
+    kq::require(kq::Api<T>::covariance(&view, P.data()), "covariance of a view");
+    return {readViewMean(states, view), states.covariance(P, states)};
+}
+
+template <class T>
+typename kq::Api<T>::Filter viewSmoothed(const HistoryOwner<T> &history, std::size_t t)
+{
+    typename kq::Api<T>::Filter view;
+    kq::require(kq::Api<T>::smoothed(history.get(), t, &view), "smoothed");
+    return view;
+}
+
+/// The means of step t given all measurements.
+template <class T> Vector<Wide<T>> readSmoothedMean(const HistoryOwner<T> &history, std::size_t t)
+{
+    return readViewMean(history.states(), viewSmoothed(history, t));
+}
+
 template <class T> Belief<Wide<T>> readSmoothed(const HistoryOwner<T> &history, std::size_t t)
 {
-    using Api = kq::Api<T>;
-    const Formats<T> &states = history.states();
-    const auto n = static_cast<std::size_t>(states.count());
-    std::vector<typename Api::Coefficient> P(n * n);
-    kq::require(Api::smoothedCovariance(history.get(), t, P.data()), "smoothed covariance");
-    return {readSmoothedMean(history, t), states.covariance(P, states)};
+    return readView(history.states(), viewSmoothed(history, t));
 }
 
 /// One step backwards, to step t, with all that it gives; `process` NULL: the one recorded.

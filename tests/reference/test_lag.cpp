@@ -162,7 +162,7 @@ template <class T> void runPoint(Figures &figures, const Case &model, std::size_
     const Sequence &sequence = model.sequence;
     Library<T> library(sequence, Processes::shared);
     FilterOwner<T> filter(library.states());
-    PointOwner<T> point(library.states(), std::max(depth(sequence), 1));
+    InstantOwner<T> point(library.states(), std::max(depth(sequence), 1));
     library.init(filter);
     for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
         const Step &step = sequence.steps[t];

@@ -68,7 +68,7 @@ class Run:
         k, n = library, self.n
         k.kept = []
         self.process, self.sensor = k.made("process", n, 0), k.made("sensor", n, self.m)
-        self.filter = k.made("filter", n)
+        self.filter, self.view = k.made("filter", n), np.zeros(512, dtype=np.uint8)
         k.call("process_init", self.process, k.numbers(np.eye(n)), None, k.numbers(model.Q))
         k.call("sensor_init_extended", self.sensor, k.numbers(np.zeros((self.m, n))), k.numbers(model.R))
         k.call("filter_init", self.filter, k.numbers(model.x0), k.numbers(model.P0))
@@ -80,9 +80,9 @@ class Run:
         k.call("attach", self.filter, self.jacobians)  # `attached` comes first
         self.work = np.zeros(4096, dtype=k.type)
 
-    def mean(self):
-        read = self.k.read
-        return np.array([read("mean", self.filter, i) + read("mean_low", self.filter, i) for i in range(self.n)])
+    def mean(self, of=None):
+        of = self.filter if of is None else of
+        return np.array([self.k.read("mean", of, i) + self.k.read("mean_low", of, i) for i in range(self.n)])
 
     def covariance(self, name, *at):
         P = np.zeros((self.n, self.n), dtype=self.k.type)
@@ -118,11 +118,11 @@ class Run:
             getattr(self, step)(z[t], t)
             filtered.append((self.mean(), self.covariance("covariance", self.filter)))
         self.k.call("smooth", self.tape)
-        read = self.k.read
-        smoothed = [(np.array([read("smoothed_mean", self.tape, t, i) + read("smoothed_mean_low", self.tape, t, i)
-                               for i in range(self.n)]), self.covariance("smoothed_covariance", self.tape, t))
-                    for t in range(self.model.steps)]
-        return filtered, smoothed
+        return filtered, [self.smoothed(t) for t in range(self.model.steps)]
+
+    def smoothed(self, t):
+        self.k.call("smoothed", self.tape, t, self.view)
+        return self.mean(self.view), self.covariance("covariance", self.view)
 
 
 def off(ours, reference):
@@ -144,7 +144,7 @@ def rms(runs, position):
     return np.sqrt(np.mean([squares(states, truth, position) for states, truth in runs]))
 
 
-# ------------------------------------------------------------------ iteration, by the loops of points.h
+# ------------------------------------------------------------------ iteration, by the loops of sigma_points.h
 
 
 class Iterated(Run):
@@ -158,23 +158,20 @@ class Iterated(Run):
         self.R = np.zeros((m, m), dtype=k.type)
         self.densities = [k.made("filter", n) for _ in range(model.steps)]
 
-    def read_mean(self, filter):
-        return np.array([self.k.read("mean", filter, i) + self.k.read("mean_low", filter, i) for i in range(self.n)])
-
     def linearise(self, at, function, rows):
         """The mean at `at`, y and J (rows x n)"""
         g = self.k.callback(function, rows, self.n)
         self.k.call("linearise", at, g, None, ctypes.c_int(rows), ctypes.c_int(0), self.y, self.J, self.E)
         J = self.J[:rows * self.n].reshape(rows, self.n).astype(np.float64)
-        return self.read_mean(at), self.y[:rows].astype(np.float64), J
+        return self.mean(at), self.y[:rows].astype(np.float64), J
 
     def update_at(self, at, to, z, t):
         """`to`, at the predicted state, is updated by h linearised at `at`."""
         model = self.model
-        c = self.read_mean(at)
+        c = self.mean(at)
         near = wrapped(model, z - np.real(model.h(c, t))) + np.real(model.h(c, t))
         c, e, J = self.linearise(at, lambda x: near - np.real(unwrapped(model, x, c, t)), self.m)
-        e = e + J @ (self.read_mean(self.filter) - c)
+        e = e + J @ (self.mean(self.filter) - c)
         H = self.k.numbers(-J)
         self.k.call("sensor_linearise", self.at, self.sensor, H, self.E, self.R)
         self.k.call("update", to, self.at, self.k.numbers(e))
@@ -212,7 +209,8 @@ class Iterated(Run):
             k.call("attach", self.filter, self.jacobians)  # `attached` comes first
             smoothed = self.run(z, "step_pass" if number else "step_points")[1]
             for t, density in enumerate(self.densities):
-                k.call("smoothed_copy", self.tape, t, density)
+                k.call("smoothed", self.tape, t, self.view)
+                k.call("filter_copy", density, self.view)
         return smoothed
 
 
@@ -326,9 +324,7 @@ def attitude_of_library(path, arithmetic, gyro, z):
 
     model.drive(gyro, z, predict, update)
     k.call("smooth", ours.tape)
-    smoothed = [(np.array([k.read("smoothed_mean", ours.tape, t, i) + k.read("smoothed_mean_low", ours.tape, t, i)
-                           for i in range(6)]), None) for t in range(model.steps)]
-    return found, smoothed
+    return found, [(ours.smoothed(t)[0], None) for t in range(model.steps)]
 
 
 def attitude_of_reference(gyro, z):

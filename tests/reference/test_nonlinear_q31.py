@@ -128,8 +128,12 @@ class Words:
             self.step(z[t], t)
             filtered.append((self.mean("mean", self.filter), None))
         self.call("smooth", self.tape)
-        return filtered, [(self.mean("smoothed_mean", self.tape, ctypes.c_size_t(t)), None)
-                          for t in range(self.model.steps)]
+        return filtered, [(self.smoothed_mean(t), None) for t in range(self.model.steps)]
+
+    def smoothed_mean(self, t):
+        view = np.zeros(256, dtype=np.uint8)
+        self.call("smoothed", self.tape, t, view)
+        return self.mean("mean", view)
 
 
 # model; ranges of states and of innovations; limit in sigma

@@ -261,8 +261,10 @@ template <class T> class Walk
     {
         Series x;
         for (std::size_t t = 1; t <= steps; ++t) {
-            const double low = static_cast<double>(Api<T>::smoothedMeanLow(&history_, t, 0));
-            const double high = static_cast<double>(Api<T>::smoothedMean(&history_, t, 0));
+            typename Api<T>::Filter view;
+            kq::require(Api<T>::smoothed(&history_, t, &view), "smoothed");
+            const double low = static_cast<double>(Api<T>::meanLow(&view, 0));
+            const double high = static_cast<double>(Api<T>::mean(&view, 0));
             x.push_back(Its::wordValue(high + low * lowUnit));
         }
         return x;

@@ -210,19 +210,17 @@ template <class T> class Run
     void compareSmoothed(std::size_t t)
     {
         const Belief<Quad> &exact = model_.smoothed[t].belief;
+        typename Api::Filter view;
+        kq::require(Api::startSmoothed(start_.get(), t, &view), "start smoothed");
         for (int i = 0; i < exact.mean.size(); ++i) {
-            const bool is = isKnown(Api::startSmoothedMean(start_.get(), t, i));
+            const bool is = isKnown(Api::mean(&view, i));
             errors_.wrong += is != model_.smoothed[t].known[static_cast<std::size_t>(i)];
         }
         const Formats<T> &states = library_.states();
         const auto n = static_cast<std::size_t>(states.count());
         std::vector<typename Api::Coefficient> P(n * n);
-        if (Api::startSmoothedCovariance(start_.get(), t, P.data()) != KQ_OK) return;
-        Vector<Wide<T>> mean(states.count());
-        for (int i = 0; i < mean.size(); ++i) {
-            mean(i) = states.value(i, Api::startSmoothedMean(start_.get(), t, i),
-                                   Api::startSmoothedMeanLow(start_.get(), t, i));
-        }
+        if (Api::covariance(&view, P.data()) != KQ_OK) return;
+        const Vector<Wide<T>> mean = readViewMean(states, view);
         const Vector<Quad> unit = model_.unit<T>(exact.covariance);
         errors_.smoothedX = std::max(errors_.smoothedX, meanError(mean, exact.mean, unit));
         errors_.smoothedP =

@@ -15,8 +15,8 @@ static kq_status attach(void) { return kq_attach_f32(&cart, &tape.attached); }
 #elif defined(WITH_LAG)
 KQ_LAG_F32(past, 2, 1, 8);
 static kq_status attach(void) { return kq_attach_f32(&cart, &past.attached); }
-#elif defined(WITH_POINT)
-KQ_POINT_F32(instant, 2, 1);
+#elif defined(WITH_INSTANT)
+KQ_INSTANT_F32(instant, 2, 1);
 static kq_status attach(void) { return kq_attach_f32(&cart, &instant.attached); }
 #elif defined(WITH_START)
 KQ_START_F32(start, 2, 0);

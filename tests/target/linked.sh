@@ -10,7 +10,7 @@ core_select m3 gcc
 library=$1 work=$2/linked
 mkdir -p "$work"
 
-names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|point|start|adaptation|settling|steady|em)_.*'
+names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|instant|start|adaptation|settling|steady|em)_.*'
 names="$names|kq_update_robust_f32|update_robust|huber_noise|student_noise|raise_for_jump|update_gated"
 names="$names|take_innovations|around_innovations"
 names="$names|take_correlated|begin_root|take_with_care)$"
@@ -43,7 +43,7 @@ expect 'around_innovations take_innovations take_with_care ' -DWITH_INNOVATIONS
 expect '' -DLEAN
 expect_hooks 'history_hooks ' -DWITH_HISTORY
 expect_hooks 'lag_hooks ' -DWITH_LAG
-expect_hooks 'point_hooks ' -DWITH_POINT
+expect_hooks 'instant_hooks ' -DWITH_INSTANT
 expect_hooks 'start_hooks start_tape_hooks ' -DWITH_START
 expect_hooks 'adaptation_hooks ' -DWITH_ADAPTATION
 expect_hooks 'settling_hooks ' -DWITH_SETTLING

@@ -18,6 +18,7 @@
 
 #include "kalmanq/kalmanq.h"
 #include "suite.h"
+#include "views.h"
 
 #if defined(KQ_TEST_F32) && !defined(KQ_TEST_F64)
 
@@ -45,9 +46,12 @@ typedef float num;
 #define HISTORY KQ_HISTORY_F32
 #define JACOBIANS KQ_JACOBIANS_F32
 #define LAG KQ_LAG_F32
-#define POINT KQ_POINT_F32
+#define INSTANT KQ_INSTANT_F32
 #define START KQ_START_F32
 #define ADAPTATION KQ_ADAPTATION_F32
+
+#define SMOOTHED SMOOTHED_F32
+#define START_SMOOTHED START_SMOOTHED_F32
 
 #define FILTER_LEN KQ_FILTER_LEN_F32
 #define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F32
@@ -55,7 +59,7 @@ typedef float num;
 #define HISTORY_LEN KQ_HISTORY_LEN_F32
 #define JACOBIANS_LEN KQ_JACOBIANS_LEN_F32
 #define LAG_LEN KQ_LAG_LEN_F32
-#define POINT_LEN KQ_POINT_LEN_F32
+#define INSTANT_LEN KQ_INSTANT_LEN_F32
 #define START_LEN KQ_START_LEN_F32
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32
 
@@ -80,9 +84,12 @@ typedef double num;
 #define HISTORY KQ_HISTORY_F64
 #define JACOBIANS KQ_JACOBIANS_F64
 #define LAG KQ_LAG_F64
-#define POINT KQ_POINT_F64
+#define INSTANT KQ_INSTANT_F64
 #define START KQ_START_F64
 #define ADAPTATION KQ_ADAPTATION_F64
+
+#define SMOOTHED SMOOTHED_F64
+#define START_SMOOTHED START_SMOOTHED_F64
 
 #define FILTER_LEN KQ_FILTER_LEN_F64
 #define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
@@ -90,7 +97,7 @@ typedef double num;
 #define HISTORY_LEN KQ_HISTORY_LEN_F64
 #define JACOBIANS_LEN KQ_JACOBIANS_LEN_F64
 #define LAG_LEN KQ_LAG_LEN_F64
-#define POINT_LEN KQ_POINT_LEN_F64
+#define INSTANT_LEN KQ_INSTANT_LEN_F64
 #define START_LEN KQ_START_LEN_F64
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
 
@@ -138,7 +145,7 @@ static inline double whole_mean(const K(filter) * f, int i)
 
 static inline double whole_smoothed_mean(const K(history) * h, size_t t, int i)
 {
-    return (double)K(smoothed_mean)(h, t, i) + (double)K(smoothed_mean_low)(h, t, i);
+    return (double)K(mean)(SMOOTHED(h, t), i) + (double)K(mean_low)(SMOOTHED(h, t), i);
 }
 
 #endif

@@ -33,16 +33,21 @@ static inline void read_filter(reading *r, const K(filter) * f, int n)
     r->events = K(events)(f);
 }
 
-/* One smoothed step: mean, low, sigma and P. */
-static inline void read_smoothed(reading *r, const K(history) * h, size_t t, int n)
+/* What a smoother shows: mean, low, sigma and P. */
+static inline void read_view(reading *r, const K(filter) * view, int n)
 {
     memset(r, 0, sizeof *r);
     for (int i = 0; i < n; i++) {
-        r->mean[i] = K(smoothed_mean)(h, t, i);
-        r->low[i] = K(smoothed_mean_low)(h, t, i);
-        r->sigma[i] = K(smoothed_sigma)(h, t, i);
+        r->mean[i] = K(mean)(view, i);
+        r->low[i] = K(mean_low)(view, i);
+        r->sigma[i] = K(sigma)(view, i);
     }
-    ASSERT_OK(K(smoothed_covariance)(h, t, r->P));
+    ASSERT_OK(K(covariance)(view, r->P));
+}
+
+static inline void read_smoothed(reading *r, const K(history) * h, size_t t, int n)
+{
+    read_view(r, SMOOTHED(h, t), n);
 }
 
 /* Two filters that must be in the very same state. */

@@ -100,15 +100,16 @@ static void assert_readings(const S(start) * s, const S(filter) * f, const expec
     TEST_ASSERT_FALSE(is_no_score(S(log_likelihood_last)(f)));
     for (int t = 0; t <= ORDER_STEPS; t++) {
         int whole = 1;
+        S(filter) view;
+        const kq_status status = S(start_smoothed)(s, (size_t)t, &view); /* refused: it reads NaN */
+        (void)status;
         for (int i = 0; i < 2; i++) {
             const int expected = is_expected_smoothed(e, t, i);
-            const size_t step = (size_t)t;
             whole &= expected;
-            assert_word(expected, line_at(e->origin + t, i), S(start_smoothed_mean)(s, step, i),
-                        S(start_smoothed_mean_low)(s, step, i),
-                        S(start_smoothed_sigma)(s, step, i));
+            assert_word(expected, line_at(e->origin + t, i), S(mean)(&view, i), S(mean_low)(&view, i),
+                        S(sigma)(&view, i));
         }
-        const int answered = S(start_smoothed_covariance)(s, (size_t)t, P) == KQ_OK;
+        const int answered = S(covariance)(&view, P) == KQ_OK;
         TEST_ASSERT_EQUAL_INT(whole, answered);
     }
 }
@@ -119,7 +120,8 @@ static void make_call(S(start) * s, S(filter) * f, S(history) * tape, int now, i
     if (call == CALL_ATTACH) ASSERT_OK(S(attach)(f, &tape->attached));
     if (call == CALL_UPDATE) take(f, line_at(now, 0));
     if (call == CALL_PREDICT) advance(f);
-    if (call == CALL_SMOOTH) (void)S(start_smooth)(s); /* may be refused */
+    const kq_status status = call == CALL_SMOOTH ? S(start_smooth)(s) : KQ_OK; /* may be refused */
+    (void)status;
 }
 
 #if defined(__has_feature)

@@ -1,6 +1,6 @@
 # The suites of each arithmetic: a line of its own for what takes long or what small cores do not hold.
 set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast smoother numbers laws changed lag
-    point start least_squares consistency adaptation robust steady em extended points start_orders start_rank)
+    instant start least_squares consistency adaptation robust steady em extended sigma_points start_orders start_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
 set(KALMANQ_SUITES_q31 inverse lengths prepare model lean filter smoother numbers laws on_line start least_squares
     consistency adaptation robust steady extended words start_orders start_rank)

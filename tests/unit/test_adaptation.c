@@ -671,8 +671,9 @@ static void an_adaptation_has_one_filter(void)
 static void what_records_takes_the_place_of_what_records(void)
 {
     LAG(lag, 2, 2, 2);
-    POINT(point, 2, 2);
+    INSTANT(point, 2, 2);
     HISTORY(later, 2, 2, 4, 0);
+    K(filter) view;
     ASSERT_OK(K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(attach)(&twin, &lag.attached));
     ASSERT_OK(K(predict)(&twin, &motion, u));
@@ -681,7 +682,7 @@ static void what_records_takes_the_place_of_what_records(void)
     ASSERT_OK(K(attach)(&twin, &point.attached));
     TEST_ASSERT_EQUAL_UINT(0, K(lag_steps)(&lag));
     ASSERT_OK(K(attach)(&twin, &later.attached));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(point_smooth)(&point));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(instant_smooth)(&point, &view));
     ASSERT_OK(K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(predict)(&twin, &motion, u));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&later));
@@ -692,7 +693,7 @@ static void what_records_takes_the_place_of_what_records(void)
 static void refusals_of_attach(void)
 {
     LAG(lag, 2, 2, 2);
-    POINT(point, 2, 2);
+    INSTANT(point, 2, 2);
     START(start, 2, 0);
     ADAPTATION(other, 2, 2);
     ASSERT_OK(K(adaptation_init)(&other, &motion, &radar, &rule));

@@ -15,7 +15,8 @@ FILTER(twin, 2);
 HISTORY(tape, 2, 1, STEPS, STEPS);
 HISTORY(right, 2, 1, STEPS, STEPS);
 LAG(past, 2, 1, STEPS);
-POINT(instant, 2, 1);
+INSTANT(instant, 2, 1);
+static K(filter) past_view, instant_view;
 START(start, 2, 4);
 
 static K(process) apart[STEPS];
@@ -306,11 +307,11 @@ static void a_lag_takes_the_process_as_it_was(void)
     }
     change(0);
     for (size_t k = 0; k < STEPS; k++) {
-        ASSERT_OK(K(lag_smooth)(&past, k));
+        ASSERT_OK(K(lagged)(&past, k, &past_view));
         read_smoothed(&expected, &right, STEPS - 1 - k, 2);
         for (int i = 0; i < 2; i++) {
-            ASSERT_CLOSE(expected.mean[i], K(lag_mean)(&past, i), 8);
-            ASSERT_CLOSE(expected.sigma[i], K(lag_sigma)(&past, i), 2);
+            ASSERT_CLOSE(expected.mean[i], K(mean)(&past_view, i), 8);
+            ASSERT_CLOSE(expected.sigma[i], K(sigma)(&past_view, i), 2);
         }
     }
 }
@@ -327,11 +328,11 @@ static void a_point_takes_the_process_as_it_was(void)
         measure(&track, t);
     }
     change(0);
-    ASSERT_OK(K(point_smooth)(&instant));
+    ASSERT_OK(K(instant_smooth)(&instant, &instant_view));
     read_smoothed(&expected, &right, 0, 2);
     for (int i = 0; i < 2; i++) {
-        ASSERT_CLOSE(expected.mean[i], K(point_mean)(&instant, i), 8);
-        ASSERT_CLOSE(expected.sigma[i], K(point_sigma)(&instant, i), 2);
+        ASSERT_CLOSE(expected.mean[i], K(mean)(&instant_view, i), 8);
+        ASSERT_CLOSE(expected.sigma[i], K(sigma)(&instant_view, i), 2);
     }
 }
 
@@ -382,7 +383,7 @@ static void a_const_table_is_a_process(void)
     ASSERT_OK(K(smooth)(&tape));
     ASSERT_OK(K(smooth)(&right));
     for (size_t t = 0; t < 6; t++) {
-        ASSERT_CLOSE(K(smoothed_mean)(&tape, t, 0), K(smoothed_mean)(&right, t, 0), 4);
+        ASSERT_CLOSE(K(mean)(SMOOTHED(&tape, t), 0), K(mean)(SMOOTHED(&right, t), 0), 4);
     }
     ASSERT_OK(K(process_scale_noise)(&other, &table, 2));
 }

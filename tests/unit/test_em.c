@@ -169,7 +169,7 @@ static void sum_smoothed(void)
         }
     }
     for (int i = 0; i < 2; i++) first_x[i] = whole_smoothed_mean(&tape, 0, i);
-    ASSERT_OK(K(smoothed_covariance)(&tape, 0, first_P));
+    ASSERT_OK(K(covariance)(SMOOTHED(&tape, 0), first_P));
 }
 
 static void test_new_parameters_are_means_of_the_smoothed_noises(void)

@@ -25,8 +25,9 @@ HISTORY(record, 2, MOST, STEPS, STEPS);
 JACOBIANS(jacobians, record, 2, STEPS, STEPS);
 LAG(past, 2, MOST, STEPS);
 LAG(past_twin, 2, MOST, STEPS);
-POINT(instant, 2, MOST);
-POINT(instant_twin, 2, MOST);
+INSTANT(instant, 2, MOST);
+INSTANT(instant_twin, 2, MOST);
+static K(filter) past_view, past_twin_view, instant_view, instant_twin_view;
 
 PROCESS(blank_process, 2, 0);
 SENSOR(blank_sensor, 2, 1);
@@ -197,11 +198,11 @@ static void the_smoothers_on_line_take_linearised_steps(void)
     for (int step = 0; step < STEPS; step++) {
         drive_both(step);
         for (size_t k = 0; k <= (size_t)step; k++) {
-            ASSERT_OK(K(lag_smooth)(&past, k));
-            ASSERT_OK(K(lag_smooth)(&past_twin, k));
+            ASSERT_OK(K(lagged)(&past, k, &past_view));
+            ASSERT_OK(K(lagged)(&past_twin, k, &past_twin_view));
             for (int i = 0; i < 2; i++) {
-                ASSERT_CLOSE(K(lag_mean)(&past_twin, i), K(lag_mean)(&past, i), 8);
-                TEST_ASSERT_TRUE(K(lag_sigma)(&past_twin, i) == K(lag_sigma)(&past, i));
+                ASSERT_CLOSE(K(mean)(&past_twin_view, i), K(mean)(&past_view, i), 8);
+                TEST_ASSERT_TRUE(K(sigma)(&past_twin_view, i) == K(sigma)(&past_view, i));
             }
         }
     }
@@ -210,11 +211,11 @@ static void the_smoothers_on_line_take_linearised_steps(void)
     ASSERT_OK(K(attach)(&twin, &instant_twin.attached));
     for (int step = 0; step < STEPS; step++) {
         drive_both(step);
-        ASSERT_OK(K(point_smooth)(&instant));
-        ASSERT_OK(K(point_smooth)(&instant_twin));
+        ASSERT_OK(K(instant_smooth)(&instant, &instant_view));
+        ASSERT_OK(K(instant_smooth)(&instant_twin, &instant_twin_view));
         for (int i = 0; i < 2; i++) {
-            ASSERT_CLOSE(K(point_mean)(&instant_twin, i), K(point_mean)(&instant, i), 8);
-            TEST_ASSERT_TRUE(K(point_sigma)(&instant_twin, i) == K(point_sigma)(&instant, i));
+            ASSERT_CLOSE(K(mean)(&instant_twin_view, i), K(mean)(&instant_view, i), 8);
+            TEST_ASSERT_TRUE(K(sigma)(&instant_twin_view, i) == K(sigma)(&instant_view, i));
         }
     }
 }
@@ -281,12 +282,12 @@ static void a_nonlinear_run_is_smoothed_by_each_steps_own_process(void)
         if (!by_hand) ASSERT_OK(K(smooth)(&course));
         for (size_t t = 0; t < STEPS; t++) {
             for (int i = 0; i < N4; i++) {
-                if (by_hand) expected[t][i] = K(smoothed_mean)(&course, t, i);
-                if (by_hand) low[t][i] = K(smoothed_mean_low)(&course, t, i);
-                TEST_ASSERT_TRUE(expected[t][i] == K(smoothed_mean)(&course, t, i));
-                TEST_ASSERT_TRUE(low[t][i] == K(smoothed_mean_low)(&course, t, i));
+                if (by_hand) expected[t][i] = K(mean)(SMOOTHED(&course, t), i);
+                if (by_hand) low[t][i] = K(mean_low)(SMOOTHED(&course, t), i);
+                TEST_ASSERT_TRUE(expected[t][i] == K(mean)(SMOOTHED(&course, t), i));
+                TEST_ASSERT_TRUE(low[t][i] == K(mean_low)(SMOOTHED(&course, t), i));
             }
-            ASSERT_OK(K(smoothed_covariance)(&course, t, by_hand ? cov[t] : P));
+            ASSERT_OK(K(covariance)(SMOOTHED(&course, t), by_hand ? cov[t] : P));
             if (!by_hand) TEST_ASSERT_EQUAL_MEMORY(cov[t], P, sizeof P);
         }
     }

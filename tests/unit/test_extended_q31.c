@@ -15,7 +15,8 @@ KQ_FILTER_Q31(blank, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 KQ_JACOBIANS_Q31(jacobians, tape, 2, STEPS, 1);
 KQ_LAG_Q31(past, 2, 2, STEPS);
-KQ_POINT_Q31(instant, 2, 2);
+KQ_INSTANT_Q31(instant, 2, 2);
+static kq_filter_q31 past_view, instant_view;
 
 PROCESS(motion_f64, 2, 0);
 SENSOR(radar_f64, 2, 2);
@@ -23,7 +24,8 @@ FILTER(track_f64, 2);
 HISTORY(tape_f64, 2, 2, STEPS, STEPS);
 JACOBIANS(jacobians_f64, tape_f64, 2, STEPS, 1);
 LAG(past_f64, 2, 2, STEPS);
-POINT(instant_f64, 2, 2);
+INSTANT(instant_f64, 2, 2);
+static K(filter) past_f64_view, instant_f64_view;
 
 static const double range[] = {100, 20}, innovation_range[] = {100, 400};
 static const double A[] = {1, 0.125, 0, 1}, Q[] = {0.01, 0, 0, 0.04}, H[] = {1, 0, 0, 1};
@@ -95,10 +97,10 @@ static void the_filter_and_its_history_are_those_in_double(void)
     ASSERT_OK(K(smooth)(&tape_f64));
     for (size_t t = 0; t < STEPS; t++) {
         for (int i = 0; i < 2; i++) {
-            const double sigma = K(smoothed_sigma)(&tape_f64, t, i);
-            ASSERT_WITHIN(LIKE * (sigma + 10), K(smoothed_mean)(&tape_f64, t, i),
-                          mean_of(kq_smoothed_mean_q31(&tape, t, i), i));
-            ASSERT_WITHIN(LIKE * (sigma + 10), sigma, mean_of(kq_smoothed_sigma_q31(&tape, t, i), i));
+            const double sigma = K(sigma)(SMOOTHED(&tape_f64, t), i);
+            ASSERT_WITHIN(LIKE * (sigma + 10), K(mean)(SMOOTHED(&tape_f64, t), i),
+                          mean_of(kq_mean_q31(SMOOTHED_Q31(&tape, t), i), i));
+            ASSERT_WITHIN(LIKE * (sigma + 10), sigma, mean_of(kq_sigma_q31(SMOOTHED_Q31(&tape, t), i), i));
         }
     }
 }
@@ -109,20 +111,20 @@ static void the_smoothers_on_line_are_those_in_double(void)
     ASSERT_OK(K(attach)(&track_f64, &past_f64.attached));
     run_both();
     for (size_t k = 0; k < STEPS; k += 3) {
-        ASSERT_OK(kq_lag_smooth_q31(&past, k));
-        ASSERT_OK(K(lag_smooth)(&past_f64, k));
+        ASSERT_OK(kq_lagged_q31(&past, k, &past_view));
+        ASSERT_OK(K(lagged)(&past_f64, k, &past_f64_view));
         for (int i = 0; i < 2; i++) {
-            ASSERT_WITHIN(LIKE * 16, K(lag_mean)(&past_f64, i), mean_of(kq_lag_mean_q31(&past, i), i));
+            ASSERT_WITHIN(LIKE * 16, K(mean)(&past_f64_view, i), mean_of(kq_mean_q31(&past_view, i), i));
         }
     }
     set_up();
     ASSERT_OK(kq_attach_q31(&track, &instant.attached));
     ASSERT_OK(K(attach)(&track_f64, &instant_f64.attached));
     run_both();
-    ASSERT_OK(kq_point_smooth_q31(&instant));
-    ASSERT_OK(K(point_smooth)(&instant_f64));
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+    ASSERT_OK(K(instant_smooth)(&instant_f64, &instant_f64_view));
     for (int i = 0; i < 2; i++) {
-        ASSERT_WITHIN(LIKE * 16, K(point_mean)(&instant_f64, i), mean_of(kq_point_mean_q31(&instant, i), i));
+        ASSERT_WITHIN(LIKE * 16, K(mean)(&instant_f64_view, i), mean_of(kq_mean_q31(&instant_view, i), i));
     }
 }
 
@@ -152,7 +154,7 @@ static void a_steep_jacobian_moves_the_root_alone(void)
     update_both(3);
     ASSERT_OK(kq_smooth_q31(&tape));
     ASSERT_OK(K(smooth)(&tape_f64));
-    ASSERT_WITHIN(LIKE * 16, K(smoothed_mean)(&tape_f64, 0, 0), mean_of(kq_smoothed_mean_q31(&tape, 0, 0), 0));
+    ASSERT_WITHIN(LIKE * 16, K(mean)(SMOOTHED(&tape_f64, 0), 0), mean_of(kq_mean_q31(SMOOTHED_Q31(&tape, 0), 0), 0));
 }
 
 /* ... and nothing else takes its process, until it is initialised again. */

@@ -208,7 +208,7 @@ static void a_history_records(void)
     ASSERT_OK(K(smooth)(&h));
     ASSERT_OK(K(smooth)(&g));
     for (int i = 0; i < 3; i++) {
-        const num one = K(smoothed_mean)(&h, 1, i), two = K(smoothed_mean)(&g, 1, i);
+        const num one = K(mean)(SMOOTHED(&h, 1), i), two = K(mean)(SMOOTHED(&g, 1), i);
         ASSERT_SAME_BITS(one, two);
     }
     ASSERT_SAME();
@@ -234,27 +234,28 @@ static void run_both(void)
 }
 
 /* What is attached follows the steps of known sizes as it does the library's. */
-static void a_lag_and_a_point_follow(void)
+static void a_lag_and_an_instant_follow(void)
 {
     LAG(lag, 3, 2, 4);
     LAG(other_lag, 3, 2, 4);
-    POINT(point, 3, 2);
-    POINT(other_point, 3, 2);
+    INSTANT(point, 3, 2);
+    INSTANT(other_point, 3, 2);
+    K(filter) lag_view, other_lag_view, point_view, other_point_view;
     begin(3, 2, 0);
     ASSERT_OK(K(attach)(&ours.filter, &lag.attached));
     ASSERT_OK(K(attach)(&theirs.filter, &other_lag.attached));
     run_both();
     TEST_ASSERT_EQUAL_INT(4, K(lag_steps)(&lag));
-    ASSERT_OK(K(lag_smooth)(&lag, 4));
-    ASSERT_OK(K(lag_smooth)(&other_lag, 4));
+    ASSERT_OK(K(lagged)(&lag, 4, &lag_view));
+    ASSERT_OK(K(lagged)(&other_lag, 4, &other_lag_view));
     ASSERT_OK(K(attach)(&ours.filter, &point.attached));
     ASSERT_OK(K(attach)(&theirs.filter, &other_point.attached));
     run_both();
-    ASSERT_OK(K(point_smooth)(&point));
-    ASSERT_OK(K(point_smooth)(&other_point));
+    ASSERT_OK(K(instant_smooth)(&point, &point_view));
+    ASSERT_OK(K(instant_smooth)(&other_point, &other_point_view));
     for (int i = 0; i < 3; i++) {
-        const num one = K(lag_mean)(&lag, i), two = K(lag_mean)(&other_lag, i);
-        const num first = K(point_mean)(&point, i), second = K(point_mean)(&other_point, i);
+        const num one = K(mean)(&lag_view, i), two = K(mean)(&other_lag_view, i);
+        const num first = K(mean)(&point_view, i), second = K(mean)(&other_point_view, i);
         ASSERT_SAME_BITS(one, two);
         ASSERT_SAME_BITS(first, second);
     }
@@ -617,7 +618,7 @@ SUITE(fixed, set_up)
     RUN_TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too);
     RUN_TEST(a_history_records);
     RUN_TEST(an_adaptation_learns);
-    RUN_TEST(a_lag_and_a_point_follow);
+    RUN_TEST(a_lag_and_an_instant_follow);
     RUN_TEST(a_settling_settles);
     RUN_TEST(an_unknown_start_becomes_known);
     RUN_TEST(a_lean_sensor_is_left_to_the_library);

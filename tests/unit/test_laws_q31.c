@@ -111,19 +111,19 @@ static void read_past(reading *r, const instance *i, size_t t, int n)
     const kq_format_q31 *format = i->prior.state_format;
     memset(r, 0, sizeof *r);
     for (int k = 0; k < n; k++) {
-        r->mean[k] = read_word(kq_smoothed_mean_q31(&i->tape, t, k), 0, format + k);
-        r->low[k] = read_word(kq_smoothed_mean_low_q31(&i->tape, t, k), 24, format + k);
-        r->sigma[k] = read_word(kq_smoothed_sigma_q31(&i->tape, t, k), 0, format + k);
+        r->mean[k] = read_word(kq_mean_q31(SMOOTHED_Q31(&i->tape, t), k), 0, format + k);
+        r->low[k] = read_word(kq_mean_low_q31(SMOOTHED_Q31(&i->tape, t), k), 24, format + k);
+        r->sigma[k] = read_word(kq_sigma_q31(SMOOTHED_Q31(&i->tape, t), k), 0, format + k);
     }
-    ASSERT_OK(kq_smoothed_covariance_q31(&i->tape, t, P));
+    ASSERT_OK(kq_covariance_q31(SMOOTHED_Q31(&i->tape, t), P));
     read_matrix(r->P, P, n, n, format, format, 1);
 }
 
 static double smoothed_value(const instance *i, size_t t, int k)
 {
     const kq_format_q31 *format = i->prior.state_format + k;
-    return read_word(kq_smoothed_mean_q31(&i->tape, t, k), 0, format) +
-           read_word(kq_smoothed_mean_low_q31(&i->tape, t, k), 24, format);
+    return read_word(kq_mean_q31(SMOOTHED_Q31(&i->tape, t), k), 0, format) +
+           read_word(kq_mean_low_q31(SMOOTHED_Q31(&i->tape, t), k), 24, format);
 }
 
 /* what NIS and log-likelihoods are rounded to */

@@ -72,7 +72,7 @@ static void what_is_not_sharp_is_taken_as_ever(void)
         ASSERT_OK(K(smooth)(&tape));
         ASSERT_OK(K(smooth)(&other));
         for (size_t t = 0; t < K(history_steps)(&tape); t++) {
-            TEST_ASSERT_TRUE(K(smoothed_mean)(&tape, t, 1) == K(smoothed_mean)(&other, t, 1));
+            TEST_ASSERT_TRUE(K(mean)(SMOOTHED(&tape, t), 1) == K(mean)(SMOOTHED(&other, t), 1));
         }
     }
 }
@@ -174,9 +174,9 @@ static void the_raised_noise_is_recorded(void)
     const double allowed = 16 * EPS / (double)COARSE + 256 * EPS;
     for (size_t t = 0; t < K(history_steps)(&tape); t++) {
         for (int i = 0; i < 2; i++) {
-            const double sigma = (double)K(smoothed_sigma)(&tape, t, i);
-            ASSERT_WITHIN(allowed * sigma, K(smoothed_mean)(&tape, t, i), K(smoothed_mean)(&other, t, i));
-            ASSERT_WITHIN(allowed * sigma, sigma, K(smoothed_sigma)(&other, t, i));
+            const double sigma = (double)K(sigma)(SMOOTHED(&tape, t), i);
+            ASSERT_WITHIN(allowed * sigma, K(mean)(SMOOTHED(&tape, t), i), K(mean)(SMOOTHED(&other, t), i));
+            ASSERT_WITHIN(allowed * sigma, sigma, K(sigma)(SMOOTHED(&other, t), i));
         }
     }
 }

@@ -36,7 +36,7 @@ static void those_of_a_step_are_the_macros(void)
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
         for (int k = 0; k < COUNT(measurements); k++) {
             const int m = measurements[k];
-            ASSERT_LENGTH(LEN(POINT)(n, m), OF(POINT, n, m, 0, 0));
+            ASSERT_LENGTH(LEN(INSTANT)(n, m), OF(INSTANT, n, m, 0, 0));
             for (int c = 0; c < COUNT(counts); c++) {
                 const size_t steps = counts[c];
                 ASSERT_LENGTH(LEN(HISTORY)(n, m, steps, 2), OF(HISTORY, n, m, steps, 2));
@@ -67,15 +67,15 @@ static void it_is_what_assign_asks_for(void)
 {
     static word memory[1]; /* assign does not look at it */
     static S(lag) lag;
-    static S(point) point;
+    static S(instant) point;
     for (int k = 0; k < COUNT(measurements); k++) {
         const int m = measurements[k];
-        const kq_length past = OF(LAG, 2, m, 3, 0), instant = OF(POINT, 2, m, 0, 0);
+        const kq_length past = OF(LAG, 2, m, 3, 0), instant = OF(INSTANT, 2, m, 0, 0);
         if (past > SIZE_MAX || instant > SIZE_MAX) continue;
         TEST_ASSERT_EQUAL_INT(KQ_OK, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past));
         TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past - 1));
-        TEST_ASSERT_EQUAL_INT(KQ_OK, S(point_assign)(&point, 2, m, memory, (size_t)instant));
-        TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(point_assign)(&point, 2, m, memory, (size_t)instant - 1));
+        TEST_ASSERT_EQUAL_INT(KQ_OK, S(instant_assign)(&point, 2, m, memory, (size_t)instant));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(instant_assign)(&point, 2, m, memory, (size_t)instant - 1));
     }
 }
 
@@ -86,7 +86,7 @@ static void a_size_that_is_none_has_no_length(void)
         ASSERT_NONE(OF(FILTER, n, 0, 0, 0));
         ASSERT_NONE(OF(HISTORY, n, 1, 1, 0));
         ASSERT_NONE(OF(LAG, n, 1, 1, 0));
-        ASSERT_NONE(OF(POINT, n, 1, 0, 0));
+        ASSERT_NONE(OF(INSTANT, n, 1, 0, 0));
         ASSERT_NONE(OF(START, n, 0, 0, 0));
         ASSERT_NONE(OF(STEADY, n, 0, 0, 0));
         ASSERT_NONE(OF(SETTLING, n, 0, 0, 0));
@@ -97,10 +97,10 @@ static void a_size_that_is_none_has_no_length(void)
     for (int m = -1; m <= 0; m++) {
         ASSERT_NONE(OF(HISTORY, 1, m, 1, 0));
         ASSERT_NONE(OF(LAG, 1, m, 1, 0));
-        ASSERT_NONE(OF(POINT, 1, m, 0, 0));
+        ASSERT_NONE(OF(INSTANT, 1, m, 0, 0));
     }
     ASSERT_NONE(OF(HISTORY, 1, INT_MIN, 1, 0));
-    ASSERT_NONE(OF(POINT, 1, INT_MIN, 0, 0));
+    ASSERT_NONE(OF(INSTANT, 1, INT_MIN, 0, 0));
 }
 
 static void nor_has_a_count(void)
@@ -155,7 +155,7 @@ static void what_is_not_there_has_none(void)
     ASSERT_NONE(OF(ROOT, 5, 0, 0, 0));
     TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_EM) == sizeof(S(em)));
 #endif
-    ASSERT_NONE(OF(GATE, 1, 1, 1, 1));
+    ASSERT_NONE(OF(LOSS, 1, 1, 1, 1));
     ASSERT_NONE(OF(LEAST_SQUARES, 1, 1, 1, 1));
     ASSERT_NONE(S(length)((kq_object)99, 1, 1, 1, 1));
     TEST_ASSERT_TRUE(S(object_size)((kq_object)99) == 0);
@@ -167,10 +167,10 @@ static void an_object_has_its_size(void)
 {
 #define ASSERT_SIZE(object, name) TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_##object) == sizeof(S(name)))
     ASSERT_SIZE(PROCESS, process); ASSERT_SIZE(SENSOR, sensor); ASSERT_SIZE(FILTER, filter);
-    ASSERT_SIZE(HISTORY, history); ASSERT_SIZE(LAG, lag); ASSERT_SIZE(POINT, point); ASSERT_SIZE(START, start);
+    ASSERT_SIZE(HISTORY, history); ASSERT_SIZE(LAG, lag); ASSERT_SIZE(INSTANT, instant); ASSERT_SIZE(START, start);
     ASSERT_SIZE(ADAPTATION, adaptation); ASSERT_SIZE(CONSISTENCY, consistency);
     ASSERT_SIZE(LEAST_SQUARES, least_squares); ASSERT_SIZE(STEADY, steady);
-    ASSERT_SIZE(SETTLING, settling); ASSERT_SIZE(GATE, gate);
+    ASSERT_SIZE(SETTLING, settling); ASSERT_SIZE(LOSS, loss);
 }
 
 SUITE(lengths, NULL)

@@ -120,7 +120,7 @@ static void a_constant_smoothed_is_the_final_mean(void)
     const double P = 1 / (0.25 + 25);
     for (size_t t = 0; t < 25; t++) {
         ASSERT_CLOSE(P * sum, whole_smoothed_mean(&tape, t, 0), 4);
-        ASSERT_CLOSE(sqrt(P), K(smoothed_sigma)(&tape, t, 0), 1);
+        ASSERT_CLOSE(sqrt(P), K(sigma)(SMOOTHED(&tape, t), 0), 1);
     }
 }
 

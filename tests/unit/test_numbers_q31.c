@@ -141,10 +141,10 @@ static void a_constant_smoothed_is_the_final_mean(void)
     const int fraction = start.state_format[0].fraction;
     for (size_t t = 0; t < 25; t++) {
         const double words =
-            kq_smoothed_mean_q31(&tape, t, 0) + ldexp(kq_smoothed_mean_low_q31(&tape, t, 0), -24);
+            kq_mean_q31(SMOOTHED_Q31(&tape, t), 0) + ldexp(kq_mean_low_q31(SMOOTHED_Q31(&tape, t), 0), -24);
         kq_scaled_q31 variance;
         ASSERT_WITHIN(5e-7, P * sum, ldexp(words, -fraction));
-        ASSERT_OK(kq_smoothed_covariance_q31(&tape, t, &variance));
+        ASSERT_OK(kq_covariance_q31(SMOOTHED_Q31(&tape, t), &variance));
         ASSERT_WITHIN(1e-7 * P, P, value_of(variance, 2 * fraction));
     }
 }

@@ -17,9 +17,10 @@ KQ_FILTER_Q31(track3, 3);
 KQ_LAG_Q31(past, 2, 2, LONGEST);
 KQ_LAG_Q31(unused, 2, 2, 2);
 KQ_LAG_Q31(past3, 3, 2, 2);
-KQ_POINT_Q31(instant, 2, 2);
-KQ_POINT_Q31(unused_point, 2, 2);
-KQ_POINT_Q31(instant3, 3, 2);
+KQ_INSTANT_Q31(instant, 2, 2);
+KQ_INSTANT_Q31(unused_point, 2, 2);
+KQ_INSTANT_Q31(instant3, 3, 2);
+static kq_filter_q31 past_view, instant_view, no_view;
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 
 /* the same in double */
@@ -28,7 +29,8 @@ PROCESS(other_f64, 2, 1);
 SENSOR(radar_f64, 2, 2);
 FILTER(track_f64, 2);
 LAG(past_f64, 2, 2, LONGEST);
-POINT(instant_f64, 2, 2);
+INSTANT(instant_f64, 2, 2);
+static K(filter) past_f64_view, instant_f64_view;
 
 static const double range[] = {100, 10, 10}, drive_range[] = {5}, measured_range[] = {100, 100};
 static const double A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5};
@@ -55,7 +57,7 @@ static void attach_lag(int longest)
 static void attach_point(void)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_point_assign_q31(&instant, 2, 2, instant_memory, COUNT(instant_memory)));
+    ASSERT_OK(kq_instant_assign_q31(&instant, 2, 2, instant_memory, COUNT(instant_memory)));
     ASSERT_OK(kq_attach_q31(&track, &instant.attached));
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
     ASSERT_OK(K(attach)(&track_f64, &instant_f64.attached));
@@ -157,14 +159,14 @@ static void assert_lag(int with_covariance)
 {
     double P[4];
     for (int i = 0; i < 2; i++) {
-        assert_mean(K(lag_mean)(&past_f64, i), kq_lag_mean_q31(&past, i),
-                    kq_lag_mean_low_q31(&past, i), i);
+        assert_mean(K(mean)(&past_f64_view, i), kq_mean_q31(&past_view, i),
+                    kq_mean_low_q31(&past_view, i), i);
         if (!with_covariance) continue;
-        assert_sigma(K(lag_sigma)(&past_f64, i), kq_lag_sigma_q31(&past, i), i);
+        assert_sigma(K(sigma)(&past_f64_view, i), kq_sigma_q31(&past_view, i), i);
     }
     if (!with_covariance) return;
-    ASSERT_OK(K(lag_covariance)(&past_f64, P));
-    ASSERT_OK(kq_lag_covariance_q31(&past, out));
+    ASSERT_OK(K(covariance)(&past_f64_view, P));
+    ASSERT_OK(kq_covariance_q31(&past_view, out));
     assert_covariance(P);
 }
 
@@ -179,13 +181,13 @@ static void every_lag_is_that_in_double(void)
             drive_lag(step);
             TEST_ASSERT_EQUAL_INT(step < longest[l] ? step : longest[l], kq_lag_steps_q31(&past));
             for (size_t k = 0; k <= kq_lag_steps_q31(&past); k++) {
-                ASSERT_OK(kq_lag_smooth_q31(&past, k));
-                ASSERT_OK(K(lag_smooth)(&past_f64, k));
+                ASSERT_OK(kq_lagged_q31(&past, k, &past_view));
+                ASSERT_OK(K(lagged)(&past_f64, k, &past_f64_view));
                 assert_lag(1);
-                ASSERT_OK(kq_lag_smooth_states_q31(&past, k));
+                ASSERT_OK(kq_lagged_states_q31(&past, k, &past_view));
                 assert_lag(0);
-                TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_lag_sigma_q31(&past, 0));
-                ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_lag_covariance_q31(&past, out));
+                TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(&past_view, 0));
+                ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&past_view, out));
             }
         }
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
@@ -208,15 +210,15 @@ static void the_longest_lag_is_that_of_the_tape(void)
     ASSERT_OK(kq_smooth_q31(&tape));
     for (size_t k = 0; k < STEPS; k++) {
         const size_t t = STEPS - 1 - k;
-        ASSERT_OK(kq_lag_smooth_q31(&past, k));
-        ASSERT_OK(kq_lag_covariance_q31(&past, out));
-        ASSERT_OK(kq_smoothed_covariance_q31(&tape, t, P));
+        ASSERT_OK(kq_lagged_q31(&past, k, &past_view));
+        ASSERT_OK(kq_covariance_q31(&past_view, out));
+        ASSERT_OK(kq_covariance_q31(SMOOTHED_Q31(&tape, t), P));
         for (int i = 0; i < 2; i++) {
             ASSERT_WITHIN(
                 0x1p-26 * 8,
-                value_of_words(kq_smoothed_mean_q31(&tape, t, i),
-                               kq_smoothed_mean_low_q31(&tape, t, i), i),
-                value_of_words(kq_lag_mean_q31(&past, i), kq_lag_mean_low_q31(&past, i), i));
+                value_of_words(kq_mean_q31(SMOOTHED_Q31(&tape, t), i),
+                               kq_mean_low_q31(SMOOTHED_Q31(&tape, t), i), i),
+                value_of_words(kq_mean_q31(&past_view, i), kq_mean_low_q31(&past_view, i), i));
         }
         for (int j = 0; j < 4; j++) {
             ASSERT_WITHIN(0x1p-26 * 2, value_of(P[j], both_fractions(j)),
@@ -232,14 +234,14 @@ static void none_is_the_filter_bit_for_bit(void)
         attach_lag(longest);
         for (int step = 0; step < STEPS; step++) {
             drive_lag(step);
-            ASSERT_OK(kq_lag_smooth_q31(&past, 0));
-            ASSERT_OK(kq_lag_covariance_q31(&past, out));
+            ASSERT_OK(kq_lagged_q31(&past, 0, &past_view));
+            ASSERT_OK(kq_covariance_q31(&past_view, out));
             ASSERT_OK(kq_covariance_q31(&track, P));
             ASSERT_SAME_BITS(P, out);
             for (int i = 0; i < 2; i++) {
-                TEST_ASSERT_EQUAL_INT32(kq_mean_q31(&track, i), kq_lag_mean_q31(&past, i));
-                TEST_ASSERT_EQUAL_INT32(kq_mean_low_q31(&track, i), kq_lag_mean_low_q31(&past, i));
-                TEST_ASSERT_EQUAL_INT32(kq_sigma_q31(&track, i), kq_lag_sigma_q31(&past, i));
+                TEST_ASSERT_EQUAL_INT32(kq_mean_q31(&track, i), kq_mean_q31(&past_view, i));
+                TEST_ASSERT_EQUAL_INT32(kq_mean_low_q31(&track, i), kq_mean_low_q31(&past_view, i));
+                TEST_ASSERT_EQUAL_INT32(kq_sigma_q31(&track, i), kq_sigma_q31(&past_view, i));
             }
         }
     }
@@ -257,8 +259,8 @@ static void the_filter_is_the_same(void)
             const int32_t *words = control_of(step, &u);
             if (step) ASSERT_OK(kq_predict_q31(&twin, process_of(step), words));
             measure(&twin, step, 0);
-            if (with_point) ASSERT_OK(kq_point_smooth_q31(&instant));
-            else ASSERT_OK(kq_lag_smooth_q31(&past, kq_lag_steps_q31(&past)));
+            if (with_point) ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+            else ASSERT_OK(kq_lagged_q31(&past, kq_lag_steps_q31(&past), &past_view));
             ASSERT_SAME_Q31(&twin, &track);
         }
     }
@@ -274,12 +276,12 @@ static void a_constant_is_known_as_now(void)
         const int32_t *words = words_of(z, 2, radar.measurement_format);
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
         for (size_t k = 0; k <= kq_lag_steps_q31(&past); k++) {
-            ASSERT_OK(kq_lag_smooth_q31(&past, k));
+            ASSERT_OK(kq_lagged_q31(&past, k, &past_view));
             for (int i = 0; i < 2; i++) {
-                assert_mean(mean_value(&track, i), kq_lag_mean_q31(&past, i),
-                            kq_lag_mean_low_q31(&past, i), i);
+                assert_mean(mean_value(&track, i), kq_mean_q31(&past_view, i),
+                            kq_mean_low_q31(&past_view, i), i);
                 ASSERT_WITHIN(2 + ldexp(LIKE, start.state_format[i].fraction),
-                              kq_sigma_q31(&track, i), kq_lag_sigma_q31(&past, i));
+                              kq_sigma_q31(&track, i), kq_sigma_q31(&past_view, i));
             }
         }
     }
@@ -290,15 +292,15 @@ static void a_constant_is_known_as_now(void)
 static void assert_point(void)
 {
     double P[4];
-    ASSERT_OK(kq_point_smooth_q31(&instant));
-    ASSERT_OK(K(point_smooth)(&instant_f64));
-    ASSERT_OK(K(point_covariance)(&instant_f64, P));
-    ASSERT_OK(kq_point_covariance_q31(&instant, out));
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+    ASSERT_OK(K(instant_smooth)(&instant_f64, &instant_f64_view));
+    ASSERT_OK(K(covariance)(&instant_f64_view, P));
+    ASSERT_OK(kq_covariance_q31(&instant_view, out));
     assert_covariance(P);
     for (int i = 0; i < 2; i++) {
-        assert_mean(K(point_mean)(&instant_f64, i), kq_point_mean_q31(&instant, i),
-                    kq_point_mean_low_q31(&instant, i), i);
-        assert_sigma(K(point_sigma)(&instant_f64, i), kq_point_sigma_q31(&instant, i), i);
+        assert_mean(K(mean)(&instant_f64_view, i), kq_mean_q31(&instant_view, i),
+                    kq_mean_low_q31(&instant_view, i), i);
+        assert_sigma(K(sigma)(&instant_f64_view, i), kq_sigma_q31(&instant_view, i), i);
     }
 }
 
@@ -328,18 +330,18 @@ static void a_long_run_changes_nothing_any_more(void)
         if (step) ASSERT_OK(kq_predict_q31(&track, process_of(step), words));
         measure(&track, step % STEPS, 0);
         if (step != 100) continue;
-        ASSERT_OK(kq_point_smooth_q31(&instant));
-        ASSERT_OK(kq_point_covariance_q31(&instant, early));
-        for (int i = 0; i < 2; i++) mean[i] = kq_point_mean_q31(&instant, i);
+        ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+        ASSERT_OK(kq_covariance_q31(&instant_view, early));
+        for (int i = 0; i < 2; i++) mean[i] = kq_mean_q31(&instant_view, i);
     }
-    ASSERT_OK(kq_point_smooth_q31(&instant));
-    ASSERT_OK(kq_point_covariance_q31(&instant, out));
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+    ASSERT_OK(kq_covariance_q31(&instant_view, out));
     for (int k = 0; k < 4; k++) {
         ASSERT_WITHIN(LIKE, value_of(early[k], both_fractions(k)),
                       value_of(out[k], both_fractions(k)));
     }
     for (int i = 0; i < 2; i++)
-        TEST_ASSERT_INT32_WITHIN(1, mean[i], kq_point_mean_q31(&instant, i));
+        TEST_ASSERT_INT32_WITHIN(1, mean[i], kq_mean_q31(&instant_view, i));
 }
 
 /* Known a million times better than at first, and better still with each measurement, by less than
@@ -359,13 +361,13 @@ static void a_constant_is_refined_for_long(void)
         if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
     }
-    ASSERT_OK(kq_point_smooth_q31(&instant));
-    ASSERT_OK(kq_point_covariance_q31(&instant, out));
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+    ASSERT_OK(kq_covariance_q31(&instant_view, out));
     for (int i = 0; i < 2; i++) {
         const int fraction = start.state_format[i].fraction;
         const double sigma = sqrt(value_of(out[3 * i], 2 * fraction));
         ASSERT_WITHIN(1e-3 * 0.01 / sqrt(3000), 0.01 / sqrt(3000), sigma);
-        ASSERT_WITHIN(2, kq_mean_q31(&track, i), kq_point_mean_q31(&instant, i));
+        ASSERT_WITHIN(2, kq_mean_q31(&track, i), kq_mean_q31(&instant_view, i));
     }
 }
 
@@ -390,6 +392,7 @@ static void sixteen_states_are_sixteen_scalars(void)
         kq_process_q31 p;
         kq_sensor_q31 s;
         kq_lag_q31 lag;
+        kq_filter_q31 lag_view;
         for (int i = 0; i < n * n; i++) {
             M[i] = i % (n + 1) ? 0 : 1;
             a_half[i] = M[i] / 2;
@@ -424,17 +427,17 @@ static void sixteen_states_are_sixteen_scalars(void)
             ASSERT_OK(kq_update_q31(&f, &s, z));
         }
         for (size_t k = 0; k <= WIDE_LAG; k++) {
-            ASSERT_OK(kq_lag_smooth_q31(&lag, k));
+            ASSERT_OK(kq_lagged_q31(&lag, k, &lag_view));
             for (int i = 0; i < n; i++) {
                 if (n == 1) {
-                    TEST_ASSERT_INT32_WITHIN(8, mean[k][5], kq_lag_mean_q31(&lag, 0));
-                    TEST_ASSERT_INT32_WITHIN(8, sigma[k][5], kq_lag_sigma_q31(&lag, 0));
+                    TEST_ASSERT_INT32_WITHIN(8, mean[k][5], kq_mean_q31(&lag_view, 0));
+                    TEST_ASSERT_INT32_WITHIN(8, sigma[k][5], kq_sigma_q31(&lag_view, 0));
                 }
-                if (n > 1) mean[k][i] = kq_lag_mean_q31(&lag, i);
-                if (n > 1) sigma[k][i] = kq_lag_sigma_q31(&lag, i);
+                if (n > 1) mean[k][i] = kq_mean_q31(&lag_view, i);
+                if (n > 1) sigma[k][i] = kq_sigma_q31(&lag_view, i);
             }
         }
-        ASSERT_OK(kq_lag_covariance_q31(&lag, P));
+        ASSERT_OK(kq_covariance_q31(&lag_view, P));
         for (int i = 1; i < n; i++) TEST_ASSERT_EQUAL_INT32(0, P[i].mantissa);
     }
 }
@@ -444,30 +447,30 @@ static void sixteen_states_are_sixteen_scalars(void)
 static void assign_refuses(void)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
-    const size_t least = KQ_LAG_LEN_Q31(2, 1, 3), least_point = KQ_POINT_LEN_Q31(2, 1);
+    const size_t least = KQ_LAG_LEN_Q31(2, 1, 3), least_point = KQ_INSTANT_LEN_Q31(2, 1);
     ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_assign_q31(NULL, 2, 1, 3, past_memory, 1000));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_assign_q31(&past, 2, 1, 3, NULL, 1000));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_assign_q31(NULL, 2, 1, instant_memory, 1000));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_assign_q31(&instant, 2, 1, NULL, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_instant_assign_q31(NULL, 2, 1, instant_memory, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_instant_assign_q31(&instant, 2, 1, NULL, 1000));
     for (int k = 0; k < COUNT(bad); k++) {
         ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_assign_q31(&past, bad[k], 1, 3, past_memory, SIZE_MAX));
         ASSERT_REFUSED(KQ_ERR_SIZE,
-                       kq_point_assign_q31(&instant, bad[k], 1, instant_memory, SIZE_MAX));
+                       kq_instant_assign_q31(&instant, bad[k], 1, instant_memory, SIZE_MAX));
     }
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_assign_q31(&past, 2, 0, 3, past_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_assign_q31(&past, 2, 1, KQ_COUNT_MAX + 1, past_memory, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_point_assign_q31(&instant, 2, 0, instant_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_instant_assign_q31(&instant, 2, 0, instant_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_MEMORY, kq_lag_assign_q31(&past, 2, 1, 3, past_memory, least - 1));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   kq_point_assign_q31(&instant, 2, 1, instant_memory, least_point - 1));
+                   kq_instant_assign_q31(&instant, 2, 1, instant_memory, least_point - 1));
     ASSERT_OK(kq_lag_assign_q31(&past, 2, 1, 3, past_memory, least));
-    ASSERT_OK(kq_point_assign_q31(&instant, 2, 1, instant_memory, least_point));
+    ASSERT_OK(kq_instant_assign_q31(&instant, 2, 1, instant_memory, least_point));
 }
 
 static void attach_refuses(void)
 {
     kq_lag_q31 bare;
-    kq_point_q31 bare_point;
+    kq_instant_q31 bare_point;
     memset(&bare, 0, sizeof bare);
     memset(&bare_point, 0, sizeof bare_point);
     WATCH(bare), WATCH(bare_point);
@@ -532,15 +535,15 @@ static void lag_refuses(void)
     for (int step = 0; step < 3; step++) drive_lag(step);
     watch(past_memory, 2048);
     assert_predict_and_step_refuse();
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_smooth_q31(NULL, 0));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_lag_smooth_q31(&unused, 0));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_lagged_q31(NULL, 0, &no_view));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_lagged_q31(&unused, 0, &no_view));
     for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_smooth_q31(&past, bad[k]));
-        ASSERT_REFUSED(KQ_ERR_SIZE, kq_lag_smooth_states_q31(&past, bad[k]));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_lagged_q31(&past, bad[k], &no_view));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_lagged_states_q31(&past, bad[k], &no_view));
     }
-    ASSERT_OK(kq_lag_smooth_q31(&past, 2));
+    ASSERT_OK(kq_lagged_q31(&past, 2, &past_view));
     assert_full_and_going_on();
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_lag_smooth_q31(&past, 0));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_lagged_q31(&past, 0, &no_view));
 }
 
 static void point_refuses(void)
@@ -548,11 +551,11 @@ static void point_refuses(void)
     attach_point();
     for (int step = 0; step < 3; step++) drive_point(step);
     assert_predict_and_step_refuse();
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_smooth_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_point_smooth_q31(&unused_point));
-    ASSERT_OK(kq_point_smooth_q31(&instant));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_instant_smooth_q31(NULL, &no_view));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_instant_smooth_q31(&unused_point, &no_view));
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
     assert_full_and_going_on();
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_point_smooth_q31(&instant));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_instant_smooth_q31(&instant, &no_view));
 }
 
 /* The struct alone: the twin is a copy of the filter as it should be. */
@@ -578,17 +581,18 @@ static void an_assigned_copy_goes_on_alone(void)
     for (int step = 0; step < 3; step++) drive_lag(step);
     assert_copy_goes_on_alone();
     drive_lag(3);
-    ASSERT_OK(kq_lag_smooth_q31(&past, 3));
+    ASSERT_OK(kq_lagged_q31(&past, 3, &past_view));
     attach_point();
     for (int step = 0; step < 3; step++) drive_point(step);
     assert_copy_goes_on_alone();
     drive_point(3);
-    ASSERT_OK(kq_point_smooth_q31(&instant));
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
 }
 
 static void a_step_is_predict_and_update(void)
 {
     KQ_LAG_Q31(beside, 2, 2, 5);
+    kq_filter_q31 beside_view;
     kq_scaled_q31 P[4];
     ASSERT_OK(kq_attach_q31(&twin, &beside.attached));
     for (int step = 0; step < STEPS; step++) {
@@ -597,41 +601,38 @@ static void a_step_is_predict_and_update(void)
         ASSERT_OK(kq_predict_q31(&twin, process_of(step), NULL));
         ASSERT_OK(kq_update_q31(&twin, &radar.sensor, z));
         ASSERT_SAME_Q31(&twin, &track);
-        ASSERT_OK(kq_lag_smooth_q31(&beside, kq_lag_steps_q31(&beside)));
-        ASSERT_OK(kq_lag_covariance_q31(&beside, P));
-        ASSERT_OK(kq_lag_smooth_q31(&past, kq_lag_steps_q31(&past)));
-        ASSERT_OK(kq_lag_covariance_q31(&past, out));
+        ASSERT_OK(kq_lagged_q31(&beside, kq_lag_steps_q31(&beside), &beside_view));
+        ASSERT_OK(kq_covariance_q31(&beside_view, P));
+        ASSERT_OK(kq_lagged_q31(&past, kq_lag_steps_q31(&past), &past_view));
+        ASSERT_OK(kq_covariance_q31(&past_view, out));
         ASSERT_SAME_BITS(P, out);
-        TEST_ASSERT_EQUAL_INT32(kq_lag_mean_q31(&beside, 1), kq_lag_mean_q31(&past, 1));
+        TEST_ASSERT_EQUAL_INT32(kq_mean_q31(&beside_view, 1), kq_mean_q31(&past_view, 1));
     }
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
-static void assert_no_word(const kq_lag_q31 *lag, const kq_point_q31 *point, int i)
+static void assert_no_word(const kq_filter_q31 *view, int i)
 {
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_lag_mean_q31(lag, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_lag_mean_low_q31(lag, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_lag_sigma_q31(lag, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_point_mean_q31(point, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_point_mean_low_q31(point, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_point_sigma_q31(point, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(view, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(view, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(view, i));
 }
 
-static void what_is_read_where_there_is_nothing_is_no_word(void)
+static void what_is_not_shown_is_no_word(void)
 {
     static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
-    assert_no_word(NULL, NULL, 0);
-    assert_no_word(&unused, &unused_point, 0);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_covariance_q31(NULL, out));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_lag_covariance_q31(&past, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_lag_covariance_q31(&past, out));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_covariance_q31(NULL, out));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_point_covariance_q31(&instant, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_point_covariance_q31(&unused_point, out));
-    ASSERT_OK(kq_lag_smooth_q31(&past, 0));
+    ASSERT_OK(kq_lagged_q31(&past, 0, &past_view));
+    for (int k = 0; k < COUNT(bad); k++) assert_no_word(&past_view, bad[k]);
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_covariance_q31(&past_view, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_lagged_q31(&past, 1, &past_view));
+    assert_no_word(&past_view, 0);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&past_view, out));
     attach_point();
-    ASSERT_OK(kq_point_smooth_q31(&instant));
-    for (int k = 0; k < COUNT(bad); k++) assert_no_word(&past, &instant, bad[k]);
+    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
+    for (int k = 0; k < COUNT(bad); k++) assert_no_word(&instant_view, bad[k]);
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_instant_smooth_q31(&unused_point, &instant_view));
+    assert_no_word(&instant_view, 0);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&instant_view, out));
 }
 
 SUITE(on_line, set_up)
@@ -651,5 +652,5 @@ SUITE(on_line, set_up)
     RUN_TEST(point_refuses);
     RUN_TEST(an_assigned_copy_goes_on_alone);
     RUN_TEST(a_step_is_predict_and_update);
-    RUN_TEST(what_is_read_where_there_is_nothing_is_no_word);
+    RUN_TEST(what_is_not_shown_is_no_word);
 }

@@ -365,10 +365,10 @@ static void the_reweighted_smoother_is_that_of_double(void)
         ASSERT_OK(K(smooth_reweighted)(&wide_tape, &wide_scaled, &wide_motion, 2, wide_q));
         for (int t = 0; t < 30; t++) {
             ASSERT_WITHIN(4 * GOAL * wide_q[t], wide_q[t], of_number(q[t]));
-            const double sigma = K(smoothed_sigma)(&wide_tape, (size_t)t, 0);
-            const double words = kq_smoothed_mean_q31(&tape, (size_t)t, 0) +
-                                 ldexp(kq_smoothed_mean_low_q31(&tape, (size_t)t, 0), -24);
-            ASSERT_WITHIN(4 * GOAL * sigma, K(smoothed_mean)(&wide_tape, (size_t)t, 0),
+            const double sigma = K(sigma)(SMOOTHED(&wide_tape, (size_t)t), 0);
+            const double words = kq_mean_q31(SMOOTHED_Q31(&tape, (size_t)t), 0) +
+                                 ldexp(kq_mean_low_q31(SMOOTHED_Q31(&tape, (size_t)t), 0), -24);
+            ASSERT_WITHIN(4 * GOAL * sigma, K(mean)(SMOOTHED(&wide_tape, (size_t)t), 0),
                           ldexp(words, -motion.state_format[0].fraction));
         }
     }

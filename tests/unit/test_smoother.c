@@ -1,4 +1,6 @@
 /* The history and the smoother. */
+#include "innovations.h"
+#include "losses.h"
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
@@ -12,6 +14,7 @@ SENSOR(radar, 2, 2);
 SENSOR(compass, 2, 1);
 FILTER(track, 2);
 FILTER(twin, 2);
+static K(filter) view;
 HISTORY(tape, 2, MOST, STEPS, 0);
 
 /* never initialised, and of another size */
@@ -108,10 +111,10 @@ static void assert_covariances(size_t from)
 {
     num P[4];
     for (size_t t = from; t < STEPS; t++) {
-        ASSERT_OK(K(smoothed_covariance)(&tape, t, P));
+        ASSERT_OK(K(covariance)(SMOOTHED(&tape, t), P));
         for (int k = 0; k < 4; k++) ASSERT_CLOSE(smoothed[t].P[k], P[k], 2);
         for (int i = 0; i < 2; i++) {
-            ASSERT_CLOSE(sqrt(smoothed[t].P[3 * i]), K(smoothed_sigma)(&tape, t, i), 2);
+            ASSERT_CLOSE(sqrt(smoothed[t].P[3 * i]), K(sigma)(SMOOTHED(&tape, t), i), 2);
         }
         TEST_ASSERT_EQUAL_MEMORY(&P[1], &P[2], sizeof(num));
     }
@@ -135,8 +138,8 @@ static void the_mean_is_rounded_once(void)
     ASSERT_OK(K(smooth)(&tape));
     for (size_t t = 0; t < STEPS; t++) {
         for (int i = 0; i < 2; i++) {
-            const double mean = (double)K(smoothed_mean)(&tape, t, i);
-            const double low = (double)K(smoothed_mean_low)(&tape, t, i);
+            const double mean = (double)K(mean)(SMOOTHED(&tape, t), i);
+            const double low = (double)K(mean_low)(SMOOTHED(&tape, t), i);
             TEST_ASSERT_TRUE(fabs(low) <= 0.5 * EPS * fabs(mean));
         }
     }
@@ -159,8 +162,8 @@ static void states_only_gives_the_means(void)
     ASSERT_OK(K(smooth_states)(&tape));
     assert_means(0);
     for (size_t t = 0; t < STEPS; t++) {
-        ASSERT_NAN(K(smoothed_sigma)(&tape, t, 0));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_covariance)(&tape, t, P));
+        ASSERT_NAN(K(sigma)(SMOOTHED(&tape, t), 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(SMOOTHED(&tape, t), P));
     }
 }
 
@@ -206,10 +209,10 @@ static void assert_not_smoothed_below(size_t end)
 {
     num P[4];
     for (size_t t = 0; t < end; t++) {
-        ASSERT_NAN(K(smoothed_mean)(&tape, t, 0));
-        ASSERT_NAN(K(smoothed_mean_low)(&tape, t, 0));
-        ASSERT_NAN(K(smoothed_sigma)(&tape, t, 0));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_covariance)(&tape, t, P));
+        ASSERT_NAN(K(mean)(SMOOTHED(&tape, t), 0));
+        ASSERT_NAN(K(mean_low)(SMOOTHED(&tape, t), 0));
+        ASSERT_NAN(K(sigma)(SMOOTHED(&tape, t), 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(SMOOTHED(&tape, t), P));
     }
 }
 
@@ -526,7 +529,7 @@ static void attach_empties_the_history(void)
     assert_means(0);
     ASSERT_OK(K(attach)(&track, &tape.attached));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
-    ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
+    ASSERT_NAN(K(mean)(SMOOTHED(&tape, 0), 0));
 }
 
 /* The first filter still points to the history, must not write on it any more, and says so. */
@@ -541,7 +544,7 @@ static void a_history_assigned_anew_forgets_its_filter(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&twin));
     TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
-    ASSERT_WITHIN(0, x0[0], K(smoothed_mean)(&tape, 0, 0));
+    ASSERT_WITHIN(0, x0[0], K(mean)(SMOOTHED(&tape, 0), 0));
 }
 
 /* Nor is it attached to another one: the filter says so at what it would have recorded first. */
@@ -572,9 +575,9 @@ static void attach_begins_in_the_middle_of_a_run(void)
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     ASSERT_OK(K(smooth)(&tape));
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
-    for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(smoothed_mean)(&tape, 0, i), 4);
+    for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(mean)(SMOOTHED(&tape, 0), i), 4);
     num Ps[4];
-    ASSERT_OK(K(smoothed_covariance)(&tape, 0, Ps));
+    ASSERT_OK(K(covariance)(SMOOTHED(&tape, 0), Ps));
     for (int k = 0; k < 4; k++) ASSERT_CLOSE(P[k], Ps[k], 1);
 }
 
@@ -702,7 +705,7 @@ static void sigmas_below_rounding_are_an_event(void)
         }
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&f));
         ASSERT_OK(K(smooth)(&past));
-        TEST_ASSERT_EQUAL_HEX(is_exact ? KQ_EVENT_PRECISION : 0, K(history_events)(&past));
+        TEST_ASSERT_EQUAL_HEX(is_exact ? KQ_EVENT_PRECISION : 0, K(events)(SMOOTHED(&past, 0)));
     }
 }
 
@@ -831,8 +834,8 @@ static void assert_refused_as_full(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth_states)(&tape));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth_step)(&tape, NULL, NULL));
-    ASSERT_NAN(K(smoothed_mean)(&tape, 0, 0));
-    ASSERT_NAN(K(smoothed_sigma)(&tape, 0, 0));
+    ASSERT_NAN(K(mean)(SMOOTHED(&tape, 0), 0));
+    ASSERT_NAN(K(sigma)(SMOOTHED(&tape, 0), 0));
 }
 
 static void a_full_history_is_an_event_and_the_filter_goes_on(void)
@@ -948,13 +951,65 @@ static void smoothed_results_refuse(void)
     num P[4] = {77, 77, 77, 77};
     WATCH(P);
     run(&track);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_covariance)(&tape, 0, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(SMOOTHED(&tape, 0), P));
     ASSERT_OK(K(smooth)(&tape));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_covariance)(NULL, 0, P));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_covariance)(&tape, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_covariance)(&tape, STEPS, P));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_covariance)(&tape, SIZE_MAX, P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed)(NULL, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(covariance)(SMOOTHED(&tape, 0), NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed)(&tape, STEPS, &view));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed)(&tape, SIZE_MAX, &view));
     watch_nothing();
+}
+
+/* What moves a filter refuses a view; what reads one takes it as the filter that was there. */
+static void a_view_is_read_and_not_moved(void)
+{
+    num now[4], then[4], S[4], other[4];
+    run(&track);
+    ASSERT_OK(K(filter_copy)(&twin, &track));
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(smoothed)(&tape, STEPS - 1, &view));
+    ASSERT_OK(K(measurement)(&view, &radar, now, S));
+    ASSERT_OK(K(measurement)(&twin, &radar, then, other));
+    ASSERT_CLOSE(then[0], now[0], 8);
+    ASSERT_CLOSE(other[0], S[0], 8);
+    ASSERT_OK(K(innovation)(&view, &radar, radar_z[0], now));
+    ASSERT_OK(K(gain)(&view, &radar, S));
+    ASSERT_NAN(K(nis)(&view));
+    ASSERT_NAN(K(log_likelihood)(&view));
+    TEST_ASSERT_EQUAL_INT(-1, K(taken)(&view));
+    WATCH(view), WATCH(tape_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&view, &motion, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&view, &radar, radar_z[0]));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&view, &radar, radar_z[0], 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&view, &radar, radar_z[0], 3, 4));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&view, of_innovations(&radar), radar_z[0]));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&view, &motion, NULL, &radar, radar_z[0]));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&view, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_check)(&view));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_init)(&view, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_copy)(&view, &track));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(forecast)(&track, &motion, NULL, 1, &view));
+    ASSERT_OK(K(filter_copy)(&twin, &view));
+    for (int i = 0; i < 2; i++) TEST_ASSERT_TRUE(K(sigma)(&twin, i) == K(sigma)(&view, i));
+    ASSERT_OK(K(filter_check)(&twin));
+    TEST_ASSERT_TRUE(K(log_likelihood)(&twin) == 0);
+    ASSERT_OK(K(predict)(&twin, &motion, NULL));
+    ASSERT_OK(K(forecast)(&view, &motion, NULL, 1, &track));
+    ASSERT_SAME_STATE(&twin, &track, 2);
+}
+
+static void a_view_of_means_has_no_covariance(void)
+{
+    num P[4];
+    run(&track);
+    ASSERT_OK(K(smooth_states)(&tape));
+    ASSERT_OK(K(smoothed)(&tape, 0, &view));
+    WATCH(view), WATCH(tape_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(&view, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(measurement)(&view, &radar, P, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_copy)(&twin, &view));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&view, &motion, NULL, 1, &twin));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_init)(&view, x0, P0));
 }
 
 static void what_is_read_of_a_bad_step_or_state_is_no_number(void)
@@ -964,20 +1019,20 @@ static void what_is_read_of_a_bad_step_or_state_is_no_number(void)
     run(&track);
     ASSERT_OK(K(smooth)(&tape));
     for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_NAN(K(smoothed_mean)(&tape, 0, bad[k]));
-        ASSERT_NAN(K(smoothed_mean_low)(&tape, 0, bad[k]));
-        ASSERT_NAN(K(smoothed_sigma)(&tape, 0, bad[k]));
+        ASSERT_NAN(K(mean)(SMOOTHED(&tape, 0), bad[k]));
+        ASSERT_NAN(K(mean_low)(SMOOTHED(&tape, 0), bad[k]));
+        ASSERT_NAN(K(sigma)(SMOOTHED(&tape, 0), bad[k]));
     }
     for (int k = 0; k < COUNT(beyond); k++) {
-        ASSERT_NAN(K(smoothed_mean)(&tape, beyond[k], 0));
-        ASSERT_NAN(K(smoothed_mean_low)(&tape, beyond[k], 0));
-        ASSERT_NAN(K(smoothed_sigma)(&tape, beyond[k], 0));
+        ASSERT_NAN(K(mean)(SMOOTHED(&tape, beyond[k]), 0));
+        ASSERT_NAN(K(mean_low)(SMOOTHED(&tape, beyond[k]), 0));
+        ASSERT_NAN(K(sigma)(SMOOTHED(&tape, beyond[k]), 0));
     }
-    ASSERT_NAN(K(smoothed_mean)(NULL, 0, 0));
-    ASSERT_NAN(K(smoothed_mean_low)(NULL, 0, 0));
-    ASSERT_NAN(K(smoothed_sigma)(NULL, 0, 0));
-    ASSERT_NAN(K(smoothed_mean)(&unused, 0, 0));
-    ASSERT_NAN(K(smoothed_sigma)(&unused, 0, 0));
+    ASSERT_NAN(K(mean)(SMOOTHED(NULL, 0), 0));
+    ASSERT_NAN(K(mean_low)(SMOOTHED(NULL, 0), 0));
+    ASSERT_NAN(K(sigma)(SMOOTHED(NULL, 0), 0));
+    ASSERT_NAN(K(mean)(SMOOTHED(&unused, 0), 0));
+    ASSERT_NAN(K(sigma)(SMOOTHED(&unused, 0), 0));
 }
 
 /* ------------------------------------------------------------------- models that change */
@@ -1012,7 +1067,7 @@ static void assert_smoothed(const K(history) * h)
 {
     for (size_t t = 0; t < STEPS; t++) {
         num P[4];
-        ASSERT_OK(K(smoothed_covariance)(h, t, P));
+        ASSERT_OK(K(covariance)(SMOOTHED(h, t), P));
         for (int k = 0; k < 4; k++) ASSERT_CLOSE(smoothed[t].P[k], P[k], 2);
         for (int i = 0; i < 2; i++) {
             ASSERT_CLOSE(smoothed[t].x[i], whole_smoothed_mean(h, t, i), 8);
@@ -1086,7 +1141,7 @@ static void a_constant_is_the_same_at_every_step(void)
         for (int i = 0; i < 2; i++) {
             ASSERT_CLOSE(whole_mean(&track, i), whole_smoothed_mean(&tape, t, i), 4);
         }
-        ASSERT_OK(K(smoothed_covariance)(&tape, t, Pt));
+        ASSERT_OK(K(covariance)(SMOOTHED(&tape, t), Pt));
         for (int k = 0; k < 4; k++) ASSERT_CLOSE(P[k], Pt[k], 2);
     }
 }
@@ -1110,11 +1165,11 @@ static void a_delay_line_measured_without_noise(void)
     for (size_t t = 0; t < STEPS; t++) {
         const double now = t == gap ? between : (double)z[t];
         ASSERT_CLOSE(now, whole_smoothed_mean(&tape, t, 0), 8);
-        ASSERT_CLOSE(t == gap ? sqrt(1 / 1.25) : 0, K(smoothed_sigma)(&tape, t, 0), 1);
+        ASSERT_CLOSE(t == gap ? sqrt(1 / 1.25) : 0, K(sigma)(SMOOTHED(&tape, t), 0), 1);
         if (t == 0) continue;
         const double before = t - 1 == gap ? between : (double)z[t - 1];
         ASSERT_CLOSE(before, whole_smoothed_mean(&tape, t, 1), 8);
-        ASSERT_CLOSE(t - 1 == gap ? sqrt(1 / 1.25) : 0, K(smoothed_sigma)(&tape, t, 1), 1);
+        ASSERT_CLOSE(t - 1 == gap ? sqrt(1 / 1.25) : 0, K(sigma)(SMOOTHED(&tape, t), 1), 1);
     }
 }
 
@@ -1132,7 +1187,7 @@ static void a_known_constant_stays_known(void)
     ASSERT_OK(K(smooth)(&tape));
     for (size_t t = 0; t < STEPS; t++) {
         ASSERT_CLOSE(-2, whole_smoothed_mean(&tape, t, 1), 2);
-        ASSERT_WITHIN(8 * TINY_SIGMA, 0, K(smoothed_sigma)(&tape, t, 1));
+        ASSERT_WITHIN(8 * TINY_SIGMA, 0, K(sigma)(SMOOTHED(&tape, t), 1));
     }
 }
 
@@ -1169,7 +1224,7 @@ static void record(K(history) * h, int n)
         assert_guards(big_output, t ? (size_t)(n * n) : 0, COUNT(big_output));
     }
     guard(big_output, COUNT(big_output));
-    ASSERT_OK(K(smoothed_covariance)(h, 0, out));
+    ASSERT_OK(K(covariance)(SMOOTHED(h, 0), out));
     assert_guards(big_output, (size_t)(n * n), COUNT(big_output));
 }
 
@@ -1227,9 +1282,9 @@ static void sixteen_states_work(void)
         p[i] = p_then[i] - G * G * K1 * p_between[i];
     }
     put_rotated(big_P, p);
-    ASSERT_OK(K(smoothed_covariance)(&h, 0, big_A));
+    ASSERT_OK(K(covariance)(SMOOTHED(&h, 0), big_A));
     for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_P[k], big_A[k], 4);
-    for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(now, i), K(smoothed_mean)(&h, 0, i), 8);
+    for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(now, i), K(mean)(SMOOTHED(&h, 0), i), 8);
 }
 
 /* ------------------------------------------------------------------------------------- */
@@ -1292,6 +1347,8 @@ static void run_refusals(void)
     RUN_TEST(smooth_refuses_a_history_whose_states_are_smoothed);
     RUN_TEST(smooth_step_refuses_a_process_that_does_not_fit);
     RUN_TEST(smoothed_results_refuse);
+    RUN_TEST(a_view_is_read_and_not_moved);
+    RUN_TEST(a_view_of_means_has_no_covariance);
     RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_number);
 }
 

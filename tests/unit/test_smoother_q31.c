@@ -11,6 +11,7 @@ static prior_model start, start3;
 static kq_process_q31 blank_process;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
+static kq_filter_q31 view;
 KQ_FILTER_Q31(blank, 2);
 KQ_FILTER_Q31(track3, 3);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
@@ -90,7 +91,7 @@ static void run(kq_filter_q31 *f, int in_turn, int in_double)
 static double smoothed_value(size_t t, int i)
 {
     const double words =
-        kq_smoothed_mean_q31(&tape, t, i) + ldexp(kq_smoothed_mean_low_q31(&tape, t, i), -24);
+        kq_mean_q31(SMOOTHED_Q31(&tape, t), i) + ldexp(kq_mean_low_q31(SMOOTHED_Q31(&tape, t), i), -24);
     return ldexp(words, -start.state_format[i].fraction);
 }
 
@@ -102,7 +103,7 @@ static int both_fractions(int k)
 static void assert_means(size_t t)
 {
     for (int i = 0; i < 2; i++) {
-        const double expected = K(smoothed_mean)(&tape_f64, t, i);
+        const double expected = K(mean)(SMOOTHED(&tape_f64, t), i);
         ASSERT_WITHIN(LIKE * (1 + fabs(expected)), expected, smoothed_value(t, i));
     }
 }
@@ -110,14 +111,14 @@ static void assert_means(size_t t)
 static void assert_covariance(size_t t)
 {
     double P[4];
-    ASSERT_OK(K(smoothed_covariance)(&tape_f64, t, P));
-    ASSERT_OK(kq_smoothed_covariance_q31(&tape, t, out));
+    ASSERT_OK(K(covariance)(SMOOTHED(&tape_f64, t), P));
+    ASSERT_OK(kq_covariance_q31(SMOOTHED_Q31(&tape, t), out));
     for (int k = 0; k < 4; k++) {
         ASSERT_WITHIN(2 * LIKE, P[k], value_of(out[k], both_fractions(k)));
     }
     for (int i = 0; i < 2; i++) {
         const double sigma = ldexp(sqrt(P[3 * i]), start.state_format[i].fraction);
-        ASSERT_WITHIN(1 + sigma * LIKE, sigma, kq_smoothed_sigma_q31(&tape, t, i));
+        ASSERT_WITHIN(1 + sigma * LIKE, sigma, kq_sigma_q31(SMOOTHED_Q31(&tape, t), i));
     }
 }
 
@@ -213,12 +214,12 @@ static void two_components_without_noise_are_smoothed_as_in_double(void)
         begin_sharp(&seed);
         run_sharp(&seed);
         for (size_t t = 0; t < STEPS; t++) {
-            ASSERT_OK(K(smoothed_covariance)(&sharp_tape_f64, t, P));
-            ASSERT_OK(kq_smoothed_covariance_q31(&sharp_tape, t, words));
+            ASSERT_OK(K(covariance)(SMOOTHED(&sharp_tape_f64, t), P));
+            ASSERT_OK(kq_covariance_q31(SMOOTHED_Q31(&sharp_tape, t), words));
             for (int i = 0; i < 3; i++) {
-                const double x = kq_smoothed_mean_q31(&sharp_tape, t, i);
+                const double x = kq_mean_q31(SMOOTHED_Q31(&sharp_tape, t), i);
                 const double word = ldexp(1, -three.state_format[i].fraction);
-                ASSERT_WITHIN(1e-5, K(smoothed_mean)(&sharp_tape_f64, t, i), x * word);
+                ASSERT_WITHIN(1e-5, K(mean)(SMOOTHED(&sharp_tape_f64, t), i), x * word);
                 ASSERT_WITHIN(1e-6, P[4 * i],
                               value_of(words[4 * i], 2 * three.state_format[i].fraction));
             }
@@ -233,8 +234,8 @@ static void states_only_gives_the_means(void)
     ASSERT_OK(K(smooth)(&tape_f64));
     for (size_t t = 0; t < STEPS; t++) {
         assert_means(t);
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_smoothed_sigma_q31(&tape, t, 0));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_smoothed_covariance_q31(&tape, t, out));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(&tape, t), 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(SMOOTHED_Q31(&tape, t), out));
     }
 }
 
@@ -270,7 +271,7 @@ static void a_step_gives_extras(void)
         }
         assert_noises();
         assert_means(t), assert_covariance(t);
-        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_smoothed_mean_q31(&tape, t - 1, 0));
+        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
 }
@@ -280,9 +281,9 @@ static void the_last_step_is_the_filter_s(void)
     run(&track, 0, 0);
     ASSERT_OK(kq_smooth_q31(&tape));
     for (int i = 0; i < 2; i++) {
-        TEST_ASSERT_EQUAL_INT32(kq_mean_q31(&track, i), kq_smoothed_mean_q31(&tape, STEPS - 1, i));
+        TEST_ASSERT_EQUAL_INT32(kq_mean_q31(&track, i), kq_mean_q31(SMOOTHED_Q31(&tape, STEPS - 1), i));
         TEST_ASSERT_EQUAL_INT32(kq_mean_low_q31(&track, i),
-                                kq_smoothed_mean_low_q31(&tape, STEPS - 1, i));
+                                kq_mean_low_q31(SMOOTHED_Q31(&tape, STEPS - 1), i));
     }
 }
 
@@ -313,7 +314,7 @@ static void a_constant_smoothed_is_the_final_mean(void)
         for (int i = 0; i < 2; i++) {
             ASSERT_WITHIN(LIKE, mean_value(&track, i), smoothed_value(t, i));
             ASSERT_WITHIN(2 + ldexp(LIKE, start.state_format[i].fraction), kq_sigma_q31(&track, i),
-                          kq_smoothed_sigma_q31(&tape, t, i));
+                          kq_sigma_q31(SMOOTHED_Q31(&tape, t), i));
         }
     }
 }
@@ -478,10 +479,10 @@ static void a_copy_is_a_filter_of_its_own(void)
 static void smoothed_results_refuse(void)
 {
     kq_scaled_q31 mean, variance;
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_covariance_q31(NULL, 0, out));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_covariance_q31(&tape, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_smoothed_covariance_q31(&tape, 0, out));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_smoothed_covariance_q31(&tape, STEPS, out));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_q31(NULL, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_q31(&tape, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(SMOOTHED_Q31(&tape, 0), out));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_smoothed_q31(&tape, STEPS, &view));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY,
                    kq_smoothed_measurement_noise_q31(&tape, 0, &mean, &variance));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_measurement_noise_q31(NULL, 0, &mean, &variance));
@@ -491,9 +492,9 @@ static void smoothed_results_refuse(void)
 
 static void assert_no_word(const kq_history_q31 *h, size_t t, int i)
 {
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_smoothed_mean_q31(h, t, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_smoothed_mean_low_q31(h, t, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_smoothed_sigma_q31(h, t, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(h, t), i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(SMOOTHED_Q31(h, t), i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(h, t), i));
 }
 
 static void what_is_read_of_a_bad_step_or_state_is_no_word(void)

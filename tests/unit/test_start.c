@@ -15,6 +15,7 @@ SENSOR(both, 2, 2);
 SENSOR(exact_sum, 2, 2);
 FILTER(track, 2);
 FILTER(twin, 2);
+static K(filter) view;
 HISTORY(tape, 2, 2, STEPS, STEPS);
 START(start, 2, EARLY);
 START(plain, 2, 0);
@@ -337,8 +338,8 @@ static void sizes_from_1_to_16(void)
         }
         ASSERT_OK(K(start_smooth)(&s));
         for (int i = 0; i < n; i++) {
-            ASSERT_CLOSE(whole_mean(&f, i), K(start_smoothed_mean)(&s, 0, i), 40);
-            ASSERT_CLOSE(K(sigma)(&f, i), K(start_smoothed_sigma)(&s, 0, i), 20);
+            ASSERT_CLOSE(whole_mean(&f, i), K(mean)(START_SMOOTHED(&s, 0), i), 40);
+            ASSERT_CLOSE(K(sigma)(&f, i), K(sigma)(START_SMOOTHED(&s, 0), i), 20);
         }
     }
 }
@@ -362,23 +363,23 @@ static void smoothed_constant_is_the_mean_of_all(void)
     }
     TEST_ASSERT_EQUAL_UINT(4, K(start_steps)(&start));
     TEST_ASSERT_EQUAL_UINT(0, K(start_first)(&start));
-    ASSERT_NAN(K(start_smoothed_mean)(&start, 0, 0));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 0), 0));
     ASSERT_OK(K(start_smooth)(&start));
     for (size_t t = 0; t < 8; t++) {
-        ASSERT_CLOSE(3.5, K(start_smoothed_mean)(&start, t, 0), 10);
+        ASSERT_CLOSE(3.5, K(mean)(START_SMOOTHED(&start, t), 0), 10);
         ASSERT_CLOSE(22 / 3.0,
-                     (double)K(start_smoothed_mean)(&start, t, 1) +
-                         (double)K(start_smoothed_mean_low)(&start, t, 1),
+                     (double)K(mean)(START_SMOOTHED(&start, t), 1) +
+                         (double)K(mean_low)(START_SMOOTHED(&start, t), 1),
                      20);
-        ASSERT_CLOSE(sqrt(0.5), K(start_smoothed_sigma)(&start, t, 0), 1);
-        ASSERT_OK(K(start_smoothed_covariance)(&start, t, P));
+        ASSERT_CLOSE(sqrt(0.5), K(sigma)(START_SMOOTHED(&start, t), 0), 1);
+        ASSERT_OK(K(covariance)(START_SMOOTHED(&start, t), P));
         ASSERT_CLOSE(0.5, P[0], 2);
         ASSERT_CLOSE(0, P[1], 2);
         ASSERT_CLOSE(0, P[2], 2);
         ASSERT_CLOSE(2 / 3.0, P[3], 2);
     }
-    ASSERT_NAN(K(start_smoothed_mean)(&start, 8, 0));
-    ASSERT_NAN(K(start_smoothed_sigma)(&start, 0, 2));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 8), 0));
+    ASSERT_NAN(K(sigma)(START_SMOOTHED(&start, 0), 2));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
 }
 
@@ -398,8 +399,8 @@ static void smoothed_in_slices_or_at_once(void)
     ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(start_smooth)(&start));
-    const num mean = K(start_smoothed_mean)(&start, 0, 1);
-    ASSERT_OK(K(start_smoothed_covariance)(&start, 0, all));
+    const num mean = K(mean)(START_SMOOTHED(&start, 0), 1);
+    ASSERT_OK(K(covariance)(START_SMOOTHED(&start, 0), all));
     ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
     ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
@@ -409,10 +410,10 @@ static void smoothed_in_slices_or_at_once(void)
         ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
     }
     ASSERT_OK(K(start_smooth)(&start));
-    TEST_ASSERT_TRUE(mean == K(start_smoothed_mean)(&start, 0, 1));
-    ASSERT_OK(K(start_smoothed_covariance)(&start, 0, sliced));
+    TEST_ASSERT_TRUE(mean == K(mean)(START_SMOOTHED(&start, 0), 1));
+    ASSERT_OK(K(covariance)(START_SMOOTHED(&start, 0), sliced));
     ASSERT_SAME_BITS(all, sliced);
-    TEST_ASSERT_TRUE(K(start_smoothed_mean)(&start, 2, 0) == K(smoothed_mean)(&tape, 1, 0));
+    TEST_ASSERT_TRUE(K(mean)(START_SMOOTHED(&start, 2), 0) == K(mean)(SMOOTHED(&tape, 1), 0));
 }
 
 static void means_alone(void)
@@ -421,16 +422,16 @@ static void means_alone(void)
     ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(start_smooth)(&start));
-    const double mean = (double)K(start_smoothed_mean)(&start, 0, 1);
+    const double mean = (double)K(mean)(START_SMOOTHED(&start, 0), 1);
     ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
     ASSERT_OK(K(attach)(&track, &tape.attached));
     run_trend();
     ASSERT_OK(K(smooth_states)(&tape));
     ASSERT_OK(K(start_smooth)(&start));
-    ASSERT_CLOSE(mean, K(start_smoothed_mean)(&start, 0, 1), 10);
-    ASSERT_NAN(K(start_smoothed_sigma)(&start, 0, 1));
+    ASSERT_CLOSE(mean, K(mean)(START_SMOOTHED(&start, 0), 1), 10);
+    ASSERT_NAN(K(sigma)(START_SMOOTHED(&start, 0), 1));
     WATCH(P);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, 0, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, 0), P));
 }
 
 static void the_latest_steps_are_kept(void)
@@ -446,13 +447,13 @@ static void the_latest_steps_are_kept(void)
     ASSERT_OK(K(start_smooth)(&start));
     WATCH(P);
     for (size_t t = 0; t < 2; t++) {
-        ASSERT_NAN(K(start_smoothed_mean)(&start, t, 0));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, t, P));
+        ASSERT_NAN(K(mean)(START_SMOOTHED(&start, t), 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, t), P));
     }
     for (size_t t = 2; t < 7; t++) {
-        ASSERT_CLOSE(1, K(start_smoothed_mean)(&start, t, 0), 4);
-        ASSERT_CLOSE(3, K(start_smoothed_mean)(&start, t, 1), 4);
-        ASSERT_CLOSE(2, K(start_smoothed_sigma)(&start, t, 1), 4);
+        ASSERT_CLOSE(1, K(mean)(START_SMOOTHED(&start, t), 0), 4);
+        ASSERT_CLOSE(3, K(mean)(START_SMOOTHED(&start, t), 1), 4);
+        ASSERT_CLOSE(2, K(sigma)(START_SMOOTHED(&start, t), 1), 4);
     }
 }
 
@@ -468,16 +469,16 @@ static void what_all_the_data_do_not_determine(void)
     TEST_ASSERT_EQUAL_UINT(2, K(start_steps)(&start));
     WATCH(P);
     for (size_t t = 0; t < 2; t++) {
-        ASSERT_CLOSE(4, K(start_smoothed_mean)(&start, t, 0), 5);
-        ASSERT_CLOSE(1, K(start_smoothed_sigma)(&start, t, 0), 1);
-        ASSERT_NAN(K(start_smoothed_mean)(&start, t, 1));
-        ASSERT_NAN(K(start_smoothed_mean_low)(&start, t, 1));
-        ASSERT_NAN(K(start_smoothed_sigma)(&start, t, 1));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, t, P));
+        ASSERT_CLOSE(4, K(mean)(START_SMOOTHED(&start, t), 0), 5);
+        ASSERT_CLOSE(1, K(sigma)(START_SMOOTHED(&start, t), 0), 1);
+        ASSERT_NAN(K(mean)(START_SMOOTHED(&start, t), 1));
+        ASSERT_NAN(K(mean_low)(START_SMOOTHED(&start, t), 1));
+        ASSERT_NAN(K(sigma)(START_SMOOTHED(&start, t), 1));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, t), P));
     }
-    ASSERT_NAN(K(start_smoothed_mean)(&start, 2, 0));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 2), 0));
     update(1); /* goes on, and is not recorded */
-    ASSERT_CLOSE(4, K(start_smoothed_mean)(&start, 0, 0), 5);
+    ASSERT_CLOSE(4, K(mean)(START_SMOOTHED(&start, 0), 0), 5);
 }
 
 static void what_was_forgotten_stays_unknown(void)
@@ -487,11 +488,11 @@ static void what_was_forgotten_stays_unknown(void)
     predict(&reset);
     update(1);
     ASSERT_OK(K(start_smooth)(&start));
-    ASSERT_CLOSE(3, K(start_smoothed_mean)(&start, 0, 0), 5);
-    ASSERT_CLOSE(sqrt(2), K(start_smoothed_sigma)(&start, 0, 0), 2);
-    ASSERT_NAN(K(start_smoothed_mean)(&start, 0, 1));
-    ASSERT_CLOSE(1 / 9.0, K(start_smoothed_mean)(&start, 1, 0), 1);
-    ASSERT_CLOSE(0, K(start_smoothed_mean)(&start, 1, 1), 1);
+    ASSERT_CLOSE(3, K(mean)(START_SMOOTHED(&start, 0), 0), 5);
+    ASSERT_CLOSE(sqrt(2), K(sigma)(START_SMOOTHED(&start, 0), 0), 2);
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 0), 1));
+    ASSERT_CLOSE(1 / 9.0, K(mean)(START_SMOOTHED(&start, 1), 0), 1);
+    ASSERT_CLOSE(0, K(mean)(START_SMOOTHED(&start, 1), 1), 1);
 }
 
 /* Then the start has nothing to do with it. */
@@ -505,8 +506,8 @@ static void a_determined_start_is_recorded_by_the_history(void)
     TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(&start));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
     ASSERT_OK(K(smooth)(&tape));
-    TEST_ASSERT_FALSE(isnan(K(smoothed_mean)(&tape, 0, 1)));
-    ASSERT_NAN(K(start_smoothed_mean)(&start, 0, 1));
+    TEST_ASSERT_FALSE(isnan(K(mean)(SMOOTHED(&tape, 0), 1)));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 0), 1));
 }
 
 /* The early steps do not belong to what it records from there on. */
@@ -517,7 +518,7 @@ static void a_history_that_begins_anew_is_no_longer_the_starts(void)
         ASSERT_OK(K(attach)(&track, &tape.attached));
         run_trend();
         if (smoothed) ASSERT_OK(K(start_smooth)(&start));
-        const num early = K(start_smoothed_mean)(&start, 0, 0);
+        const num early = K(mean)(START_SMOOTHED(&start, 0), 0);
         ASSERT_OK(K(attach)(&track, &tape.attached));
         predict(&trend);
         update(20);
@@ -525,9 +526,9 @@ static void a_history_that_begins_anew_is_no_longer_the_starts(void)
         ASSERT_OK(K(smooth)(&tape));
         ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
         for (size_t t = K(start_steps)(&start); t < 8; t++) {
-            ASSERT_NAN(K(start_smoothed_mean)(&start, t, 0));
+            ASSERT_NAN(K(mean)(START_SMOOTHED(&start, t), 0));
         }
-        const num now = K(start_smoothed_mean)(&start, 0, 0);
+        const num now = K(mean)(START_SMOOTHED(&start, 0), 0);
         TEST_ASSERT_TRUE(smoothed ? now == early : !!isnan(now));
     }
 }
@@ -555,7 +556,7 @@ static void nothing_unknown_is_recorded_from_the_beginning(void)
         read_smoothed(&expected, &plain_tape, t, 2);
         read_smoothed(&now, &tape, t, 2);
         TEST_ASSERT_EQUAL_MEMORY(&expected, &now, sizeof now);
-        TEST_ASSERT_TRUE(expected.mean[1] == K(start_smoothed_mean)(&start, t, 1));
+        TEST_ASSERT_TRUE(expected.mean[1] == K(mean)(START_SMOOTHED(&start, t), 1));
     }
 }
 
@@ -614,7 +615,7 @@ static void what_is_not_ready(void)
     static const num z[] = {1};
     num P[4], weights[1];
     LAG(lag, 2, 2, 2);
-    POINT(point, 2, 2);
+    INSTANT(point, 2, 2);
     update(1);
     WATCH(P), WATCH(weights), WATCH(lag), WATCH(lag_memory), WATCH(point), WATCH(point_memory);
     WATCH(twin), WATCH(twin_memory);
@@ -729,8 +730,8 @@ static void a_step_is_a_predict_and_an_update(void)
     ASSERT_OK(K(start_smooth)(&start));
     ASSERT_OK(K(start_smooth)(&other));
     for (size_t t = 0; t < 6; t++) {
-        TEST_ASSERT_TRUE(K(start_smoothed_mean)(&start, t, 1) ==
-                         K(start_smoothed_mean)(&other, t, 1));
+        TEST_ASSERT_TRUE(K(mean)(START_SMOOTHED(&start, t), 1) ==
+                         K(mean)(START_SMOOTHED(&other, t), 1));
     }
 }
 
@@ -778,7 +779,7 @@ static void a_start_of_nothing_unknown_gives_way(void)
     ASSERT_OK(K(attach)(&track, &lag.attached));
     ASSERT_OK(K(step)(&track, &trend, NULL, &level, z));
     TEST_ASSERT_EQUAL_INT(1, K(lag_steps)(&lag));
-    ASSERT_OK(K(lag_smooth)(&lag, 1));
+    ASSERT_OK(K(lagged)(&lag, 1, &view));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
 }
 
@@ -815,13 +816,13 @@ static void attach_and_smooth_refuse(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smooth)(&blank_start));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&start));
     WATCH(P);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(NULL, 0, P));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&blank_start, 0, P));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(start_smoothed_covariance)(&start, 0, P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed)(NULL, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed)(&blank_start, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(start_smoothed)(&start, 0, &view));
     ASSERT_OK(K(attach)(&track, &tape.attached));
     predict(&still);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(start_smoothed_covariance)(&start, 0, P));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed_covariance)(&start, 0, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, 0), P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(start_smoothed)(&start, 0, NULL));
     /* without room an undetermined run has nothing to smooth */
     ASSERT_OK(K(start_init)(&plain, &track, x0, NULL, 3));
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -853,9 +854,9 @@ static void readings_of_what_is_bad(void)
     ASSERT_NAN(K(log_likelihood_last)(&blank));
     TEST_ASSERT_EQUAL_UINT(0, K(start_steps)(NULL));
     TEST_ASSERT_EQUAL_UINT(0, K(start_first)(&blank_start));
-    ASSERT_NAN(K(start_smoothed_mean)(NULL, 0, 0));
-    ASSERT_NAN(K(start_smoothed_mean_low)(&blank_start, 0, 0));
-    ASSERT_NAN(K(start_smoothed_sigma)(NULL, 0, 0));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(NULL, 0), 0));
+    ASSERT_NAN(K(mean_low)(START_SMOOTHED(&blank_start, 0), 0));
+    ASSERT_NAN(K(sigma)(START_SMOOTHED(NULL, 0), 0));
 }
 
 SUITE(start, set_up)

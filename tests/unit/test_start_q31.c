@@ -11,6 +11,7 @@ static sensor_model radar, ranger, precise;
 static prior_model prior, prior3;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
+static kq_filter_q31 view;
 KQ_FILTER_Q31(track3, 3);
 KQ_FILTER_Q31(blank, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
@@ -126,17 +127,17 @@ static void assert_smoothed(size_t steps, UNITY_LINE_TYPE line)
     ASSERT_OK(K(start_smooth)(&start_f64));
     for (size_t t = 0; t < steps; t++) {
         for (int i = 0; i < 2; i++) {
-            const double mean = K(start_smoothed_mean)(&start_f64, t, i);
-            const int32_t word = kq_start_smoothed_mean_q31(&start, t, i);
+            const double mean = K(mean)(START_SMOOTHED(&start_f64, t), i);
+            const int32_t word = kq_mean_q31(START_SMOOTHED_Q31(&start, t), i);
             UNITY_TEST_ASSERT((word == KQ_NOT_A_WORD_Q31) == !!isnan(mean), line, "smoothed");
             if (isnan(mean)) continue;
             assert_within(LIKE * 16, mean,
-                          word_value(word, kq_start_smoothed_mean_low_q31(&start, t, i), i), line);
-            assert_within(LIKE * 16, K(start_smoothed_sigma)(&start_f64, t, i),
-                          word_value(kq_start_smoothed_sigma_q31(&start, t, i), 0, i), line);
+                          word_value(word, kq_mean_low_q31(START_SMOOTHED_Q31(&start, t), i), i), line);
+            assert_within(LIKE * 16, K(sigma)(START_SMOOTHED(&start_f64, t), i),
+                          word_value(kq_sigma_q31(START_SMOOTHED_Q31(&start, t), i), 0, i), line);
         }
-        const kq_status status = K(start_smoothed_covariance)(&start_f64, t, P);
-        UNITY_TEST_ASSERT_EQUAL_INT(status, kq_start_smoothed_covariance_q31(&start, t, P_words),
+        const kq_status status = K(covariance)(START_SMOOTHED(&start_f64, t), P);
+        UNITY_TEST_ASSERT_EQUAL_INT(status, kq_covariance_q31(START_SMOOTHED_Q31(&start, t), P_words),
                                     line, "covariance");
         for (int k = 0; status == KQ_OK && k < 4; k++) {
             const int fraction =
@@ -202,7 +203,7 @@ static void what_is_not_seen_stays_unknown(void)
     TEST_ASSERT_EQUAL_INT(0, kq_start_is_determined_q31(&start, 0));
     TEST_ASSERT_EQUAL_INT(KQ_NOT_A_WORD_Q31, kq_mean_q31(&track, 0));
     ASSERT_OK(kq_start_smooth_q31(&start));
-    TEST_ASSERT_EQUAL_INT(KQ_NOT_A_WORD_Q31, kq_start_smoothed_mean_q31(&start, 99, 1));
+    TEST_ASSERT_EQUAL_INT(KQ_NOT_A_WORD_Q31, kq_mean_q31(START_SMOOTHED_Q31(&start, 99), 1));
     TEST_ASSERT_EQUAL_UINT(101 - EARLY, kq_start_first_q31(&start));
 }
 
@@ -367,15 +368,15 @@ static void the_rest_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_start_smooth_q31(&blank_start));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_start_smoothed_covariance_q31(NULL, 0, P_words));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_smoothed_covariance_q31(&start, 0, P_words));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_start_smoothed_q31(NULL, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_smoothed_q31(&start, 0, &view));
     TEST_ASSERT_EQUAL_INT(-1, kq_start_count_q31(&blank_start));
     TEST_ASSERT_TRUE(kq_log_likelihood_q31(NULL) == KQ_NOT_A_SCORE_Q31);
     TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(&blank) == KQ_NOT_A_SCORE_Q31);
     TEST_ASSERT_TRUE(kq_mean_q31(&track, 2) == KQ_NOT_A_WORD_Q31);
     TEST_ASSERT_TRUE(kq_mean_low_q31(&track, 0) == KQ_NOT_A_WORD_Q31);
-    TEST_ASSERT_TRUE(kq_start_smoothed_sigma_q31(&start, 0, 0) == KQ_NOT_A_WORD_Q31);
-    TEST_ASSERT_TRUE(kq_start_smoothed_mean_low_q31(NULL, 0, 0) == KQ_NOT_A_WORD_Q31);
+    TEST_ASSERT_TRUE(kq_sigma_q31(START_SMOOTHED_Q31(&start, 0), 0) == KQ_NOT_A_WORD_Q31);
+    TEST_ASSERT_TRUE(kq_mean_low_q31(START_SMOOTHED_Q31(NULL, 0), 0) == KQ_NOT_A_WORD_Q31);
 }
 
 SUITE(start, set_up)

@@ -8,7 +8,8 @@ static prior_model prior, linked, level_prior;
 KQ_FILTER_Q31(track, 2);
 KQ_HISTORY_Q31(tape, 2, 2, 16, 16);
 KQ_LAG_Q31(lag, 2, 2, 3);
-KQ_POINT_Q31(point, 2, 2);
+KQ_INSTANT_Q31(point, 2, 2);
+static kq_filter_q31 lag_view, point_view;
 KQ_START_Q31(start, 2, 16);
 KQ_SETTLING_Q31(settling, 2, 2);
 
@@ -163,9 +164,9 @@ static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
         if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
         if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
         for (int t = 0; k == 2 && t < 2; t++) ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
-        ASSERT_WITHIN(0.02, 5, value_of_word(kq_smoothed_mean_q31(&tape, 0, 0)));
-        ASSERT_WITHIN(0.02, 20, value_of_word(kq_smoothed_mean_q31(&tape, 0, 1)));
-        TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(&tape));
+        ASSERT_WITHIN(0.02, 5, value_of_word(kq_mean_q31(SMOOTHED_Q31(&tape, 0), 0)));
+        ASSERT_WITHIN(0.02, 20, value_of_word(kq_mean_q31(SMOOTHED_Q31(&tape, 0), 1)));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(SMOOTHED_Q31(&tape, 0)));
     }
 }
 
@@ -174,15 +175,15 @@ static void so_it_may_on_line(void)
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_attach_q31(&track, &lag.attached));
     run_linked();
-    ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
-    ASSERT_WITHIN(0.02, 5, value_of_word(kq_lag_mean_q31(&lag, 0)));
-    ASSERT_WITHIN(0.02, 20, value_of_word(kq_lag_mean_q31(&lag, 1)));
+    ASSERT_OK(kq_lagged_q31(&lag, 1, &lag_view));
+    ASSERT_WITHIN(0.02, 5, value_of_word(kq_mean_q31(&lag_view, 0)));
+    ASSERT_WITHIN(0.02, 20, value_of_word(kq_mean_q31(&lag_view, 1)));
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_attach_q31(&track, &point.attached));
     run_linked();
-    ASSERT_OK(kq_point_smooth_q31(&point));
-    ASSERT_WITHIN(0.02, 5, value_of_word(kq_point_mean_q31(&point, 0)));
-    ASSERT_WITHIN(0.02, 20, value_of_word(kq_point_mean_q31(&point, 1)));
+    ASSERT_OK(kq_instant_smooth_q31(&point, &point_view));
+    ASSERT_WITHIN(0.02, 5, value_of_word(kq_mean_q31(&point_view, 0)));
+    ASSERT_WITHIN(0.02, 20, value_of_word(kq_mean_q31(&point_view, 1)));
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
@@ -200,16 +201,16 @@ static void a_smoothed_mean_that_is_held_is_flagged(void)
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
         ASSERT_OK(kq_attach_q31(&track, &tape.attached));
-        TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(&tape));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(SMOOTHED_Q31(&tape, 0)));
         run_shrinking();
         if (k == 0) ASSERT_OK(kq_smooth_q31(&tape));
         if (k == 1) ASSERT_OK(kq_smooth_states_q31(&tape));
         for (int t = 0; k == 2 && t < 2; t++) ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
-        TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_smoothed_mean_q31(&tape, 0, 0));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_history_events_q31(&tape));
+        TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_mean_q31(SMOOTHED_Q31(&tape, 0), 0));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(SMOOTHED_Q31(&tape, 0)));
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
     }
-    TEST_ASSERT_EQUAL_HEX(0, kq_history_events_q31(NULL));
+    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(SMOOTHED_Q31(NULL, 0)));
 }
 
 static void so_is_one_on_line(void)
@@ -217,12 +218,12 @@ static void so_is_one_on_line(void)
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_attach_q31(&track, &lag.attached));
     run_shrinking();
-    ASSERT_OK(kq_lag_smooth_q31(&lag, 1));
+    ASSERT_OK(kq_lagged_q31(&lag, 1, &lag_view));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_attach_q31(&track, &point.attached));
     run_shrinking();
-    ASSERT_OK(kq_point_smooth_q31(&point));
+    ASSERT_OK(kq_instant_smooth_q31(&point, &point_view));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
 }
 
@@ -237,7 +238,7 @@ static void coordinates_that_are_held_are_flagged(void)
     ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     ASSERT_OK(kq_update_q31(&track, &first.sensor, words_of(z, 1, first.measurement_format)));
     ASSERT_OK(kq_smooth_q31(&tape));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_history_events_q31(&tape));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(SMOOTHED_Q31(&tape, 0)));
 }
 
 /* ------------------------------------------------------------------ the steady state */
@@ -315,8 +316,8 @@ static int run_trend(double noise, int from)
     const kq_status smoothed = kq_start_smooth_q31(&start);
     ASSERT_OK(K(start_smooth)(&start_f64));
     for (size_t t = 0; t < 16; t++) {
-        within &= fabs(K(start_smoothed_mean)(&start_f64, t, 0)) < 85;
-        within &= fabs(K(start_smoothed_mean)(&start_f64, t, 1)) < 85;
+        within &= fabs(K(mean)(START_SMOOTHED(&start_f64, t), 0)) < 85;
+        within &= fabs(K(mean)(START_SMOOTHED(&start_f64, t), 1)) < 85;
     }
     if (within) ASSERT_OK(smoothed);
     TEST_ASSERT_EQUAL_INT(kq_events_q31(&track) & KQ_EVENT_SATURATED ? KQ_SATURATED : KQ_OK, smoothed);
@@ -336,9 +337,9 @@ static void the_past_may_be_beyond_its_word_before_it_is_smoothed(void)
         runs++;
         for (size_t t = 0; t < 16; t++) {
             for (int i = 0; i < 2; i++) {
-                const double mean = value_of_word(kq_start_smoothed_mean_q31(&start, t, i));
-                const double sigma = K(start_smoothed_sigma)(&start_f64, t, i);
-                ASSERT_WITHIN(1e-3 * sigma, K(start_smoothed_mean)(&start_f64, t, i), mean);
+                const double mean = value_of_word(kq_mean_q31(START_SMOOTHED_Q31(&start, t), i));
+                const double sigma = K(sigma)(START_SMOOTHED(&start_f64, t), i);
+                ASSERT_WITHIN(1e-3 * sigma, K(mean)(START_SMOOTHED(&start_f64, t), i), mean);
             }
         }
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));

@@ -4,9 +4,9 @@
 #include <kalmanq/adaptation.h>
 #include <kalmanq/consistency.h>
 #include <kalmanq/extended.h>
+#include <kalmanq/instant.h>
 #include <kalmanq/lag.h>
 #include <kalmanq/least_squares.h>
-#include <kalmanq/point.h>
 #include <kalmanq/robust.h>
 #include <kalmanq/start.h>
 #include <kalmanq/steady.h>
@@ -40,7 +40,8 @@ static struct {
     int32_t filter_memory[KQ_FILTER_LEN_Q31(MOST)], ahead_memory[KQ_FILTER_LEN_Q31(MOST)];
     kq_history_q31 history;
     kq_lag_q31 lag;
-    kq_point_q31 point;
+    kq_instant_q31 instant;
+    kq_filter_q31 shown; /* by one of the two, last */
     kq_steady_q31 steady;
     const kq_scaled_q31 *gains; /* of the updates */
     size_t gain_count;
@@ -554,18 +555,26 @@ static int attach(words_in *in, const vector_sink *sink)
     return 0;
 }
 
+/* What smoothers show, component by component */
+static void put_view(const vector_sink *sink, const kq_filter_q31 *view)
+{
+    for (int i = 0; i < machine.n; i++) {
+        sink->put(sink->to, "smoothed mean", i, kq_mean_q31(view, i));
+        sink->put(sink->to, "smoothed low", i, kq_mean_low_q31(view, i));
+        sink->put(sink->to, "smoothed sigma", i, kq_sigma_q31(view, i));
+    }
+}
+
 static void put_smoothed(const vector_sink *sink, size_t t, int with_sigma)
 {
-    const kq_history_q31 *h = &machine.history;
+    kq_filter_q31 view;
     const int n = machine.n;
-    for (int i = 0; i < n; i++) {
-        sink->put(sink->to, "smoothed mean", i, kq_smoothed_mean_q31(h, t, i));
-    }
-    for (int i = 0; i < n; i++) {
-        sink->put(sink->to, "smoothed low", i, kq_smoothed_mean_low_q31(h, t, i));
-    }
+    const kq_status shown = kq_smoothed_q31(&machine.history, t, &view); /* refused: it reads NaN */
+    (void)shown;
+    for (int i = 0; i < n; i++) sink->put(sink->to, "smoothed mean", i, kq_mean_q31(&view, i));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "smoothed low", i, kq_mean_low_q31(&view, i));
     for (int i = 0; i < n && with_sigma; i++) {
-        sink->put(sink->to, "smoothed sigma", i, kq_smoothed_sigma_q31(h, t, i));
+        sink->put(sink->to, "smoothed sigma", i, kq_sigma_q31(&view, i));
     }
 }
 
@@ -610,7 +619,10 @@ static int smooth(words_in *in, const vector_sink *sink)
     if (t + 1 < kq_history_steps_q31(h)) put_extras(sink, what);
     put_smoothed(sink, t, 1);
     if (what & VECTOR_COVARIANCE) {
-        put_word(sink, "covariance status", kq_smoothed_covariance_q31(h, t, machine.out[0]));
+        kq_filter_q31 view;
+        const kq_status shown = kq_smoothed_q31(h, t, &view); /* refused: it reads NaN */
+        (void)shown;
+        put_word(sink, "covariance status", kq_covariance_q31(&view, machine.out[0]));
         put_symmetric(sink, "smoothed covariance", machine.out[0], machine.n);
     }
     if (what & VECTOR_READING_NOISE) put_reading_noise(sink);

@@ -163,9 +163,16 @@ kq_status attitude_read_smoothed(size_t at, attitude *estimate, float P[N * N])
 {
     float by[N];
     if (at > step) return KQ_ERR_SIZE;
-    for (int i = 0; i < N; i++) by[i] = kq_smoothed_mean_f32(&tape, at, i);
+    kq_filter_f32 view;
+    const kq_status status = kq_smoothed_f32(&tape, at, &view);
+    for (int i = 0; i < N; i++) by[i] = kq_mean_f32(&view, i);
     *estimate = corrected(left[at], by);
-    return kq_smoothed_covariance_f32(&tape, at, P);
+    return status ? status : kq_covariance_f32(&view, P);
 }
 
-unsigned attitude_events(void) { return kq_events_f32(&error) | kq_history_events_f32(&tape); }
+unsigned attitude_events(void)
+{
+    kq_filter_f32 view;
+    const kq_status status = kq_smoothed_f32(&tape, 0, &view);
+    return kq_events_f32(&error) | (status ? 0 : kq_events_f32(&view));
+}

@@ -12,7 +12,7 @@
 #ifndef GPS_IMU_H
 #define GPS_IMU_H
 
-#include <kalmanq/points.h>
+#include <kalmanq/sigma_points.h>
 
 enum {
     GPS_IMU_STATES = 6,

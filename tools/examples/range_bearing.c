@@ -111,8 +111,15 @@ kq_status track_smooth(void) { return kq_smooth_f32(&tape); }
 
 kq_status track_read_smoothed(size_t step, float mean[N], float P[N * N])
 {
-    for (int i = 0; i < N; i++) mean[i] = kq_smoothed_mean_f32(&tape, step, i);
-    return kq_smoothed_covariance_f32(&tape, step, P);
+    kq_filter_f32 view;
+    const kq_status status = kq_smoothed_f32(&tape, step, &view);
+    for (int i = 0; i < N; i++) mean[i] = kq_mean_f32(&view, i);
+    return status ? status : kq_covariance_f32(&view, P);
 }
 
-unsigned track_events(void) { return kq_events_f32(&target) | kq_history_events_f32(&tape); }
+unsigned track_events(void)
+{
+    kq_filter_f32 view;
+    const kq_status status = kq_smoothed_f32(&tape, 0, &view);
+    return kq_events_f32(&target) | (status ? 0 : kq_events_f32(&view));
+}

@@ -6,12 +6,12 @@
  *
  * The motion is linear: it takes the plain kq_predict, and an ordinary history records it.  The bearing's innovation
  * is wrapped.  Where the sensor is sharp beside what was known the update is iterated, or its sigma says far less
- * than the error (points.h); sigma points are the third way.
+ * than the error (sigma_points.h); sigma points are the third way.
  */
 #ifndef RANGE_BEARING_H
 #define RANGE_BEARING_H
 
-#include <kalmanq/points.h>
+#include <kalmanq/sigma_points.h>
 
 enum {
     RANGE_BEARING_STATES = 4,

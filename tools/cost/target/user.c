@@ -64,25 +64,28 @@ kq_status SIZED(user_smooth_step)(T(kq_history) * h, const T(kq_process) * p,
 kq_status T(user_lag)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
                       const T(kq_sensor) * s, const word *z)
 {
+    T(kq_filter) view;
     kq_status status = T(kq_predict)(f, p, NULL);
     if (!status) status = T(kq_update)(f, s, z);
-    return status ? status : T(kq_lag_smooth)(past, LAG);
+    return status ? status : T(kq_lagged)(past, LAG, &view);
 }
 
 kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
                              const T(kq_sensor) * s, const word *z)
 {
+    T(kq_filter) view;
     kq_status status = T(kq_predict)(f, p, NULL);
     if (!status) status = T(kq_update)(f, s, z);
-    return status ? status : T(kq_lag_smooth_states)(past, LAG);
+    return status ? status : T(kq_lagged_states)(past, LAG, &view);
 }
 
-kq_status T(user_point)(T(kq_point) * start, const T(kq_process) * p, T(kq_filter) * f,
+kq_status T(user_point)(T(kq_instant) * start, const T(kq_process) * p, T(kq_filter) * f,
                         const T(kq_sensor) * s, const word *z)
 {
+    T(kq_filter) view;
     kq_status status = T(kq_predict)(f, p, NULL);
     if (!status) status = T(kq_update)(f, s, z);
-    return status ? status : T(kq_point_smooth)(start);
+    return status ? status : T(kq_instant_smooth)(start, &view);
 }
 
 /* With scales of the noises that adapt: predict and update. */

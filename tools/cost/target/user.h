@@ -13,7 +13,7 @@ kq_status T(user_lag)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * 
                       const T(kq_sensor) * s, const word *z);
 kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
                              const T(kq_sensor) * s, const word *z);
-kq_status T(user_point)(T(kq_point) * start, const T(kq_process) * p, T(kq_filter) * f,
+kq_status T(user_point)(T(kq_instant) * start, const T(kq_process) * p, T(kq_filter) * f,
                         const T(kq_sensor) * s, const word *z);
 kq_status T(user_adapted)(T(kq_filter) * f, const T(kq_process) * p, const T(kq_sensor) * s,
                           const word *z);

@@ -192,26 +192,36 @@ static void K(judge)(const K(row) *r)
     if (q->taken) q->taken[r->t] = r->present ? K(taken)(q->filter) : 0;
 }
 
+/* Row t of what a view shows; each result may be NULL.  What it does not show is not to be had. */
+static kq_status K(read_view)(const K(filter) *view, size_t n, size_t t, num *mean, num *mean_low, num *sigma,
+                              number *variance, number *covariance)
+{
+    number local[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    number *P = covariance ? covariance + t * n * n : local;
+    for (size_t i = 0; i < n; i++) {
+        if (mean) mean[t * n + i] = K(mean)(view, (int)i);
+        if (mean_low) mean_low[t * n + i] = K(mean_low)(view, (int)i);
+        if (sigma) sigma[t * n + i] = K(sigma)(view, (int)i);
+    }
+    if (!variance && !covariance) return KQ_OK;
+    const kq_status status = K(covariance)(view, P);
+    if (variance) K(diagonal)(P, status, n, variance + t * n);
+    for (size_t k = 0; k < n * n && status; k++) P[k] = no_number;
+    return status;
+}
+
 static kq_status K(look_back)(K(sequence) *q, size_t t)
 {
-    const size_t n = q->filter->states;
+    K(filter) view = {0};
     kq_status status = KQ_OK;
     if (!q->lag_follows) {
         status = K(attach)(q->filter, &q->lag->attached);
         q->lag_follows = !status;
     }
     const int is_there = q->lag_follows && K(lag_steps)(q->lag) >= q->age;
-    if (!status) status = K(lag_smooth)(q->lag, is_there ? q->age : 0);
-    for (size_t i = 0; i < n; i++) {
-        q->lagged[t * n + i] = is_there ? K(lag_mean)(q->lag, (int)i) : lost;
-        q->lagged_low[t * n + i] = is_there ? K(lag_mean_low)(q->lag, (int)i) : lost;
-        q->lagged_sigma[t * n + i] = is_there ? K(lag_sigma)(q->lag, (int)i) : lost;
-    }
-    if (q->lagged_variance) {
-        number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
-        const kq_status unknown = is_there ? K(lag_covariance)(q->lag, P) : KQ_ERR_NOT_READY;
-        K(diagonal)(P, unknown, n, q->lagged_variance + t * n);
-    }
+    if (!status) status = K(lagged)(q->lag, is_there ? q->age : 0, &view);
+    if (!is_there) view = (K(filter)){0};
+    (void)K(read_view)(&view, q->filter->states, t, q->lagged, q->lagged_low, q->lagged_sigma, q->lagged_variance, NULL);
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a start that is unknown so far */
 }
 
@@ -224,28 +234,16 @@ static uint32_t K(present_in)(const num *z, size_t m)
 
 static kq_status K(refine)(K(sequence) *q, size_t t)
 {
-    const size_t n = q->filter->states;
+    K(filter) view = {0};
     kq_status status = KQ_OK;
     if (!q->point_follows && t == q->point_row) {
         status = K(attach)(q->filter, &q->point->attached);
         q->point_follows = !status;
     }
-    const int is_there = q->point_follows;
-    if (is_there) status = K(point_smooth)(q->point);
-    for (size_t i = 0; i < n; i++) {
-        q->point_mean[t * n + i] = is_there ? K(point_mean)(q->point, (int)i) : lost;
-        q->point_low[t * n + i] = is_there ? K(point_mean_low)(q->point, (int)i) : lost;
-        q->point_sigma[t * n + i] = is_there ? K(point_sigma)(q->point, (int)i) : lost;
-    }
-    if (q->point_variance) {
-        number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
-        const kq_status unknown = is_there ? K(point_covariance)(q->point, P) : KQ_ERR_NOT_READY;
-        K(diagonal)(P, unknown, n, q->point_variance + t * n);
-    }
-    if (!q->point_covariance) return status;
-    number *P = q->point_covariance + t * n * n;
-    for (size_t k = 0; k < n * n && !is_there; k++) P[k] = no_number;
-    return is_there && !status ? K(point_covariance)(q->point, P) : status;
+    if (q->point_follows) status = K(instant_smooth)(q->point, &view);
+    (void)K(read_view)(&view, q->filter->states, t, q->point_mean, q->point_low, q->point_sigma, q->point_variance,
+                       q->point_covariance);
+    return status;
 }
 
 /* A start that is unknown so far cannot settle. */
@@ -310,19 +308,11 @@ kq_status K(sequence_run)(K(sequence) *q)
 kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
                           number *variance, number *covariance)
 {
-    number local[KQ_SIZE_MAX * KQ_SIZE_MAX];
-    const size_t n = h->states;
     for (size_t t = 0; t < steps; t++) {
-        for (size_t i = 0; i < n; i++) {
-            if (mean) mean[t * n + i] = K(smoothed_mean)(h, first + t, (int)i);
-            if (mean_low) mean_low[t * n + i] = K(smoothed_mean_low)(h, first + t, (int)i);
-            if (sigma) sigma[t * n + i] = K(smoothed_sigma)(h, first + t, (int)i);
-        }
-        if (!variance && !covariance) continue;
-        number *P = covariance ? covariance + t * n * n : local;
-        const kq_status status = K(smoothed_covariance)(h, first + t, P);
+        K(filter) view;
+        kq_status status = K(smoothed)(h, first + t, &view);
+        if (!status) status = K(read_view)(&view, h->states, t, mean, mean_low, sigma, variance, covariance);
         if (status) return status;
-        if (variance) K(diagonal)(P, KQ_OK, n, variance + t * n);
     }
     return KQ_OK;
 }
@@ -330,20 +320,13 @@ kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *
 kq_status K(start_read)(const K(start) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
                         number *variance, number *covariance)
 {
-    number local[KQ_SIZE_MAX * KQ_SIZE_MAX];
-    const size_t n = s->states;
     for (size_t t = 0; t < steps; t++) {
-        for (size_t i = 0; i < n; i++) {
-            if (mean) mean[t * n + i] = K(start_smoothed_mean)(s, first + t, (int)i);
-            if (mean_low) mean_low[t * n + i] = K(start_smoothed_mean_low)(s, first + t, (int)i);
-            if (sigma) sigma[t * n + i] = K(start_smoothed_sigma)(s, first + t, (int)i);
+        K(filter) view;
+        kq_status status = K(start_smoothed)(s, first + t, &view);
+        if (!status || status == KQ_ERR_NOT_READY) { /* not determined by all rows, or there was no room for it */
+            status = K(read_view)(&view, s->states, t, mean, mean_low, sigma, variance, covariance);
         }
-        if (!variance && !covariance) continue;
-        number *P = covariance ? covariance + t * n * n : local;
-        const kq_status status = K(start_smoothed_covariance)(s, first + t, P);
         if (status && status != KQ_ERR_NOT_READY) return status;
-        if (variance) K(diagonal)(P, status, n, variance + t * n);
-        for (size_t k = 0; k < n * n && status; k++) P[k] = no_number; /* not determined by all rows */
     }
     return KQ_OK;
 }

@@ -17,7 +17,7 @@ typedef struct {
     K(lag) *lag;           /* attached as soon as the filter is ready, or NULL */
     int lag_follows;       /* read and written: is it attached? */
     size_t age;            /* of what is asked of it */
-    K(point) *point;       /* attached after row `point_row` of this call, or NULL */
+    K(instant) *point;      /* attached after row `point_row` of this call, or NULL */
     size_t point_row;
     int point_follows;     /* read and written */
     K(settling) *settling; /* attached as soon as the filter is ready, or NULL */

@@ -1,4 +1,4 @@
-"""Nonlinear models: filters and smoothers of functions f and h, over the C core's extended.h and points.h."""
+"""Nonlinear models: filters and smoothers of functions f and h, over the C core's extended.h and sigma_points.h."""
 
 from kalmanq.nonlinear.derivatives import arctan2
 from kalmanq.nonlinear.file import read

@@ -34,7 +34,7 @@ class NonlinearSmoother:
 
     passes  1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
             f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
-            of the smoothed densities (points.h, with its step rule).
+            of the smoothed densities (sigma_points.h, with its step rule).
     After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
     `halvings`.  What the run says of the filter is that of the first pass.
     """
@@ -160,7 +160,7 @@ class _Recording(NonlinearFilter):
     def smooth(self, run: Run, covariance: bool) -> None:
         require(self.arithmetic.function("smooth")(self._history), "smoother")
         self.read_smoothed(run, "history", self._history, covariance)
-        run.events |= int(self.arithmetic.function("history_events")(self._history))
+        run.events |= self.smoothing_events(self._history)
 
 
 class Densities:
@@ -173,9 +173,10 @@ class Densities:
         self.may_rise = POINTS_MAY_RISE if self.rule else 0.0
         self._filters: list[Readable] = []
         for t in range(len(run) if self.rule else 0):
-            made = Readable(recording.model, recording.parts)
-            copy = recording.arithmetic.function("smoothed_copy")
-            require(copy(recording._history, t, made._handle), "smoothed row")
+            a, made = recording.arithmetic, Readable(recording.model, recording.parts)
+            view = a.struct("filter")
+            require(a.function("smoothed")(recording._history, t, view), "smoothed row")
+            require(a.function("filter_copy")(made._handle, view), "smoothed row")
             self._filters.append(made)
 
     def move_to(self, means: np.ndarray) -> None:

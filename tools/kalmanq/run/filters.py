@@ -351,7 +351,7 @@ class _Recording(Filter):
         self._smooth(means_only)
         what = "start" if self.is_unknown else "history"
         self.read_smoothed(run, what, self._start if self.is_unknown else self._history, covariance, means_only)
-        run.events |= int(self.arithmetic.function("history_events")(self._history))
+        run.events |= self.smoothing_events(self._history)
 
     def _smooth(self, means_only: bool) -> None:
         a = self.arithmetic

@@ -31,29 +31,29 @@ class PointSmoother(Filter):
         if row < 0:
             raise KalmanqError("row: below 0")
         self.point_row = row
-        self._point = self._object("point", model.n, model.m, sizes=(model.n, model.m))
+        self._point = self._object("instant", model.n, model.m, sizes=(model.n, model.m))
         self._follows = False
 
     @property
     def point(self) -> np.ndarray:
         """n: the row's state, given all so far"""
-        self._refine()
-        made = self._words("mean", self._point, "point_")
-        return self._values(made, self._words("mean_low", self._point, "point_"))
+        view = self._refine()
+        return self._values(self._words("mean", view), self._words("mean_low", view))
 
     @property
     def point_sigma(self) -> np.ndarray:
-        self._refine()
-        variance = self._variances_of_any_size(1)
+        view, variance = self._refine(), self._variances_of_any_size(1)
         if variance is not None:
             full = np.zeros((self.model.n, self.model.n), self.arithmetic.number_of_any_size)
-            require(self.arithmetic.function("point_covariance")(self._point, self._pointer(full, self._any_size)),
-                    "point")
+            require(self.arithmetic.function("covariance")(view, self._pointer(full, self._any_size)), "point")
             variance[0] = np.diag(full)
-        return self._sigmas(self._words("sigma", self._point, "point_")[None], variance)[0]
+        return self._sigmas(self._words("sigma", view)[None], variance)[0]
 
-    def _refine(self) -> None:
-        require(self.arithmetic.function("point_smooth")(self._point), "point")
+    def _refine(self) -> Any:
+        """A view of the row's state"""
+        view = self.arithmetic.struct("filter")
+        require(self.arithmetic.function("instant_smooth")(self._point, view), "point")
+        return view
 
     def _ask(self, q: Any, out: Results) -> None:
         T, n = int(q.steps), self.model.n

@@ -92,6 +92,12 @@ class Readable:
         run.smoothed_covariance = None if full is None else a.numbers(full, self.parts.covariance_scale)
         run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
 
+    def smoothing_events(self, history: Any) -> int:
+        """Of a history that has been smoothed"""
+        view = self.arithmetic.struct("filter")
+        self.arithmetic.function("smoothed")(history, 0, view)
+        return int(self.arithmetic.function("events")(view))
+
     def warn_of_wide(self) -> None:
         """A state that may be anywhere is hardly within the range that its word has."""
         if not self.arithmetic.is_fixed:
@@ -139,9 +145,9 @@ class Readable:
         """Memory for what is called so"""
         return self.arithmetic.empty(length)
 
-    def _words(self, name: str, source: Any = None, of: str = "") -> np.ndarray:
-        """A reading of every state, of the filter or of what follows it"""
-        read, source = self.arithmetic.function(of + name), source or self._handle
+    def _words(self, name: str, source: Any = None) -> np.ndarray:
+        """A reading of every state, of the filter or of a view"""
+        read, source = self.arithmetic.function(name), source or self._handle
         return np.array([read(source, i) for i in range(self.model.n)], self.arithmetic.number)
 
     def _values(self, words: np.ndarray, low: Optional[np.ndarray] = None) -> np.ndarray:

@@ -124,7 +124,7 @@ class _Streamed(_Recording):
     def read(self, run: Run, first: int) -> None:
         what, source = ("start", self._start) if self.is_unknown else ("history", self._history)
         self.read_smoothed(run, what, source, False, first=first)
-        run.events |= int(self.arithmetic.function("history_events")(self._history)) | self.events
+        run.events |= self.smoothing_events(self._history) | self.events
         self.tape.drop()
 
 

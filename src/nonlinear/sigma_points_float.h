@@ -2,14 +2,13 @@
  * Steps by what sigma points have found (linearise_float.h): their processes and sensors, and whole steps.  What a
  * linear function leaves becomes noise.
  */
-#ifndef KQ_SRC_NONLINEAR_POINTS_FLOAT_H
-#define KQ_SRC_NONLINEAR_POINTS_FLOAT_H
+#ifndef KQ_SRC_NONLINEAR_SIGMA_POINTS_FLOAT_H
+#define KQ_SRC_NONLINEAR_SIGMA_POINTS_FLOAT_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "kalmanq/extended.h"
-#include "kalmanq/points.h"
+#include "kalmanq/sigma_points.h"
 #include "kalmanq/size.h"
 #include "kalmanq/status.h"
 
@@ -26,9 +25,6 @@
 #include "../filter/attached.h"
 #include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/prior.h"
-#include "../smoother/smoother.h"
-#include "../smoother/tape.h"
 #include "../linearised/mean.h"
 #include "../linearised/rows.h"
 #include "linearise_float.h"
@@ -209,21 +205,6 @@ kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innova
     rows.noise = noise;
     rows.covariance = 0;
     return T(kq_update_by_rows)(f, &rows, e, own);
-}
-
-/* ------------------------------------------------------------------ a smoothed step to linearise at */
-
-kq_status T(kq_smoothed_copy)(const history *h, size_t t, filter *to)
-{
-    if (!h || !to) return KQ_ERR_NULL;
-    if (filter_check_memory(to)) return KQ_ERR_MEMORY;
-    if (t >= h->steps) return KQ_ERR_SIZE;
-    if (!smoothed_is_valid(h, t) || h->phase == HISTORY_STATES) return KQ_ERR_NOT_READY;
-    if (to->states != h->states) return KQ_ERR_MISMATCH;
-    const num *state = history_slot(h, h->states, t);
-    filter_begin(to, state);
-    copy(to->memory, state, FILTER_LEN(h->states));
-    return KQ_OK;
 }
 
 #endif

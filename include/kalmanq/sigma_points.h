@@ -42,8 +42,8 @@
  *     kq_update_f32(&track, &at, e);                                     what trial has become, track becomes
  *
  * The iterated smoother.  A pass is a filter run and kq_smooth; in the next one step t's f and h are linearised at
- * kq_smoothed_copy(&tape, t, &at), of a copy of the last pass's tape or with the numbers y, J, E kept of every step,
- * and d = y + J (x - c), x the filter's mean, c that of `at`.  Six passes are enough; stop where no mean moves by
+ * the view of kq_smoothed(&last, t, &at), `last` being the last pass's history, or the numbers y, J, E of every step
+ * are kept, and d = y + J (x - c), x the filter's mean, c that of `at`.  Six passes are enough; stop where no mean moves by
  * more than 0.01 sigma.  What the filter says in such a pass knows the future: only the smoothed states are results.
  *     Step rule.  Where the pass's smoothed states make sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's) larger than
  * before, go half of the way: linearise at c + (c' - c) / 2, halve again up to 4 times, and stop.  (By Jacobians the
@@ -58,8 +58,8 @@
  * (2015); Garcia-Fernandez, Svensson and Sarkka, Iterated posterior linearization smoother, IEEE Trans. Automatic
  * Control 62 (2017); Bell, The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optimization 4 (1994).
  */
-#ifndef KALMANQ_POINTS_H
-#define KALMANQ_POINTS_H
+#ifndef KALMANQ_SIGMA_POINTS_H
+#define KALMANQ_SIGMA_POINTS_H
 
 #include "extended.h"
 
@@ -83,7 +83,7 @@ typedef enum {
 
 /**
  * The linear function nearest to g under a density.
- *   at       the density: a filter, which does not change; any, as a kq_smoothed_copy
+ *   at       the density: a filter, which does not change; any, also a view of a smoothed step
  *   rows     1..16
  *   y        rows, written: E[g(x)]
  *   J        rows x n, written: Cov(g, x) = J P
@@ -172,15 +172,6 @@ KQ_NODISCARD kq_status kq_update_points_f32(kq_filter_f32 *f, const kq_sensor_f3
 KQ_NODISCARD kq_status kq_update_points_f64(kq_filter_f64 *f, const kq_sensor_f64 *s,
                                kq_function_f64 *innovation, void *context, kq_points rule,
                                double *work);
-
-/**
- * Smoothed step t as a filter: to be read, or to linearise at.
- *   to       of n states, with its own memory; written.  Nothing is attached to it, it has no events.
- * KQ_ERR_NULL, KQ_ERR_MEMORY (to), KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (t is not smoothed, or without its covariance),
- * KQ_ERR_MISMATCH (states).
- */
-KQ_NODISCARD kq_status kq_smoothed_copy_f32(const kq_history_f32 *h, size_t t, kq_filter_f32 *to);
-KQ_NODISCARD kq_status kq_smoothed_copy_f64(const kq_history_f64 *h, size_t t, kq_filter_f64 *to);
 
 #ifdef __cplusplus
 }

@@ -18,6 +18,7 @@ SENSOR_DIAGONAL(narrow, 2, 2);
 HISTORY(record, 2, MOST, STEPS, STEPS);
 JACOBIANS(jacobians, record, 2, STEPS, STEPS);
 LAG(past, 2, MOST, STEPS);
+static K(filter) past_view;
 
 static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static num work[GUARDED(WORK)], y[16], J[32], E[32], noise_of[4];
@@ -229,16 +230,15 @@ static void linear_functions_give_the_plain_filter_and_its_smoothers(void)
         ASSERT_OK(K(smooth)(&tape));
         ASSERT_OK(K(smooth)(&record));
         for (size_t t = 0; t < STEPS; t++) {
-            ASSERT_OK(K(smoothed_copy)(&tape, t, &twin));
-            ASSERT_OK(K(smoothed_copy)(&record, t, &track));
-            TEST_ASSERT_TRUE(K(mean)(&track, 1) == K(smoothed_mean)(&record, t, 1));
+            ASSERT_OK(K(filter_copy)(&twin, SMOOTHED(&tape, t)));
+            ASSERT_OK(K(filter_copy)(&track, SMOOTHED(&record, t)));
             assert_like(&twin, &track);
         }
         begin_drive();
         ASSERT_OK(K(attach)(&track, &past.attached));
         for (int step = 1; step < STEPS; step++) drive_by_points(step, rules[r]);
-        ASSERT_OK(K(lag_smooth)(&past, STEPS - 1));
-        for (int i = 0; i < 2; i++) ASSERT_CLOSE(K(smoothed_mean)(&tape, 0, i), K(lag_mean)(&past, i), 64);
+        ASSERT_OK(K(lagged)(&past, STEPS - 1, &past_view));
+        for (int i = 0; i < 2; i++) ASSERT_CLOSE(K(mean)(SMOOTHED(&tape, 0), i), K(mean)(&past_view, i), 64);
     }
 }
 
@@ -352,7 +352,7 @@ static void range_of(void *context, const num *x, num *e)
     e[0] = *z - (num)sqrt((double)(x[0] * x[0] + x[1] * x[1]));
 }
 
-/* By the loop of points.h */
+/* By the loop of sigma_points.h */
 static void update_iterated(int iterations, num z)
 {
     num H_found[2], e[1];
@@ -529,23 +529,26 @@ static void models_are_checked(void)
     assert_entries_must_be_finite(given, 4, give_root);
 }
 
-static void only_what_is_smoothed_is_copied(void)
+/* A view is a density to linearise at, and so is a copy of it. */
+static void what_is_smoothed_can_be_linearised_at(void)
 {
+    num y[2], J[4], E[4], of_copy[4];
+    log_of_calls log = {0};
+    K(filter) view;
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_copy)(&record, 0, &trial));
     ASSERT_OK(K(smooth)(&record));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_copy)(NULL, 0, &trial));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(smoothed_copy)(&record, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(smoothed_copy)(&record, 1, &trial));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(smoothed_copy)(&record, 0, &track3));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(smoothed_copy)(&record, 0, &(K(filter)){0}));
-    ASSERT_OK(K(smoothed_copy)(&record, 0, &trial));
+    ASSERT_OK(K(smoothed)(&record, 0, &view));
+    ASSERT_OK(K(linearise)(&view, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(filter_copy)(&trial, &view));
+    ASSERT_OK(K(linearise)(&trial, squares, &log, 2, KQ_POINTS_CUBATURE, y, of_copy, E));
+    ASSERT_SAME_BITS(J, of_copy);
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(smooth_states)(&record));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(smoothed_copy)(&record, 0, &trial));
+    ASSERT_OK(K(smoothed)(&record, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&view, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
 }
 
-SUITE(points, set_up)
+SUITE(sigma_points, set_up)
 {
     RUN_TEST(the_centre_is_called_first_and_all_points_are_called);
     RUN_TEST(the_mean_of_a_square_has_the_variance_in_it);
@@ -564,5 +567,5 @@ SUITE(points, set_up)
     RUN_TEST(what_is_not_written_is_no_number);
     RUN_TEST(what_bends_beyond_the_numbers_is_refused);
     RUN_TEST(models_are_checked);
-    RUN_TEST(only_what_is_smoothed_is_copied);
+    RUN_TEST(what_is_smoothed_can_be_linearised_at);
 }
