@@ -30,6 +30,7 @@ static const num num_row_rounding = 0x1p-21f;   /* of what a row was: entries be
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
 static const num num_most_nis = 0x1p124f;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p24f;      /* NIS that says that the sigma is rounding */
+static const num num_watched = 0x1p-4f; /* of the floor of h'P h: 64 updates as large as that move a sigma by 5 % */
 static const num num_most_condition = 0x1.8p45f; /* of S, squared: above it rounding counts */
 static const num num_zero_variance = 0x1p-96f; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p96f;  /* fading raises no variance beyond it */

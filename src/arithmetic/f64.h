@@ -30,6 +30,7 @@ static const num num_row_rounding = 0x1p-50;  /* of what a row was: entries belo
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_most_nis = 0x1p1020;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p53;        /* NIS that says that the sigma is rounding */
+static const num num_watched = 0x1p-4; /* of the floor of h'P h: 64 updates as large as that move a sigma by 5 % */
 static const num num_most_condition = 0x1.8p103; /* of S, squared: above it rounding counts */
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */

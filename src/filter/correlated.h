@@ -40,12 +40,18 @@ KQ_COLD KQ_NOINLINE static void take_present(filter *f, const reading *z)
     take_correlated(f, &some);
 }
 
+KQ_COLD KQ_NOINLINE static void watch_correlated(filter *f, const reading *z)
+{
+    scaled buffer[KQ_SIZE_MAX];
+    for (int c = 0; c < z->sensor->components; c++) watch_scalar(f, z, c, scalar_row(z, c, buffer));
+}
+
 static void update_correlated(filter *f, const reading *z)
 {
     likelihood_clear(&f->last);
     if (noise_is_of_others(z->sensor, z->present)) take_present(f, z);
     else take_correlated(f, z);
-    update_end(f);
+    if (update_end(f)) watch_correlated(f, z);
 }
 
 static kq_status take_correlated_reading(filter *f, const sensor *s, const num *z, uint32_t present)
@@ -56,6 +62,7 @@ static kq_status take_correlated_reading(filter *f, const sensor *s, const num *
 }
 
 const sensor_kind T(kq_sensor_correlated) = {.take = take_correlated_reading,
+                                       .watch = watch_correlated,
                                        .row = correlated_row,
                                        .row_sizes = correlated_row_sizes,
                                        .innovation = correlated_innovation};

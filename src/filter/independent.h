@@ -29,6 +29,12 @@ KQ_NOINLINE static int take_ordinary(filter *f, const reading *z, int c)
     return m;
 }
 
+KQ_COLD KQ_NOINLINE static void watch_independent(filter *f, const reading *z)
+{
+    const sensor *s = z->sensor;
+    for (int c = 0; c < s->components; c++) watch_scalar(f, z, c, s->measurement + c * s->states);
+}
+
 static void update_independent(filter *f, const reading *z)
 {
     const scaled *H = z->sensor->measurement;
@@ -37,7 +43,7 @@ static void update_independent(filter *f, const reading *z)
     for (int c = 0; (c = take_ordinary(f, z, c)) < m; c++) {
         take_with_care(f, z, c, H + c * n, component_innovation(f, z, c));
     }
-    update_end(f);
+    if (update_end(f)) watch_independent(f, z);
 }
 
 static kq_status take_independent(filter *f, const sensor *s, const num *z, uint32_t present)
@@ -47,7 +53,7 @@ static kq_status take_independent(filter *f, const sensor *s, const num *z, uint
     return KQ_OK;
 }
 
-const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .plain = 1};
+const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .watch = watch_independent, .plain = 1};
 
 /* Without the careful path: what is sharp is taken with more noise, and a mean that has left its words is
    held between components. */

@@ -49,12 +49,14 @@ KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
     const int32_t exponent = exponents_of(S, n)[i];
     uint64_t square = 0; /* in units of 16 */
+    uint32_t any = 0;
     for (int j = i; j < n; j++) {
         const uint64_t size = magnitude(S[column(j) + i]);
         square += size * size >> 4;
+        any |= (uint32_t)size;
     }
     if (square > (UINT64_C(1) << 56) + (UINT64_C(1) << 41)) return 0;
-    if (square == 0) return exponent == lowest_exponent;
+    if (!any) return exponent == lowest_exponent;
     if (exponent > high_exponent || exponent < lowest_exponent) return 0;
     return exponent < low_exponent || square > (UINT64_C(1) << 54) - (UINT64_C(1) << 40);
 }

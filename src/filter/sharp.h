@@ -35,6 +35,7 @@ typedef struct {
     scaled s, w;     /* the innovation variance, and e / s */
     int exact;       /* it has no noise */
     int sharp;       /* r is so far below s that the root has to be matched */
+    int watched;     /* it has been taken: its rounding is looked at */
 } careful_scalar;
 
 enum { FLOOR_PARTS = 4 };
@@ -182,9 +183,32 @@ KQ_COLD KQ_NOINLINE static void update_mean_again(filter *f, const careful_scala
     update_mean(f, b, scaled_over(rest, m->s));
 }
 
+/*
+ * An update rounds every direction of the state by some last bits, also one that h does not see.  So h seems to see
+ * it, and each update takes for information about it what is rounding.  The floor of h'P h, as a share of h'P h,
+ * says how much that is.  Shares add up; one in likelihood_part updates is looked at, in steps of a factor of 2.
+ */
+KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const careful_scalar *m, scaled *spare)
+{
+    const scaled floor = scaled_times(num_watched, project_with_floor(f, m->z, m->component, m->h, spare));
+    scaled least = square_of(spare, f->states);
+    uint32_t share = num_most_faint;
+    for (int k = 0; k < 12 && scaled_is_less(floor, least); k++) {
+        least = scaled_shift(least, -1);
+        share >>= 1;
+    }
+    if (scaled_is_less(floor, least)) return;
+    f->faint = share < num_most_faint - f->faint ? f->faint + share : num_most_faint;
+    if (f->faint == num_most_faint) f->events |= KQ_EVENT_PRECISION;
+}
+
 KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, careful_scalar *m, scaled *memory)
 {
     const sharp_work w = sharp_work_at(memory, f->states);
+    if (m->watched) {
+        watch_rounding(f, m, memory);
+        return;
+    }
     if (!update_root(f, m, &w)) return;
     update_mean(f, w.b, m->w);
     for (int k = !m->sharp ? 0 : was_far_off(m) ? 4 : 1; k > 0; k--) update_mean_again(f, m, w.b);
@@ -209,19 +233,28 @@ KQ_COLD KQ_NOINLINE static void take_scalar_to_16(filter *f, careful_scalar *m)
     take_scalar_in(f, m, memory);
 }
 
+KQ_COLD KQ_NOINLINE static void take_by_size(filter *f, careful_scalar *m)
+{
+    if (f->states <= 2) take_scalar_to_2(f, m);
+    else if (f->states <= 4) take_scalar_to_4(f, m);
+    else take_scalar_to_16(f, m);
+}
+
 /* Component c of a reading, of row h and innovation e */
 KQ_COLD KQ_NOINLINE static void take_with_care(filter *f, const reading *z, int c,
                                                const scaled *h, scaled e)
 {
-    careful_scalar m;
-    m.z = z;
-    m.component = c;
-    m.h = h;
+    careful_scalar m = {.z = z, .component = c, .h = h};
     m.r = scalar_noise(z, c);
     m.e = filter_is_wide(f) ? scalar_innovation(f, z, c) : e;
-    if (f->states <= 2) take_scalar_to_2(f, &m);
-    else if (f->states <= 4) take_scalar_to_4(f, &m);
-    else take_scalar_to_16(f, &m);
+    take_by_size(f, &m);
+}
+
+/* What rounding has done to component c of a reading, which has been taken */
+KQ_COLD KQ_NOINLINE static void watch_scalar(filter *f, const reading *z, int c, const scaled *h)
+{
+    careful_scalar m = {.z = z, .component = c, .h = h, .watched = 1};
+    if (z->present >> c & 1) take_by_size(f, &m);
 }
 
 #endif

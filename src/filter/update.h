@@ -83,11 +83,11 @@ KQ_INLINE void settle(filter *f, int n)
     renormalise(f->memory + MEAN_PLANES * n, n);
 }
 
-/* What ends an update */
-KQ_INLINE void update_end(filter *f)
+/* What ends an update.  Answers whether its components are to be watched (watch_scalar). */
+KQ_INLINE int update_end(filter *f)
 {
     settle(f, f->states);
-    likelihood_run_add(&f->run, &f->last);
+    return likelihood_run_add(&f->run, &f->last);
 }
 
 /* Component c of a sensor whose components are independent.  Where the mean has carries e is not yet

@@ -193,6 +193,13 @@ KQ_KERNEL void fixed_update_state(filter *f, const fixed_inputs *in, fixed_task 
     settle(f, task.n);
 }
 
+/* The library looks at what rounding has done. */
+KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const fixed_inputs *in)
+{
+    const reading now = {in->sensor, in->sensor->noise, in->z, UINT32_MAX};
+    if (in->sensor->kind->watch) in->sensor->kind->watch(f, &now);
+}
+
 KQ_KERNEL void copy_state(num *to, const num *from, int n)
 {
     KQ_UNROLL
@@ -205,6 +212,7 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
 {
     num state[MEAN_PLANES * 4 + ROOT_LEN(4)];
     const num *S = state + MEAN_PLANES * task.n;
+    int watches = 0;
     filter copy = {.states = (uint8_t)task.n, .ready = FILTER_READY, .memory = state};
     copy_state(state, f->memory, task.n);
     if (task.predicts) {
@@ -218,10 +226,11 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
         if (!KQ_MOSTLY(copy.ready == FILTER_READY)) return NOT_PLAIN;
         if (!(task.options & KQ_FIXED_BARE)) {
             f->last = copy.last;
-            likelihood_run_add(&f->run, &f->last);
+            watches = likelihood_run_add(&f->run, &f->last);
         }
     }
     copy_state(f->memory, state, task.n);
+    if (watches) fixed_watch(f, in);
     if (copy.events & EVENT_FAINT) {
         copy.events ^= EVENT_FAINT;
         count_faint(f);
@@ -241,7 +250,7 @@ KQ_KERNEL int fixed_run_in_place(filter *f, const fixed_inputs *in, fixed_task t
     }
     if (task.updates) {
         fixed_update_state(f, in, task);
-        if (!(task.options & KQ_FIXED_BARE)) likelihood_run_add(&f->run, &f->last);
+        if (!(task.options & KQ_FIXED_BARE) && likelihood_run_add(&f->run, &f->last)) fixed_watch(f, in);
     }
     return KQ_OK;
 }

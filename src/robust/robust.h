@@ -249,8 +249,7 @@ KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, 
         }
         if (how->weights) how->weights[c] = weight;
     }
-    settle(f, f->states);
-    likelihood_run_add(&f->run, &f->last);
+    if (update_end(f) && s->kind->watch) s->kind->watch(f, &now);
 }
 
 /* nu / (nu + 1) of r is left in r' or more, which has to be more than rounding. */
