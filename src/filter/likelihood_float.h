@@ -107,7 +107,7 @@ static void likelihood_run_clear(likelihood_run *p)
 
 /* Scalar measurements and powers of 2 that are taken into the sum at once, so that their counts do
    not wrap: so many measurements change the exponent by less than 2200 each, 2^27 together. */
-static const int32_t likelihood_part = INT32_C(1) << 6;
+static const int32_t likelihood_part = INT32_C(1) << 15;
 static const int32_t likelihood_powers = INT32_C(1) << 28;
 
 KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
@@ -125,15 +125,16 @@ KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
     tally_carry(&p->sum);
 }
 
-/* Answers whether likelihood_part measurements have come since it last did. */
+/* Answers whether 64 measurements have come since it last did. */
 KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)
 {
     tally_add_next(&p->sum, last->nis);
     p->determinant = num_split(p->determinant * last->determinant, &p->exponent);
     p->exponent += last->exponent;
+    const int32_t before = p->count >> 6;
     p->count += last->count;
-    if (p->count < likelihood_part) return 0;
-    likelihood_run_fold(p);
+    if (p->count >> 6 == before) return 0;
+    if (p->count >= likelihood_part) likelihood_run_fold(p);
     return 1;
 }
 

@@ -123,7 +123,7 @@ static void likelihood_run_clear(likelihood_run *p)
 /* Scalar measurements and powers of 2 that are taken into the sum at once, so that their counts do
    not wrap: a variance is within 2^+-18800, so that so many measurements change the exponent by
    less than 2^30. */
-static const int32_t likelihood_part = INT32_C(1) << 6;
+static const int32_t likelihood_part = INT32_C(1) << 15;
 static const int32_t likelihood_powers = INT32_C(1) << 30;
 
 /* 2^15 times log 2 pi, and 2^30 times log 2 or none, in Q24 */
@@ -152,13 +152,14 @@ KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
     }
 }
 
-/* A NIS is 2^61 at most.  Answers whether likelihood_part measurements have come since it last did, or more. */
+/* A NIS is 2^61 at most.  Answers whether 64 measurements have come since it last did, or its sum is full. */
 KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)
 {
     p->sum = sum_of(p->sum, last->nis, 62);
     p->determinant = scaled_times(p->determinant, last->determinant);
+    const int32_t before = p->count >> 6;
     p->count += last->count;
-    if (p->sum < score_max && p->count < likelihood_part) return 0;
+    if (p->sum < score_max && p->count >> 6 == before) return 0;
     likelihood_run_fold(p);
     return 1;
 }

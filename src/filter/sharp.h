@@ -186,7 +186,7 @@ KQ_COLD KQ_NOINLINE static void update_mean_again(filter *f, const careful_scala
 /*
  * An update rounds every direction of the state by some last bits, also one that h does not see.  So h seems to see
  * it, and each update takes for information about it what is rounding.  The floor of h'P h, as a share of h'P h,
- * says how much that is.  Shares add up; one in likelihood_part updates is looked at, in steps of a factor of 2.
+ * says how much that is.  Shares add up; one in 64 updates is looked at, in steps of a factor of 2.
  */
 KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const careful_scalar *m, scaled *spare)
 {
