@@ -2,10 +2,11 @@
 # Installs what a fresh Debian or Ubuntu machine lacks.  Sourced by demo.sh and test.sh.
 #
 #   kq_setup build     C and C++ compiler, CMake, Ninja
+#   kq_setup interpreter   Python, without libraries
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the tools' libraries
 #   kq_setup desk      sets KQ_DESK_PYTHON to one with all that the Python package needs
 #   kq_setup cost      compilers and emulators for Arm, RISC-V and AVR; KQ_PYTHON with these, too
-#   kq_setup tests     all that follows, for the tests
+#   kq_setup tests     all that follows, for the tests;  kq_setup_many GROUP...: several at once
 #
 #   kq_setup unity     the framework of the unit tests
 #   kq_setup cores     compilers, C libraries and emulators for Arm, RISC-V and AVR
@@ -24,9 +25,12 @@ kq_as_root() {
     if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
 }
 
-# kq_install PACKAGE...: by apt, those that are missing
+# kq_install PACKAGE...: by apt, those that are missing.  While kq_setup_many collects, nothing is installed, and the
+# status is 1.
+kq_collects='' kq_wanted=()
 kq_install() {
     local missing=() package
+    [ -z "$kq_collects" ] || { kq_wanted+=("$@") && return 1; }
     for package in "$@"; do
         dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' ||
             missing+=("$package")
@@ -67,11 +71,12 @@ kq_python() {
     kq_modules+=("$@")
     kq_find_python "${kq_modules[@]}" && return 0
     # shellcheck disable=SC2046
-    kq_install python3 $(kq_python_packages)
+    kq_install python3 $(kq_python_packages) || return 1
     KQ_PYTHON=/usr/bin/python3
 }
 kq_python_packages() { printf 'python3-%s\n' "${kq_modules[@]}" | sed 's/elftools/pyelftools/'; }
 
+kq_setup_interpreter() { kq_have python3 || kq_install python3; }
 kq_setup_python() { kq_python numpy matplotlib typer rich; }
 kq_setup_scipy() { kq_python numpy scipy; }
 
@@ -130,7 +135,7 @@ kq_setup_clang() {
 }
 
 kq_setup_unity() {
-    [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
+    [ -n "$kq_collects" ] || [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake fetches its pinned release"
 }
 
@@ -139,10 +144,7 @@ kq_setup_package() { kq_install pkg-config; }
 kq_setup_valgrind() { kq_have valgrind || kq_install valgrind; }
 
 kq_setup_tests() {
-    local group
-    for group in unity cores clang eigen package valgrind python scipy cost peers desk; do
-        kq_setup "$group"
-    done
+    kq_setup_many unity cores clang eigen package valgrind python scipy cost peers desk
 }
 
 # Kalman libraries that results are compared with are not packaged: a virtual environment of its own,
@@ -150,7 +152,8 @@ kq_setup_tests() {
 kq_setup_peers() {
     KQ_PEERS_PYTHON="$kq_root/.deps/python/bin/python"
     "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman, filterpy' 2>/dev/null && return 0
-    python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv
+    python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv || return 1
+    [ -z "$kq_collects" ] || return 0
     echo "setup: installing statsmodels, pykalman and filterpy"
     python3 -m venv "$kq_root/.deps/python" &&
         "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check \
@@ -167,7 +170,8 @@ kq_setup_desk() {
 import pandas, distributed' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
-        kq_install python3 python3-venv python3-dev
+        kq_install python3 python3-venv python3-dev || return 1
+    [ -z "$kq_collects" ] || return 0
     echo "setup: installing what the Python package needs"
     python3 -m venv "$kq_root/.deps/desk" &&
         "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check \
@@ -183,6 +187,20 @@ kq_setup_cost() {
 }
 
 kq_setup() { "kq_setup_$1"; }
+
+# kq_setup_many GROUP...: one installation by apt for all of them, and what comes from PyPI at the same time
+kq_setup_many() {
+    local group
+    kq_collects=1 kq_wanted=()
+    for group in "$@"; do kq_setup "$group" || true; done
+    kq_collects=
+    [ ${#kq_wanted[@]} -eq 0 ] || kq_install "${kq_wanted[@]}"
+    for group in "$@"; do
+        case $group in peers | desk) kq_setup "$group" & ;; esac
+    done
+    wait
+    for group in "$@"; do kq_setup "$group"; done # what is known only now, and the variables
+}
 
 # kq_quietly COMMAND...: what it prints is shown only if it fails
 kq_quietly() {

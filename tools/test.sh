@@ -31,16 +31,17 @@ groups_of() { # [NAME]
     vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
     package.port | package.levels | package.fixed_sizes) echo cores ;;
     package*) echo package cores ;;
+    flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
-    readme*) echo python ;;
-    desk.shared) echo python ;;
+    readme* | house* | desk.shared*) echo interpreter ;;
     desk) echo desk clang cores cost peers ;;
     desk.design* | desk.compile*) echo desk clang cores cost ;;
     desk.fit* | desk.gallery* | desk.speed) echo desk peers ;;
     desk*) echo desk ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;
-    reference* | campaign*) echo eigen python scipy ;;
+    reference | reference.s* | reference.nonlinear*) echo eigen python scipy ;;
+    reference* | campaign*) echo eigen ;;
     start* | em*) echo peers ;;
     example*) echo cores python scipy ;;
     *) echo clang cores package python scipy cost valgrind eigen peers desk ;;
@@ -48,13 +49,10 @@ groups_of() { # [NAME]
 }
 
 set_up() {
-    local group
-    kq_setup build
-    kq_setup unity
-    for group in $({ [ ${#names[@]} -eq 0 ] && groups_of; for name in "${names[@]}"; do groups_of "$name"; done; } |
-        tr ' ' '\n' | LC_ALL=C sort -u); do
-        kq_setup "$group"
-    done
+    local name groups
+    mapfile -t groups < <({ [ ${#names[@]} -gt 0 ] || groups_of; for name in "${names[@]}"; do groups_of "$name"; done; } |
+        tr ' ' '\n' | LC_ALL=C sort -u)
+    kq_setup_many build unity ${groups[@]+"${groups[@]}"}
 }
 
 configure() {

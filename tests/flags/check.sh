@@ -1,16 +1,14 @@
 #!/bin/sh
-# check.sh COMPILER WORK: builds the library with flags that break arithmetic.  Each is refused when it
-# is compiled, or kq_self_test answers KQ_ERR_ARITHMETIC (-23).
+# check.sh COMPILER WORK AMOUNT: builds the library with flags that break arithmetic.  Each is refused when it
+# is compiled, or kq_self_test answers KQ_ERR_ARITHMETIC (-23).  AMOUNT: everyday; whole: with every flag.
 # shellcheck disable=SC2046,SC2086
 set -eu
-compiler=$1 work=$2
+compiler=$1 work=$2 amount=$3
 here=$(cd "$(dirname "$0")" && pwd)
 root=$here/../..
 [ "$compiler" = clang ] && compiler=$(command -v clang || command -v clang-14)
 rm -rf "$work"
 mkdir -p "$work"
-
-sources_of() { for part in "$@"; do echo "$root/src/$part.c"; done; }
 
 # What these flags do not concern is compiled once.
 compile_integers() { # OPTION...
@@ -22,12 +20,22 @@ compile_integers() { # OPTION...
     done
 }
 
-build() { # OPTION...: the program, or why not
-    rm -f "$work/program"
-    "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" "$here/self_test.c" \
-        $(sources_of kq_filter_f32 kq_filter_f64 kq_self_test_f32 kq_self_test_f64) $integers -lm \
-        -o "$work/program" 2>"$work/refused"
+# Into the folder OBJECTS, or why not
+compile_floats() { # OBJECTS OPTION...
+    objects=$work/$1
+    shift
+    mkdir -p "$objects"
+    for part in kq_filter_f32 kq_filter_f64 kq_self_test_f32 kq_self_test_f64; do
+        "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" -c "$root/src/$part.c" -o "$objects/$part.o" \
+            2>"$work/refused" || return 1
+    done
 }
+
+link() { # OBJECTS: the program
+    "$compiler" -std=c11 -O1 -w -I"$root/include" "$here/self_test.c" "$work/$1"/*.o $integers -lm -o "$work/program"
+}
+
+build() { compile_floats other "$@" && link other; } # OPTION...
 
 wrong() {
     echo "$compiler, $1: $2"
@@ -50,18 +58,25 @@ must_be_refused_or_found() { # OPTION...
 }
 
 compile_integers
-build || wrong "no flags" "does not build"
+{ compile_floats plain && link plain; } || wrong "no flags" "does not build"
 must_be "0 0 0" "no flags"
 must_be "-23 -23 0" "rounding upward" upward
 
 # as older versions of compilers have it: nothing tells the headers
 blind="-U__FAST_MATH__ -U__FINITE_MATH_ONLY__ -D__FINITE_MATH_ONLY__=0 -U__ASSOCIATIVE_MATH__"
-for flags in -ffast-math -ffinite-math-only -funsafe-math-optimizations \
-    "-fassociative-math -fno-signed-zeros -fno-trapping-math"; do
-    must_be_refused_or_found $flags
-    build $flags $blind || wrong "$flags, untold" "does not build"
-    must_be "-23 -23 0" "$flags, untold"
-done
+must_be_found() { # OPTION...: untold
+    build "$@" $blind || wrong "$*, untold" "does not build"
+    must_be "-23 -23 0" "$*, untold"
+}
+for flags in -ffast-math -ffinite-math-only; do must_be_refused_or_found $flags; done
+must_be_found -ffast-math
+if [ "$amount" = whole ]; then
+    for flags in -funsafe-math-optimizations "-fassociative-math -fno-signed-zeros -fno-trapping-math"; do
+        must_be_refused_or_found $flags
+        must_be_found $flags
+    done
+    must_be_found -ffinite-math-only
+fi
 
 # a port with a shift that cuts instead of rounding
 mkdir -p "$work/port/kalmanq/port"
@@ -70,7 +85,7 @@ sed 's/(a + (INT64_C(1) << (shift - 1))) >> shift/a >> shift/' "$root/include/ka
 cmp -s "$root/include/kalmanq/port/integer.h" "$work/port/kalmanq/port/integer.h" &&
     wrong "a broken port" "is not broken"
 compile_integers -I"$work/port"
-build || wrong "a broken port" "does not build"
+link plain || wrong "a broken port" "does not build"
 must_be "0 0 -23" "a broken port"
 
 # library and application do not agree on the length of an enumeration
@@ -79,7 +94,7 @@ for library in -fshort-enums -fno-short-enums; do
     [ $library = $other ] && other=-fno-short-enums
     objects=
     for part in kq_filter_f64 kq_prepare_q31 kq_misfit_q31 kq_status; do
-        "$compiler" -std=c11 -O1 -w $library -I"$root/include" -c "$root/src/$part.c" \
+        "$compiler" -std=c11 -O0 -w $library -I"$root/include" -c "$root/src/$part.c" \
             -o "$work/$part.o"
         objects="$objects $work/$part.o"
     done

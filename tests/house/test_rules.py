@@ -26,6 +26,8 @@ class Broken(unittest.TestCase):
 
     def faults(self, check):
         house = House(self.root)
+        if check == "headers_alone":  # of one header: rules.py compiles all of them
+            house.headers = {name: house.headers[name] for name in ("model/process.h",)}
         getattr(house, "check_" + check)()
         return house.faults
 

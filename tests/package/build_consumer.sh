@@ -1,14 +1,13 @@
 #!/bin/sh
-# build_consumer.sh WAY SOURCE CONSUMER WORK: builds and runs the consumer program one way.
+# build_consumer.sh WAY SOURCE CONSUMER WORK BUILD: builds and runs the consumer program one way.  BUILD has the library
+# built, which is installed where a way needs that.
 set -eu
-way=$1 source=$2 consumer=$3 work=$4
+way=$1 source=$2 consumer=$3 work=$4 build=$5
 rm -rf "$work"
 mkdir -p "$work"
 
 install_library() {
-    cmake -S "$source" -B "$work/library" -DCMAKE_INSTALL_PREFIX="$work/prefix" -DCMAKE_BUILD_TYPE=Debug \
-        -DCMAKE_INSTALL_LIBDIR=lib -DKALMANQ_BUILD_TESTS=OFF
-    cmake --build "$work/library" --target install
+    cmake --install "$build" --prefix "$work/prefix"
 }
 
 case $way in
@@ -17,9 +16,9 @@ pkg_config)
     PKG_CONFIG_PATH="$work/prefix/lib/pkgconfig"
     export PKG_CONFIG_PATH
     # shellcheck disable=SC2046
-    cc -std=c11 "$consumer/main.c" $(pkg-config --cflags --libs kalmanq) -o "$work/consumer"
+    cc -std=c11 "$consumer/main.c" $(pkg-config --define-prefix --cflags --libs kalmanq) -o "$work/consumer"
     # shellcheck disable=SC2046
-    cc -std=c11 -O2 "$consumer/known_sizes.c" $(pkg-config --cflags --libs kalmanq) \
+    cc -std=c11 -O2 "$consumer/known_sizes.c" $(pkg-config --define-prefix --cflags --libs kalmanq) \
         -o "$work/known_sizes"
     "$work/known_sizes"
     ;;

@@ -1,17 +1,16 @@
 #!/bin/sh
-# files.sh WORK: the table of files in src/README.md.  For each of its rows and each arithmetic, a program that
+# files.sh WORK OBJECTS: the table of files in src/README.md, with the library's objects of the folder OBJECTS.  For each of its rows and each arithmetic, a program that
 # refers to every function of the row's headers links with the row's files and with no others.
 # Rows: | `header.h`, ... | `file_<T>.c`, ... |
 # shellcheck disable=SC2016,SC2086
 set -eu
-work=$1
+work=$1 compiled=$2
 root=$(cd "$(dirname "$0")/../.." && pwd)
 rm -rf "$work"
 mkdir -p "$work"
 
-object() { # FILE: compiled once
-    [ -f "$work/$1.o" ] || cc -std=c11 -O0 -I"$root/include" -c "$root/src/$1" -o "$work/$1.o"
-    echo "$work/$1.o"
+object() { # FILE: there has to be such a file
+    [ -f "$root/src/$1" ] && echo "$compiled/$1.o"
 }
 
 # The functions of a header in one arithmetic

@@ -1,11 +1,11 @@
 #!/bin/sh
-# fixed_sizes.sh SOURCE WORK [DESIGN]: a project with a file of kalmanq design --way sizes (DESIGN/track.c) builds by
+# fixed_sizes.sh SOURCE WORK BUILD [DESIGN]: a project with a file of kalmanq design --way sizes (DESIGN/track.c) builds by
 # FetchContent, and runs; installed, too; for a Cortex-M0, whose sqrtf is in libm, it links, with what is listed in
 # KALMANQ_ARITHMETICS compiled and nothing else.
 set -eu
-source=$1 work=$2
+source=$1 work=$2 library=$3
 consumer=$(cd "$(dirname "$0")/sizes" && pwd)
-design=${3:-$consumer}
+design=${4:-$consumer}
 rm -rf "$work"
 mkdir -p "$work"
 
@@ -28,9 +28,7 @@ build arm -DKALMANQ_SOURCE="$source" -DCMAKE_TOOLCHAIN_FILE="$source/port/arm-no
     -DCMAKE_C_FLAGS="-mthumb -mcpu=cortex-m0" -DCMAKE_EXE_LINKER_FLAGS="--specs=nosys.specs -Wl,--gc-sections"
 arm-none-eabi-size "$work/arm/sizes"
 
-cmake -S "$source" -B "$work/library" -G Ninja -DKALMANQ_BUILD_TESTS=OFF "-DKALMANQ_ARITHMETICS=f32;q31" \
-    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_INSTALL_PREFIX="$work/prefix" -DCMAKE_INSTALL_LIBDIR=lib >"$work/library.txt"
-cmake --build "$work/library" --target install >>"$work/library.txt"
+cmake --install "$library" --prefix "$work/prefix" >"$work/library.txt"
 build installed -DCMAKE_PREFIX_PATH="$work/prefix"
 "$work/installed/sizes"
 

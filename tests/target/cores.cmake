@@ -68,9 +68,16 @@ endfunction()
 file(GLOB KALMANQ_BOARDS "${PROJECT_SOURCE_DIR}/port/boards/*")
 function(kalmanq_core_program build name)
   kalmanq_core_load(${build})
+  set_property(GLOBAL PROPERTY KALMANQ_${build}_${name}_linked "${ARGN}")
   add_custom_command(OUTPUT "${dir}/${name}"
     COMMAND ${linker} ${options} ${ARGN} ${libraries} -o "${dir}/${name}"
     DEPENDS ${ARGN} ${KALMANQ_BOARDS} COMMENT "${build}: program ${name}" VERBATIM)
+endfunction()
+
+# kalmanq_core_borrow(BUILD OTHER NAME): cores/BUILD/OTHER_NAME, of the objects that OTHER's program NAME has
+function(kalmanq_core_borrow build other name)
+  get_property(objects GLOBAL PROPERTY KALMANQ_${other}_${name}_linked)
+  kalmanq_core_program(${build} ${other}_${name} ${objects})
 endfunction()
 
 # kalmanq_core_test(TEST BUILD PROGRAMS [MATRIX]): runs them, one by one

@@ -6,7 +6,7 @@
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/target/cores.sh"
-core_select m3 gcc
+core_select m4f gcc
 library=$1 work=$2/linked
 mkdir -p "$work"
 

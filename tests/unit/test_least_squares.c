@@ -318,7 +318,7 @@ static void a_long_sum_goes_on_growing(void)
 /* The weight of a long memory is a product of many lambdas with a sum in between. */
 static void a_long_memory_does_not_drift(void)
 {
-    const long rows = sizeof(void *) < 8 ? 1000 : 200000;
+    const long rows = KQ_TEST_IS_SLOW ? 1000 : 200000;
     const num h[] = {1, 0}, lambda = N(1 - 1e-4);
     double weight = 0, residual = 0;
     ASSERT_OK(K(least_squares_init)(&fit, &line, lambda));
