@@ -82,12 +82,12 @@ static void root_square(scaled *restrict P, const num *restrict S, int n)
 /*
  * Is the condition number of S, its rows scaled to norm 1, too large?  It is |S^-1 D|, found column by column.
  * Rows that are rounded by a part of their norm move the sigma of the combination that is known best by that
- * many such parts.
+ * many such parts.  v: scratch, n
  */
-KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n)
+KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scaled *v)
 {
     const scaled zero = {0};
-    scaled v[KQ_SIZE_MAX], total = zero;
+    scaled total = zero;
     for (int j = 0; j < n; j++) {
         v[j] = scaled_root(root_product(S, n, j, j));
         if (scaled_is_zero(v[j])) continue;

@@ -27,7 +27,7 @@ KQ_COLD KQ_NOINLINE static void take_correlated(filter *f, const reading *z)
         if (!(z->present >> c & 1)) continue;
         const scaled *h = scalar_row(z, c, buffer), e = scalar_innovation(f, z, c);
         if (take_scalar(f, z, c, h, 0, scalar_noise(z, c), e, n, MODE_GENERAL)) continue;
-        take_with_care(f, z, c, h, e);
+        take_with_care(f, z, c, h, e, 0);
     }
 }
 
@@ -43,7 +43,9 @@ KQ_COLD KQ_NOINLINE static void take_present(filter *f, const reading *z)
 KQ_COLD KQ_NOINLINE static void watch_correlated(filter *f, const reading *z)
 {
     scaled buffer[KQ_SIZE_MAX];
-    for (int c = 0; c < z->sensor->components; c++) watch_scalar(f, z, c, scalar_row(z, c, buffer));
+    for (int c = 0; c < z->sensor->components; c++) {
+        if (z->present >> c & 1) take_with_care(f, z, c, scalar_row(z, c, buffer), (scaled){0}, 1);
+    }
 }
 
 static void update_correlated(filter *f, const reading *z)

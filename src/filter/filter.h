@@ -64,11 +64,11 @@ KQ_COLD KQ_NOINLINE static void filter_hold(filter *f)
 KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
 
 /* What a sharp measurement has told may be lost where S is rounded next, and later measurements bring that
-   into sigmas. */
-KQ_COLD KQ_NOINLINE static void note_condition(filter *f)
+   into sigmas.  spare: scratch, n */
+KQ_COLD KQ_NOINLINE static void note_condition(filter *f, scaled *spare)
 {
     if (!(f->ready & FILTER_NARROW)) return;
-    if (root_is_ill_conditioned(filter_root(f), f->states)) f->events |= KQ_EVENT_PRECISION;
+    if (root_is_ill_conditioned(filter_root(f), f->states, spare)) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* What was attached before is not looked at: it may be gone. */

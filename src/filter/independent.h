@@ -32,7 +32,9 @@ KQ_NOINLINE static int take_ordinary(filter *f, const reading *z, int c)
 KQ_COLD KQ_NOINLINE static void watch_independent(filter *f, const reading *z)
 {
     const sensor *s = z->sensor;
-    for (int c = 0; c < s->components; c++) watch_scalar(f, z, c, s->measurement + c * s->states);
+    for (int c = 0; c < s->components; c++) {
+        if (z->present >> c & 1) take_with_care(f, z, c, s->measurement + c * s->states, (scaled){0}, 1);
+    }
 }
 
 static void update_independent(filter *f, const reading *z)
@@ -41,7 +43,7 @@ static void update_independent(filter *f, const reading *z)
     const int n = z->sensor->states, m = z->sensor->components;
     likelihood_clear(&f->last);
     for (int c = 0; (c = take_ordinary(f, z, c)) < m; c++) {
-        take_with_care(f, z, c, H + c * n, component_innovation(f, z, c));
+        take_with_care(f, z, c, H + c * n, component_innovation(f, z, c), 0);
     }
     if (update_end(f)) watch_independent(f, z);
 }

@@ -146,7 +146,7 @@ KQ_COLD static int update_root(filter *f, careful_scalar *m, const sharp_work *w
         if (f->attached) f->attached->hooks->record_nothing(f);
         return 0;
     }
-    if (rows_share_exponents) note_condition(f);
+    if (rows_share_exponents) note_condition(f, w->b);
     tell_scalar(f, m, w);
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_SHARP | (m->exact ? 0 : FILTER_NARROW));
@@ -233,28 +233,17 @@ KQ_COLD KQ_NOINLINE static void take_scalar_to_16(filter *f, careful_scalar *m)
     take_scalar_in(f, m, memory);
 }
 
-KQ_COLD KQ_NOINLINE static void take_by_size(filter *f, careful_scalar *m)
+/* Component c of a reading, of row h and innovation e.  watched: it has been taken, and what rounding has done to it
+   is looked at. */
+KQ_COLD KQ_NOINLINE static void take_with_care(filter *f, const reading *z, int c, const scaled *h, scaled e,
+                                               int watched)
 {
-    if (f->states <= 2) take_scalar_to_2(f, m);
-    else if (f->states <= 4) take_scalar_to_4(f, m);
-    else take_scalar_to_16(f, m);
-}
-
-/* Component c of a reading, of row h and innovation e */
-KQ_COLD KQ_NOINLINE static void take_with_care(filter *f, const reading *z, int c,
-                                               const scaled *h, scaled e)
-{
-    careful_scalar m = {.z = z, .component = c, .h = h};
+    careful_scalar m = {.z = z, .component = c, .h = h, .watched = watched};
     m.r = scalar_noise(z, c);
     m.e = filter_is_wide(f) ? scalar_innovation(f, z, c) : e;
-    take_by_size(f, &m);
-}
-
-/* What rounding has done to component c of a reading, which has been taken */
-KQ_COLD KQ_NOINLINE static void watch_scalar(filter *f, const reading *z, int c, const scaled *h)
-{
-    careful_scalar m = {.z = z, .component = c, .h = h, .watched = 1};
-    if (z->present >> c & 1) take_by_size(f, &m);
+    if (f->states <= 2) take_scalar_to_2(f, &m);
+    else if (f->states <= 4) take_scalar_to_4(f, &m);
+    else take_scalar_to_16(f, &m);
 }
 
 #endif

@@ -21,7 +21,8 @@
 /* After a sharp measurement */
 KQ_COLD KQ_NOINLINE static void predict_ends_sharp(filter *f)
 {
-    note_condition(f);
+    scaled spare[KQ_SIZE_MAX];
+    note_condition(f, spare);
     filter_set_ready(f, FILTER_READY);
 }
 

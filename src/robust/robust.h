@@ -131,7 +131,7 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
     const unsigned others = f->events | ~(unsigned)KQ_EVENT_CONTRADICTION;
     if (!take_scalar(f, z, m->component, m->h, m->selected, *m->noise, m->e, f->states,
                      MODE_GENERAL)) {
-        take_with_care(f, z, m->component, m->h, m->e);
+        take_with_care(f, z, m->component, m->h, m->e, 0);
     }
     /* an outlier may say as little as it likes */
     if (scaled_is_less(weight, scaled_one)) f->events = (uint16_t)(f->events & others);

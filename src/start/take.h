@@ -253,7 +253,7 @@ static void start_take_known(start *s, const reading *z, int c, const scaled *h,
         tape->records = 0;
         filter_set_attached(f, &tape->attached);
     }
-    take_with_care(f, z, c, h, e);
+    take_with_care(f, z, c, h, e, 0);
     if (!tape) return;
     filter_set_attached(f, 0);
     for (uint32_t t = past_begin(s); tape->records && t < s->steps; t++) {
@@ -264,7 +264,7 @@ static void start_take_known(start *s, const reading *z, int c, const scaled *h,
 /* Its prior's variance counts in the likelihood as in that of ever larger ones. */
 static void start_take_bounded(start *s, const reading *z, int c, const scaled *h, scaled e)
 {
-    if (s->unknowns == 0) take_with_care(s->filter, z, c, h, e);
+    if (s->unknowns == 0) take_with_care(s->filter, z, c, h, e, 0);
     else start_take_known(s, z, c, h, e);
     const scaled sigma = scaled_over(scaled_one, range_sigma);
     likelihood_multiply(&s->filter->last, scaled_times(sigma, sigma));
@@ -277,7 +277,7 @@ static void start_take(start *s, const reading *z)
         if (!(z->present >> c & 1)) continue;
         start_row(&by, z, c);
         const scaled e = scalar_innovation(s->filter, z, c);
-        if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e);
+        if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e, 0);
         else if (!start_sees(s, &by)) start_take_known(s, z, c, by.h, e);
         else if (!start_define(s, z, c, &by, e)) start_take_bounded(s, z, c, by.h, e);
     }
