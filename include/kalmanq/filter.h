@@ -234,13 +234,18 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * without the event; 43 % of the events are for nothing.  It is the same in f64 at 3e29 to 3e31.  In q31, at
  * 4e15 to 4e17, half are off: 4 % of these without it, a quarter of the events for nothing.  Of 2,100
  * ordinary models with two sensors none has it, in any arithmetic (tests/campaign/precision).
+ *     Many updates: each rounds S, also where h does not see it, and takes what is rounding for information.  The event
+ * tells where that may have moved a sigma by 5 %; it is looked for once in 64 measurements.  Steps of lean sensors and
+ * KQ_FIXED_BARE do not look.  Of 750 random models whose measurements do not see all of the state (f32, A = I, n = 2
+ * to 5, P0 / R from 1e4 to 1e14, 3000 steps) 167 have a sigma that is off by more than 5 %: 3 without the event.  Of
+ * those with it two thirds are not off.
  * The mean is rounded at its increment, not at its own size, where 1/2 <= A_ii <= 2.
  * Events: KQ_EVENT_OVERFLOW where a state that nothing measures has grown beyond sigma = 2^60 (f32),
- * 2^500 (f64) or 2^8160 words (q31): sigma is held there.  If its mean has grown beyond the square of
- * that, it is lost: 0, with that sigma and no correlations (q31: KQ_EVENT_SATURATED, held at its word).
- * A x + B u beyond that is lost in the same way, by this call; a state that A does not couple to it keeps
- * its mean.  What the others know of one another stays.  Measurements bring the state back.  A history ends
- * there (KQ_EVENT_HISTORY_FULL).
+ * 2^500 (f64) or 2^8160 raw values (q31).  Its sigma is held there; in f32 and f64 it has no correlations then.  If its
+ * mean has grown beyond the square of that (2^120, 2^1000), the mean is 0 from then on (q31: KQ_EVENT_SATURATED, held
+ * at the end of its word).  So is A x + B u beyond that, by this call at the latest where it overflows.  A state that A
+ * does not couple to it keeps its mean.  What the others know of one another stays.  Measurements bring the state
+ * back.  A history ends there (KQ_EVENT_HISTORY_FULL).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
  */
 KQ_NODISCARD kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);

@@ -169,7 +169,7 @@ KQ_NODISCARD kq_status kq_process_change_transition_f64(kq_process_f64 *p, const
  * Has memory damaged p?  The first call after an init or a change keeps seals in p, later calls compare.
  * Call it once when p is prepared, then as often as you like.
  *   p        read, with A and the root G of Q; its seal is written.  Not a const table: flash has its own checks.
- * One turned bit is always found in p, in G and in A (in A and G already by the first call).  Of a table and of a
+ * One turned bit is always found in p (but in bytes that are not used), in G and in A (in A and G already by the first call).  Of a table and of a
  * process of kq_process_scale_noise it is found in p alone.  B and the formats are not looked at.
  * Sizes and addresses are compared before any address is followed.
  * Cost: as kq_process_change_transition.  Linked only if it is called; a step does nothing for it.

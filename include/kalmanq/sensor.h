@@ -185,7 +185,7 @@ KQ_NODISCARD kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const 
 /**
  * Has memory damaged s?  As kq_process_check: the first call after an init or a change keeps seals.
  *   s        read, with its memory and H; its seals are written
- * One turned bit is always found in s, in its memory and in H.  R and the formats are not looked at.
+ * One turned bit is always found in s (but in bytes that are not used), in its memory and in H.  R and the formats are not looked at.
  * Cost: as kq_sensor_change_measurement.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (s is damaged: initialise it again).
  */

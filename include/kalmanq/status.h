@@ -115,8 +115,8 @@ enum {
     /** A measurement was taken for a jump of the state: P was raised before it was taken. */
     KQ_EVENT_JUMP = 64,
     /** Precision lost: a sigma may be wrong by more than 5 %.  What a sharp measurement said is within the
-        rounding of P after a predict (filter.h, kq_predict), or very many said less than its last bits
-        (kq_update). */
+        rounding of P after a predict, or the rounding of many updates has become information (filter.h,
+        kq_predict), or very many said less than its last bits (kq_update). */
     KQ_EVENT_PRECISION = 128,
     /** A lean sensor took a low-noise measurement coarsely: its noise was raised (kq_sensor_init_lean_<T>). */
     KQ_EVENT_SHARP = 256,

@@ -27,14 +27,10 @@ static inline num row_norm(const num *S, int n, int i)
     return num_root(total);
 }
 
-/* Row i at the limit: shorter by a factor, with the correlations that it has, or of its own where they
-   are lost (0) */
-static inline void row_hold(num *S, int n, int i, num factor)
+/* Row i at the limit, without correlations: a shorter row would say of the other states what is not so */
+static inline void row_hold(num *S, int n, int i)
 {
-    for (int j = i; j < n; j++) {
-        num *entry = S + column(j) + i;
-        *entry = factor > 0 ? *entry * factor : j == i ? num_most_sigma : 0;
-    }
+    for (int j = i; j < n; j++) S[column(j) + i] = j == i ? num_most_sigma : 0;
 }
 
 /* What column `from` holds of row k, the rows below counting no more, becomes part of the pivot of column `to`. */
@@ -61,17 +57,16 @@ static inline int mean_is_kept(num *x, int n, int i)
     return 0;
 }
 
-/* The rows above one that is lost have been held by then.  What they hold in its column goes into their own. */
+/* The rows above one that is held have been looked at by then.  What they have in its column goes into their own. */
 KQ_COLD KQ_NOINLINE static unsigned state_hold(num *x, num *S, int n)
 {
     const num most = num_most_sigma / num_hold_unit;
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
-        const num norm = row_norm(S, n, i);
-        const num factor = mean_is_kept(x, n, i) ? most / norm : 0;
-        if (factor >= 1) continue;
-        for (int k = factor > 0 ? 0 : i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
-        row_hold(S, n, i, factor);
+        const int is_kept = mean_is_kept(x, n, i);
+        if (is_kept && row_norm(S, n, i) <= most) continue;
+        for (int k = i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
+        row_hold(S, n, i);
         events = KQ_EVENT_OVERFLOW;
     }
     return events;

@@ -149,10 +149,10 @@ static kq_status step(int t)
 #ifdef RECORD
 static kq_status look_back(void)
 {
-    const kq_status status = TYPED(kq_smooth)(&tape);
+    kq_status status = TYPED(kq_smooth)(&tape);
     for (int t = STEPS - 1; t >= 0 && !status; t--) {
         TYPED(kq_filter) view;
-        (void)TYPED(kq_smoothed)(&tape, (size_t)t, &view);
+        status = TYPED(kq_smoothed)(&tape, (size_t)t, &view);
         print("past");
         for (int i = 0; i < N; i++) {
             print_word(TYPED(kq_mean)(&view, i));
