@@ -788,6 +788,28 @@ static void a_decay_is_not_biased(void)
     }
 }
 
+/* State 0 has grown through state 1, which stays known to 1 +- 1: held, it says nothing of it any more. */
+static void a_held_state_says_nothing_of_the_others(void)
+{
+    static const num through[] = {2, 1, 0, 1}, start[] = {0, 0}, none[4] = {0}, first[] = {1, 0}, one[] = {1};
+    SENSOR(gauge, 2, 1);
+    ASSERT_OK(K(process_init)(&motion, through, B, none));
+    ASSERT_OK(K(sensor_init)(&gauge, first, one));
+    put_covariance(P0, 0, 0, 0, 1);
+    ASSERT_OK(K(filter_init)(&track, start, P0));
+    int held = 0;
+    for (int step = 0; step < 3000 && held < 5; step++) {
+        ASSERT_OK(K(predict)(&track, &motion, NULL));
+        held += K(events)(&track) != 0;
+        K(events_clear)(&track);
+    }
+    const num far[] = {N(MOST_SIGMA * 0.5)};
+    ASSERT_OK(K(update)(&track, &gauge, far));
+    ASSERT_CLOSE(1, K(sigma)(&track, 1), 4);
+    ASSERT_WITHIN(1e-3, 0, K(mean)(&track, 1));
+    ASSERT_WITHIN(1e-3 * MOST_SIGMA, far[0], K(mean)(&track, 0));
+}
+
 /* What was held is not what was recorded. */
 static void a_history_ends_where_predict_holds(void)
 {
@@ -810,6 +832,7 @@ static void run_numbers_end(void)
     RUN_TEST(a_mean_that_leaves_the_numbers_is_brought_back);
     RUN_TEST(a_mean_that_diverges_alone_is_lost_with_an_event);
     RUN_TEST(the_norm_of_a_row_is_held);
+    RUN_TEST(a_held_state_says_nothing_of_the_others);
     RUN_TEST(a_lost_state_has_no_correlations);
     RUN_TEST(a_decay_is_not_biased);
 }

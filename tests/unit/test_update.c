@@ -811,6 +811,25 @@ static void many_measurements_that_say_too_little_are_an_event(void)
     }
 }
 
+/* Two sensors that leave a direction of three constants unseen, 2000 times.  With P0 / R = 1e8 in f32, and as far beyond
+   what f64 resolves, rounding has become information by then; with P0 / R = 1e2 it has not. */
+static void the_rounding_of_many_updates_is_an_event(void)
+{
+    static const num rows[] = {N(0.7), N(-0.4), N(0.9), N(0.3), N(0.8), N(-0.5)}, none[] = {0, 0, 0};
+    const double most = EPS > 1e-10 ? 1e8 : 0x1p58 * 1e8, r = 1e-6;
+    const num variances[] = {N(r), N(r)};
+    SENSOR(pair, 3, 2);
+    FILTER(constants, 3);
+    for (int k = 0; k < 2; k++) {
+        num P[9] = {0};
+        for (int i = 0; i < 3; i++) P[4 * i] = N((k ? most : 100) * r);
+        ASSERT_OK(K(sensor_init_diagonal)(&pair, rows, variances));
+        ASSERT_OK(K(filter_init)(&constants, none, P));
+        for (int t = 0; t < 2000; t++) ASSERT_OK(K(update)(&constants, &pair, none));
+        TEST_ASSERT_EQUAL_HEX(k ? KQ_EVENT_PRECISION : 0, K(events)(&constants));
+    }
+}
+
 /* (1 + e)^2 = 1 + 2 e + e^2, the last of them below the last bit of a number; and less 1 */
 static void the_low_part_completes_a_predicted_measurement(void)
 {
@@ -955,6 +974,7 @@ SUITE(update, set_up)
     RUN_TEST(events_stay_until_they_are_cleared);
     RUN_TEST(what_a_sharp_measurement_told_and_a_predict_lost_is_an_event);
     RUN_TEST(many_measurements_that_say_too_little_are_an_event);
+    RUN_TEST(the_rounding_of_many_updates_is_an_event);
     RUN_TEST(the_low_part_completes_a_predicted_measurement);
     RUN_TEST(the_low_part_has_the_mean_s_low_part_in_it);
     RUN_TEST(an_innovation_beyond_the_number_range_is_not_taken);
