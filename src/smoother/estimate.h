@@ -27,7 +27,7 @@ typedef struct {
     int count;       /* columns so far; 0: no map yet */
 } estimate;
 
-enum { ESTIMATE_COLUMNS = 5, ESTIMATE_FEW = KQ_STATES_APART ? KQ_STATES_APART : 1 };
+enum { ESTIMATE_COLUMNS = 5, ESTIMATE_FEW = 3 }; /* the same in every build: so are the bits */
 
 /* T <- tria rows */
 KQ_NOINLINE static void estimate_join(const estimate *now, int n)
@@ -96,6 +96,7 @@ KQ_OUTLINE void estimate_map_root(estimate *now, backward_map map, int n)
 KQ_KERNEL void estimate_take_root(estimate *now, backward_map map, int n)
 {
     if (!now->rows) estimate_map_root(now, map, n);
+    else if (KQ_STATES_APART == 0) estimate_gather_of(now, map, n);
     else if (n == 1) estimate_gather_1(now, map);
     else if (n == 2) estimate_gather_2(now, map);
     else estimate_gather_3(now, map);

@@ -174,7 +174,7 @@ static kq_status lag_show(T(kq_lag) *lag, size_t k, filter *view, int states_onl
     unsigned events = 0;
     const int n = lag->tape.states;
     if (k == 0) copy(on_line_answer(&lag->tape, n), lag->tape.filter->memory, FILTER_LEN(n));
-    else if (n > KQ_STATES_APART) events = lag_estimate(lag, (uint32_t)k, states_only, 0, n);
+    else if (n > ESTIMATE_FEW) events = lag_estimate(lag, (uint32_t)k, states_only, 0, n);
     else events = lag_estimate_of_few(lag, (uint32_t)k, states_only, n);
     return on_line_show(&lag->tape, view, states_only, events);
 }

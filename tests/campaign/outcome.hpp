@@ -51,7 +51,7 @@ template <class T> class Campaigner
         Outcome outcome;
         try {
             library_.init(filter_);
-            kq::require(Api::historyAttach(history_.get(), filter_.get()), "history attach");
+            kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
             for (const reference::Step &step : sequence_.steps) filter(outcome, step);
             smooth(outcome);
         } catch (const std::exception &error) {

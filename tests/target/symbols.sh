@@ -65,7 +65,7 @@ case $sources in
     check_object kq_filter_f32 "$floats"
     check_object kq_statistics_f32 "$floats|^kq_(update|sensor_assign|sensor_independent)_f32$"
     check_object kq_adaptation_f32 "$floats|^kq_(predict|update|update_subset|sensor_independent)_f32$"
-    points="predict_(extended|check|end)|update_(check|by_rows)|root_of_rows|sensor_(correlated|independent)"
+    points="predict_(extended|check|end)|update_(check|by_rows)|root_of_rows|sensor_(correlated|independent|correlated_extended)"
     points="$points|process_change_transition|sensor_change_measurement"
     check_object kq_nonlinear_f32 "$floats|^kq_($points)_f32$"
     em="predict|update_subset|sensor_(independent|correlated)|(filter|process|sensor|history)_assign"
