@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from kalmanq import builders
+from kalmanq.model import builders
 from kalmanq.errors import ModelError
 from scipy import integrate, linalg
 

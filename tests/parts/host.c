@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATES = 2, STEPS = 48, FULL_SCALE = 1023, SUPPLY = 5000 };
+enum { STATES = 2, STEPS = 45, FULL_SCALE = 1023, SUPPLY = 5000 };
 
 static const double tolerance = 1e-4; /* of sigma, and of `least` */
 static const double least = 0.01;     /* counts: where sigma is 0 */

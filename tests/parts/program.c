@@ -1,5 +1,5 @@
 /*
- * A filter on a small part: 48 measurements, on an AVR by its ADC, else recorded ones; with LEAN of
+ * A filter on a small part: 45 measurements, on an AVR by its ADC, else recorded ones; with LEAN of
  * constant tables and a lean sensor, with RECORD and a smoother.  Prints a line for each estimate, its
  * words in hexadecimal, and how deep the stack has been.  tables.h is host.c's.
  */

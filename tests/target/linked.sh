@@ -10,7 +10,7 @@ core_select m4f gcc
 library=$1 work=$2/linked
 mkdir -p "$work"
 
-names='^(.*_hooks|history_.*|smooth.*|kq_(history|smooth|lag|instant|start|adaptation|settling|steady|em)_.*'
+names='^(.*_hooks(_f32)?|history_.*|smooth.*|kq_(history|smooth|lag|instant|start|adaptation|settling|steady|em)_.*'
 names="$names|kq_update_robust_f32|update_robust|huber_noise|student_noise|raise_for_jump|update_gated"
 names="$names|take_innovations|around_innovations"
 names="$names|take_correlated|begin_root|take_with_care)$"
@@ -33,7 +33,7 @@ expect() { # what of these is linked with the flags that follow
 expect_hooks() { # of what is attached, with the flag that follows, there are these, and of nothing else
     wanted=$1
     link "$2"
-    hooks=$(echo "$found" | tr ' ' '\n' | grep '_hooks$' | tr '\n' ' ')
+    hooks=$(echo "$found" | tr ' ' '\n' | grep -E '_hooks(_f32)?$' | tr '\n' ' ')
     [ "$hooks" = "$wanted" ] || { echo "expected: $wanted"; exit 1; }
 }
 expect 'take_with_care '
@@ -41,9 +41,9 @@ expect 'begin_root take_correlated take_with_care ' -DWITH_CORRELATION
 expect 'begin_root huber_noise kq_update_robust_f32 take_with_care update_robust ' -DWITH_ROBUST
 expect 'around_innovations take_innovations take_with_care ' -DWITH_INNOVATIONS
 expect '' -DLEAN
-expect_hooks 'history_hooks ' -DWITH_HISTORY
-expect_hooks 'lag_hooks ' -DWITH_LAG
-expect_hooks 'instant_hooks ' -DWITH_INSTANT
+expect_hooks 'kq_history_hooks_f32 ' -DWITH_HISTORY
+expect_hooks 'kq_lag_hooks_f32 ' -DWITH_LAG
+expect_hooks 'kq_instant_hooks_f32 ' -DWITH_INSTANT
 expect_hooks 'start_hooks start_tape_hooks ' -DWITH_START
-expect_hooks 'adaptation_hooks ' -DWITH_ADAPTATION
-expect_hooks 'settling_hooks ' -DWITH_SETTLING
+expect_hooks 'kq_adaptation_hooks_f32 ' -DWITH_ADAPTATION
+expect_hooks 'kq_settling_hooks_f32 ' -DWITH_SETTLING
