@@ -193,6 +193,7 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const careful_scalar *
     const scaled floor = scaled_times(num_watched, project_with_floor(f, m->z, m->component, m->h, spare));
     scaled least = square_of(spare, f->states);
     uint32_t share = num_most_faint;
+    if (!scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
     for (int k = 0; k < 12 && scaled_is_less(floor, least); k++) {
         least = scaled_shift(least, -1);
         share >>= 1;
