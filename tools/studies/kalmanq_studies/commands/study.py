@@ -68,7 +68,7 @@ def collect(asked: Asked, journal: Path) -> Collected:
     with progress_bar(asked.name) as progress:
         results = run_campaign(perform, tasks, fingerprint=fingerprint, journal=journal, workers=asked.workers,
                                dask=asked.dask, progress=progress, fresh=asked.fresh)
-        return Collected(tasks, results)
+        return Collected(tasks, list(results))  # all of the work is in the campaign, which tells how to go on
 
 
 def write(collected: Collected, asked: Asked) -> list[str]:
