@@ -1,13 +1,16 @@
 /*
- * A file of tests is a suite, named as the file.  It ends with
+ * A file of tests is a suite, named as the file: test_laws.c.  A test of it begins with
+ *
+ *     TEST(smoothing_does_not_change_the_filter)
+ *
+ * and it ends with
  *
  *     SUITE(laws, set_up)
- *     {
- *         RUN_TEST(smoothing_does_not_change_the_filter);
- *     }
+ *     #include "laws.tests"
  *
- * where set_up, or NULL, is called before each test.  All suites of an arithmetic are one program, and
- * runner.c calls them by their names; so what a file defines is static.
+ * where set_up, or NULL, is called before each test, and laws.tests, which the build writes (suites.cmake), runs
+ * every TEST of the file.  All suites of an arithmetic are one program, and runner.c calls them by their names;
+ * so what a file defines is static.
  */
 #ifndef KALMANQ_TESTS_SUITE_H
 #define KALMANQ_TESTS_SUITE_H
@@ -17,6 +20,8 @@
 #include "unity.h"
 
 extern void (*before_each_test)(void);
+
+#define TEST(name) static void name(void)
 
 /* suite_<name> answers how many of the tests have failed */
 #define SUITE(name, set_up)                                                                        \

@@ -1,22 +1,35 @@
-# The suites of each arithmetic: a line of its own for what takes long or what small cores do not hold.
+# The suites of each arithmetic, a file test_SUITE.c each: a line of its own for what takes long or what small cores
+# do not hold.  The kernels of known sizes are a suite that most programs leave out.
 set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast smoother numbers laws changed lag
     instant start least_squares consistency adaptation robust steady em extended sigma_points start_orders start_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse lengths prepare model lean filter smoother numbers laws on_line start least_squares
-    consistency adaptation robust steady extended words start_orders start_rank)
+set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean_q31 filter_q31 smoother_q31 numbers_q31 laws
+    on_line_q31 start_q31 least_squares_q31 consistency_q31 adaptation_q31 robust_q31 steady_q31 extended_q31 words_q31
+    start_orders start_rank)
+set(KALMANQ_FIXED_f32 fixed)
+set(KALMANQ_FIXED_f64 fixed)
+set(KALMANQ_FIXED_q31 fixed_q31)
+
+# kalmanq_tests(FILE LIST): writes to LIST a function's body that runs every TEST(name) of FILE.
+function(kalmanq_tests file list)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
+  file(STRINGS "${file}" tests REGEX "^TEST[(]")
+  list(TRANSFORM tests REPLACE "^TEST[(]([A-Za-z0-9_]+)[)].*" "    RUN_TEST(\\1)$<SEMICOLON>")
+  list(JOIN tests "\n" text)
+  string(REPLACE "$<SEMICOLON>" ";" text "${text}")
+  file(CONFIGURE OUTPUT "${list}" CONTENT "{\n${text}\n}\n" @ONLY)
+endfunction()
 
 # kalmanq_suites(FILES OPTIONS ARITHMETIC WHERE SUITE...): sets the variables with the first two names to
-# the files of a runner and their options; its suites.inc goes into the directory WHERE.
+# the files of a runner and their options; its suites.inc and the lists of tests go into the directory WHERE.
 function(kalmanq_suites out_files out_options arithmetic where)
   set(unit "${PROJECT_SOURCE_DIR}/tests/unit")
   set(files "${unit}/runner.c")
   set(text)
   foreach(suite IN LISTS ARGN)
-    set(file "${unit}/test_${suite}_${arithmetic}.c")
-    if(NOT EXISTS "${file}")
-      set(file "${unit}/test_${suite}.c")
-    endif()
+    set(file "${unit}/test_${suite}.c")
     list(APPEND files "${file}")
+    kalmanq_tests("${file}" "${where}/${suite}.tests")
     string(APPEND text "SUITE(${suite})\n")
   endforeach()
   file(CONFIGURE OUTPUT "${where}/suites.inc" CONTENT "${text}" @ONLY)

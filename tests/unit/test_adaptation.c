@@ -76,7 +76,7 @@ static void draw(uint32_t *seed)
 
 /* ------------------------------------------------------------------------------ what is learnt */
 
-static void scales_that_may_not_move_leave_the_bits(void)
+TEST(scales_that_may_not_move_leave_the_bits)
 {
     uint32_t seed = 1;
     const K(sensor) * sensors[] = {&radar, &coupled};
@@ -137,7 +137,7 @@ static void follow_the_textbook(const K(sensor) * s, const num *noise_covariance
     TEST_ASSERT_TRUE(learnt > 0.2);
 }
 
-static void scales_follow_the_formulas(void)
+TEST(scales_follow_the_formulas)
 {
     static const num diagonal[] = {0.5, 0, 0, 1};
     for (int scales = KQ_ADAPT_BOTH; scales <= KQ_ADAPT_SENSOR; scales++) {
@@ -167,7 +167,7 @@ static double score_at(double h, int last, double *log_likelihood)
 }
 
 /* A double of 32 bits (AVR) is too short for differences. */
-static void the_formulas_are_those_of_likelihood(void)
+TEST(the_formulas_are_those_of_likelihood)
 {
     const double h = DBL_MANT_DIG > 24 ? 1e-4 : 0.0625;
     const double tolerance = DBL_MANT_DIG > 24 ? 1e-7 : 1e-2;
@@ -181,7 +181,7 @@ static void the_formulas_are_those_of_likelihood(void)
 }
 
 /* A plant with Q and R 4 times and a quarter of what is said */
-static void the_scales_of_a_plant_are_found(void)
+TEST(the_scales_of_a_plant_are_found)
 {
     static const num one[] = {1}, none[] = {0};
     PROCESS(walk, 1, 0);
@@ -206,7 +206,7 @@ static void the_scales_of_a_plant_are_found(void)
     ASSERT_WITHIN(0.25, log(4), log((double)K(adaptation_sensor_scale)(&finder)));
 }
 
-static void learning_begins_after_n_measurements(void)
+TEST(learning_begins_after_n_measurements)
 {
     for (int k = 0; k < 2; k++) {
         ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
@@ -219,7 +219,7 @@ static void learning_begins_after_n_measurements(void)
     TEST_ASSERT_TRUE(process_scale() > 1 && sensor_scale() > 1);
 }
 
-static void without_a_measurement_nothing_is_learnt(void)
+TEST(without_a_measurement_nothing_is_learnt)
 {
     uint32_t seed = 2;
     for (int t = 0; t < 10; t++) {
@@ -241,7 +241,7 @@ static void without_a_measurement_nothing_is_learnt(void)
 /* ------------------------------------------------------------------------------ bounds */
 
 /* 5 sigma or all the sigmas there are: the scales do not know */
-static void an_outlier_counts_as_four_sigma(void)
+TEST(an_outlier_counts_as_four_sigma)
 {
     num found[3][2];
     for (int k = 0; k < 3; k++) {
@@ -270,7 +270,7 @@ static void assert_step(double before, double now)
 }
 
 /* Measurements out of all proportion, then none that differ from what is expected */
-static void steps_and_limits_are_kept(void)
+TEST(steps_and_limits_are_kept)
 {
     int moved = 0;
     for (int t = 0; t < 1000; t++) {
@@ -291,7 +291,7 @@ static void steps_and_limits_are_kept(void)
 }
 
 /* A state that grows and is not seen, until P has left the numbers */
-static void what_leaves_the_numbers_is_forgotten(void)
+TEST(what_leaves_the_numbers_is_forgotten)
 {
     static const num growing[] = {1, 0, 0, 1024}, seen[] = {1, 0};
     ADAPTATION(other, 2, 1);
@@ -308,7 +308,7 @@ static void what_leaves_the_numbers_is_forgotten(void)
     TEST_ASSERT_TRUE(q > 0 && q <= 16 && s > 0 && s <= 8);
 }
 
-static void no_noise_stays_none(void)
+TEST(no_noise_stays_none)
 {
     static const num zero[] = {0, 0, 0, 0}, sharp[] = {0, 1};
     uint32_t seed = 9;
@@ -342,7 +342,7 @@ static void learn_something(void)
     TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
 }
 
-static void the_scaled_models_are_those_of_the_scales(void)
+TEST(the_scaled_models_are_those_of_the_scales)
 {
     PROCESS(expected, 2, 1);
     num S[4], S0[4];
@@ -363,7 +363,7 @@ static void the_scaled_models_are_those_of_the_scales(void)
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
-static void another_model_is_that_of_the_next_step(void)
+TEST(another_model_is_that_of_the_next_step)
 {
     static const num A2[] = {0.5, 0.25, 0, 1}, H2[] = {0, 1, 1, 1};
     PROCESS(expected, 2, 1);
@@ -379,7 +379,7 @@ static void another_model_is_that_of_the_next_step(void)
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
-static void an_attach_keeps_what_was_learnt(void)
+TEST(an_attach_keeps_what_was_learnt)
 {
     learn_something();
     const K(adaptation) before = tuner;
@@ -396,7 +396,7 @@ static void an_attach_keeps_what_was_learnt(void)
 }
 
 /* Steps by which nothing may be learnt, beside a filter that has none to learn by */
-static void other_models_are_taken_as_they_are(void)
+TEST(other_models_are_taken_as_they_are)
 {
     uint32_t seed = 6;
     learn_something();
@@ -424,7 +424,7 @@ static void other_models_are_taken_as_they_are(void)
     TEST_ASSERT_TRUE(memcmp(&before, &tuner, sizeof before) != 0);
 }
 
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     ADAPTATION(other, 2, 2);
     const K(sensor) * sensors[] = {&radar, &coupled, &single};
@@ -451,7 +451,7 @@ static void a_step_is_a_predict_and_an_update(void)
     }
 }
 
-static void a_detached_filter_goes_on_by_itself(void)
+TEST(a_detached_filter_goes_on_by_itself)
 {
     learn_something();
     ASSERT_OK(K(filter_copy)(&twin, &track));
@@ -476,7 +476,7 @@ static void a_detached_filter_goes_on_by_itself(void)
 }
 
 /* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
-static void a_copied_filter_goes_on_by_itself(void)
+TEST(a_copied_filter_goes_on_by_itself)
 {
     for (int assigned = 0; assigned < 2; assigned++) {
         learn_something();
@@ -503,7 +503,7 @@ static void a_copied_filter_goes_on_by_itself(void)
 }
 
 /* It may then be gone, or assigned anew: the filter does not go to it any more. */
-static void what_is_assigned_anew_is_not_attached(void)
+TEST(what_is_assigned_anew_is_not_attached)
 {
     ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
     for (int t = 0; t < 3; t++) {
@@ -524,7 +524,7 @@ static void what_is_assigned_anew_is_not_attached(void)
     tuner = kept;
 }
 
-static void an_adaptation_works_at_every_size(void)
+TEST(an_adaptation_works_at_every_size)
 {
     enum { MOST_WORDS = GUARDED(ADAPTATION_LEN(16, 16)) };
     static num room[MOST_WORDS], words[FILTER_LEN(16)], roots[KQ_PROCESS_LEN(16)];
@@ -563,7 +563,7 @@ static void an_adaptation_works_at_every_size(void)
 
 /* ------------------------------------------------------------------------------ refusals */
 
-static void refusals_of_assign(void)
+TEST(refusals_of_assign)
 {
     static num words[ADAPTATION_LEN(2, 2)];
     K(adaptation) a = {.states = 0};
@@ -581,7 +581,7 @@ static void refusals_of_assign(void)
 
 static kq_status try_init(void) { return K(adaptation_init)(&tuner, &motion, &radar, &rule); }
 
-static void refusals_of_init(void)
+TEST(refusals_of_init)
 {
     K(adaptation) none = {.states = 0}, short_one = tuner;
     short_one.length--;
@@ -607,7 +607,7 @@ static void assert_bad_number(num *number, num bad, kq_status status)
     *number = good;
 }
 
-static void refusals_of_a_rule(void)
+TEST(refusals_of_a_rule)
 {
     num *numbers[] = {&rule.step, &rule.process_least, &rule.process_most, &rule.sensor_least,
                       &rule.sensor_most};
@@ -635,7 +635,7 @@ static void refusals_of_a_rule(void)
 }
 
 /* A noise that a scale would lead out of the numbers */
-static void refusals_of_what_cannot_be_scaled(void)
+TEST(refusals_of_what_cannot_be_scaled)
 {
     const num large = NUM_MAX / 64;
     const num huge[] = {large, large / 2, large / 2, large};
@@ -649,7 +649,7 @@ static void refusals_of_what_cannot_be_scaled(void)
 }
 
 /* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-static void an_adaptation_has_one_filter(void)
+TEST(an_adaptation_has_one_filter)
 {
     WATCH(twin);
     learn_something();
@@ -668,7 +668,7 @@ static void an_adaptation_has_one_filter(void)
 }
 
 /* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
-static void what_records_takes_the_place_of_what_records(void)
+TEST(what_records_takes_the_place_of_what_records)
 {
     LAG(lag, 2, 2, 2);
     INSTANT(point, 2, 2);
@@ -690,7 +690,7 @@ static void what_records_takes_the_place_of_what_records(void)
     ASSERT_OK(K(detach)(&tape.attached));
 }
 
-static void refusals_of_attach(void)
+TEST(refusals_of_attach)
 {
     LAG(lag, 2, 2, 2);
     INSTANT(point, 2, 2);
@@ -724,7 +724,7 @@ static void refusals_of_attach(void)
 }
 
 /* Beside the processes and sensors that are learnt from, others, which are refused alike */
-static void refusals_of_predict(void)
+TEST(refusals_of_predict)
 {
     const K(process) * processes[] = {&motion, &another};
     for (int k = 0; k < COUNT(processes); k++) {
@@ -740,7 +740,7 @@ static void refusals_of_predict(void)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, u));
 }
 
-static void refusals_of_update(void)
+TEST(refusals_of_update)
 {
     const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < COUNT(sensors); k++) {
@@ -761,7 +761,7 @@ static void refusals_of_update(void)
 }
 
 /* A step that is refused has not predicted, either. */
-static void refusals_of_step(void)
+TEST(refusals_of_step)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
     ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
@@ -785,7 +785,7 @@ static void refusals_of_step(void)
 }
 
 /* The models that it refers to have become others */
-static void refusals_of_models_that_changed(void)
+TEST(refusals_of_models_that_changed)
 {
     const K(process) kept = motion;
     const K(sensor) kept_sensor = radar;
@@ -802,7 +802,7 @@ static void refusals_of_models_that_changed(void)
     ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
 }
 
-static void readings_of_nothing(void)
+TEST(readings_of_nothing)
 {
     ASSERT_NAN(K(adaptation_process_scale)(NULL));
     ASSERT_NAN(K(adaptation_sensor_scale)(NULL));
@@ -813,36 +813,4 @@ static void readings_of_nothing(void)
 }
 
 SUITE(adaptation, set_up)
-{
-    RUN_TEST(scales_that_may_not_move_leave_the_bits);
-    RUN_TEST(scales_follow_the_formulas);
-    RUN_TEST(the_formulas_are_those_of_likelihood);
-    RUN_TEST(the_scales_of_a_plant_are_found);
-    RUN_TEST(learning_begins_after_n_measurements);
-    RUN_TEST(without_a_measurement_nothing_is_learnt);
-    RUN_TEST(an_outlier_counts_as_four_sigma);
-    RUN_TEST(steps_and_limits_are_kept);
-    RUN_TEST(what_leaves_the_numbers_is_forgotten);
-    RUN_TEST(no_noise_stays_none);
-    RUN_TEST(the_scaled_models_are_those_of_the_scales);
-    RUN_TEST(another_model_is_that_of_the_next_step);
-    RUN_TEST(an_attach_keeps_what_was_learnt);
-    RUN_TEST(other_models_are_taken_as_they_are);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(a_detached_filter_goes_on_by_itself);
-    RUN_TEST(a_copied_filter_goes_on_by_itself);
-    RUN_TEST(what_is_assigned_anew_is_not_attached);
-    RUN_TEST(an_adaptation_works_at_every_size);
-    RUN_TEST(refusals_of_assign);
-    RUN_TEST(refusals_of_init);
-    RUN_TEST(refusals_of_a_rule);
-    RUN_TEST(refusals_of_what_cannot_be_scaled);
-    RUN_TEST(an_adaptation_has_one_filter);
-    RUN_TEST(what_records_takes_the_place_of_what_records);
-    RUN_TEST(refusals_of_attach);
-    RUN_TEST(refusals_of_predict);
-    RUN_TEST(refusals_of_update);
-    RUN_TEST(refusals_of_step);
-    RUN_TEST(refusals_of_models_that_changed);
-    RUN_TEST(readings_of_nothing);
-}
+#include "adaptation.tests"

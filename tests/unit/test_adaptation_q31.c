@@ -90,7 +90,7 @@ static const int32_t *drive(void)
 
 /* ------------------------------------------------------------------------------ what is learnt */
 
-static void scales_that_may_not_move_leave_the_bits(void)
+TEST(scales_that_may_not_move_leave_the_bits)
 {
     uint32_t seed = 1;
     const kq_sensor_q31 *sensors[] = {&radar.sensor, &coupled.sensor};
@@ -141,7 +141,7 @@ static void follow_double(const kq_sensor_q31 *s, const double *R_wide, kq_adapt
     TEST_ASSERT_TRUE(fabs(log(process_scale())) + fabs(log(sensor_scale())) > 0.2);
 }
 
-static void scales_are_those_of_double(void)
+TEST(scales_are_those_of_double)
 {
     for (int scales = KQ_ADAPT_BOTH; scales <= KQ_ADAPT_SENSOR; scales++) {
         follow_double(&radar.sensor, diagonal, (kq_adapted)scales);
@@ -152,7 +152,7 @@ static void scales_are_those_of_double(void)
 /* ------------------------------------------------------------------------------ bounds */
 
 /* Measurements out of all proportion, then none that differ from what is expected */
-static void steps_and_limits_are_kept(void)
+TEST(steps_and_limits_are_kept)
 {
     for (int t = 0; t < 1000; t++) {
         const double q = process_scale(), r = sensor_scale(), most = 1.125 * (1 + 1e-8);
@@ -176,7 +176,7 @@ static void steps_and_limits_are_kept(void)
 
 /* States that nothing measures and nothing moves, for as long as it takes their slopes to vanish;
    noise-free components; a noise as large as a table may say */
-static void ends_of_the_numbers_are_safe(void)
+TEST(ends_of_the_numbers_are_safe)
 {
     static const double fading[] = {0.5, 0, 0, 0.25}, still[] = {0, 0, 0, 0};
     const kq_scaled_q31 odd_noise[][2] = {{{0, 0}, {0, 0}}, {power(900), power(-900)}};
@@ -213,7 +213,7 @@ static void learn_something(void)
     TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
 }
 
-static void the_scaled_models_are_those_of_the_scales(void)
+TEST(the_scaled_models_are_those_of_the_scales)
 {
     static kq_process_q31 expected;
     static int32_t root[KQ_ROOT_LEN_Q31(2)];
@@ -235,7 +235,7 @@ static void the_scaled_models_are_those_of_the_scales(void)
     TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
 }
 
-static void an_attach_keeps_what_was_learnt(void)
+TEST(an_attach_keeps_what_was_learnt)
 {
     uint32_t seed = 8;
     learn_something();
@@ -259,7 +259,7 @@ static void assert_has_learnt_nothing(const kq_adaptation_q31 *before)
 }
 
 /* Steps by which nothing may be learnt, beside a filter that has none to learn by */
-static void other_models_are_taken_as_they_are(void)
+TEST(other_models_are_taken_as_they_are)
 {
     uint32_t seed = 6;
     learn_something();
@@ -278,7 +278,7 @@ static void other_models_are_taken_as_they_are(void)
     assert_has_learnt_nothing(&before);
 }
 
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     KQ_ADAPTATION_Q31(other, 2, 2);
     const kq_sensor_q31 *sensors[] = {&radar.sensor, &coupled.sensor};
@@ -326,7 +326,7 @@ static void assert_goes_on_alone(kq_filter_q31 *f)
     assert_has_learnt_nothing(&before);
 }
 
-static void what_is_detached_or_copied_goes_on_by_itself(void)
+TEST(what_is_detached_or_copied_goes_on_by_itself)
 {
     learn_something();
     ASSERT_OK(kq_filter_copy_q31(&twin, &track));
@@ -344,7 +344,7 @@ static void what_is_detached_or_copied_goes_on_by_itself(void)
 
 /* ------------------------------------------------------------------------------ refusals */
 
-static void refusals_of_assign(void)
+TEST(refusals_of_assign)
 {
     static kq_scaled_q31 words[KQ_ADAPTATION_LEN_Q31(2, 2)];
     static int32_t root[KQ_ROOT_LEN_Q31(2)];
@@ -372,7 +372,7 @@ static kq_status try_models(const kq_process_q31 *p, const kq_sensor_q31 *s)
     return kq_adaptation_init_q31(&tuner, p, s, &rule);
 }
 
-static void refusals_of_init(void)
+TEST(refusals_of_init)
 {
     kq_adaptation_q31 nothing = {.states = 0};
     WATCH(nothing);
@@ -398,7 +398,7 @@ static void assert_bad_number(kq_scaled_q31 *number, kq_scaled_q31 bad, kq_statu
     *number = good;
 }
 
-static void refusals_of_a_rule(void)
+TEST(refusals_of_a_rule)
 {
     kq_scaled_q31 *numbers[] = {&rule.step, &rule.process_least, &rule.process_most,
                                 &rule.sensor_least, &rule.sensor_most};
@@ -427,7 +427,7 @@ static void refusals_of_a_rule(void)
 }
 
 /* It has a filter until it is detached; f may have been initialised meanwhile. */
-static void an_adaptation_has_one_filter(void)
+TEST(an_adaptation_has_one_filter)
 {
     WATCH(twin);
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tuner.attached));
@@ -439,7 +439,7 @@ static void an_adaptation_has_one_filter(void)
     ASSERT_OK(kq_attach_q31(&twin, &tuner.attached));
 }
 
-static void refusals_of_attach(void)
+TEST(refusals_of_attach)
 {
     KQ_FILTER_Q31(track3, 3);
     KQ_ADAPTATION_Q31(other, 2, 2);
@@ -460,7 +460,7 @@ static void refusals_of_attach(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tuner.attached));
 }
 
-static void refusals_of_steps(void)
+TEST(refusals_of_steps)
 {
     KQ_FILTER_Q31(track3, 3);
     int32_t z[] = {INT32_MAX, 0}, u[] = {INT32_MAX};
@@ -487,7 +487,7 @@ static void refusals_of_steps(void)
     ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, s, z));
 }
 
-static void readings_of_nothing(void)
+TEST(readings_of_nothing)
 {
     const kq_scaled_q31 a = kq_adaptation_process_scale_q31(NULL);
     const kq_scaled_q31 b = kq_adaptation_sensor_scale_q31(&blank);
@@ -496,22 +496,5 @@ static void readings_of_nothing(void)
     TEST_ASSERT_NULL(kq_adaptation_sensor_q31(NULL));
 }
 
-SUITE(adaptation, set_up)
-{
-    RUN_TEST(scales_that_may_not_move_leave_the_bits);
-    RUN_TEST(scales_are_those_of_double);
-    RUN_TEST(steps_and_limits_are_kept);
-    RUN_TEST(ends_of_the_numbers_are_safe);
-    RUN_TEST(the_scaled_models_are_those_of_the_scales);
-    RUN_TEST(an_attach_keeps_what_was_learnt);
-    RUN_TEST(other_models_are_taken_as_they_are);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(what_is_detached_or_copied_goes_on_by_itself);
-    RUN_TEST(refusals_of_assign);
-    RUN_TEST(refusals_of_init);
-    RUN_TEST(refusals_of_a_rule);
-    RUN_TEST(an_adaptation_has_one_filter);
-    RUN_TEST(refusals_of_attach);
-    RUN_TEST(refusals_of_steps);
-    RUN_TEST(readings_of_nothing);
-}
+SUITE(adaptation_q31, set_up)
+#include "adaptation_q31.tests"

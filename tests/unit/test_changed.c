@@ -111,7 +111,7 @@ static void assert_smooth_again(void)
 
 /* ------------------------------------------------------------------------------- tapes */
 
-static void a_process_changed_at_every_step_is_refused(void)
+TEST(a_process_changed_at_every_step_is_refused)
 {
     run_in_place(&track);
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
@@ -119,7 +119,7 @@ static void a_process_changed_at_every_step_is_refused(void)
     assert_smooth_again();
 }
 
-static void with_the_process_of_each_step_it_is_smoothed(void)
+TEST(with_the_process_of_each_step_it_is_smoothed)
 {
     reading expected, now;
     run_in_place(&track);
@@ -137,7 +137,7 @@ static void with_the_process_of_each_step_it_is_smoothed(void)
     }
 }
 
-static void changed_between_two_predicts(void)
+TEST(changed_between_two_predicts)
 {
     for (int changed = 1; changed < 5; changed++) {
         set_up();
@@ -151,7 +151,7 @@ static void changed_between_two_predicts(void)
     }
 }
 
-static void changed_after_the_recording(void)
+TEST(changed_after_the_recording)
 {
     run_constant(&track, &turn);
     change(1);
@@ -160,7 +160,7 @@ static void changed_after_the_recording(void)
     ASSERT_OK(K(smooth)(&tape));
 }
 
-static void changed_while_it_is_smoothed(void)
+TEST(changed_while_it_is_smoothed)
 {
     run_constant(&track, &turn);
     for (int k = 0; k < 3; k++) ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
@@ -171,7 +171,7 @@ static void changed_while_it_is_smoothed(void)
 }
 
 /* One of two that take turns changes while it is not in use, or has no more use. */
-static void changed_while_another_was_in_use(void)
+TEST(changed_while_another_was_in_use)
 {
     for (int changed = 0; changed < 6; changed++) {
         set_up();
@@ -185,7 +185,7 @@ static void changed_while_another_was_in_use(void)
     }
 }
 
-static void the_same_a_again_is_no_change(void)
+TEST(the_same_a_again_is_no_change)
 {
     static num again[4];
     for (int t = 0; t < 5; t++) {
@@ -199,7 +199,7 @@ static void the_same_a_again_is_no_change(void)
 
 /* ------------------------------------------------------------------- whatever changes it */
 
-static void another_init(void)
+TEST(another_init)
 {
     run_constant(&track, &turn);
     ASSERT_OK(K(process_init)(&turn, A, NULL, Q2));
@@ -211,7 +211,7 @@ static void another_init(void)
     ASSERT_OK(K(smooth)(&tape));
 }
 
-static void an_assigned_struct(void)
+TEST(an_assigned_struct)
 {
     const K(process) before = turn;
     run_constant(&track, &turn);
@@ -222,7 +222,7 @@ static void an_assigned_struct(void)
 }
 
 /* A copy of a process, with its own A at every step */
-static void a_copy_that_is_changed(void)
+TEST(a_copy_that_is_changed)
 {
     K(process) now;
     for (int t = 0; t < 5; t++) {
@@ -236,7 +236,7 @@ static void a_copy_that_is_changed(void)
     ASSERT_OK(K(detach)(&tape.attached));
 }
 
-static void scaled_noise(void)
+TEST(scaled_noise)
 {
     ASSERT_OK(K(process_scale_noise)(&other, &turn, 4));
     run_constant(&track, &other);
@@ -249,7 +249,7 @@ static void scaled_noise(void)
 }
 
 /* As of Student's steps, whose history is smoothed with the scales */
-static void noise_scaled_at_every_step(void)
+TEST(noise_scaled_at_every_step)
 {
     num q[4];
     for (int t = 0; t < 5; t++) {
@@ -265,7 +265,7 @@ static void noise_scaled_at_every_step(void)
 }
 
 /* Signs, exchanges, last bits and powers of 2, of each entry and of two at once */
-static void every_entry_counts(void)
+TEST(every_entry_counts)
 {
     static const num factor[] = {-1, 2, 0.5, 4, 0, N(1 + EPS)};
     num first[4];
@@ -294,7 +294,7 @@ static void every_entry_counts(void)
 /* ------------------------------------------------------------------------------ on line */
 
 /* Nothing of a process is kept: it may change in place at every step. */
-static void a_lag_takes_the_process_as_it_was(void)
+TEST(a_lag_takes_the_process_as_it_was)
 {
     reading expected;
     run_apart(&twin);
@@ -316,7 +316,7 @@ static void a_lag_takes_the_process_as_it_was(void)
     }
 }
 
-static void a_point_takes_the_process_as_it_was(void)
+TEST(a_point_takes_the_process_as_it_was)
 {
     reading expected;
     run_apart(&twin);
@@ -337,7 +337,7 @@ static void a_point_takes_the_process_as_it_was(void)
 }
 
 /* The steps before the state is known need no process afterwards, the tape's do. */
-static void a_start_smooths_what_has_not_changed(void)
+TEST(a_start_smooths_what_has_not_changed)
 {
     for (int changed = 0; changed < 5; changed++) {
         set_up();
@@ -365,7 +365,7 @@ static const num table_Q[] = {0.3125, 0.125, 0.125, 0.25};
 static const K(process) table = KQ_PROCESS_TABLE(2, 0, table_A, NULL, table_G);
 static const K(sensor) radar_table = SENSOR_TABLE(2, 1, H, R);
 
-static void a_const_table_is_a_process(void)
+TEST(a_const_table_is_a_process)
 {
     reading expected, now;
     ASSERT_OK(K(process_init)(&turn, table_A, NULL, table_Q));
@@ -389,22 +389,4 @@ static void a_const_table_is_a_process(void)
 }
 
 SUITE(changed, set_up)
-{
-    RUN_TEST(a_process_changed_at_every_step_is_refused);
-    RUN_TEST(with_the_process_of_each_step_it_is_smoothed);
-    RUN_TEST(changed_between_two_predicts);
-    RUN_TEST(changed_after_the_recording);
-    RUN_TEST(changed_while_it_is_smoothed);
-    RUN_TEST(changed_while_another_was_in_use);
-    RUN_TEST(the_same_a_again_is_no_change);
-    RUN_TEST(another_init);
-    RUN_TEST(an_assigned_struct);
-    RUN_TEST(a_copy_that_is_changed);
-    RUN_TEST(scaled_noise);
-    RUN_TEST(noise_scaled_at_every_step);
-    RUN_TEST(every_entry_counts);
-    RUN_TEST(a_lag_takes_the_process_as_it_was);
-    RUN_TEST(a_point_takes_the_process_as_it_was);
-    RUN_TEST(a_start_smooths_what_has_not_changed);
-    RUN_TEST(a_const_table_is_a_process);
-}
+#include "changed.tests"

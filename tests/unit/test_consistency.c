@@ -124,7 +124,7 @@ static void assert_window(int first, int last)
 }
 
 /* Filling up, full, and after the ring has turned twice */
-static void the_window_is_that_of_the_last_updates(void)
+TEST(the_window_is_that_of_the_last_updates)
 {
     for (int steps = 1; steps <= STEPS; steps++) {
         set_up();
@@ -133,7 +133,7 @@ static void the_window_is_that_of_the_last_updates(void)
     }
 }
 
-static void components_may_be_missing(void)
+TEST(components_may_be_missing)
 {
     for (int steps = 5; steps <= STEPS; steps++) {
         set_up();
@@ -143,7 +143,7 @@ static void components_may_be_missing(void)
 }
 
 /* What has left the window has left nothing behind. */
-static void nothing_drifts(void)
+TEST(nothing_drifts)
 {
     static num after[COUNT(recent_memory)];
     num first[3], second[3];
@@ -161,7 +161,7 @@ static void nothing_drifts(void)
     ASSERT_SAME_BITS(first, second);
 }
 
-static void an_update_that_takes_nothing_does_not_enter(void)
+TEST(an_update_that_takes_nothing_does_not_enter)
 {
     run(3, 3, always);
     ASSERT_OK(K(consistency_watch)(&recent, &track, &radar, z, 0));
@@ -180,7 +180,7 @@ static kq_status watched_step(void)
 }
 
 /* A settled step judges no measurement: kq_nis is that of a step long ago. */
-static void a_settled_step_does_not_enter(void)
+TEST(a_settled_step_does_not_enter)
 {
     SETTLING(lazy, 2, 2);
     FILTER(copy, 2);
@@ -209,7 +209,7 @@ static void a_settled_step_does_not_enter(void)
 }
 
 /* Watched, and not taken after all: the next measurement takes its place. */
-static void what_is_watched_may_be_dropped(void)
+TEST(what_is_watched_may_be_dropped)
 {
     run(3, 2, always);
     z[0] = 100;
@@ -219,7 +219,7 @@ static void what_is_watched_may_be_dropped(void)
     assert_window(0, 3);
 }
 
-static void watching_leaves_the_filter(void)
+TEST(watching_leaves_the_filter)
 {
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(radar), WATCH(z);
@@ -227,7 +227,7 @@ static void watching_leaves_the_filter(void)
 }
 
 /* A noise-free component that is known already: e / sqrt(0) */
-static void a_variance_of_0_counts_as_missing(void)
+TEST(a_variance_of_0_counts_as_missing)
 {
     static const num nothing[] = {0, 0, 0, 0}, none[] = {0, 1};
     num a, b, c, d;
@@ -240,7 +240,7 @@ static void a_variance_of_0_counts_as_missing(void)
     ASSERT_OK(K(consistency_innovation)(&recent, 1, 2, &a, &b, &c, &d));
 }
 
-static void innovations_of_0_have_no_correlation(void)
+TEST(innovations_of_0_have_no_correlation)
 {
     num mean, bound, correlation, spread;
     ASSERT_OK(K(measurement)(&track, &radar, z, NULL));
@@ -254,7 +254,7 @@ static void innovations_of_0_have_no_correlation(void)
     TEST_ASSERT_TRUE(correlation >= -1 && correlation <= 1);
 }
 
-static void clearing_forgets(void)
+TEST(clearing_forgets)
 {
     num a, b, c;
     run(3, 7, always);
@@ -269,7 +269,7 @@ static void clearing_forgets(void)
 
 /* SciPy: chi2.ppf(p / 2, d) / d and chi2.isf(p / 2, d) / d, p = 2 norm.sf(q), and the errors that
    the manual states */
-static void the_bounds_are_those_of_chi_square(void)
+TEST(the_bounds_are_those_of_chi_square)
 {
     static const struct {
         double q, low, high, error;
@@ -300,7 +300,7 @@ static void the_bounds_are_those_of_chi_square(void)
 }
 
 /* One component, one update; 16 components; nothing is written outside */
-static void sizes_may_be_the_smallest_and_the_largest(void)
+TEST(sizes_may_be_the_smallest_and_the_largest)
 {
     static num room[GUARDED(CONSISTENCY_LEN(16, 3))], filter_memory[FILTER_LEN(16)];
     static num sensor_memory[KQ_SENSOR_DIAGONAL_LEN(16)], identity[256], ones[16], zeros[16];
@@ -332,7 +332,7 @@ static void sizes_may_be_the_smallest_and_the_largest(void)
 
 /* ------------------------------------------------------------ what is refused */
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static num memory[CONSISTENCY_LEN(2, WINDOW)];
     const size_t length = COUNT(memory);
@@ -352,7 +352,7 @@ static void assign_refuses(void)
 
 static kq_status watch_all(void) { return K(consistency_watch)(&recent, &track, &radar, z, ALL); }
 
-static void watch_refuses(void)
+TEST(watch_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_watch)(NULL, &track, &radar, z, ALL));
     ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_watch)(&recent, NULL, &radar, z, ALL));
@@ -367,7 +367,7 @@ static void watch_refuses(void)
     ASSERT_OK(K(consistency_watch)(&recent, &track, &radar, z, 1)); /* it is not read */
 }
 
-static void record_refuses(void)
+TEST(record_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_record)(NULL, &track));
     ASSERT_REFUSED(KQ_ERR_NULL, K(consistency_record)(&recent, NULL));
@@ -377,7 +377,7 @@ static void record_refuses(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_record)(&recent, &blank_filter));
 }
 
-static void readings_refuse(void)
+TEST(readings_refuse)
 {
     num *a = &out[0], *b = &out[1], *c = &out[2], *d = &out[4];
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_nis)(&blank, 2, a, b, c));
@@ -406,21 +406,4 @@ static void readings_refuse(void)
 }
 
 SUITE(consistency, set_up)
-{
-    RUN_TEST(the_window_is_that_of_the_last_updates);
-    RUN_TEST(components_may_be_missing);
-    RUN_TEST(nothing_drifts);
-    RUN_TEST(an_update_that_takes_nothing_does_not_enter);
-    RUN_TEST(a_settled_step_does_not_enter);
-    RUN_TEST(what_is_watched_may_be_dropped);
-    RUN_TEST(watching_leaves_the_filter);
-    RUN_TEST(a_variance_of_0_counts_as_missing);
-    RUN_TEST(innovations_of_0_have_no_correlation);
-    RUN_TEST(clearing_forgets);
-    RUN_TEST(the_bounds_are_those_of_chi_square);
-    RUN_TEST(sizes_may_be_the_smallest_and_the_largest);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(watch_refuses);
-    RUN_TEST(record_refuses);
-    RUN_TEST(readings_refuse);
-}
+#include "consistency.tests"

@@ -85,7 +85,7 @@ static void assert_like_double(void)
     }
 }
 
-static void the_statistics_are_those_in_double(void)
+TEST(the_statistics_are_those_in_double)
 {
     uint32_t seed = 11;
     for (int k = 0; k < 3 * WINDOW; k++) {
@@ -96,7 +96,7 @@ static void the_statistics_are_those_in_double(void)
 }
 
 /* What has left the window has left nothing behind: sums are exact. */
-static void an_outlier_leaves_with_its_update(void)
+TEST(an_outlier_leaves_with_its_update)
 {
     static const double far[] = {900, -900}, near[] = {1, 0};
     step(far, ALL);
@@ -105,7 +105,7 @@ static void an_outlier_leaves_with_its_update(void)
 }
 
 /* Held at 128 sigma */
-static void an_innovation_is_held(void)
+TEST(an_innovation_is_held)
 {
     static const double far[] = {900, -900};
     int64_t mean, correlation, bound, spread;
@@ -119,7 +119,7 @@ static void an_innovation_is_held(void)
     TEST_ASSERT_TRUE(score_value(mean) > 128 * 128);
 }
 
-static void an_update_that_takes_nothing_does_not_enter(void)
+TEST(an_update_that_takes_nothing_does_not_enter)
 {
     ASSERT_OK(kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, 0));
     ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, 0));
@@ -128,7 +128,7 @@ static void an_update_that_takes_nothing_does_not_enter(void)
 }
 
 /* A settled step judges no measurement: kq_nis_q31 is that of a step long ago. */
-static void a_settled_step_does_not_enter(void)
+TEST(a_settled_step_does_not_enter)
 {
     static const double values[] = {1, 0.5};
     const int32_t *words = words_of(values, 2, radar.measurement_format);
@@ -148,7 +148,7 @@ static void a_settled_step_does_not_enter(void)
     TEST_ASSERT_EQUAL_INT(2, kq_consistency_count_q31(&recent));
 }
 
-static void clearing_forgets(void)
+TEST(clearing_forgets)
 {
     static const double near[] = {1, 0};
     step(near, ALL);
@@ -156,7 +156,7 @@ static void clearing_forgets(void)
     TEST_ASSERT_EQUAL_INT(0, kq_consistency_count_q31(&recent));
 }
 
-static void what_is_wrong_is_refused(void)
+TEST(what_is_wrong_is_refused)
 {
     static int32_t memory[KQ_CONSISTENCY_LEN_Q31(2, WINDOW)];
     const size_t length = COUNT(memory);
@@ -187,7 +187,7 @@ static void what_is_wrong_is_refused(void)
 }
 
 /* A quantile of any size */
-static void bounds_of_any_quantile_are_within_the_numbers(void)
+TEST(bounds_of_any_quantile_are_within_the_numbers)
 {
     static const double near[] = {1, 0};
     step(near, ALL);
@@ -197,14 +197,5 @@ static void bounds_of_any_quantile_are_within_the_numbers(void)
     TEST_ASSERT_TRUE(out[1] == out[2]);
 }
 
-SUITE(consistency, set_up)
-{
-    RUN_TEST(the_statistics_are_those_in_double);
-    RUN_TEST(an_outlier_leaves_with_its_update);
-    RUN_TEST(an_innovation_is_held);
-    RUN_TEST(an_update_that_takes_nothing_does_not_enter);
-    RUN_TEST(a_settled_step_does_not_enter);
-    RUN_TEST(clearing_forgets);
-    RUN_TEST(what_is_wrong_is_refused);
-    RUN_TEST(bounds_of_any_quantile_are_within_the_numbers);
-}
+SUITE(consistency_q31, set_up)
+#include "consistency_q31.tests"

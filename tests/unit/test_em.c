@@ -96,7 +96,7 @@ static void run_filter(void)
 
 /* ------------------------------------------------------------------ E-step */
 
-static void test_log_likelihood_is_the_filters(void)
+TEST(test_log_likelihood_is_the_filters)
 {
     for (int gaps = 0; gaps < 2; gaps++) {
         recordings[0].present = gaps ? present : NULL;
@@ -111,7 +111,7 @@ static void test_log_likelihood_is_the_filters(void)
     }
 }
 
-static void test_slices_are_counted_and_make_the_same_iteration(void)
+TEST(test_slices_are_counted_and_make_the_same_iteration)
 {
     recordings[0].present = present;
     choice.free = KQ_EM_ALL;
@@ -132,7 +132,7 @@ static void test_slices_are_counted_and_make_the_same_iteration(void)
     TEST_ASSERT_TRUE(K(em_change)(&em) == K(em_change)(&twin));
 }
 
-static void test_a_new_e_step_begins_after_the_last(void)
+TEST(test_a_new_e_step_begins_after_the_last)
 {
     ASSERT_OK(K(em_init)(&em, &parameters, NULL, recordings, 1));
     expect();
@@ -172,7 +172,7 @@ static void sum_smoothed(void)
     ASSERT_OK(K(covariance)(SMOOTHED(&tape, 0), first_P));
 }
 
-static void test_new_parameters_are_means_of_the_smoothed_noises(void)
+TEST(test_new_parameters_are_means_of_the_smoothed_noises)
 {
     choice.free = KQ_EM_Q | KQ_EM_X0 | KQ_EM_P0;
     ASSERT_OK(K(em_init)(&em, &parameters, &choice, recordings, 1));
@@ -191,7 +191,7 @@ static void test_new_parameters_are_means_of_the_smoothed_noises(void)
 
 /* Of the components' own noises, those of the smoother in its decorrelated ones: U^-1 v, R = U D U'
  */
-static void test_measurement_noise_is_correlated_as_R(void)
+TEST(test_measurement_noise_is_correlated_as_R)
 {
     choice.free = KQ_EM_R;
     ASSERT_OK(K(em_init)(&em, &parameters, &choice, recordings, 1));
@@ -206,7 +206,7 @@ static void test_measurement_noise_is_correlated_as_R(void)
     TEST_ASSERT_TRUE(model.R[1] == model.R[2]);
 }
 
-static void test_recordings_add_up(void)
+TEST(test_recordings_add_up)
 {
     choice.free = KQ_EM_ALL;
     recordings[0].present = recordings[1].present = present;
@@ -221,7 +221,7 @@ static void test_recordings_add_up(void)
 }
 
 /* Steps at the end that nothing was measured in: H and R are those of the steps before. */
-static void test_a_step_without_measurement_has_no_part_in_H_and_R(void)
+TEST(test_a_step_without_measurement_has_no_part_in_H_and_R)
 {
     choice.free = KQ_EM_H | KQ_EM_R;
     for (int t = 0; t < STEPS; t++) present[t] = t < STEPS / 2 ? 3 : 0;
@@ -238,7 +238,7 @@ static void test_a_step_without_measurement_has_no_part_in_H_and_R(void)
 }
 
 /* Beside one that is measured, a component counts with the R that is expected of it. */
-static void test_a_missing_component_contributes_the_current_R(void)
+TEST(test_a_missing_component_contributes_the_current_R)
 {
     choice.free = KQ_EM_R;
     model.R[1] = model.R[2] = 0;
@@ -251,7 +251,7 @@ static void test_a_missing_component_contributes_the_current_R(void)
     ASSERT_CLOSE(0, model.R[1], 1);
 }
 
-static void test_missing_measurements_are_not_read(void)
+TEST(test_missing_measurements_are_not_read)
 {
     recordings[0].present = present;
     ASSERT_OK(K(em_init)(&em, &parameters, NULL, recordings, 1));
@@ -267,7 +267,7 @@ static void test_missing_measurements_are_not_read(void)
 }
 
 /* z less what the control alone makes of it, without the control */
-static void test_a_control_is_what_it_does(void)
+TEST(test_a_control_is_what_it_does)
 {
     static num plain[2 * STEPS];
     double x[2] = {0, 0};
@@ -295,7 +295,7 @@ static void test_a_control_is_what_it_does(void)
     }
 }
 
-static void test_likelihood_rises_with_everything_free(void)
+TEST(test_likelihood_rises_with_everything_free)
 {
     num last = -NUM_MAX;
     choice.free = KQ_EM_ALL;
@@ -311,7 +311,7 @@ static void test_likelihood_rises_with_everything_free(void)
 
 /* ------------------------------------------------------------------ what is held, and forms */
 
-static void test_held_entries_stay(void)
+TEST(test_held_entries_stay)
 {
     static const uint8_t A_held[] = {0, 1, 1, 0}, H_held[] = {1, 1, 0, 1};
     choice.free = KQ_EM_A | KQ_EM_H | KQ_EM_Q | KQ_EM_R;
@@ -333,7 +333,7 @@ static void test_held_entries_stay(void)
     ASSERT_SAME_BITS(P0_first, model.P0);
 }
 
-static void test_a_mask_that_holds_nothing_is_no_mask(void)
+TEST(test_a_mask_that_holds_nothing_is_no_mask)
 {
     static const uint8_t none[4] = {0, 0, 0, 0};
     const kq_em_choice masked = {KQ_EM_A | KQ_EM_R, KQ_EM_FULL, KQ_EM_FULL, none, none};
@@ -345,7 +345,7 @@ static void test_a_mask_that_holds_nothing_is_no_mask(void)
     ASSERT_SAME_BITS(model, other_model);
 }
 
-static void test_forms_are_kept(void)
+TEST(test_forms_are_kept)
 {
     choice.Q_form = KQ_EM_MULTIPLE;
     choice.R_form = KQ_EM_DIAGONAL;
@@ -361,7 +361,7 @@ static void test_forms_are_kept(void)
 }
 
 /* One noise on both states: Q = q F F', and F as a factor with q as its Q */
-static void test_noise_through_a_factor(void)
+TEST(test_noise_through_a_factor)
 {
     static const num F[] = {0.5, 1};
     static num q[] = {0.25};
@@ -384,7 +384,7 @@ static void test_noise_through_a_factor(void)
 }
 
 /* Rows that the noise does not move stay as they are. */
-static void test_a_singular_noise_holds_rows_of_A(void)
+TEST(test_a_singular_noise_holds_rows_of_A)
 {
     memset(model.Q, 0, sizeof model.Q);
     model.Q[0] = 1;
@@ -396,7 +396,7 @@ static void test_a_singular_noise_holds_rows_of_A(void)
     ASSERT_CLOSE(A_first[3], model.A[3], 0x1p-20);
 }
 
-static void test_what_is_not_identified_is_told(void)
+TEST(test_what_is_not_identified_is_told)
 {
     static const uint8_t one[] = {1, 0, 0, 0}, zero[] = {0, 1, 0, 0};
     choice.free = KQ_EM_H | KQ_EM_Q;
@@ -410,7 +410,7 @@ static void test_what_is_not_identified_is_told(void)
     ASSERT_OK(K(em_init)(&em, &parameters, &choice, recordings, 1));
 }
 
-static void test_stop_rule(void)
+TEST(test_stop_rule)
 {
     ASSERT_NAN(K(em_change)(&em));
     TEST_ASSERT_FALSE(K(em_is_settled)(&em, 1));
@@ -429,7 +429,7 @@ static void test_stop_rule(void)
     TEST_ASSERT_FALSE(K(em_is_settled)(&em, K(em_change)(&em) / 2));
 }
 
-static void test_distance_to_the_maximum(void)
+TEST(test_distance_to_the_maximum)
 {
     ASSERT_NAN(K(em_distance)(&em));
     ASSERT_OK(K(em_init)(&em, &parameters, NULL, recordings, 1));
@@ -481,7 +481,7 @@ static void assert_derivative(num *parameter, num *twin_parameter, num derivativ
     ASSERT_WITHIN(tolerance, difference / ((double)up - (double)down), derivative);
 }
 
-static void test_gradient_against_differences(void)
+TEST(test_gradient_against_differences)
 {
     struct {
         num A[4], H[4], Q[4], R[4], x0[2], P0[4];
@@ -504,7 +504,7 @@ static void test_gradient_against_differences(void)
     for (int i = 0; i < 2; i++) assert_derivative(model.x0 + i, model.x0 + i, g.x0[i]);
 }
 
-static void test_gradient_says_where_it_is_not_known(void)
+TEST(test_gradient_says_where_it_is_not_known)
 {
     num of_A[4], of_Q[4];
     const K(gradient) gradient = {of_A, NULL, of_Q, NULL, NULL, NULL};
@@ -520,7 +520,7 @@ static void test_gradient_says_where_it_is_not_known(void)
     }
 }
 
-static void test_gradient_of_what_is_not_free_is_refused(void)
+TEST(test_gradient_of_what_is_not_free_is_refused)
 {
     static num out[4];
     static const unsigned free[] = {KQ_EM_A, KQ_EM_H, KQ_EM_X0};
@@ -555,7 +555,7 @@ static void watch_all(void)
 
 static kq_status init(void) { return K(em_init)(&em, &parameters, &choice, recordings, 2); }
 
-static void test_assign_refuses(void)
+TEST(test_assign_refuses)
 {
     const size_t length = COUNT(blank_memory);
     watch_all();
@@ -570,7 +570,7 @@ static void test_assign_refuses(void)
     ASSERT_OK(K(em_assign)(&blank, 2, 2, blank_memory, EM_LEN(2, 2, 1)));
 }
 
-static void test_what_was_never_initialised_is_refused(void)
+TEST(test_what_was_never_initialised_is_refused)
 {
     K(em) none;
     memset(&none, 0, sizeof none);
@@ -591,7 +591,7 @@ static void test_what_was_never_initialised_is_refused(void)
     TEST_ASSERT_FALSE(K(em_is_settled)(NULL, 1));
 }
 
-static void test_maximise_refuses_half_an_e_step(void)
+TEST(test_maximise_refuses_half_an_e_step)
 {
     ASSERT_OK(init());
     watch_all();
@@ -603,7 +603,7 @@ static void test_maximise_refuses_half_an_e_step(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(em_maximise)(&em));
 }
 
-static void test_init_refuses_null(void)
+TEST(test_init_refuses_null)
 {
     num **arrays[] = {&parameters.A, &parameters.H,  &parameters.Q,
                       &parameters.R, &parameters.x0, &parameters.P0};
@@ -624,7 +624,7 @@ static void test_init_refuses_null(void)
     ASSERT_REFUSED(KQ_ERR_NULL, init());
 }
 
-static void test_init_refuses_sizes(void)
+TEST(test_init_refuses_sizes)
 {
     static const num F[] = {1, 0, 0, 1, 1, 1};
     watch_all();
@@ -668,7 +668,7 @@ static void test_init_refuses_sizes(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, init());
 }
 
-static void test_init_refuses_numbers(void)
+TEST(test_init_refuses_numbers)
 {
     static num controls[] = {0.125, 0.5}, factor[] = {1, 0.5};
     parameters.B = controls;
@@ -690,7 +690,7 @@ static void test_init_refuses_numbers(void)
     assert_entries_must_be_finite(factor, 2, init);
 }
 
-static void test_init_refuses_too_few_measurements(void)
+TEST(test_init_refuses_too_few_measurements)
 {
     memset(present, 0, sizeof present);
     recordings[0].present = recordings[1].present = present;
@@ -708,7 +708,7 @@ static void test_init_refuses_too_few_measurements(void)
     ASSERT_REFUSED(KQ_ERR_FEW_DATA, init());
 }
 
-static void test_init_refuses_what_is_not_of_its_form(void)
+TEST(test_init_refuses_what_is_not_of_its_form)
 {
     static num parallel[] = {1, 2, 2, 4};
     watch_all();
@@ -731,7 +731,7 @@ static void test_init_refuses_what_is_not_of_its_form(void)
 }
 
 /* Nothing is noisy, and the measurement is not what it has to be; then far beyond the numbers. */
-static void test_a_likelihood_that_is_not_finite_is_refused(void)
+TEST(test_a_likelihood_that_is_not_finite_is_refused)
 {
     memset(model.Q, 0, sizeof model.Q);
     memset(model.P0, 0, sizeof model.P0);
@@ -751,7 +751,7 @@ static void test_a_likelihood_that_is_not_finite_is_refused(void)
 }
 
 /* The caller's arrays are read anew at every E-step. */
-static void test_a_model_spoilt_between_iterations_is_refused(void)
+TEST(test_a_model_spoilt_between_iterations_is_refused)
 {
     ASSERT_OK(init());
     model.Q[1] = 5;
@@ -766,7 +766,7 @@ static void test_a_model_spoilt_between_iterations_is_refused(void)
 }
 
 /* Whoever makes the model worse after an M-step gets back what it was before. */
-static void test_parameters_that_are_worse_are_taken_back(void)
+TEST(test_parameters_that_are_worse_are_taken_back)
 {
     choice.free = KQ_EM_ALL;
     TEST_ASSERT_EQUAL_INT(KQ_NOT_IDENTIFIED, init());
@@ -793,7 +793,7 @@ static void test_parameters_that_are_worse_are_taken_back(void)
 
 /* One component is twice the other, in z and in H: no noise that has that direction is as likely as
    none.  A refused M-step leaves all that can be read. */
-static void test_a_noise_that_becomes_singular_is_refused(void)
+TEST(test_a_noise_that_becomes_singular_is_refused)
 {
     struct {
         num Q[4], R[4], P0[4];
@@ -816,7 +816,7 @@ static void test_a_noise_that_becomes_singular_is_refused(void)
 }
 
 /* One step says nothing of the process. */
-static void test_one_step_leaves_the_process_alone(void)
+TEST(test_one_step_leaves_the_process_alone)
 {
     choice.free = KQ_EM_A | KQ_EM_Q | KQ_EM_X0;
     recordings[0].steps = 1;
@@ -874,7 +874,7 @@ static void assert_size(int n, int m, const kq_em_choice *free, int count)
     assert_guards(room, length, ROOM);
 }
 
-static void test_every_size_stays_within_its_memory(void)
+TEST(test_every_size_stays_within_its_memory)
 {
     static uint8_t all_but_one[256];
     kq_em_choice everything = {KQ_EM_ALL, KQ_EM_DIAGONAL, KQ_EM_MULTIPLE, NULL, NULL};
@@ -942,7 +942,7 @@ static int is_stopped_at_the_best(int n, int m, uint32_t seed)
     return 1;
 }
 
-static void test_the_likelihood_never_falls_silently(void)
+TEST(test_the_likelihood_never_falls_silently)
 {
     int stopped = 0;
     for (int m = 3; m <= LARGEST; m++) {
@@ -995,7 +995,7 @@ static void put_oscillation(void)
 
 /* From noises a few times what they are: parameters as f64 has them on the host, in both
    arithmetics and on every chip. */
-static void test_a_fit_is_the_same_everywhere(void)
+TEST(test_a_fit_is_the_same_everywhere)
 {
     static const double expected[] = {0.1010404, -0.0143968, -0.0143968, 0.0931181};
     static const double expected_R = 0.6415634, expected_log_likelihood = -275.8123;
@@ -1012,43 +1012,4 @@ static void test_a_fit_is_the_same_everywhere(void)
 }
 
 SUITE(em, set_up)
-{
-    RUN_TEST(test_log_likelihood_is_the_filters);
-    RUN_TEST(test_slices_are_counted_and_make_the_same_iteration);
-    RUN_TEST(test_a_new_e_step_begins_after_the_last);
-    RUN_TEST(test_new_parameters_are_means_of_the_smoothed_noises);
-    RUN_TEST(test_measurement_noise_is_correlated_as_R);
-    RUN_TEST(test_recordings_add_up);
-    RUN_TEST(test_a_step_without_measurement_has_no_part_in_H_and_R);
-    RUN_TEST(test_a_missing_component_contributes_the_current_R);
-    RUN_TEST(test_missing_measurements_are_not_read);
-    RUN_TEST(test_a_control_is_what_it_does);
-    RUN_TEST(test_likelihood_rises_with_everything_free);
-    RUN_TEST(test_held_entries_stay);
-    RUN_TEST(test_a_mask_that_holds_nothing_is_no_mask);
-    RUN_TEST(test_forms_are_kept);
-    RUN_TEST(test_noise_through_a_factor);
-    RUN_TEST(test_a_singular_noise_holds_rows_of_A);
-    RUN_TEST(test_what_is_not_identified_is_told);
-    RUN_TEST(test_stop_rule);
-    RUN_TEST(test_distance_to_the_maximum);
-    RUN_TEST(test_gradient_against_differences);
-    RUN_TEST(test_gradient_says_where_it_is_not_known);
-    RUN_TEST(test_gradient_of_what_is_not_free_is_refused);
-    RUN_TEST(test_assign_refuses);
-    RUN_TEST(test_what_was_never_initialised_is_refused);
-    RUN_TEST(test_maximise_refuses_half_an_e_step);
-    RUN_TEST(test_init_refuses_null);
-    RUN_TEST(test_init_refuses_sizes);
-    RUN_TEST(test_init_refuses_numbers);
-    RUN_TEST(test_init_refuses_too_few_measurements);
-    RUN_TEST(test_init_refuses_what_is_not_of_its_form);
-    RUN_TEST(test_a_likelihood_that_is_not_finite_is_refused);
-    RUN_TEST(test_a_model_spoilt_between_iterations_is_refused);
-    RUN_TEST(test_parameters_that_are_worse_are_taken_back);
-    RUN_TEST(test_a_noise_that_becomes_singular_is_refused);
-    RUN_TEST(test_one_step_leaves_the_process_alone);
-    RUN_TEST(test_every_size_stays_within_its_memory);
-    RUN_TEST(test_the_likelihood_never_falls_silently);
-    RUN_TEST(test_a_fit_is_the_same_everywhere);
-}
+#include "em.tests"

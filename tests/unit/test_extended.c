@@ -107,7 +107,7 @@ static void assert_like(const reading *expected, const reading *actual)
     TEST_ASSERT_EQUAL_MEMORY(expected->P, actual->P, sizeof actual->P);
 }
 
-static void linear_steps_are_the_plain_ones(void)
+TEST(linear_steps_are_the_plain_ones)
 {
     reading expected, actual;
     for (int step = 0; step < STEPS; step++) {
@@ -129,7 +129,7 @@ static void attach_both(void)
     for (int step = 0; step < STEPS; step++) drive_both(step);
 }
 
-static void a_history_is_smoothed_though_its_process_has_changed(void)
+TEST(a_history_is_smoothed_though_its_process_has_changed)
 {
     reading expected, actual;
     for (int run = 0; run < 2; run++) { /* the second time all begins anew */
@@ -146,7 +146,7 @@ static void a_history_is_smoothed_though_its_process_has_changed(void)
     }
 }
 
-static void a_history_is_smoothed_step_by_step_and_without_covariances(void)
+TEST(a_history_is_smoothed_step_by_step_and_without_covariances)
 {
     num lag_one[4], w[2], cov[4], lag_twin[4], w_twin[2], cov_twin[4];
     const K(smooth_extras) extras = {lag_one, w, cov}, twins = {lag_twin, w_twin, cov_twin};
@@ -170,7 +170,7 @@ static void a_history_is_smoothed_step_by_step_and_without_covariances(void)
     }
 }
 
-static void plain_and_linearised_predicts_take_turns_on_a_tape(void)
+TEST(plain_and_linearised_predicts_take_turns_on_a_tape)
 {
     reading expected, actual;
     ASSERT_OK(K(attach)(&twin, &tape.attached));
@@ -191,7 +191,7 @@ static void plain_and_linearised_predicts_take_turns_on_a_tape(void)
     }
 }
 
-static void the_smoothers_on_line_take_linearised_steps(void)
+TEST(the_smoothers_on_line_take_linearised_steps)
 {
     ASSERT_OK(K(attach)(&track, &past.attached));
     ASSERT_OK(K(attach)(&twin, &past_twin.attached));
@@ -260,7 +260,7 @@ static K(process) process_at[STEPS];
 static num transition_at[STEPS][N4 * N4];
 
 /* The tape's own processes are those that were kept by hand, to the bit. */
-static void a_nonlinear_run_is_smoothed_by_each_steps_own_process(void)
+TEST(a_nonlinear_run_is_smoothed_by_each_steps_own_process)
 {
     static num expected[STEPS][N4], low[STEPS][N4], cov[STEPS][N4 * N4], P[N4 * N4], d[N4];
     for (int by_hand = 1; by_hand >= 0; by_hand--) {
@@ -319,7 +319,7 @@ static void assert_shifted(void)
     TEST_ASSERT_EQUAL_UINT(expected.events, actual.events);
 }
 
-static void every_update_takes_an_innovation(void)
+TEST(every_update_takes_an_innovation)
 {
     const num far[] = {200, -400}, diagonal[] = {N(0.5), 1};
     const K(sensor) *differs;
@@ -363,7 +363,7 @@ static void every_update_takes_an_innovation(void)
 }
 
 /* Of which nothing is there, an update leaves the mean bit for bit. */
-static void an_innovation_that_is_missing_moves_nothing(void)
+TEST(an_innovation_that_is_missing_moves_nothing)
 {
     reading before, after;
     begin_at_zero();
@@ -374,7 +374,7 @@ static void an_innovation_that_is_missing_moves_nothing(void)
 }
 
 /* e is at the mean that the predict leaves. */
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     reading expected, actual;
     for (int step = 0; step < 4; step++) {
@@ -388,7 +388,7 @@ static void a_step_is_a_predict_and_an_update(void)
     }
 }
 
-static void a_lean_sensor_says_what_it_takes_coarsely(void)
+TEST(a_lean_sensor_says_what_it_takes_coarsely)
 {
     SENSOR_DIAGONAL(sharp, 2, 1);
     const num r[] = {N(1e-30)};
@@ -406,7 +406,7 @@ static void a_lean_sensor_says_what_it_takes_coarsely(void)
 /* ------------------------------------------------------------------ increments */
 
 /* 4096 increments of which a number of 1000 would have nothing */
-static void an_increment_below_the_last_bit_counts(void)
+TEST(an_increment_below_the_last_bit_counts)
 {
     const num far[] = {1000, -1000}, step[] = {N(1000 * EPS / 4096), 0};
     ASSERT_OK(K(filter_init)(&track, far, P0));
@@ -419,7 +419,7 @@ static void an_increment_below_the_last_bit_counts(void)
     if (sizeof(num) == 4) ASSERT_WITHIN(1000 * EPS / 4096, 1000 + 1000 * EPS / 256, whole_mean(&track, 0));
 }
 
-static void a_move_leaves_all_but_the_mean(void)
+TEST(a_move_leaves_all_but_the_mean)
 {
     const num there[] = {-1, 2};
     reading before, after;
@@ -436,7 +436,7 @@ static void a_move_leaves_all_but_the_mean(void)
 
 /* ------------------------------------------------------------------ refusals */
 
-static void an_init_refuses_as_the_plain_one(void)
+TEST(an_init_refuses_as_the_plain_one)
 {
     const num less[] = {-1}, wild[] = {(num)NAN};
     K(sensor) nothing;
@@ -450,7 +450,7 @@ static void an_init_refuses_as_the_plain_one(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, H));
 }
 
-static void what_is_missing_or_not_ready_is_refused(void)
+TEST(what_is_missing_or_not_ready_is_refused)
 {
     const num d[] = {1, 2};
     begin_plane(&target); /* polar is initialised */
@@ -475,7 +475,7 @@ static void what_is_missing_or_not_ready_is_refused(void)
 }
 
 /* What is no filter's and no process's number of states is not read. */
-static void an_increment_has_no_more_entries_than_both_have_states(void)
+TEST(an_increment_has_no_more_entries_than_both_have_states)
 {
     const num d[] = {0, 0, N(NAN), N(NAN)};
     begin_plane(&target);
@@ -484,7 +484,7 @@ static void an_increment_has_no_more_entries_than_both_have_states(void)
 }
 
 /* The move that takes it there says so, and the measurements that follow bring the state back. */
-static void a_mean_that_is_moved_beyond_the_numbers_is_held_at_once(void)
+TEST(a_mean_that_is_moved_beyond_the_numbers_is_held_at_once)
 {
     const num most = NUM_MAX / 2, far[] = {most, 0}, z[] = {2, -4};
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
@@ -502,7 +502,7 @@ static kq_status give_increment(void) { return K(predict_extended)(&track, &chan
 static kq_status give_innovation(void) { return K(update)(&track, of_innovations(&radar), given); }
 static kq_status give_move(void) { return K(move)(&track, given); }
 
-static void numbers_must_be_finite(void)
+TEST(numbers_must_be_finite)
 {
     begin_plane(&target); /* polar is initialised */
     given[0] = 1, given[1] = 2;
@@ -511,7 +511,7 @@ static void numbers_must_be_finite(void)
     assert_entries_must_be_finite(given, 2, give_move);
 }
 
-static void what_learns_from_the_mean_or_moves_it_is_refused(void)
+TEST(what_learns_from_the_mean_or_moves_it_is_refused)
 {
     const num d[] = {1, 2};
     K(loss) gate = {.kind = &K(loss_gate), .limit = 12};
@@ -537,7 +537,7 @@ static void what_learns_from_the_mean_or_moves_it_is_refused(void)
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
 }
 
-static void a_history_that_keeps_no_jacobians_refuses_linearised_predicts(void)
+TEST(a_history_that_keeps_no_jacobians_refuses_linearised_predicts)
 {
     const num d[] = {1, 2};
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -547,7 +547,7 @@ static void a_history_that_keeps_no_jacobians_refuses_linearised_predicts(void)
     ASSERT_OK(K(smooth)(&tape));
 }
 
-static void a_start_that_is_over_is_in_nobodys_way(void)
+TEST(a_start_that_is_over_is_in_nobodys_way)
 {
     const num d[] = {1, 2};
     ASSERT_OK(K(start_init)(&begin, &track, x0, P0, 3));
@@ -563,7 +563,7 @@ static void a_start_that_is_over_is_in_nobodys_way(void)
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
 }
 
-static void a_process_that_changes_between_plain_predicts_is_noticed(void)
+TEST(a_process_that_changes_between_plain_predicts_is_noticed)
 {
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     predict_linearised(&track, 1);
@@ -575,7 +575,7 @@ static void a_process_that_changes_between_plain_predicts_is_noticed(void)
     ASSERT_REFUSED(KQ_ERR_CHANGED, K(smooth)(&record));
 }
 
-static void one_process_for_all_steps_smooths_no_linearised_tape(void)
+TEST(one_process_for_all_steps_smooths_no_linearised_tape)
 {
     num q[STEPS] = {1, 1, 1};
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
@@ -585,7 +585,7 @@ static void one_process_for_all_steps_smooths_no_linearised_tape(void)
     ASSERT_OK(K(smooth)(&record));
 }
 
-static void a_keeper_that_is_full_ends_the_recording(void)
+TEST(a_keeper_that_is_full_ends_the_recording)
 {
     static num few[JACOBIANS_LEN(2, 2, 1)];
     static K(process) two[2];
@@ -606,7 +606,7 @@ static void a_keeper_that_is_full_ends_the_recording(void)
     }
 }
 
-static void a_copy_of_a_filter_records_nothing(void)
+TEST(a_copy_of_a_filter_records_nothing)
 {
     const num d[] = {0, 0};
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
@@ -618,7 +618,7 @@ static void a_copy_of_a_filter_records_nothing(void)
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&record));
 }
 
-static void keepers_are_checked(void)
+TEST(keepers_are_checked)
 {
     static num room[JACOBIANS_LEN(2, 2, 1)];
     static K(process) two[2];
@@ -642,30 +642,4 @@ static void keepers_are_checked(void)
 }
 
 SUITE(extended, set_up)
-{
-    RUN_TEST(linear_steps_are_the_plain_ones);
-    RUN_TEST(a_history_is_smoothed_though_its_process_has_changed);
-    RUN_TEST(a_history_is_smoothed_step_by_step_and_without_covariances);
-    RUN_TEST(plain_and_linearised_predicts_take_turns_on_a_tape);
-    RUN_TEST(the_smoothers_on_line_take_linearised_steps);
-    RUN_TEST(a_nonlinear_run_is_smoothed_by_each_steps_own_process);
-    RUN_TEST(every_update_takes_an_innovation);
-    RUN_TEST(an_innovation_that_is_missing_moves_nothing);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(a_lean_sensor_says_what_it_takes_coarsely);
-    RUN_TEST(an_increment_below_the_last_bit_counts);
-    RUN_TEST(a_move_leaves_all_but_the_mean);
-    RUN_TEST(an_init_refuses_as_the_plain_one);
-    RUN_TEST(what_is_missing_or_not_ready_is_refused);
-    RUN_TEST(an_increment_has_no_more_entries_than_both_have_states);
-    RUN_TEST(a_mean_that_is_moved_beyond_the_numbers_is_held_at_once);
-    RUN_TEST(numbers_must_be_finite);
-    RUN_TEST(what_learns_from_the_mean_or_moves_it_is_refused);
-    RUN_TEST(a_history_that_keeps_no_jacobians_refuses_linearised_predicts);
-    RUN_TEST(a_start_that_is_over_is_in_nobodys_way);
-    RUN_TEST(a_process_that_changes_between_plain_predicts_is_noticed);
-    RUN_TEST(one_process_for_all_steps_smooths_no_linearised_tape);
-    RUN_TEST(a_keeper_that_is_full_ends_the_recording);
-    RUN_TEST(a_copy_of_a_filter_records_nothing);
-    RUN_TEST(keepers_are_checked);
-}
+#include "extended.tests"

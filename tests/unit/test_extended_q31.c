@@ -88,7 +88,7 @@ static void run_both(void)
 
 static double mean_of(int32_t word, int i) { return ldexp(word, -start.state_format[i].fraction); }
 
-static void the_filter_and_its_history_are_those_in_double(void)
+TEST(the_filter_and_its_history_are_those_in_double)
 {
     ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
     ASSERT_OK(K(attach)(&track_f64, &jacobians_f64.attached));
@@ -105,7 +105,7 @@ static void the_filter_and_its_history_are_those_in_double(void)
     }
 }
 
-static void the_smoothers_on_line_are_those_in_double(void)
+TEST(the_smoothers_on_line_are_those_in_double)
 {
     ASSERT_OK(kq_attach_q31(&track, &past.attached));
     ASSERT_OK(K(attach)(&track_f64, &past_f64.attached));
@@ -137,7 +137,7 @@ static void prepare_steep(void)
     ASSERT_OK(kq_matrix_prepare_q31(A_words, steep, 2, 2, motion.state_format, motion.state_format));
 }
 
-static void a_steep_jacobian_moves_the_root_alone(void)
+TEST(a_steep_jacobian_moves_the_root_alone)
 {
     const double d[] = {-20, 4};
     kq_misfit_q31 misfit = {KQ_STATE, 7, 7};
@@ -158,7 +158,7 @@ static void a_steep_jacobian_moves_the_root_alone(void)
 }
 
 /* ... and nothing else takes its process, until it is initialised again. */
-static void a_process_of_a_jacobian_is_for_linearised_predicts_alone(void)
+TEST(a_process_of_a_jacobian_is_for_linearised_predicts_alone)
 {
     static const int32_t d[2];
     kq_scaled_q31 ordinary[4];
@@ -177,7 +177,7 @@ static void a_process_of_a_jacobian_is_for_linearised_predicts_alone(void)
 }
 
 /* A tape that refers to it has lost its process, be its A the same. */
-static void a_process_of_a_jacobian_is_not_what_a_tape_has_recorded(void)
+TEST(a_process_of_a_jacobian_is_not_what_a_tape_has_recorded)
 {
     const kq_scaled_q31 *same = motion.transition;
     for (int keeps = 0; keeps < 2; keeps++) {
@@ -195,7 +195,7 @@ static void a_process_of_a_jacobian_is_not_what_a_tape_has_recorded(void)
 
 /* ------------------------------------------------------------------ refusals */
 
-static void a_misfit_names_the_row(void)
+TEST(a_misfit_names_the_row)
 {
     static const double large[] = {1, 0, 90, 20};
     kq_misfit_q31 misfit = {KQ_ALL_FIT, 0, 0};
@@ -221,7 +221,7 @@ static void a_misfit_names_the_row(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_jacobian_q31(&radar.sensor, NULL, NULL));
 }
 
-static void what_is_missing_or_beyond_its_range_is_refused(void)
+TEST(what_is_missing_or_beyond_its_range_is_refused)
 {
     int32_t d[] = {1, 2}, no_word[] = {1, KQ_NOT_A_WORD_Q31}, e[] = {0, radar.measurement_format[1].range};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, &motion.process, NULL));
@@ -242,7 +242,7 @@ static void what_is_missing_or_beyond_its_range_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_predict_extended_q31(&track, &motion.process, d));
 }
 
-static void a_mean_is_held_at_its_word(void)
+TEST(a_mean_is_held_at_its_word)
 {
     static const int32_t far[] = {INT32_MAX, -INT32_MAX};
     ASSERT_OK(kq_move_q31(&track, far));
@@ -252,7 +252,7 @@ static void a_mean_is_held_at_its_word(void)
 }
 
 /* Of an update of each kind: the mean moves as that of a filter at 0 does. */
-static void every_update_takes_an_innovation(void)
+TEST(every_update_takes_an_innovation)
 {
     static const double zero[2], far[] = {20, -15};
     static const kq_scaled_q31 three = {3 << 29, -29};
@@ -290,15 +290,5 @@ static void every_update_takes_an_innovation(void)
     }
 }
 
-SUITE(extended, set_up)
-{
-    RUN_TEST(the_filter_and_its_history_are_those_in_double);
-    RUN_TEST(the_smoothers_on_line_are_those_in_double);
-    RUN_TEST(a_steep_jacobian_moves_the_root_alone);
-    RUN_TEST(a_process_of_a_jacobian_is_for_linearised_predicts_alone);
-    RUN_TEST(a_process_of_a_jacobian_is_not_what_a_tape_has_recorded);
-    RUN_TEST(a_misfit_names_the_row);
-    RUN_TEST(what_is_missing_or_beyond_its_range_is_refused);
-    RUN_TEST(a_mean_is_held_at_its_word);
-    RUN_TEST(every_update_takes_an_innovation);
-}
+SUITE(extended_q31, set_up)
+#include "extended_q31.tests"

@@ -45,7 +45,7 @@ static void set_up(void)
 
 /* ------------------------------------------------------------------------------ assign */
 
-static void assign_does_what_the_macro_does(void)
+TEST(assign_does_what_the_macro_does)
 {
     FILTER(declared, 2);
     TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(declared_memory));
@@ -53,13 +53,13 @@ static void assign_does_what_the_macro_does(void)
     ASSERT_SAME_FILTER(&track, &declared, 2);
 }
 
-static void assign_refuses_null(void)
+TEST(assign_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_assign)(NULL, 2, track_memory, 100));
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_assign)(&track, 2, NULL, 100));
 }
 
-static void assign_refuses_sizes_out_of_range(void)
+TEST(assign_refuses_sizes_out_of_range)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(bad); k++) {
@@ -67,7 +67,7 @@ static void assign_refuses_sizes_out_of_range(void)
     }
 }
 
-static void assign_refuses_short_memory(void)
+TEST(assign_refuses_short_memory)
 {
     static num memory[FILTER_LEN(16)];
     for (int n = 1; n <= 16; n++) {
@@ -77,7 +77,7 @@ static void assign_refuses_short_memory(void)
     }
 }
 
-static void assign_takes_more_memory_than_it_needs(void)
+TEST(assign_takes_more_memory_than_it_needs)
 {
     K(filter) f;
     ASSERT_OK(K(filter_assign)(&f, 2, blank_memory, SIZE_MAX));
@@ -87,7 +87,7 @@ static void assign_takes_more_memory_than_it_needs(void)
 
 /* -------------------------------------------------------------------------------- init */
 
-static void init_sets_the_state(void)
+TEST(init_sets_the_state)
 {
     for (int i = 0; i < 2; i++) {
         ASSERT_CLOSE(x0[i], K(mean)(&track, i), 0);
@@ -103,7 +103,7 @@ static void init_sets_the_state(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
-static void init_keeps_neither_array(void)
+TEST(init_keeps_neither_array)
 {
     static const num x[] = {1, -2}, P[] = {2, 0.5, 0.5, 1};
     textbook t;
@@ -116,14 +116,14 @@ static void init_keeps_neither_array(void)
     ASSERT_TEXTBOOK(&t, &track);
 }
 
-static void init_refuses_null(void)
+TEST(init_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(NULL, x0, P0));
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(&track, NULL, P0));
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(&track, x0, NULL));
 }
 
-static void init_refuses_a_filter_without_memory(void)
+TEST(init_refuses_a_filter_without_memory)
 {
     K(filter) bare;
     memset(&bare, 0, sizeof bare);
@@ -133,15 +133,15 @@ static void init_refuses_a_filter_without_memory(void)
 
 static kq_status init(void) { return K(filter_init)(&track, x0, P0); }
 
-static void init_refuses_numbers_that_are_not_finite(void)
+TEST(init_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(x0, 2, init);
     assert_entries_must_be_finite(P0, 4, init);
 }
 
-static void init_checks_that_P0_is_a_covariance(void) { assert_covariance_is_checked(P0, init); }
+TEST(init_checks_that_P0_is_a_covariance) { assert_covariance_is_checked(P0, init); }
 
-static void init_takes_a_singular_P0(void)
+TEST(init_takes_a_singular_P0)
 {
     static const double singular[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {4, 2, 1}, {1, -1, 1}};
     for (int k = 0; k < COUNT(singular); k++) {
@@ -157,7 +157,7 @@ static void init_takes_a_singular_P0(void)
 }
 
 /* Beyond the limit of predict there is no use for a variance: the root's squares leave the numbers. */
-static void init_refuses_a_variance_beyond_the_limit(void)
+TEST(init_refuses_a_variance_beyond_the_limit)
 {
     const double most = MOST_SIGMA * MOST_SIGMA;
     put_covariance(P0, most, 0, 0, 1);
@@ -168,14 +168,14 @@ static void init_refuses_a_variance_beyond_the_limit(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, init());
 }
 
-static void init_refuses_a_mean_beyond_the_limit(void)
+TEST(init_refuses_a_mean_beyond_the_limit)
 {
     const num most[] = {N(MOST_SIGMA * MOST_SIGMA), 0}, beyond[] = {0, N(-NUM_MAX)};
     ASSERT_OK(K(filter_init)(&track, most, P0));
     ASSERT_REFUSED(KQ_ERR_RANGE, K(filter_init)(&track, beyond, P0));
 }
 
-static void a_root_is_the_prior_that_it_is_the_root_of(void)
+TEST(a_root_is_the_prior_that_it_is_the_root_of)
 {
     static const num root[] = {0.5, 0.25, 0.75};
     textbook t;
@@ -185,7 +185,7 @@ static void a_root_is_the_prior_that_it_is_the_root_of(void)
     ASSERT_TEXTBOOK(&t, &track);
 }
 
-static void init_root_refuses_what_is_no_root(void)
+TEST(init_root_refuses_what_is_no_root)
 {
     static const num root[] = {0.5, 0.25, 0.75};
     const num negative[] = {N(-0.5), 0.25, 0.75}, infinite[] = {0.5, (num)INFINITY, 0.75};
@@ -200,7 +200,7 @@ static void init_root_refuses_what_is_no_root(void)
 }
 
 /* The lower triangle is compared, within rounding, and not used. */
-static void init_uses_the_upper_triangle(void)
+TEST(init_uses_the_upper_triangle)
 {
     FILTER(twin, 2);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
@@ -209,7 +209,7 @@ static void init_uses_the_upper_triangle(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
-static void init_begins_a_new_run(void)
+TEST(init_begins_a_new_run)
 {
     reading fresh, again;
     read_filter(&fresh, &track, 2);
@@ -222,7 +222,7 @@ static void init_begins_a_new_run(void)
     ASSERT_SAME_BITS(fresh, again);
 }
 
-static void a_refused_init_leaves_the_old_run_going(void)
+TEST(a_refused_init_leaves_the_old_run_going)
 {
     FILTER(undisturbed, 2);
     ASSERT_OK(K(filter_init)(&undisturbed, x0, P0));
@@ -235,7 +235,7 @@ static void a_refused_init_leaves_the_old_run_going(void)
 
 /* ----------------------------------------------------------------------------- predict */
 
-static void predict_moves_the_state(void)
+TEST(predict_moves_the_state)
 {
     textbook t;
     textbook_init(&t, 2, x0, P0);
@@ -249,7 +249,7 @@ static void predict_moves_the_state(void)
     }
 }
 
-static void predict_takes_a_dense_transition(void)
+TEST(predict_takes_a_dense_transition)
 {
     FILTER(three, 3);
     static const num x[] = {1, -2, 0.5}, P[] = {1, 0.5, 0, 0.5, 2, 0.25, 0, 0.25, 0.5};
@@ -263,7 +263,7 @@ static void predict_takes_a_dense_transition(void)
     }
 }
 
-static void predict_takes_several_controls(void)
+TEST(predict_takes_several_controls)
 {
     PROCESS(driven, 2, 3);
     static const num b[] = {1, 0.5, -2, 0.25, 0, 4}, inputs[] = {3, -1, 0.5};
@@ -275,7 +275,7 @@ static void predict_takes_several_controls(void)
     ASSERT_TEXTBOOK(&t, &track);
 }
 
-static void predict_does_not_read_a_control_that_the_process_has_not(void)
+TEST(predict_does_not_read_a_control_that_the_process_has_not)
 {
     PROCESS(idle, 2, 0);
     FILTER(twin, 2);
@@ -287,32 +287,32 @@ static void predict_does_not_read_a_control_that_the_process_has_not(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
-static void predict_refuses_null(void)
+TEST(predict_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &motion, u));
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
 }
 
-static void predict_refuses_what_is_not_initialised(void)
+TEST(predict_refuses_what_is_not_initialised)
 {
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, &motion, u));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
 }
 
-static void predict_refuses_a_process_of_other_size(void)
+TEST(predict_refuses_a_process_of_other_size)
 {
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, NULL));
 }
 
 static kq_status predict(void) { return K(predict)(&track, &motion, u); }
 
-static void predict_refuses_a_control_that_is_not_finite(void)
+TEST(predict_refuses_a_control_that_is_not_finite)
 {
     assert_entries_must_be_finite(u, 1, predict);
 }
 
 /* The mean is rounded at its increment, not at its own size. */
-static void predict_keeps_increments_below_the_last_bit_of_the_mean(void)
+TEST(predict_keeps_increments_below_the_last_bit_of_the_mean)
 {
     PROCESS(drift, 1, 1);
     FILTER(level, 1);
@@ -325,7 +325,7 @@ static void predict_keeps_increments_below_the_last_bit_of_the_mean(void)
 
 /* ------------------------------------------------------- mean, sigma, covariance, events */
 
-static void what_is_read_of_a_bad_filter_or_state_is_no_number(void)
+TEST(what_is_read_of_a_bad_filter_or_state_is_no_number)
 {
     static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(bad); k++) {
@@ -341,7 +341,7 @@ static void what_is_read_of_a_bad_filter_or_state_is_no_number(void)
     ASSERT_NAN(K(sigma)(&blank, 0));
 }
 
-static void what_is_read_of_the_last_update_of_a_bad_filter_is_no_number(void)
+TEST(what_is_read_of_the_last_update_of_a_bad_filter_is_no_number)
 {
     ASSERT_NAN(K(nis)(NULL));
     ASSERT_NAN(K(log_likelihood)(NULL));
@@ -353,14 +353,14 @@ static void what_is_read_of_the_last_update_of_a_bad_filter_is_no_number(void)
     TEST_ASSERT_EQUAL_INT(-1, K(taken)(&blank));
 }
 
-static void no_filter_has_no_events(void)
+TEST(no_filter_has_no_events)
 {
     TEST_ASSERT_EQUAL_HEX(0, K(events)(NULL));
     K(events_clear)(NULL);
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&blank));
 }
 
-static void covariance_is_exactly_symmetric(void)
+TEST(covariance_is_exactly_symmetric)
 {
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     ASSERT_OK_UNCHANGED(K(covariance)(&track, (num[4]){0}));
@@ -368,7 +368,7 @@ static void covariance_is_exactly_symmetric(void)
     TEST_ASSERT_EQUAL_MEMORY(&out[1], &out[2], sizeof(num));
 }
 
-static void covariance_refuses(void)
+TEST(covariance_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(covariance)(NULL, out));
     ASSERT_REFUSED(KQ_ERR_NULL, K(covariance)(&track, NULL));
@@ -377,7 +377,7 @@ static void covariance_refuses(void)
 
 /* ------------------------------------------------------------------------- measurement */
 
-static void measurement_is_what_the_state_implies(void)
+TEST(measurement_is_what_the_state_implies)
 {
     textbook t;
     textbook_init(&t, 2, x0, P0);
@@ -390,7 +390,7 @@ static void measurement_is_what_the_state_implies(void)
     TEST_ASSERT_EQUAL_MEMORY(&more[1], &more[2], sizeof(num));
 }
 
-static void measurement_gives_each_part_alone(void)
+TEST(measurement_gives_each_part_alone)
 {
     num both[2], S[4];
     ASSERT_OK_UNCHANGED(K(measurement)(&track, &radar, both, S));
@@ -401,7 +401,7 @@ static void measurement_gives_each_part_alone(void)
     TEST_ASSERT_EQUAL_MEMORY(S, out, sizeof S);
 }
 
-static void measurement_refuses(void)
+TEST(measurement_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(measurement)(NULL, &radar, out, more));
     ASSERT_REFUSED(KQ_ERR_NULL, K(measurement)(&track, NULL, out, more));
@@ -412,7 +412,7 @@ static void measurement_refuses(void)
 
 /* -------------------------------------------------------------------------- innovation */
 
-static void innovation_is_the_measurement_less_the_expected_one(void)
+TEST(innovation_is_the_measurement_less_the_expected_one)
 {
     ASSERT_OK(K(innovation)(&track, &radar, z, out));
     ASSERT_CLOSE(3 - 1, out[0], 3);
@@ -420,7 +420,7 @@ static void innovation_is_the_measurement_less_the_expected_one(void)
     TEST_ASSERT_TRUE(out[2] == 77);
 }
 
-static void innovation_may_overwrite_the_measurement(void)
+TEST(innovation_may_overwrite_the_measurement)
 {
     ASSERT_OK(K(innovation)(&track, &radar, z, out));
     ASSERT_OK(K(innovation)(&track, &radar, z, z));
@@ -428,7 +428,7 @@ static void innovation_may_overwrite_the_measurement(void)
 }
 
 /* x = 1 + 2^-24 in f32 as in f64: a quarter of the way from 1 to 1 + 2^-22 */
-static void innovation_sees_the_whole_mean(void)
+TEST(innovation_sees_the_whole_mean)
 {
     SENSOR(gauge, 1, 1);
     FILTER(level, 1);
@@ -442,7 +442,7 @@ static void innovation_sees_the_whole_mean(void)
     ASSERT_WITHIN(0x1p-24 * 8 * EPS + DBL_EPSILON, -0x1p-24, e);
 }
 
-static void innovation_refuses_what_is_beyond_the_numbers(void)
+TEST(innovation_refuses_what_is_beyond_the_numbers)
 {
     static const num far[] = {4, 0}, steep[] = {NUM_MAX, 0, 0, 1};
     ASSERT_OK(K(move)(&track, far));
@@ -455,7 +455,7 @@ static void innovation_refuses_what_is_beyond_the_numbers(void)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, out));
 }
 
-static void innovation_refuses(void)
+TEST(innovation_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(NULL, &radar, z, out));
     ASSERT_REFUSED(KQ_ERR_NULL, K(innovation)(&track, NULL, z, out));
@@ -492,7 +492,7 @@ static void assert_gain(const num *h, const num *C, int m)
     for (int k = 0; k < 2 * m; k++) ASSERT_CLOSE(t.K[k], gain[k], 2);
 }
 
-static void gain_is_that_of_the_next_update(void)
+TEST(gain_is_that_of_the_next_update)
 {
     static const num independent[] = {0.5, 0, 0, 1};
     static const num h3[] = {1, 0, 0.5, 1, -1, 0.25};
@@ -506,7 +506,7 @@ static void gain_is_that_of_the_next_update(void)
 }
 
 /* Two noise-free sensors of the same thing: K e moves the state to what both say. */
-static void gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors(void)
+TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors)
 {
     static const num h[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0};
     ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
@@ -516,7 +516,7 @@ static void gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors(void)
     ASSERT_CLOSE((0.5 + 0.5) / 2.75, out[2] + out[3], 2);
 }
 
-static void gain_refuses(void)
+TEST(gain_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(gain)(NULL, &radar, out));
     ASSERT_REFUSED(KQ_ERR_NULL, K(gain)(&track, NULL, out));
@@ -550,7 +550,7 @@ static void use_every_function(K(filter) * f, int n)
     ASSERT_OK(K(covariance)(f, results));
 }
 
-static void no_size_writes_outside_its_memory(void)
+TEST(no_size_writes_outside_its_memory)
 {
     static num room[GUARDED(FILTER_LEN(16))];
     for (int n = 1; n <= 16; n++) {
@@ -566,7 +566,7 @@ static void no_size_writes_outside_its_memory(void)
     }
 }
 
-static void no_output_is_written_beyond_its_end(void)
+TEST(no_output_is_written_beyond_its_end)
 {
     static num room[GUARDED(256)], sensor_words[KQ_SENSOR_LEN(16)], memory[FILTER_LEN(16)];
     for (int n = 1; n <= 16; n++) {
@@ -593,7 +593,7 @@ static void no_output_is_written_beyond_its_end(void)
 }
 
 /* 16 independent scalars seen through a rotation, two predicts and an update. */
-static void sixteen_states_work(void)
+TEST(sixteen_states_work)
 {
     FILTER(many, 16);
     PROCESS(large, 16, 0);
@@ -641,7 +641,7 @@ static void assert_held(void)
 }
 
 /* A state that doubles 3000 times beside one that does not, with and without a correlation */
-static void predict_holds_a_state_that_grows_without_end(void)
+TEST(predict_holds_a_state_that_grows_without_end)
 {
     static const num doubling[] = {2, 0, 0, 1}, coupled[] = {2, 1, 0, 1}, exact[2] = {1, 4};
     static const num *const transition[] = {doubling, coupled};
@@ -661,7 +661,7 @@ static void predict_holds_a_state_that_grows_without_end(void)
 }
 
 /* A transition may leave the numbers at once, in the mean and in the root. */
-static void predict_holds_a_state_that_leaves_the_numbers_at_once(void)
+TEST(predict_holds_a_state_that_leaves_the_numbers_at_once)
 {
     static const num entries[] = {NUM_MAX, -NUM_MAX, NUM_MAX / 4};
     for (int k = 0; k < 81; k++) {
@@ -680,7 +680,7 @@ static void predict_holds_a_state_that_leaves_the_numbers_at_once(void)
 
 /* A control drives a mean out of the numbers: that call says so, the state that is not driven keeps its mean
    though 0 times it stands in every row, and measurements bring the other back. */
-static void a_mean_that_leaves_the_numbers_is_brought_back(void)
+TEST(a_mean_that_leaves_the_numbers_is_brought_back)
 {
     static const num strong[] = {0, NUM_MAX}, still[] = {1, 0, 0, 1}, pushed[] = {2}, exact[] = {3, 4};
     ASSERT_OK(K(process_init)(&motion, still, strong, Q));
@@ -702,7 +702,7 @@ static void a_mean_that_leaves_the_numbers_is_brought_back(void)
 }
 
 /* A diverges, P does not grow with it: the mean is lost at the step that takes it beyond its limit. */
-static void a_mean_that_diverges_alone_is_lost_with_an_event(void)
+TEST(a_mean_that_diverges_alone_is_lost_with_an_event)
 {
     static const num growing[] = {N(1.5), 0, 0, 1}, start[] = {1, 4}, none[4] = {0};
     ASSERT_OK(K(process_init)(&motion, growing, B, none));
@@ -718,7 +718,7 @@ static void a_mean_that_diverges_alone_is_lost_with_an_event(void)
 }
 
 /* State 0 grows through state 1 alone: nothing of it is on the diagonal of the root. */
-static void the_norm_of_a_row_is_held(void)
+TEST(the_norm_of_a_row_is_held)
 {
     static const num through[] = {2, 1, 0, 1}, start[] = {0, 0}, none[4] = {0};
     ASSERT_OK(K(process_init)(&motion, through, B, none));
@@ -741,7 +741,7 @@ static void the_norm_of_a_row_is_held(void)
 
 /* State 1 is lost: a measurement of it says nothing of state 0, which keeps its sigma, and its correlation
    with state 2. */
-static void a_lost_state_has_no_correlations(void)
+TEST(a_lost_state_has_no_correlations)
 {
     PROCESS(growing, 3, 0);
     FILTER(wide, 3);
@@ -768,7 +768,7 @@ static void a_lost_state_has_no_correlations(void)
 
 /* The transition of a state that decays is not rounded: 200 steps of it leave no more than their own
    rounding. */
-static void a_decay_is_not_biased(void)
+TEST(a_decay_is_not_biased)
 {
     static const double decay[] = {0.273, -1.53, 0.1, -0.7, 1e-9};
     PROCESS(one_motion, 1, 1);
@@ -789,7 +789,7 @@ static void a_decay_is_not_biased(void)
 }
 
 /* State 0 has grown through state 1, which stays known to 1 +- 1: held, it says nothing of it any more. */
-static void a_held_state_says_nothing_of_the_others(void)
+TEST(a_held_state_says_nothing_of_the_others)
 {
     static const num through[] = {2, 1, 0, 1}, start[] = {0, 0}, none[4] = {0}, first[] = {1, 0}, one[] = {1};
     SENSOR(gauge, 2, 1);
@@ -811,7 +811,7 @@ static void a_held_state_says_nothing_of_the_others(void)
 }
 
 /* What was held is not what was recorded. */
-static void a_history_ends_where_predict_holds(void)
+TEST(a_history_ends_where_predict_holds)
 {
     static const num wild[] = {NUM_MAX, 0, 0, 1};
     HISTORY(tape, 2, 2, 4, 0);
@@ -822,82 +822,11 @@ static void a_history_ends_where_predict_holds(void)
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
 }
 
-/* ------------------------------------------------------------------------------------- */
-
-static void run_numbers_end(void)
-{
-    RUN_TEST(predict_holds_a_state_that_grows_without_end);
-    RUN_TEST(predict_holds_a_state_that_leaves_the_numbers_at_once);
-    RUN_TEST(a_history_ends_where_predict_holds);
-    RUN_TEST(a_mean_that_leaves_the_numbers_is_brought_back);
-    RUN_TEST(a_mean_that_diverges_alone_is_lost_with_an_event);
-    RUN_TEST(the_norm_of_a_row_is_held);
-    RUN_TEST(a_held_state_says_nothing_of_the_others);
-    RUN_TEST(a_lost_state_has_no_correlations);
-    RUN_TEST(a_decay_is_not_biased);
-}
-
-static void run_assign_and_init(void)
-{
-    RUN_TEST(assign_does_what_the_macro_does);
-    RUN_TEST(assign_refuses_null);
-    RUN_TEST(assign_refuses_sizes_out_of_range);
-    RUN_TEST(assign_refuses_short_memory);
-    RUN_TEST(assign_takes_more_memory_than_it_needs);
-    RUN_TEST(init_sets_the_state);
-    RUN_TEST(init_keeps_neither_array);
-    RUN_TEST(init_refuses_null);
-    RUN_TEST(init_refuses_a_filter_without_memory);
-    RUN_TEST(init_refuses_numbers_that_are_not_finite);
-    RUN_TEST(init_checks_that_P0_is_a_covariance);
-    RUN_TEST(init_takes_a_singular_P0);
-    RUN_TEST(init_refuses_a_variance_beyond_the_limit);
-    RUN_TEST(init_refuses_a_mean_beyond_the_limit);
-    RUN_TEST(a_root_is_the_prior_that_it_is_the_root_of);
-    RUN_TEST(init_root_refuses_what_is_no_root);
-    RUN_TEST(init_uses_the_upper_triangle);
-    RUN_TEST(init_begins_a_new_run);
-    RUN_TEST(a_refused_init_leaves_the_old_run_going);
-}
-
-static void run_predict(void)
-{
-    RUN_TEST(predict_moves_the_state);
-    RUN_TEST(predict_takes_a_dense_transition);
-    RUN_TEST(predict_takes_several_controls);
-    RUN_TEST(predict_does_not_read_a_control_that_the_process_has_not);
-    RUN_TEST(predict_refuses_null);
-    RUN_TEST(predict_refuses_what_is_not_initialised);
-    RUN_TEST(predict_refuses_a_process_of_other_size);
-    RUN_TEST(predict_refuses_a_control_that_is_not_finite);
-    RUN_TEST(predict_keeps_increments_below_the_last_bit_of_the_mean);
-}
-
-static void run_reading(void)
-{
-    RUN_TEST(what_is_read_of_a_bad_filter_or_state_is_no_number);
-    RUN_TEST(what_is_read_of_the_last_update_of_a_bad_filter_is_no_number);
-    RUN_TEST(no_filter_has_no_events);
-    RUN_TEST(covariance_is_exactly_symmetric);
-    RUN_TEST(covariance_refuses);
-    RUN_TEST(measurement_is_what_the_state_implies);
-    RUN_TEST(measurement_gives_each_part_alone);
-    RUN_TEST(measurement_refuses);
-    RUN_TEST(innovation_is_the_measurement_less_the_expected_one);
-    RUN_TEST(innovation_may_overwrite_the_measurement);
-    RUN_TEST(innovation_sees_the_whole_mean);
-    RUN_TEST(innovation_refuses_what_is_beyond_the_numbers);
-    RUN_TEST(innovation_refuses);
-    RUN_TEST(gain_is_that_of_the_next_update);
-    RUN_TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors);
-    RUN_TEST(gain_refuses);
-}
-
 /* ------------------------------------------------------------------- check */
 
 static kq_status check_track(void) { return K(filter_check)(&track); }
 
-static void check_takes_what_steps_leave(void)
+TEST(check_takes_what_steps_leave)
 {
     for (int t = 0; t < 200; t++) {
         const num far[] = {t % 50 ? 3 : N(1e6), 1};
@@ -911,7 +840,7 @@ static void check_takes_what_steps_leave(void)
 }
 
 /* All but `faint`, and the events and likelihoods that may be */
-static void check_finds_what_contradicts_itself(void)
+TEST(check_finds_what_contradicts_itself)
 {
     ASSERT_OK(K(predict)(&track, &motion, u));
     ASSERT_OK(K(update)(&track, &radar, z));
@@ -927,7 +856,7 @@ static void check_finds_what_contradicts_itself(void)
 }
 
 /* An address that is not the filter's is not followed; a mean that is no number is no turned bit. */
-static void check_follows_no_other_address(void)
+TEST(check_follows_no_other_address)
 {
     K(filter) copy = track;
     copy.memory = NULL;
@@ -940,15 +869,4 @@ static void check_follows_no_other_address(void)
 }
 
 SUITE(filter, set_up)
-{
-    run_assign_and_init();
-    RUN_TEST(check_takes_what_steps_leave);
-    RUN_TEST(check_finds_what_contradicts_itself);
-    RUN_TEST(check_follows_no_other_address);
-    run_predict();
-    run_reading();
-    run_numbers_end();
-    RUN_TEST(no_size_writes_outside_its_memory);
-    RUN_TEST(no_output_is_written_beyond_its_end);
-    RUN_TEST(sixteen_states_work);
-}
+#include "filter.tests"

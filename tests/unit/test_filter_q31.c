@@ -64,7 +64,7 @@ static void assert_told(void)
 }
 
 /* Correlated and single, controls and none, several sensors in turn */
-static void a_run_is_that_of_the_filter_in_double(void)
+TEST(a_run_is_that_of_the_filter_in_double)
 {
     for (int step = 0; step < 200; step++) {
         const double values[] = {0.5 * sin(step), cos(0.1 * step), -0.25}, push[] = {sin(step)};
@@ -89,7 +89,7 @@ static void a_run_is_that_of_the_filter_in_double(void)
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
-static void correlated_components_may_be_missing(void)
+TEST(correlated_components_may_be_missing)
 {
     for (uint32_t present = 0; present < 8; present++) {
         ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
@@ -106,7 +106,7 @@ static void correlated_components_may_be_missing(void)
 }
 
 /* A component that is missing is not read, and bits beyond the components are ignored. */
-static void a_component_that_is_missing_is_not_read(void)
+TEST(a_component_that_is_missing_is_not_read)
 {
     static int32_t unread[3];
     memcpy(unread, measured, sizeof unread);
@@ -117,7 +117,7 @@ static void a_component_that_is_missing_is_not_read(void)
 }
 
 /* The sensor of components 0 and 2 alone */
-static void a_subset_is_the_sensor_of_its_components(void)
+TEST(a_subset_is_the_sensor_of_its_components)
 {
     static sensor_model two;
     static const double rows[] = {1, 0, -1, 0.25}, noise[] = {0.5, -0.125, -0.125, 2};
@@ -134,7 +134,7 @@ static void a_subset_is_the_sensor_of_its_components(void)
     for (int k = 0; k < 4; k++) ASSERT_WITHIN(LIKE, expected[k], P[k]);
 }
 
-static void nothing_present_leaves_the_state(void)
+TEST(nothing_present_leaves_the_state)
 {
     ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
     ASSERT_OK(kq_update_q31(&twin, &radar.sensor, measured));
@@ -144,7 +144,7 @@ static void nothing_present_leaves_the_state(void)
     TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
 }
 
-static void a_step_is_predict_and_update(void)
+TEST(a_step_is_predict_and_update)
 {
     ASSERT_OK(kq_step_q31(&track, &motion.process, drive, &radar.sensor, measured));
     ASSERT_OK(kq_predict_q31(&twin, &motion.process, drive));
@@ -152,7 +152,7 @@ static void a_step_is_predict_and_update(void)
     ASSERT_SAME_Q31(&twin, &track);
 }
 
-static void a_forecast_is_its_predicts(void)
+TEST(a_forecast_is_its_predicts)
 {
     static const int32_t pushes[] = {1000, -2000, 3000};
     ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
@@ -167,7 +167,7 @@ static void a_forecast_is_its_predicts(void)
     ASSERT_SAME_Q31(&track, &twin);
 }
 
-static void filters_in_turn_are_independent(void)
+TEST(filters_in_turn_are_independent)
 {
     KQ_FILTER_Q31(alone, 2);
     ASSERT_OK(kq_filter_init_q31(&alone, &start.table, NULL));
@@ -185,7 +185,7 @@ static void filters_in_turn_are_independent(void)
     ASSERT_SAME_Q31(&alone, &track);
 }
 
-static void gain_and_measurement_are_those_in_double(void)
+TEST(gain_and_measurement_are_those_in_double)
 {
     double gain[6], S[9], implied[3], e[3];
     ASSERT_OK(kq_predict_q31(&track, &motion.process, drive));
@@ -215,7 +215,7 @@ static void gain_and_measurement_are_those_in_double(void)
     TEST_ASSERT_EQUAL_MEMORY(errors, measured, sizeof errors);
 }
 
-static void a_redundant_noise_free_component_is_not_taken(void)
+TEST(a_redundant_noise_free_component_is_not_taken)
 {
     static const double twice[] = {1, 0, 1, 0}, none[4];
     put_sensor(&radar, 2, 2, range, measured_range, twice, none);
@@ -228,7 +228,7 @@ static void a_redundant_noise_free_component_is_not_taken(void)
 }
 
 /* Constraints that hold at every step (test_update.c says what they are about) */
-static void noise_free_components_may_come_again(void)
+TEST(noise_free_components_may_come_again)
 {
     static const double C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, large[] = {20, 20, 20, 20};
     static const double h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, zero[16] = {0}, z[] = {-1, 0, 0};
@@ -253,7 +253,7 @@ static void noise_free_components_may_come_again(void)
 
 /* Two components take most of what is unknown: what rounding has left of them is that of rows that
    were long, and no information in their sum. */
-static void a_sum_is_not_taken_when_its_terms_were(void)
+TEST(a_sum_is_not_taken_when_its_terms_were)
 {
     static const double large[] = {100000, 100000, 100000}, none[9], zero[3];
     KQ_FILTER_Q31(sharp, 3);
@@ -307,20 +307,20 @@ static void assert_mismatch(kq_filter_q31 *f)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_innovation_q31(f, s, measured, errors));
 }
 
-static void other_sizes_and_formats_are_refused(void)
+TEST(other_sizes_and_formats_are_refused)
 {
     static const double wider[] = {100, 100}, three[] = {100, 10, 1};
     assert_mismatch(other_filter(2, wider));
     assert_mismatch(other_filter(3, three));
 }
 
-static void the_same_formats_in_another_array_are_not(void)
+TEST(the_same_formats_in_another_array_are_not)
 {
     kq_filter_q31 *f = other_filter(2, range);
     ASSERT_OK(kq_step_q31(f, &motion.process, drive, &radar.sensor, measured));
 }
 
-static void null_is_refused(void)
+TEST(null_is_refused)
 {
     const kq_process_q31 *p = &motion.process;
     const kq_sensor_q31 *s = &radar.sensor;
@@ -344,7 +344,7 @@ static void null_is_refused(void)
     ASSERT_OK_UNCHANGED(kq_measurement_q31(&track, s, NULL, NULL));
 }
 
-static void what_is_not_initialised_is_refused(void)
+TEST(what_is_not_initialised_is_refused)
 {
     const kq_process_q31 *p = &motion.process;
     const kq_sensor_q31 *s = &radar.sensor;
@@ -360,7 +360,7 @@ static void what_is_not_initialised_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&blank, more));
 }
 
-static void forecast_refuses(void)
+TEST(forecast_refuses)
 {
     static int32_t memory[KQ_FILTER_LEN_Q31(3)];
     kq_filter_q31 bare, three;
@@ -374,7 +374,7 @@ static void forecast_refuses(void)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_forecast_q31(&track, p, NULL, 1, &three));
 }
 
-static void a_word_out_of_its_range_is_refused(void)
+TEST(a_word_out_of_its_range_is_refused)
 {
     static const int32_t end = 100 << 24;
     static const int32_t bad[] = {100 * (1 << 24) + 1, -100 * (1 << 24) - 1, INT32_MAX, -INT32_MAX,
@@ -398,7 +398,7 @@ static void a_word_out_of_its_range_is_refused(void)
     ASSERT_OK(kq_update_q31(&track, s, measured));
 }
 
-static void a_control_out_of_its_range_is_refused(void)
+TEST(a_control_out_of_its_range_is_refused)
 {
     const kq_process_q31 *p = &motion.process;
     const int32_t end = motion.control_format[0].range;
@@ -415,7 +415,7 @@ static void a_control_out_of_its_range_is_refused(void)
     ASSERT_OK(kq_predict_q31(&track, p, drive));
 }
 
-static void what_is_read_of_a_bad_filter_or_state_is_no_word(void)
+TEST(what_is_read_of_a_bad_filter_or_state_is_no_word)
 {
     static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
     const kq_filter_q31 *const none[] = {NULL, &blank};
@@ -470,13 +470,13 @@ static void assert_held(int sign)
     }
 }
 
-static void a_state_is_held_at_the_end_of_its_word(void)
+TEST(a_state_is_held_at_the_end_of_its_word)
 {
     assert_held(1);
     assert_held(-1);
 }
 
-static void saturation_is_remembered_until_cleared(void)
+TEST(saturation_is_remembered_until_cleared)
 {
     const int32_t home[] = {0};
     assert_held(-1);
@@ -487,7 +487,7 @@ static void saturation_is_remembered_until_cleared(void)
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
 }
 
-static void measurements_bring_a_saturated_state_back(void)
+TEST(measurements_bring_a_saturated_state_back)
 {
     const int32_t home[] = {12345};
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -498,7 +498,7 @@ static void measurements_bring_a_saturated_state_back(void)
 }
 
 /* An update that would overshoot the word: H small, the measurement at its end */
-static void an_update_is_held_too(void)
+TEST(an_update_is_held_too)
 {
     static const double whole[] = {INT32_MAX}, small[] = {0.01}, sharp[] = {1e-6}, wide[] = {1e30};
     static const double zero[] = {0};
@@ -514,7 +514,7 @@ static void an_update_is_held_too(void)
 }
 
 /* A variance that grows without end is held near 2^16384 words squared, and that is told. */
-static void a_variance_that_grows_without_end_is_told(void)
+TEST(a_variance_that_grows_without_end_is_told)
 {
     begin_growth(0);
     for (int k = 0; k < 8000; k++) ASSERT_OK(kq_predict_q31(&level, &growth.process, NULL));
@@ -524,7 +524,7 @@ static void a_variance_that_grows_without_end_is_told(void)
 }
 
 /* However long state 0 has grown, a measurement of it leaves state 1 what is known of it. */
-static void a_state_that_grew_for_long_spoils_no_other(void)
+TEST(a_state_that_grew_for_long_spoils_no_other)
 {
     static const double thousand[] = {1000, 1000}, growing[] = {2, 0, 0, 1}, none[4] = {0}, at[2] = {0};
     static const double prior[] = {1, 0.9, 0.9, 1}, first[] = {1, 0}, r[] = {0.01};
@@ -544,7 +544,7 @@ static void a_state_that_grew_for_long_spoils_no_other(void)
 }
 
 /* State 1 has grown, and is measured together with state 0: what is known of that is part of what it is then. */
-static void a_state_that_grew_for_long_is_measured_with_others(void)
+TEST(a_state_that_grew_for_long_is_measured_with_others)
 {
     static const double thousand[] = {1000, 1000}, growing[] = {1, 0, 0, 2}, none[4] = {0}, at[2] = {0};
     static const double prior[] = {1, 0.9, 0.9, 1}, row[] = {-0.37, 0.91}, r[] = {0.01};
@@ -564,7 +564,7 @@ static void a_state_that_grew_for_long_is_measured_with_others(void)
     }
 }
 
-static void a_sigma_beyond_the_word_is_held(void)
+TEST(a_sigma_beyond_the_word_is_held)
 {
     static const double whole[] = {INT32_MAX}, wide[] = {1e30}, zero[] = {0};
     put_prior(&seed, 1, whole, zero, wide);
@@ -573,7 +573,7 @@ static void a_sigma_beyond_the_word_is_held(void)
 }
 
 /* e = 2^30 - 1/2: the largest mantissa there is, rounded to a word */
-static void an_innovation_is_rounded_to_a_word(void)
+TEST(an_innovation_is_rounded_to_a_word)
 {
     static const double whole[] = {INT32_MAX}, one[] = {1}, zero[] = {0};
     const int32_t z1[] = {1}, far[] = {1 << 30}, back[] = {-(1 << 30)};
@@ -611,7 +611,7 @@ static double scaled_run(void)
 }
 
 /* The determinant's exponent where it is large, and over some parts of the count */
-static void the_determinant_of_a_run_is_counted_all_the_time(void)
+TEST(the_determinant_of_a_run_is_counted_all_the_time)
 {
     const int32_t home[] = {0};
     begin_long_run();
@@ -629,7 +629,7 @@ static void the_determinant_of_a_run_is_counted_all_the_time(void)
 }
 
 /* 2^37 of NIS is where a score ends: the run goes on, and is read as a number of any size. */
-static void a_run_beyond_a_score_is_counted(void)
+TEST(a_run_beyond_a_score_is_counted)
 {
     const int32_t far[] = {20};
     begin_long_run();
@@ -646,7 +646,7 @@ static void a_run_beyond_a_score_is_counted(void)
 }
 
 /* The noise is one word squared, the variance 2^-24 of it, then 2^-20. */
-static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
+TEST(a_measurement_that_says_too_little_for_the_root_is_an_event)
 {
     const int32_t home[] = {0};
     for (int k = 0; k < 2; k++) {
@@ -661,7 +661,7 @@ static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
     }
 }
 
-static void the_low_part_completes_a_predicted_measurement(void)
+TEST(the_low_part_completes_a_predicted_measurement)
 {
     int32_t predicted;
     begin_long_run();
@@ -679,7 +679,7 @@ static void the_low_part_completes_a_predicted_measurement(void)
     TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&blank, &gauge.sensor, 0));
 }
 
-static void a_scaled_log_likelihood_refuses(void)
+TEST(a_scaled_log_likelihood_refuses)
 {
     kq_scaled_q31 value;
     ASSERT_REFUSED(KQ_ERR_NULL, kq_log_likelihood_scaled_q31(NULL, &value));
@@ -688,7 +688,7 @@ static void a_scaled_log_likelihood_refuses(void)
 }
 
 /* An innovation of 2^31 sigma: NIS is held, and stays a score however often. */
-static void a_score_is_held(void)
+TEST(a_score_is_held)
 {
     static const double whole[] = {INT32_MAX}, one[] = {1}, zero[] = {0}, tiny[] = {1e-12};
     const int32_t far[] = {INT32_MAX};
@@ -705,7 +705,7 @@ static void a_score_is_held(void)
 }
 
 /* Variance and noise both far below the mean's last bit, the noise much more: not more than s */
-static void a_sharp_measurement_of_a_known_state_leaves_a_variance(void)
+TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance)
 {
     static const double whole[] = {INT32_MAX}, one[] = {1}, zero[] = {0};
     static const double known[] = {0x1p-60}, sharp[] = {0x1p-100};
@@ -719,52 +719,5 @@ static void a_sharp_measurement_of_a_known_state_leaves_a_variance(void)
     TEST_ASSERT_TRUE(value_of(P, 0) > 0 && value_of(P, 0) <= 0x1p-60);
 }
 
-static void run_refusals(void)
-{
-    RUN_TEST(other_sizes_and_formats_are_refused);
-    RUN_TEST(the_same_formats_in_another_array_are_not);
-    RUN_TEST(null_is_refused);
-    RUN_TEST(what_is_not_initialised_is_refused);
-    RUN_TEST(forecast_refuses);
-    RUN_TEST(a_word_out_of_its_range_is_refused);
-    RUN_TEST(a_control_out_of_its_range_is_refused);
-    RUN_TEST(what_is_read_of_a_bad_filter_or_state_is_no_word);
-}
-
-static void run_saturation(void)
-{
-    RUN_TEST(a_state_is_held_at_the_end_of_its_word);
-    RUN_TEST(saturation_is_remembered_until_cleared);
-    RUN_TEST(measurements_bring_a_saturated_state_back);
-    RUN_TEST(an_update_is_held_too);
-    RUN_TEST(a_sigma_beyond_the_word_is_held);
-    RUN_TEST(a_variance_that_grows_without_end_is_told);
-    RUN_TEST(a_state_that_grew_for_long_spoils_no_other);
-    RUN_TEST(a_state_that_grew_for_long_is_measured_with_others);
-    RUN_TEST(an_innovation_is_rounded_to_a_word);
-    RUN_TEST(a_score_is_held);
-    RUN_TEST(the_determinant_of_a_run_is_counted_all_the_time);
-    RUN_TEST(a_run_beyond_a_score_is_counted);
-    RUN_TEST(a_scaled_log_likelihood_refuses);
-    RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);
-    RUN_TEST(the_low_part_completes_a_predicted_measurement);
-    RUN_TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance);
-}
-
-SUITE(filter, set_up)
-{
-    RUN_TEST(a_run_is_that_of_the_filter_in_double);
-    RUN_TEST(correlated_components_may_be_missing);
-    RUN_TEST(a_component_that_is_missing_is_not_read);
-    RUN_TEST(a_subset_is_the_sensor_of_its_components);
-    RUN_TEST(nothing_present_leaves_the_state);
-    RUN_TEST(a_step_is_predict_and_update);
-    RUN_TEST(a_forecast_is_its_predicts);
-    RUN_TEST(filters_in_turn_are_independent);
-    RUN_TEST(gain_and_measurement_are_those_in_double);
-    RUN_TEST(a_redundant_noise_free_component_is_not_taken);
-    RUN_TEST(noise_free_components_may_come_again);
-    RUN_TEST(a_sum_is_not_taken_when_its_terms_were);
-    run_refusals();
-    run_saturation();
-}
+SUITE(filter_q31, set_up)
+#include "filter_q31.tests"

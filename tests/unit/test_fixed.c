@@ -147,7 +147,7 @@ static void compare(const fixed_size *size, int upper_only, int with_likelihood)
     }
 }
 
-static void the_bits_are_those_of_run_time_sizes(void)
+TEST(the_bits_are_those_of_run_time_sizes)
 {
     for (size_t k = 0; k < sizeof dense / sizeof dense[0]; k++) {
         compare(&dense[k], 0, 1);
@@ -157,12 +157,12 @@ static void the_bits_are_those_of_run_time_sizes(void)
     }
 }
 
-static void an_A_that_is_not_upper_triangular_is_taken_as_it_is(void)
+TEST(an_A_that_is_not_upper_triangular_is_taken_as_it_is)
 {
     for (size_t k = 1; k < sizeof upper / sizeof upper[0]; k++) compare(&upper[k], 0, 1);
 }
 
-static void bare_leaves_the_likelihood_as_it_was(void)
+TEST(bare_leaves_the_likelihood_as_it_was)
 {
     const num z[2] = {1, 2};
     begin(4, 2, 0);
@@ -174,7 +174,7 @@ static void bare_leaves_the_likelihood_as_it_was(void)
     ASSERT_SAME_BITS(run, run_after);
 }
 
-static void bare_leaves_the_likelihood_after_a_sharp_measurement_too(void)
+TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too)
 {
     static const num noise_free[] = {0, 0, 0, 0};
     const num z[2] = {1, 2};
@@ -190,7 +190,7 @@ static void bare_leaves_the_likelihood_after_a_sharp_measurement_too(void)
     ASSERT_WITHIN(1e-3, 1, K(mean)(&ours.filter, 3)); /* and the measurement was taken */
 }
 
-static void a_history_records(void)
+TEST(a_history_records)
 {
     static num tape[HISTORY_LEN(3, 2, 10, 0)], other_tape[HISTORY_LEN(3, 2, 10, 0)];
     K(history) h, g;
@@ -234,7 +234,7 @@ static void run_both(void)
 }
 
 /* What is attached follows the steps of known sizes as it does the library's. */
-static void a_lag_and_an_instant_follow(void)
+TEST(a_lag_and_an_instant_follow)
 {
     LAG(lag, 3, 2, 4);
     LAG(other_lag, 3, 2, 4);
@@ -262,7 +262,7 @@ static void a_lag_and_an_instant_follow(void)
 }
 
 /* The library takes its measurements, and says where it raised a noise. */
-static void a_lean_sensor_is_left_to_the_library(void)
+TEST(a_lean_sensor_is_left_to_the_library)
 {
     static const num noises[][2] = {{1, 1}, {1, 0}};
     const num z[2] = {1, 2};
@@ -280,7 +280,7 @@ static void a_lean_sensor_is_left_to_the_library(void)
 }
 
 /* Sharp, noise-free and repeated: the library's own function takes what is unusual. */
-static void an_unusual_measurement_is_taken_with_care(void)
+TEST(an_unusual_measurement_is_taken_with_care)
 {
     static const num noise_free[] = {0, 0, 0, 0};
     num z[2] = {1, 2};
@@ -300,7 +300,7 @@ static void an_unusual_measurement_is_taken_with_care(void)
                  64 + fabs((double)K(log_likelihood)(&theirs.filter)));
 }
 
-static void a_correlated_R_is_decorrelated(void)
+TEST(a_correlated_R_is_decorrelated)
 {
     static const num correlated[] = {1, 0.5, 0.5, 2};
     const num z[2] = {1, 2};
@@ -342,7 +342,7 @@ static void compare_steady(steady_function *step, int n, int m, int upper_only)
     }
 }
 
-static void the_steady_states_bits_are_those_of_run_time_sizes(void)
+TEST(the_steady_states_bits_are_those_of_run_time_sizes)
 {
     compare_steady(steady_1_1_dense, 1, 1, 0);
     compare_steady(steady_1_1_upper, 1, 1, 1);
@@ -353,7 +353,7 @@ static void the_steady_states_bits_are_those_of_run_time_sizes(void)
     compare_steady(steady_4_2_dense, 3, 2, 0); /* of another size, the same */
 }
 
-static void the_steady_states_errors_are_those_of_the_library(void)
+TEST(the_steady_states_errors_are_those_of_the_library)
 {
     const num z[2] = {1, 2}, bad[2] = {1, NAN}, bad_too[2] = {INFINITY, -INFINITY}, u[1] = {NAN};
     const num most[2] = {NUM_MAX, NUM_MAX}; /* finite, though their sum is not */
@@ -375,7 +375,7 @@ static void the_steady_states_errors_are_those_of_the_library(void)
 }
 
 /* What is wrong is said as ever, and nothing has changed. */
-static void errors_are_those_of_the_library(void)
+TEST(errors_are_those_of_the_library)
 {
     const num z[2] = {1, 2}, bad[2] = {1, NAN}, u[1] = {INFINITY};
     const fixed_size *size = &dense[3];
@@ -395,7 +395,7 @@ static void errors_are_those_of_the_library(void)
 }
 
 /* Objects of other sizes than were said are taken by the sizes they have. */
-static void other_sizes_are_taken_as_they_are(void)
+TEST(other_sizes_are_taken_as_they_are)
 {
     const num z[2] = {1, 2};
     begin(3, 2, 0);
@@ -418,7 +418,7 @@ static void compare_steps(const fixed_size *size, const num *drive, int steps, n
 }
 
 /* A diagonal below 1/2, whose distance from 1 is rounded */
-static void a_rounded_A_is_taken_as_it_is(void)
+TEST(a_rounded_A_is_taken_as_it_is)
 {
     for (size_t k = 0; k < COUNT(dense); k++) {
         for (int upper_only = 0; upper_only < 2; upper_only++) {
@@ -432,7 +432,7 @@ static void a_rounded_A_is_taken_as_it_is(void)
 }
 
 /* Up to n = 3 the library takes the step from its beginning: its very bits. */
-static void what_is_unusual_at_small_sizes_has_the_librarys_bits(void)
+TEST(what_is_unusual_at_small_sizes_has_the_librarys_bits)
 {
     static const num huge[] = {1, (num)1e6, (num)1e30};
     for (size_t k = 0; k < 3; k++) {
@@ -447,7 +447,7 @@ static void what_is_unusual_at_small_sizes_has_the_librarys_bits(void)
     }
 }
 
-static void a_state_that_grows_is_held_as_by_the_library(void)
+TEST(a_state_that_grows_is_held_as_by_the_library)
 {
     for (size_t k = 0; k < COUNT(dense); k++) {
         begin(dense[k].n, dense[k].m, 0);
@@ -482,7 +482,7 @@ static void compare_until_held(const fixed_size *size, const num *drive)
 }
 
 /* State 0 through the last one alone, and by its mean alone */
-static void what_leaves_the_numbers_otherwise_is_held_as_by_the_library(void)
+TEST(what_leaves_the_numbers_otherwise_is_held_as_by_the_library)
 {
     const num u[1] = {2};
     for (size_t k = 0; k < COUNT(dense); k++) {
@@ -507,7 +507,7 @@ static void what_leaves_the_numbers_otherwise_is_held_as_by_the_library(void)
 }
 
 /* Controls that are not as many as was said are taken as many as they are; of none that were said, too. */
-static void other_numbers_of_controls_are_taken_as_they_are(void)
+TEST(other_numbers_of_controls_are_taken_as_they_are)
 {
     static num memory[KQ_PROCESS_LEN(STATES)], two[2 * STATES];
     const num u[2] = {1, 2};
@@ -545,7 +545,7 @@ static void compare_attached(const fixed_size *size)
     }
 }
 
-static void an_adaptation_learns(void)
+TEST(an_adaptation_learns)
 {
     static const K(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, 0.125, 0.0625, 16, 0.125, 8};
     static num memory[2][ADAPTATION_LEN(STATES, COMPONENTS)];
@@ -567,7 +567,7 @@ static void an_adaptation_learns(void)
     }
 }
 
-static void a_settling_settles(void)
+TEST(a_settling_settles)
 {
     static num memory[2][KQ_TRIANGLE(STATES)], gain[2][STATES * COMPONENTS];
     own_filter *filters[] = {&ours, &theirs};
@@ -590,7 +590,7 @@ static void a_settling_settles(void)
     }
 }
 
-static void an_unknown_start_becomes_known(void)
+TEST(an_unknown_start_becomes_known)
 {
     static num memory[2][START_LEN(STATES, 0)];
     own_filter *filters[] = {&ours, &theirs};
@@ -611,26 +611,4 @@ static void an_unknown_start_becomes_known(void)
 static void set_up(void) { seed = 1; }
 
 SUITE(fixed, set_up)
-{
-    RUN_TEST(the_bits_are_those_of_run_time_sizes);
-    RUN_TEST(an_A_that_is_not_upper_triangular_is_taken_as_it_is);
-    RUN_TEST(bare_leaves_the_likelihood_as_it_was);
-    RUN_TEST(bare_leaves_the_likelihood_after_a_sharp_measurement_too);
-    RUN_TEST(a_history_records);
-    RUN_TEST(an_adaptation_learns);
-    RUN_TEST(a_lag_and_an_instant_follow);
-    RUN_TEST(a_settling_settles);
-    RUN_TEST(an_unknown_start_becomes_known);
-    RUN_TEST(a_lean_sensor_is_left_to_the_library);
-    RUN_TEST(an_unusual_measurement_is_taken_with_care);
-    RUN_TEST(a_correlated_R_is_decorrelated);
-    RUN_TEST(errors_are_those_of_the_library);
-    RUN_TEST(other_sizes_are_taken_as_they_are);
-    RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
-    RUN_TEST(the_steady_states_errors_are_those_of_the_library);
-    RUN_TEST(a_rounded_A_is_taken_as_it_is);
-    RUN_TEST(what_is_unusual_at_small_sizes_has_the_librarys_bits);
-    RUN_TEST(a_state_that_grows_is_held_as_by_the_library);
-    RUN_TEST(what_leaves_the_numbers_otherwise_is_held_as_by_the_library);
-    RUN_TEST(other_numbers_of_controls_are_taken_as_they_are);
-}
+#include "fixed.tests"

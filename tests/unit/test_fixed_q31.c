@@ -153,7 +153,7 @@ static void compare(const fixed_size *size, int upper_only, int with_likelihood)
     }
 }
 
-static void the_bits_are_those_of_run_time_sizes(void)
+TEST(the_bits_are_those_of_run_time_sizes)
 {
     for (size_t k = 0; k < sizeof dense / sizeof dense[0]; k++) {
         compare(&dense[k], 0, 1);
@@ -195,7 +195,7 @@ static void compare_steady(steady_function *step, int n, int m, int upper_only)
     TEST_ASSERT_EQUAL_MEMORY(other, memory, sizeof memory);
 }
 
-static void the_steady_states_bits_are_those_of_run_time_sizes(void)
+TEST(the_steady_states_bits_are_those_of_run_time_sizes)
 {
     compare_steady(steady_1_1_dense, 1, 1, 0);
     compare_steady(steady_1_1_upper, 1, 1, 1);
@@ -205,7 +205,7 @@ static void the_steady_states_bits_are_those_of_run_time_sizes(void)
     compare_steady(steady_4_2_upper, 4, 2, 0); /* is not upper triangular: taken as it is */
 }
 
-static void a_sharp_measurement_is_taken_with_care(void)
+TEST(a_sharp_measurement_is_taken_with_care)
 {
     int32_t z[2];
     begin(4, 2, 0);
@@ -243,7 +243,7 @@ static void beyond_between_components(const fixed_size *size, double r, int with
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&ours.filter));
 }
 
-static void a_mean_may_leave_its_word_between_components(void)
+TEST(a_mean_may_leave_its_word_between_components)
 {
     beyond_between_components(&dense[3], 1e-4, 1);
     beyond_between_components(&bare[3], 1e-4, 0);
@@ -251,7 +251,7 @@ static void a_mean_may_leave_its_word_between_components(void)
     beyond_between_components(&bare[3], 0.5, 0);
 }
 
-static void errors_are_those_of_the_library(void)
+TEST(errors_are_those_of_the_library)
 {
     const int32_t z[2] = {1, 2}, beyond[2] = {1, INT32_MAX};
     const fixed_size *size = &dense[3];
@@ -284,7 +284,7 @@ static void compare_attached(const fixed_size *size)
     }
 }
 
-static void an_adaptation_learns(void)
+TEST(an_adaptation_learns)
 {
     const kq_scaled_q31 least = {INT32_C(1) << 30, -33}, most = {INT32_C(1) << 30, -27};
     const kq_adaptation_rule_q31 rule = {KQ_ADAPT_BOTH, 50, least, least, most, least, most};
@@ -304,7 +304,7 @@ static void an_adaptation_learns(void)
     TEST_ASSERT_TRUE(a[0].information[0].mantissa != 0);
 }
 
-static void a_settling_settles(void)
+TEST(a_settling_settles)
 {
     static int32_t memory[2][KQ_ROOT_LEN_Q31(STATES)];
     static kq_scaled_q31 gain[2][STATES * COMPONENTS];
@@ -324,13 +324,5 @@ static void a_settling_settles(void)
 
 static void set_up(void) { seed = 1; }
 
-SUITE(fixed, set_up)
-{
-    RUN_TEST(the_bits_are_those_of_run_time_sizes);
-    RUN_TEST(the_steady_states_bits_are_those_of_run_time_sizes);
-    RUN_TEST(a_sharp_measurement_is_taken_with_care);
-    RUN_TEST(a_mean_may_leave_its_word_between_components);
-    RUN_TEST(an_adaptation_learns);
-    RUN_TEST(a_settling_settles);
-    RUN_TEST(errors_are_those_of_the_library);
-}
+SUITE(fixed_q31, set_up)
+#include "fixed_q31.tests"

@@ -235,7 +235,7 @@ static void same_bits(step_function *step, int n)
 
 /* ------------------------------------------------------------------ tests */
 
-static void test_the_bits_are_those_of_run_time_sizes(void)
+TEST(test_the_bits_are_those_of_run_time_sizes)
 {
     for (int n = 1; n <= MOST; n++) {
         for (int shape = 0; shape < SHAPES * SHAPES; shape++) {
@@ -247,7 +247,7 @@ static void test_the_bits_are_those_of_run_time_sizes(void)
     }
 }
 
-static void test_an_ordinary_step_is_not_handed_on(void)
+TEST(test_an_ordinary_step_is_not_handed_on)
 {
     for (int n = 1; n <= MOST; n++) {
         put(n, UPPER, HOLES);
@@ -267,7 +267,7 @@ static void handed_on(step_function *step, const process *p, const smooth_extras
     assert_same(now.states);
 }
 
-static void test_what_is_not_ordinary_is_handed_on_untouched(void)
+TEST(test_what_is_not_ordinary_is_handed_on_untouched)
 {
     static const smooth_extras extras;
     static process blank;
@@ -287,8 +287,4 @@ static void test_what_is_not_ordinary_is_handed_on_untouched(void)
 }
 
 SUITE(fixed_smoother, NULL)
-{
-    RUN_TEST(test_the_bits_are_those_of_run_time_sizes);
-    RUN_TEST(test_an_ordinary_step_is_not_handed_on);
-    RUN_TEST(test_what_is_not_ordinary_is_handed_on_untouched);
-}
+#include "fixed_smoother.tests"

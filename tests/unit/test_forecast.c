@@ -48,7 +48,7 @@ static void watch_the_source(void)
     WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(motion_memory), WATCH(u);
 }
 
-static void a_forecast_is_so_many_predicts(void)
+TEST(a_forecast_is_so_many_predicts)
 {
     watch_the_source();
     for (int steps = 0; steps <= 5; steps++) {
@@ -58,7 +58,7 @@ static void a_forecast_is_so_many_predicts(void)
     }
 }
 
-static void a_forecast_takes_the_controls_in_turn(void)
+TEST(a_forecast_takes_the_controls_in_turn)
 {
     watch_the_source();
     for (int steps = 0; steps <= 5; steps++) {
@@ -68,7 +68,7 @@ static void a_forecast_takes_the_controls_in_turn(void)
     }
 }
 
-static void a_forecast_is_that_of_the_textbook(void)
+TEST(a_forecast_is_that_of_the_textbook)
 {
     textbook t;
     textbook_init(&t, 2, x0, P0);
@@ -79,7 +79,7 @@ static void a_forecast_is_that_of_the_textbook(void)
 }
 
 /* The measurement to come: H x and H P H' + R. */
-static void a_forecast_tells_the_measurement_to_come(void)
+TEST(a_forecast_tells_the_measurement_to_come)
 {
     textbook t;
     num forecast[2];
@@ -93,7 +93,7 @@ static void a_forecast_tells_the_measurement_to_come(void)
     ASSERT_CLOSE(t.S[0], forecast[1], 8);
 }
 
-static void what_looks_ahead_is_a_filter_like_any_other(void)
+TEST(what_looks_ahead_is_a_filter_like_any_other)
 {
     ASSERT_OK(K(forecast)(&track, &motion, NULL, 2, &ahead));
     for (int k = 0; k < 2; k++) ASSERT_OK(K(predict)(&walker, &motion, NULL));
@@ -104,7 +104,7 @@ static void what_looks_ahead_is_a_filter_like_any_other(void)
     ASSERT_SAME_STATE(&walker, &ahead, 2);
 }
 
-static void a_forecast_may_be_made_again_and_again(void)
+TEST(a_forecast_may_be_made_again_and_again)
 {
     ASSERT_OK(K(forecast)(&track, &motion, u, 5, &ahead));
     ASSERT_OK(K(forecast)(&track, &motion, NULL, 1, &ahead));
@@ -112,7 +112,7 @@ static void a_forecast_may_be_made_again_and_again(void)
     ASSERT_SAME_STATE(&walker, &ahead, 2);
 }
 
-static void a_forecast_is_not_recorded(void)
+TEST(a_forecast_is_not_recorded)
 {
     ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
@@ -127,7 +127,7 @@ static void a_forecast_is_not_recorded(void)
 }
 
 /* The filter that looks ahead has no history, also if it had one. */
-static void a_history_of_the_filter_ahead_is_detached(void)
+TEST(a_history_of_the_filter_ahead_is_detached)
 {
     ASSERT_OK(K(filter_init)(&ahead, x0, P0));
     ASSERT_OK(K(attach)(&ahead, &tape.attached));
@@ -139,7 +139,7 @@ static void a_history_of_the_filter_ahead_is_detached(void)
 
 /* ------------------------------------------------------------------------------ copies */
 
-static void a_copy_is_the_filter(void)
+TEST(a_copy_is_the_filter)
 {
     track.events = KQ_EVENT_FLOOR;
     watch_the_source();
@@ -156,7 +156,7 @@ static void a_copy_is_the_filter(void)
 }
 
 /* What moves the copy leaves the original alone, and its history. */
-static void a_copy_has_its_own_memory(void)
+TEST(a_copy_has_its_own_memory)
 {
     ASSERT_OK(K(attach)(&track, &tape.attached));
     watch_the_source();
@@ -168,7 +168,7 @@ static void a_copy_has_its_own_memory(void)
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
 }
 
-static void copy_refuses(void)
+TEST(copy_refuses)
 {
     K(filter) bare = {.states = 2}, shared = track;
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_copy)(NULL, &track));
@@ -180,20 +180,20 @@ static void copy_refuses(void)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(filter_copy)(&shared, &track));
 }
 
-static void forecast_refuses_null(void)
+TEST(forecast_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(NULL, &motion, u, 1, &ahead));
     ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(&track, NULL, u, 1, &ahead));
     ASSERT_REFUSED(KQ_ERR_NULL, K(forecast)(&track, &motion, u, 1, NULL));
 }
 
-static void forecast_refuses_what_is_not_initialised(void)
+TEST(forecast_refuses_what_is_not_initialised)
 {
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&blank, &motion, u, 1, &ahead));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&track, &blank_process, u, 1, &ahead));
 }
 
-static void forecast_refuses_what_was_a_negative_number_of_steps(void)
+TEST(forecast_refuses_what_was_a_negative_number_of_steps)
 {
     static const size_t bad[] = {SIZE_MAX, SIZE_MAX - 1, KQ_COUNT_MAX + 1};
     for (int k = 0; k < COUNT(bad); k++) {
@@ -202,7 +202,7 @@ static void forecast_refuses_what_was_a_negative_number_of_steps(void)
     }
 }
 
-static void forecast_refuses_a_filter_without_memory(void)
+TEST(forecast_refuses_a_filter_without_memory)
 {
     K(filter) bare;
     memset(&bare, 0, sizeof bare);
@@ -210,7 +210,7 @@ static void forecast_refuses_a_filter_without_memory(void)
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(forecast)(&track, &motion, u, 1, &bare));
 }
 
-static void forecast_refuses_what_does_not_fit(void)
+TEST(forecast_refuses_what_does_not_fit)
 {
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(forecast)(&track, &motion3, NULL, 1, &ahead));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(forecast)(&track, &motion, u, 1, &track3));
@@ -220,12 +220,12 @@ static void forecast_refuses_what_does_not_fit(void)
 
 static kq_status forecast(void) { return K(forecast)(&track, &motion, u, 4, &ahead); }
 
-static void forecast_refuses_controls_that_are_not_finite(void)
+TEST(forecast_refuses_controls_that_are_not_finite)
 {
     assert_entries_must_be_finite(u, 4, forecast);
 }
 
-static void forecast_reads_no_control_beyond_its_steps(void)
+TEST(forecast_reads_no_control_beyond_its_steps)
 {
     u[4] = (num)NAN;
     ASSERT_OK(forecast());
@@ -234,7 +234,7 @@ static void forecast_reads_no_control_beyond_its_steps(void)
     ASSERT_SAME_STATE(&track, &ahead, 2);
 }
 
-static void forecast_reads_no_control_that_the_process_has_not(void)
+TEST(forecast_reads_no_control_that_the_process_has_not)
 {
     PROCESS(idle, 2, 0);
     ASSERT_OK(K(process_init)(&idle, A, NULL, Q));
@@ -245,24 +245,4 @@ static void forecast_reads_no_control_that_the_process_has_not(void)
 }
 
 SUITE(forecast, set_up)
-{
-    RUN_TEST(a_forecast_is_so_many_predicts);
-    RUN_TEST(a_forecast_takes_the_controls_in_turn);
-    RUN_TEST(a_forecast_is_that_of_the_textbook);
-    RUN_TEST(a_forecast_tells_the_measurement_to_come);
-    RUN_TEST(what_looks_ahead_is_a_filter_like_any_other);
-    RUN_TEST(a_forecast_may_be_made_again_and_again);
-    RUN_TEST(a_forecast_is_not_recorded);
-    RUN_TEST(a_history_of_the_filter_ahead_is_detached);
-    RUN_TEST(a_copy_is_the_filter);
-    RUN_TEST(a_copy_has_its_own_memory);
-    RUN_TEST(copy_refuses);
-    RUN_TEST(forecast_refuses_null);
-    RUN_TEST(forecast_refuses_what_is_not_initialised);
-    RUN_TEST(forecast_refuses_what_was_a_negative_number_of_steps);
-    RUN_TEST(forecast_refuses_a_filter_without_memory);
-    RUN_TEST(forecast_refuses_what_does_not_fit);
-    RUN_TEST(forecast_refuses_controls_that_are_not_finite);
-    RUN_TEST(forecast_reads_no_control_beyond_its_steps);
-    RUN_TEST(forecast_reads_no_control_that_the_process_has_not);
-}
+#include "forecast.tests"

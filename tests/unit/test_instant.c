@@ -57,7 +57,7 @@ static void drive(int step)
 /* --------------------------------------------------------------------------- what it is */
 
 /* Attached before or after the measurements of the step s: it is the tape's step s. */
-static void an_instant_is_that_of_the_tape(void)
+TEST(an_instant_is_that_of_the_tape)
 {
     reading expected, now;
     for (int s = 0; s < STEPS; s += 5) {
@@ -84,7 +84,7 @@ static void an_instant_is_that_of_the_tape(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
-static void the_filter_is_the_same_with_an_instant(void)
+TEST(the_filter_is_the_same_with_an_instant)
 {
     for (int step = 0; step < STEPS; step++) {
         drive(step);
@@ -103,7 +103,7 @@ static const num *z_of(int step)
     return z;
 }
 
-static void a_step_is_predict_and_update(void)
+TEST(a_step_is_predict_and_update)
 {
     reading expected, now;
     INSTANT(beside, 2, MOST);
@@ -124,7 +124,7 @@ static void a_step_is_predict_and_update(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
-static void asking_changes_nothing(void)
+TEST(asking_changes_nothing)
 {
     reading often, once;
     for (int step = 0; step < STEPS; step++) {
@@ -140,7 +140,7 @@ static void asking_changes_nothing(void)
     ASSERT_SAME_BITS(often, once);
 }
 
-static void an_answer_stays_until_the_next_one(void)
+TEST(an_answer_stays_until_the_next_one)
 {
     reading now, later;
     for (int step = 0; step < 4; step++) drive(step);
@@ -152,7 +152,7 @@ static void an_answer_stays_until_the_next_one(void)
 }
 
 /* Long after, measurements say nothing more of the instant, and rounding does not add up. */
-static void a_long_run_changes_nothing_any_more(void)
+TEST(a_long_run_changes_nothing_any_more)
 {
     reading early, late;
     for (int step = 0; step < 100; step++) drive(step);
@@ -165,7 +165,7 @@ static void a_long_run_changes_nothing_any_more(void)
 }
 
 /* The same constant, through no process noise: the start is known as now. */
-static void a_constant_is_known_as_now(void)
+TEST(a_constant_is_known_as_now)
 {
     static const num still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
     ASSERT_OK(K(process_init)(&motion, still, B, none));
@@ -188,7 +188,7 @@ PROCESS(wide_process, 16, 0);
 SENSOR_DIAGONAL(wide_sensor, 16, 16);
 
 /* Scalars of n = 1 side by side are what each of them is alone. */
-static void sixteen_states_are_sixteen_scalars(void)
+TEST(sixteen_states_are_sixteen_scalars)
 {
     static const num a = 0.5, q = 0.75, r = 2, p = 3, zero[16];
     static num z[16], ones[16], scalar_memory[FILTER_LEN(1)], line_memory[INSTANT_LEN(1, 1)];
@@ -238,7 +238,7 @@ static void sixteen_states_are_sixteen_scalars(void)
 
 /* ---------------------------------------------------------------------------- refusals */
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     const size_t least = INSTANT_LEN(2, 1);
@@ -257,7 +257,7 @@ static void assign_refuses(void)
 
 /* The length is a little more than a multiple of 2^16 or 2^32: as a size_t of so many bits it is
    short. */
-static void a_length_that_would_wrap_is_refused(void)
+TEST(a_length_that_would_wrap_is_refused)
 {
     const int64_t each = INSTANT_LEN(2, 2) - INSTANT_LEN(2, 1), others = INSTANT_LEN(2, 0);
     for (int bits = 16; bits <= 32; bits += 16) {
@@ -272,7 +272,7 @@ static void a_length_that_would_wrap_is_refused(void)
                                                   COUNT(start_memory)));
 }
 
-static void attach_refuses(void)
+TEST(attach_refuses)
 {
     K(instant) bare;
     memset(&bare, 0, sizeof bare);
@@ -287,7 +287,7 @@ static void attach_refuses(void)
 }
 
 /* By the plain functions, and nothing has changed */
-static void predict_and_step_refuse(void)
+TEST(predict_and_step_refuse)
 {
     static const num bad[] = {(num)NAN, 0}, z[] = {1, -1};
     drive(0), drive(1);
@@ -312,7 +312,7 @@ static void predict_and_step_refuse(void)
     ASSERT_OK(K(instant_smooth)(&start, &start_view));
 }
 
-static void smooth_refuses(void)
+TEST(smooth_refuses)
 {
     drive(0), drive(1);
     watch(start_memory, INSTANT_LEN(2, MOST) * sizeof(num));
@@ -347,7 +347,7 @@ static void assert_broken(void)
     ASSERT_OK(K(instant_smooth)(&start, &start_view));
 }
 
-static void after_too_many_measurements_the_filter_goes_on(void)
+TEST(after_too_many_measurements_the_filter_goes_on)
 {
     drive(0), drive(1);
     measure(&track, 3);
@@ -360,7 +360,7 @@ static void after_too_many_measurements_the_filter_goes_on(void)
 #include "copies.h"
 
 /* What is attached to its original knows nothing of it. */
-static void an_assigned_copy_goes_on_alone(void)
+TEST(an_assigned_copy_goes_on_alone)
 {
     drive(0), drive(1);
     watch_nothing();
@@ -371,7 +371,7 @@ static void an_assigned_copy_goes_on_alone(void)
 }
 
 /* Of a start it takes the place once nothing is unknown, not before. */
-static void a_start_goes_before(void)
+TEST(a_start_goes_before)
 {
     START(unknown, 2, 2);
     const num z[] = {1, 2};
@@ -391,7 +391,7 @@ static void a_start_goes_before(void)
     ASSERT_OK(K(instant_smooth)(&start, &start_view));
 }
 
-static void it_may_be_detached(void)
+TEST(it_may_be_detached)
 {
     drive(0), drive(1);
     ASSERT_OK(K(instant_smooth)(&start, &start_view));
@@ -415,7 +415,7 @@ static void it_may_be_detached(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(instant_smooth)(&start, &no_view));
 }
 
-static void another_history_takes_its_place(void)
+TEST(another_history_takes_its_place)
 {
     drive(0), drive(1);
     ASSERT_OK(K(instant_smooth)(&start, &start_view));
@@ -434,7 +434,7 @@ static void assert_no_number(const K(filter) * view, int i)
     ASSERT_NAN(K(sigma)(view, i));
 }
 
-static void what_is_not_shown_is_no_number(void)
+TEST(what_is_not_shown_is_no_number)
 {
     static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
     num P[9] = {7};
@@ -451,24 +451,4 @@ static void what_is_not_shown_is_no_number(void)
 }
 
 SUITE(instant, set_up)
-{
-    RUN_TEST(an_instant_is_that_of_the_tape);
-    RUN_TEST(the_filter_is_the_same_with_an_instant);
-    RUN_TEST(a_step_is_predict_and_update);
-    RUN_TEST(asking_changes_nothing);
-    RUN_TEST(an_answer_stays_until_the_next_one);
-    RUN_TEST(a_long_run_changes_nothing_any_more);
-    RUN_TEST(a_constant_is_known_as_now);
-    RUN_TEST(sixteen_states_are_sixteen_scalars);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(a_length_that_would_wrap_is_refused);
-    RUN_TEST(attach_refuses);
-    RUN_TEST(predict_and_step_refuse);
-    RUN_TEST(smooth_refuses);
-    RUN_TEST(after_too_many_measurements_the_filter_goes_on);
-    RUN_TEST(an_assigned_copy_goes_on_alone);
-    RUN_TEST(a_start_goes_before);
-    RUN_TEST(it_may_be_detached);
-    RUN_TEST(another_history_takes_its_place);
-    RUN_TEST(what_is_not_shown_is_no_number);
-}
+#include "instant.tests"

@@ -20,7 +20,7 @@ static void note_inverse_root(uint32_t v)
     note(1 / sqrt(v * 0x1p-32), inverse_root(v) * 0x1p-31);
 }
 
-static void inverse_root_is_accurate(void)
+TEST(inverse_root_is_accurate)
 {
     worst = 0;
     for (uint64_t v = UINT64_C(1) << 30; v < UINT64_C(1) << 32; v += STRIDE) {
@@ -34,7 +34,7 @@ static void inverse_root_is_accurate(void)
     TEST_ASSERT_TRUE(worst <= RELATIVE);
 }
 
-static void inverse_root_is_within_its_range(void)
+TEST(inverse_root_is_within_its_range)
 {
     for (uint64_t v = UINT64_C(1) << 30; v < UINT64_C(1) << 32; v += 65521) {
         TEST_ASSERT_TRUE(inverse_root((uint32_t)v) >> 31);
@@ -44,7 +44,7 @@ static void inverse_root_is_within_its_range(void)
 
 static void note_reciprocal(uint32_t d) { note(0x1p63 / d, reciprocal(d)); }
 
-static void reciprocal_is_accurate(void)
+TEST(reciprocal_is_accurate)
 {
     worst = 0;
     for (uint64_t d = UINT64_C(1) << 31; d < UINT64_C(1) << 32; d += STRIDE) {
@@ -97,7 +97,7 @@ static void note_scaled(double expected, scaled actual)
     else note(expected, value(actual));
 }
 
-static void scaled_operations_are_accurate(void)
+TEST(scaled_operations_are_accurate)
 {
     worst = 0;
     seed = 1;
@@ -112,7 +112,7 @@ static void scaled_operations_are_accurate(void)
 }
 
 /* A sum is exact to 2^-30 of the larger term. */
-static void scaled_sums_are_accurate(void)
+TEST(scaled_sums_are_accurate)
 {
     seed = 2;
     for (int k = 0; k < 500000; k++) {
@@ -125,7 +125,7 @@ static void scaled_sums_are_accurate(void)
     }
 }
 
-static void scaled_of_rounds_to_nearest(void)
+TEST(scaled_of_rounds_to_nearest)
 {
     seed = 3;
     for (int k = 0; k < 500000; k++) {
@@ -142,7 +142,7 @@ static void scaled_of_rounds_to_nearest(void)
 }
 
 /* To the nearest word, and never out of it: the largest mantissa is rounded up to half of 2^31. */
-static void a_word_is_rounded_and_held(void)
+TEST(a_word_is_rounded_and_held)
 {
     TEST_ASSERT_EQUAL_INT32(1 << 30, word_of((scaled){INT32_MAX, -1}));
     TEST_ASSERT_EQUAL_INT32(-(1 << 30) + 1, word_of((scaled){-INT32_MAX, -1}));
@@ -157,13 +157,5 @@ static void a_word_is_rounded_and_held(void)
     TEST_ASSERT_EQUAL_INT32(0, word_of((scaled){INT32_MAX, -1000}));
 }
 
-SUITE(inverse, NULL)
-{
-    RUN_TEST(inverse_root_is_accurate);
-    RUN_TEST(inverse_root_is_within_its_range);
-    RUN_TEST(reciprocal_is_accurate);
-    RUN_TEST(scaled_operations_are_accurate);
-    RUN_TEST(scaled_sums_are_accurate);
-    RUN_TEST(scaled_of_rounds_to_nearest);
-    RUN_TEST(a_word_is_rounded_and_held);
-}
+SUITE(inverse_q31, NULL)
+#include "inverse_q31.tests"

@@ -61,7 +61,7 @@ static void drive(int step)
 
 /* --------------------------------------------------------------------------- what it is */
 
-static void every_lag_is_that_of_the_tape(void)
+TEST(every_lag_is_that_of_the_tape)
 {
     static const int longest[] = {0, 1, 2, 3, 4, 5, 6, 9, 10, STEPS - 1, LONGEST};
     reading now;
@@ -84,7 +84,7 @@ static void every_lag_is_that_of_the_tape(void)
     }
 }
 
-static void none_is_the_filter_bit_for_bit(void)
+TEST(none_is_the_filter_bit_for_bit)
 {
     reading filtered, now;
     static const int longest[] = {0, 4};
@@ -100,7 +100,7 @@ static void none_is_the_filter_bit_for_bit(void)
     }
 }
 
-static void the_filter_is_the_same_with_a_lag(void)
+TEST(the_filter_is_the_same_with_a_lag)
 {
     for (int step = 0; step < STEPS; step++) {
         drive(step);
@@ -119,7 +119,7 @@ static const num *z_of(int step)
     return z;
 }
 
-static void a_step_is_predict_and_update(void)
+TEST(a_step_is_predict_and_update)
 {
     reading expected, now;
     LAG(beside, 2, MOST, 5);
@@ -141,7 +141,7 @@ static void a_step_is_predict_and_update(void)
 }
 
 /* Whether and when it was asked before makes no difference. */
-static void asking_changes_nothing(void)
+TEST(asking_changes_nothing)
 {
     reading all[STEPS], now;
     for (int step = 0; step < STEPS; step++) {
@@ -161,7 +161,7 @@ static void asking_changes_nothing(void)
     }
 }
 
-static void an_answer_stays_until_the_next_one(void)
+TEST(an_answer_stays_until_the_next_one)
 {
     reading now, later;
     for (int step = 0; step < 4; step++) drive(step);
@@ -173,7 +173,7 @@ static void an_answer_stays_until_the_next_one(void)
 }
 
 /* An update more after the answer is in the next answer. */
-static void updates_may_come_after_an_answer(void)
+TEST(updates_may_come_after_an_answer)
 {
     static const num z[] = {1, -1};
     reading expected, now;
@@ -190,7 +190,7 @@ static void updates_may_come_after_an_answer(void)
     ASSERT_SAME_BITS(expected, now);
 }
 
-static void states_only_gives_the_means(void)
+TEST(states_only_gives_the_means)
 {
     num P[4] = {7, 7, 7, 7};
     reading now;
@@ -211,7 +211,7 @@ static void states_only_gives_the_means(void)
     }
 }
 
-static void it_may_be_attached_again(void)
+TEST(it_may_be_attached_again)
 {
     reading first, again;
     for (int step = 0; step < 9; step++) drive(step);
@@ -228,7 +228,7 @@ static void it_may_be_attached_again(void)
 }
 
 /* The same constant, through no process noise: known as now, at every step back */
-static void a_constant_is_known_as_now(void)
+TEST(a_constant_is_known_as_now)
 {
     static const num still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
     ASSERT_OK(K(process_init)(&motion, still, B, none));
@@ -247,7 +247,7 @@ static void a_constant_is_known_as_now(void)
 }
 
 /* A noise-free sensor in full: nothing more can be learned of its step, and S is singular. */
-static void what_is_known_exactly_stays(void)
+TEST(what_is_known_exactly_stays)
 {
     static const num h[] = {1, 0, 0, 1}, free_of_noise[2], z[] = {3, 4};
     ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
@@ -265,7 +265,7 @@ static void what_is_known_exactly_stays(void)
 }
 
 /* A measurement at the rounding floor is not taken, and is nothing to the lag either. */
-static void a_measurement_that_was_not_taken_is_nothing(void)
+TEST(a_measurement_that_was_not_taken_is_nothing)
 {
     static const num h[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0}, z[] = {3, 3};
     reading once, twice;
@@ -293,7 +293,7 @@ PROCESS(wide_process, 16, 0);
 SENSOR_DIAGONAL(wide_sensor, 16, 16);
 
 /* Scalars of n = 1 side by side, or rotated, are what each of them is alone. */
-static void sixteen_states_are_sixteen_scalars(void)
+TEST(sixteen_states_are_sixteen_scalars)
 {
     static const num a = 0.5, q = 0.75, r = 2, p = 3, zero[16];
     static num z[16], ones[16];
@@ -348,7 +348,7 @@ static void sixteen_states_are_sixteen_scalars(void)
 
 /* ---------------------------------------------------------------------------- refusals */
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     const size_t least = LAG_LEN(2, 1, 3);
@@ -369,7 +369,7 @@ static void assign_refuses(void)
 
 /* Sizes whose length is a little more than a multiple of 2^16 or 2^32: as a size_t of so many bits,
    and so many are the words that there are, it is short. */
-static void a_length_that_would_wrap_is_refused(void)
+TEST(a_length_that_would_wrap_is_refused)
 {
     const int64_t step = LAG_LEN(2, MOST, 1) - LAG_LEN(2, MOST, 0), rest = LAG_LEN(2, MOST, 0);
     const int64_t each = LAG_LEN(2, 2, 5) - LAG_LEN(2, 1, 5), others = LAG_LEN(2, 0, 5);
@@ -393,7 +393,7 @@ static void a_length_that_would_wrap_is_refused(void)
                                                 COUNT(past_memory)));
 }
 
-static void attach_refuses(void)
+TEST(attach_refuses)
 {
     K(lag) bare;
     memset(&bare, 0, sizeof bare);
@@ -411,7 +411,7 @@ static void attach_refuses(void)
 }
 
 /* By the plain functions, and nothing has changed */
-static void predict_and_step_refuse(void)
+TEST(predict_and_step_refuse)
 {
     static const num bad[] = {(num)NAN, 0}, z[] = {1, -1};
     drive(0), drive(1);
@@ -436,7 +436,7 @@ static void predict_and_step_refuse(void)
     ASSERT_OK(K(lagged)(&past, 0, &past_view));
 }
 
-static void smooth_refuses(void)
+TEST(smooth_refuses)
 {
     drive(0), drive(1), drive(2);
     watch(past_memory, LAG_LEN(2, MOST, 5) * sizeof(num));
@@ -480,7 +480,7 @@ static void assert_broken(void)
     ASSERT_OK(K(lagged)(&past, 1, &past_view));
 }
 
-static void after_too_many_measurements_the_filter_goes_on(void)
+TEST(after_too_many_measurements_the_filter_goes_on)
 {
     drive(0), drive(1);
     measure(&track, 3);
@@ -493,7 +493,7 @@ static void after_too_many_measurements_the_filter_goes_on(void)
 #include "copies.h"
 
 /* What is attached to its original knows nothing of it. */
-static void an_assigned_copy_goes_on_alone(void)
+TEST(an_assigned_copy_goes_on_alone)
 {
     drive(0), drive(1);
     watch_nothing();
@@ -504,7 +504,7 @@ static void an_assigned_copy_goes_on_alone(void)
 }
 
 /* Of a start it takes the place once nothing is unknown, not before. */
-static void a_start_goes_before(void)
+TEST(a_start_goes_before)
 {
     START(unknown, 2, 2);
     const num z[] = {1, 2};
@@ -524,7 +524,7 @@ static void a_start_goes_before(void)
     ASSERT_OK(K(lagged)(&past, 1, &past_view));
 }
 
-static void it_may_be_detached(void)
+TEST(it_may_be_detached)
 {
     drive(0), drive(1);
     ASSERT_OK(K(lagged)(&past, 1, &past_view));
@@ -548,7 +548,7 @@ static void it_may_be_detached(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(lagged)(&past, 0, &no_view));
 }
 
-static void another_history_takes_its_place(void)
+TEST(another_history_takes_its_place)
 {
     drive(0), drive(1);
     ASSERT_OK(K(lagged)(&past, 1, &past_view));
@@ -569,7 +569,7 @@ static void assert_no_number(const K(filter) * view, int i)
     ASSERT_NAN(K(sigma)(view, i));
 }
 
-static void what_is_not_shown_is_no_number(void)
+TEST(what_is_not_shown_is_no_number)
 {
     static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
     num P[9] = {7};
@@ -586,29 +586,4 @@ static void what_is_not_shown_is_no_number(void)
 }
 
 SUITE(lag, set_up)
-{
-    RUN_TEST(every_lag_is_that_of_the_tape);
-    RUN_TEST(none_is_the_filter_bit_for_bit);
-    RUN_TEST(the_filter_is_the_same_with_a_lag);
-    RUN_TEST(a_step_is_predict_and_update);
-    RUN_TEST(asking_changes_nothing);
-    RUN_TEST(an_answer_stays_until_the_next_one);
-    RUN_TEST(updates_may_come_after_an_answer);
-    RUN_TEST(states_only_gives_the_means);
-    RUN_TEST(it_may_be_attached_again);
-    RUN_TEST(a_constant_is_known_as_now);
-    RUN_TEST(what_is_known_exactly_stays);
-    RUN_TEST(a_measurement_that_was_not_taken_is_nothing);
-    RUN_TEST(sixteen_states_are_sixteen_scalars);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(a_length_that_would_wrap_is_refused);
-    RUN_TEST(attach_refuses);
-    RUN_TEST(predict_and_step_refuse);
-    RUN_TEST(smooth_refuses);
-    RUN_TEST(after_too_many_measurements_the_filter_goes_on);
-    RUN_TEST(an_assigned_copy_goes_on_alone);
-    RUN_TEST(a_start_goes_before);
-    RUN_TEST(it_may_be_detached);
-    RUN_TEST(another_history_takes_its_place);
-    RUN_TEST(what_is_not_shown_is_no_number);
-}
+#include "lag.tests"

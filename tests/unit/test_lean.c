@@ -47,7 +47,7 @@ static void sharpen(int c, num noise_now)
     ASSERT_OK(K(sensor_init_lean)(&lean, H, r));
 }
 
-static void what_is_not_sharp_is_taken_as_ever(void)
+TEST(what_is_not_sharp_is_taken_as_ever)
 {
     for (uint32_t seed = 1; seed <= 20; seed++) {
         uint32_t state = seed;
@@ -88,7 +88,7 @@ static num variance_of(int c)
 }
 
 /* The one that is sharp is taken as one with the raised noise; the others are as ever. */
-static void what_is_sharp_is_taken_coarsely(void)
+TEST(what_is_sharp_is_taken_coarsely)
 {
     static const num noises[] = {0, SHARP};
     for (int k = 0; k < COUNT(noises); k++) {
@@ -110,7 +110,7 @@ static void what_is_sharp_is_taken_coarsely(void)
 }
 
 /* 2^-16 of S in f32, 2^-48 in f64: as it is above it, coarsely below */
-static void where_sharp_begins(void)
+TEST(where_sharp_begins)
 {
     const num share = COARSE / 2, s = variance_of(0);
     sharpen(0, s * share * N(1.01));
@@ -125,7 +125,7 @@ static void where_sharp_begins(void)
 }
 
 /* At the same instant, and at every one: another sensor's noise-free measurement shuts nothing out. */
-static void after_a_sharp_one(void)
+TEST(after_a_sharp_one)
 {
     static const num h[] = {1, 0}, none[] = {0}, one[] = {1};
     ASSERT_OK(K(sensor_init_diagonal)(&sharp, h, none));
@@ -145,7 +145,7 @@ static void after_a_sharp_one(void)
     TEST_ASSERT_EQUAL_UINT(0, K(events)(&twin));
 }
 
-static void beyond_the_numbers(void)
+TEST(beyond_the_numbers)
 {
     z[1] = NUM_MAX;
     ASSERT_OK(K(update)(&twin, &lean, z));
@@ -156,7 +156,7 @@ static void beyond_the_numbers(void)
 }
 
 /* A smoother of what was done: the history has the raised noise. */
-static void the_raised_noise_is_recorded(void)
+TEST(the_raised_noise_is_recorded)
 {
     ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_OK(K(attach)(&twin, &other.attached));
@@ -182,7 +182,7 @@ static void the_raised_noise_is_recorded(void)
 }
 
 /* The robust updates bring the careful path along. */
-static void robust_updates_take_it(void)
+TEST(robust_updates_take_it)
 {
     K(loss) g = {.kind = &K(loss_gate), .limit = 1000};
     sharpen(0, 0);
@@ -258,7 +258,7 @@ static void assert_comes_back(int n, int32_t outage, num noise_now)
     TEST_ASSERT_EQUAL_UINT(0, K(events)(&lean_track)); /* it is no longer raised */
 }
 
-static void after_any_outage_it_comes_back(void)
+TEST(after_any_outage_it_comes_back)
 {
     static const int32_t outages[] = {10, 100, 3000};
     static const num noises[] = {1, N(0.01), N(1e-4)};
@@ -270,7 +270,7 @@ static void after_any_outage_it_comes_back(void)
 }
 
 /* Far more bits from the prediction than a number has */
-static void what_is_far_off_is_found_again(void)
+TEST(what_is_far_off_is_found_again)
 {
     static const num one_state[] = {1, 0}, noise_now[] = {0.0625};
     static const num correlated_P0[] = {1, 0.5, 0.5, 1};
@@ -293,7 +293,7 @@ static void what_is_far_off_is_found_again(void)
     }
 }
 
-static void what_contradicts_is_told(void)
+TEST(what_contradicts_is_told)
 {
     static const num one_state[] = {1, 0}, noise_now[] = {SHARP};
     const num away[] = {EPS > 1e-10 ? N(1e5) : N(1e9)};
@@ -306,7 +306,7 @@ ADAPTATION(taught, 2, 3);
 ADAPTATION(taught_lean, 2, 3);
 
 /* What is learnt from is taken: by a lean sensor, too. */
-static void an_adaptation_takes_it(void)
+TEST(an_adaptation_takes_it)
 {
     static const K(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, 0.125, 0.0625, 16, 0.125, 8};
     uint32_t seed = 1;
@@ -331,7 +331,7 @@ static const num table_Q[] = {0.3125, 0.125, 0.125, 0.25}, table_r[] = {0.5, 1, 
 static const K(process) table = KQ_PROCESS_TABLE(2, 0, table_A, NULL, table_G);
 static const K(sensor) lean_table = SENSOR_LEAN_TABLE(2, 3, H, table_r);
 
-static void a_const_table_is_a_lean_sensor(void)
+TEST(a_const_table_is_a_lean_sensor)
 {
     uint32_t seed = 1;
     ASSERT_OK(K(process_init)(&motion, table_A, NULL, table_Q));
@@ -356,7 +356,7 @@ static const K(sensor) lean_of_zeros = SENSOR_LEAN_TABLE(2, 3, table_H, table_r,
 static const K(sensor) full_of_zeros = SENSOR_TABLE(2, 3, table_H, table_r, (1, 0, 2));
 
 /* With what is known of A and H: what init finds there, and the same state */
-static void a_const_table_knows_where_zeros_are(void)
+TEST(a_const_table_knows_where_zeros_are)
 {
     uint32_t seed = 1;
     ASSERT_OK(K(process_init)(&motion, table_A, NULL, table_Q));
@@ -376,7 +376,7 @@ static void a_const_table_knows_where_zeros_are(void)
     }
 }
 
-static void bad_inputs(void)
+TEST(bad_inputs)
 {
     const num negative[] = {1, -1, 1}, nan[] = {1, (num)NAN, 1};
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_lean)(NULL, H, r));
@@ -391,19 +391,4 @@ static void bad_inputs(void)
 }
 
 SUITE(lean, set_up)
-{
-    RUN_TEST(what_is_not_sharp_is_taken_as_ever);
-    RUN_TEST(what_is_sharp_is_taken_coarsely);
-    RUN_TEST(where_sharp_begins);
-    RUN_TEST(after_a_sharp_one);
-    RUN_TEST(beyond_the_numbers);
-    RUN_TEST(after_any_outage_it_comes_back);
-    RUN_TEST(the_raised_noise_is_recorded);
-    RUN_TEST(robust_updates_take_it);
-    RUN_TEST(a_const_table_is_a_lean_sensor);
-    RUN_TEST(a_const_table_knows_where_zeros_are);
-    RUN_TEST(what_is_far_off_is_found_again);
-    RUN_TEST(what_contradicts_is_told);
-    RUN_TEST(an_adaptation_takes_it);
-    RUN_TEST(bad_inputs);
-}
+#include "lean.tests"

@@ -64,7 +64,7 @@ static void random_values(double *values, uint32_t *seed)
 }
 
 /* Down to 2^-8 of S: bit for bit */
-static void what_is_not_sharp_is_taken_as_ever(void)
+TEST(what_is_not_sharp_is_taken_as_ever)
 {
     for (uint32_t seed = 1; seed <= 20; seed++) {
         uint32_t state = seed;
@@ -90,7 +90,7 @@ static void random_words(double *values, uint32_t *seed)
 }
 
 /* From there to 2^-16 of S, at every step: as the filter in double */
-static void what_is_a_little_sharp_is_taken(void)
+TEST(what_is_a_little_sharp_is_taken)
 {
     static const double less_P0[] = {2, 0.5, 0.5, 1};
     put_prior(&start, 2, range, x0, less_P0);
@@ -115,7 +115,7 @@ static void what_is_a_little_sharp_is_taken(void)
 }
 
 /* As one with the noise 2^-15 S, as the filter in double has it */
-static void what_is_sharp_is_taken_coarsely(void)
+TEST(what_is_sharp_is_taken_coarsely)
 {
     static const double noises[] = {0, 0x1p-12, 0x1p-20};
     for (int k = 0; k < COUNT(noises); k++) {
@@ -133,7 +133,7 @@ static void what_is_sharp_is_taken_coarsely(void)
 }
 
 /* S is 64 + r: at 2^-16 of it and above as it is, below 2^-17 coarsely, whatever the mantissas are */
-static void where_sharp_begins(void)
+TEST(where_sharp_begins)
 {
     static const double taken[] = {1.001, 1.3, 1.7, 2.6}, coarse[] = {0.499, 0.37, 0.26};
     for (int k = 0; k < COUNT(taken); k++) {
@@ -153,7 +153,7 @@ static void where_sharp_begins(void)
 }
 
 /* Nothing is known, and nothing is left to know. */
-static void a_variance_of_0(void)
+TEST(a_variance_of_0)
 {
     static const double none[4] = {0};
     put_prior(&start, 2, range, x0, none);
@@ -165,7 +165,7 @@ static void a_variance_of_0(void)
 }
 
 /* Of sigmas far beyond the words, too; in double nothing is raised so early */
-static void after_any_outage_it_comes_back(void)
+TEST(after_any_outage_it_comes_back)
 {
     static const int32_t outages[] = {10, 100, 10000};
     static const double noises[] = {1, 0.01, 1e-4};
@@ -191,7 +191,7 @@ static void after_any_outage_it_comes_back(void)
     }
 }
 
-static void robust_updates_take_it(void)
+TEST(robust_updates_take_it)
 {
     const kq_scaled_q31 two = {1 << 30, -29};
     put_sensors(0, 1);
@@ -201,7 +201,7 @@ static void robust_updates_take_it(void)
 }
 
 /* With what is known of A and H: the very state of the same model by init */
-static void const_tables_with_zeros(void)
+TEST(const_tables_with_zeros)
 {
     const kq_process_q31 table = KQ_PROCESS_TABLE_Q31(2, 0, motion.state_format, NULL, motion.transition, NULL,
                                                       motion.noise_root, (0, 1));
@@ -222,7 +222,7 @@ static void const_tables_with_zeros(void)
 }
 
 /* The arrays as constants' initialisers, with the careful path and without */
-static void const_tables(void)
+TEST(const_tables)
 {
     const kq_process_q31 table = KQ_PROCESS_TABLE_Q31(2, 0, motion.state_format, NULL,
                                                       motion.transition, NULL, motion.noise_root);
@@ -246,7 +246,7 @@ static void const_tables(void)
     }
 }
 
-static void bad_inputs(void)
+TEST(bad_inputs)
 {
     put_sensor(&correlated, 2, 2, range, measured_range, H, correlated_R);
     ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_lean_q31(NULL, &lean.table, NULL));
@@ -257,16 +257,5 @@ static void bad_inputs(void)
     ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_lean_q31(&lean.sensor, &lean.table, NULL));
 }
 
-SUITE(lean, set_up)
-{
-    RUN_TEST(what_is_not_sharp_is_taken_as_ever);
-    RUN_TEST(what_is_a_little_sharp_is_taken);
-    RUN_TEST(what_is_sharp_is_taken_coarsely);
-    RUN_TEST(where_sharp_begins);
-    RUN_TEST(a_variance_of_0);
-    RUN_TEST(after_any_outage_it_comes_back);
-    RUN_TEST(robust_updates_take_it);
-    RUN_TEST(const_tables);
-    RUN_TEST(const_tables_with_zeros);
-    RUN_TEST(bad_inputs);
-}
+SUITE(lean_q31, set_up)
+#include "lean_q31.tests"

@@ -62,7 +62,7 @@ static void set_up(void)
 /* a step is good to some units of 2^-30, and forgetting remembers some hundred of them */
 #define LIKE 0x1p-22
 
-static void a_run_is_that_in_double(void)
+TEST(a_run_is_that_in_double)
 {
     static const double lambdas[] = {1, 0.875, 0.98, 0.9990234375};
     for (int l = 0; l < COUNT(lambdas); l++) {
@@ -85,7 +85,7 @@ static void a_run_is_that_in_double(void)
     }
 }
 
-static void fading_divides_the_covariance(void)
+TEST(fading_divides_the_covariance)
 {
     static const double lambdas[] = {0.5, 0.4, 0.01, 0.75, 0x1p-40, 1 - 0x1p-20};
     for (int l = 0; l < COUNT(lambdas); l++) {
@@ -96,7 +96,7 @@ static void fading_divides_the_covariance(void)
     }
 }
 
-static void fading_by_1_changes_nothing(void)
+TEST(fading_by_1_changes_nothing)
 {
     ASSERT_OK_UNCHANGED(kq_fade_q31(&line, one));
     ASSERT_OK(kq_attach_q31(&line, &tape.attached));
@@ -104,7 +104,7 @@ static void fading_by_1_changes_nothing(void)
 }
 
 /* Rounded to nearest, each of 4096 times; a factor rounded once would be off by 4096 units. */
-static void many_small_fades_do_not_drift(void)
+TEST(many_small_fades_do_not_drift)
 {
     const double lambda = 1 - 0x1p-10;
     const double expected = exp(-4096 * log(lambda)) * 2;
@@ -114,7 +114,7 @@ static void many_small_fades_do_not_drift(void)
     ASSERT_WITHIN(256 * 0x1p-29 * expected, expected, P[0]);
 }
 
-static void fading_stops_before_the_numbers_end(void)
+TEST(fading_stops_before_the_numbers_end)
 {
     kq_scaled_q31 P[4], later[4];
     for (int k = 0; k < 400; k++) ASSERT_OK(kq_fade_q31(&line, half));
@@ -128,7 +128,7 @@ static void fading_stops_before_the_numbers_end(void)
     TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&line));
 }
 
-static void all_at_once_are_one_after_the_other(void)
+TEST(all_at_once_are_one_after_the_other)
 {
     KQ_FILTER_Q31(twin, 2);
     kq_scaled_q31 rows[4], noises[2];
@@ -154,7 +154,7 @@ static void all_at_once_are_one_after_the_other(void)
 
 /* ------------------------------------------------------------ what is refused */
 
-static void lambda_is_checked(void)
+TEST(lambda_is_checked)
 {
     static const kq_scaled_q31 unfit[] = {{1, 0}, {(1 << 30) - 1, -30}, {0, 1}, {INT32_MIN, -31}};
     static const kq_scaled_q31 out[] = {
@@ -171,7 +171,7 @@ static void lambda_is_checked(void)
     }
 }
 
-static void fade_refuses(void)
+TEST(fade_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, kq_fade_q31(NULL, half));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_fade_q31(&blank, half));
@@ -180,7 +180,7 @@ static void fade_refuses(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_fade_q31(&line, half));
 }
 
-static void init_refuses(void)
+TEST(init_refuses)
 {
     static const kq_format_q31 unfit[] = {{0, 0}, {1, 95}, {1, -65}};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_init_q31(NULL, &line, one, measured_format));
@@ -191,7 +191,7 @@ static void init_refuses(void)
     }
 }
 
-static void add_refuses(void)
+TEST(add_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(NULL, h, z, r));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(&fit, NULL, z, r));
@@ -209,7 +209,7 @@ static void add_refuses(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_least_squares_add_q31(&fit, h, z, r));
 }
 
-static void readings_of_nothing_are_none(void)
+TEST(readings_of_nothing_are_none)
 {
     TEST_ASSERT_TRUE(kq_least_squares_residual_q31(NULL) == KQ_NOT_A_SCORE_Q31);
     TEST_ASSERT_TRUE(kq_least_squares_weight_q31(NULL) == KQ_NOT_A_SCORE_Q31);
@@ -219,7 +219,7 @@ static void readings_of_nothing_are_none(void)
 }
 
 /* Outliers as large as a word: the sum is held, and fades. */
-static void the_residual_is_held(void)
+TEST(the_residual_is_held)
 {
     static const double row[] = {1, 0};
     begin(0.5);
@@ -229,18 +229,5 @@ static void the_residual_is_held(void)
     TEST_ASSERT_TRUE(held > 0 && held <= INT64_C(1) << 61);
 }
 
-SUITE(least_squares, set_up)
-{
-    RUN_TEST(a_run_is_that_in_double);
-    RUN_TEST(fading_divides_the_covariance);
-    RUN_TEST(fading_by_1_changes_nothing);
-    RUN_TEST(many_small_fades_do_not_drift);
-    RUN_TEST(fading_stops_before_the_numbers_end);
-    RUN_TEST(all_at_once_are_one_after_the_other);
-    RUN_TEST(lambda_is_checked);
-    RUN_TEST(fade_refuses);
-    RUN_TEST(init_refuses);
-    RUN_TEST(add_refuses);
-    RUN_TEST(readings_of_nothing_are_none);
-    RUN_TEST(the_residual_is_held);
-}
+SUITE(least_squares_q31, set_up)
+#include "least_squares_q31.tests"

@@ -31,7 +31,7 @@ static const size_t counts[] = {0, 1, 2, 3, 100, 32767, KQ_COUNT_MAX};
 static const int no_size[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
 static const size_t no_count[] = {KQ_COUNT_MAX + 1, SIZE_MAX};
 
-static void those_of_a_step_are_the_macros(void)
+TEST(those_of_a_step_are_the_macros)
 {
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
         for (int k = 0; k < COUNT(measurements); k++) {
@@ -47,7 +47,7 @@ static void those_of_a_step_are_the_macros(void)
     }
 }
 
-static void those_of_sizes_are_the_macros(void)
+TEST(those_of_sizes_are_the_macros)
 {
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
         ASSERT_LENGTH(LEN(FILTER)(n), OF(FILTER, n, 0, 0, 0));
@@ -63,7 +63,7 @@ static void those_of_sizes_are_the_macros(void)
 }
 
 /* With it assign is content, and not with a word less. */
-static void it_is_what_assign_asks_for(void)
+TEST(it_is_what_assign_asks_for)
 {
     static word memory[1]; /* assign does not look at it */
     static S(lag) lag;
@@ -79,7 +79,7 @@ static void it_is_what_assign_asks_for(void)
     }
 }
 
-static void a_size_that_is_none_has_no_length(void)
+TEST(a_size_that_is_none_has_no_length)
 {
     for (int k = 0; k < COUNT(no_size); k++) {
         const int n = no_size[k];
@@ -103,7 +103,7 @@ static void a_size_that_is_none_has_no_length(void)
     ASSERT_NONE(OF(INSTANT, 1, INT_MIN, 0, 0));
 }
 
-static void nor_has_a_count(void)
+TEST(nor_has_a_count)
 {
     for (int k = 0; k < COUNT(no_count); k++) {
         ASSERT_NONE(OF(HISTORY, 1, 1, no_count[k], 0));
@@ -127,7 +127,7 @@ static void nor_has_a_count(void)
 }
 
 /* What an arithmetic has no memory for, or no object of */
-static void what_is_not_there_has_none(void)
+TEST(what_is_not_there_has_none)
 {
 #ifdef KQ_TEST_Q31
     ASSERT_LENGTH(KQ_ROOT_LEN_Q31(5), OF(ROOT, 5, 0, 0, 0));
@@ -163,7 +163,7 @@ static void what_is_not_there_has_none(void)
     TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_STEADY_SOLVE) == 0);
 }
 
-static void an_object_has_its_size(void)
+TEST(an_object_has_its_size)
 {
 #define ASSERT_SIZE(object, name) TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_##object) == sizeof(S(name)))
     ASSERT_SIZE(PROCESS, process); ASSERT_SIZE(SENSOR, sensor); ASSERT_SIZE(FILTER, filter);
@@ -174,12 +174,4 @@ static void an_object_has_its_size(void)
 }
 
 SUITE(lengths, NULL)
-{
-    RUN_TEST(what_is_not_there_has_none);
-    RUN_TEST(an_object_has_its_size);
-    RUN_TEST(those_of_a_step_are_the_macros);
-    RUN_TEST(those_of_sizes_are_the_macros);
-    RUN_TEST(it_is_what_assign_asks_for);
-    RUN_TEST(a_size_that_is_none_has_no_length);
-    RUN_TEST(nor_has_a_count);
-}
+#include "lengths.tests"

@@ -119,7 +119,7 @@ static void assert_root_is_checked(int32_t *root, initialise *init)
 
 /* ----------------------------------------------------------------------------- process */
 
-static void process_refuses_null(void)
+TEST(process_refuses_null)
 {
     const kq_process_table_q31 good = motion.table;
     ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(NULL, &motion.table, &misfit));
@@ -136,7 +136,7 @@ static void process_refuses_null(void)
     ASSERT_REFUSED(KQ_ERR_NULL, init_process());
 }
 
-static void process_needs_no_control_arrays_without_controls(void)
+TEST(process_needs_no_control_arrays_without_controls)
 {
     motion.table.controls = 0;
     motion.table.control_format = NULL;
@@ -145,7 +145,7 @@ static void process_needs_no_control_arrays_without_controls(void)
     ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
 }
 
-static void process_checks_its_table(void)
+TEST(process_checks_its_table)
 {
     assert_size_is_checked(&motion.table.states, 0, init_process);
     assert_size_is_checked(&motion.table.controls, 1, init_process);
@@ -180,7 +180,7 @@ static void assert_state_misfit(double large, int bits)
     ASSERT_OK(init_process());
 }
 
-static void the_overflow_check_names_component_and_bits(void)
+TEST(the_overflow_check_names_component_and_bits)
 {
     motion.control[1] = coefficient(0);
     assert_state_misfit(15.01, 1);
@@ -192,7 +192,7 @@ static void the_overflow_check_names_component_and_bits(void)
 }
 
 /* In doubles: a speed in too small a word.  The format with the bits that the misfit names does. */
-static void a_format_with_the_bits_named_fits(void)
+TEST(a_format_with_the_bits_named_fits)
 {
     static const double fast[] = {1, 0, 1000, 1};
     kq_format_q31 *format = motion.state_format;
@@ -210,7 +210,7 @@ static void a_format_with_the_bits_named_fits(void)
     }
 }
 
-static void a_control_counts_as_a_part_of_its_state(void)
+TEST(a_control_counts_as_a_part_of_its_state)
 {
     motion.control[0] = coefficient(15.5);
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
@@ -220,14 +220,14 @@ static void a_control_counts_as_a_part_of_its_state(void)
 }
 
 /* No format makes A_ii smaller. */
-static void a_state_cannot_grow_beyond_16_times_itself(void)
+TEST(a_state_cannot_grow_beyond_16_times_itself)
 {
     motion.transition[0] = coefficient(16.01);
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, init_process());
 }
 
 /* Also where the misfit was never written, or told of another table */
-static void what_fits_is_said_to_fit(void)
+TEST(what_fits_is_said_to_fit)
 {
     static kq_status (*const init[])(void) = {init_process, init_sensor, init_filter};
     char text[40];
@@ -241,7 +241,7 @@ static void what_fits_is_said_to_fit(void)
     ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
 }
 
-static void change_transition_refuses(void)
+TEST(change_transition_refuses)
 {
     kq_scaled_q31 other[4];
     memcpy(other, motion.transition, sizeof other);
@@ -254,7 +254,7 @@ static void change_transition_refuses(void)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other));
 }
 
-static void change_transition_moves_otherwise(void)
+TEST(change_transition_moves_otherwise)
 {
     static const double faster[] = {1, 2, 0, 1};
     PROCESS(expected, 2, 1);
@@ -271,7 +271,7 @@ static void change_transition_moves_otherwise(void)
 
 /* ------------------------------------------------------------------------------ sensor */
 
-static void sensor_refuses_null(void)
+TEST(sensor_refuses_null)
 {
     const kq_sensor_table_q31 good = radar.table;
     ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(NULL, &radar.table, &misfit));
@@ -286,7 +286,7 @@ static void sensor_refuses_null(void)
     ASSERT_REFUSED(KQ_ERR_NULL, init_sensor());
 }
 
-static void sensor_checks_its_table(void)
+TEST(sensor_checks_its_table)
 {
     static const int32_t flags[] = {-1, 2, INT32_MAX, INT32_MIN};
     assert_size_is_checked(&radar.table.states, 0, init_sensor);
@@ -301,7 +301,7 @@ static void sensor_checks_its_table(void)
     }
 }
 
-static void init_diagonal_takes_a_diagonal_table_alone(void)
+TEST(init_diagonal_takes_a_diagonal_table_alone)
 {
     kq_sensor_q31 *s = &radar.sensor, other;
     radar.table.correlated = 1;
@@ -318,7 +318,7 @@ static void init_diagonal_takes_a_diagonal_table_alone(void)
     TEST_ASSERT_EQUAL_INT(0, s->correlated);
 }
 
-static void a_variance_is_not_negative(void)
+TEST(a_variance_is_not_negative)
 {
     radar.noise[2] = (kq_scaled_q31){-(1 << 30), -30};
     ASSERT_REFUSED(KQ_ERR_TABLE, init_sensor());
@@ -331,7 +331,7 @@ static void a_variance_is_not_negative(void)
     ASSERT_REFUSED(KQ_ERR_TABLE, init_sensor());
 }
 
-static void a_measurement_without_enough_bits_is_named(void)
+TEST(a_measurement_without_enough_bits_is_named)
 {
     static const double large[] = {17, 33, 1000};
     static const int bits[] = {1, 2, 6};
@@ -348,7 +348,7 @@ static void a_measurement_without_enough_bits_is_named(void)
     }
 }
 
-static void change_measurement_refuses(void)
+TEST(change_measurement_refuses)
 {
     kq_scaled_q31 other[4];
     memcpy(other, radar.measurement, sizeof other);
@@ -363,7 +363,7 @@ static void change_measurement_refuses(void)
 
 /* ------------------------------------------------------------------------------ filter */
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     static int32_t memory[KQ_FILTER_LEN_Q31(16)];
@@ -378,7 +378,7 @@ static void assign_refuses(void)
     }
 }
 
-static void filter_refuses_null(void)
+TEST(filter_refuses_null)
 {
     const kq_prior_table_q31 good = start.table;
     ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(NULL, &start.table, &misfit));
@@ -391,7 +391,7 @@ static void filter_refuses_null(void)
     ASSERT_REFUSED(KQ_ERR_NULL, init_filter());
 }
 
-static void filter_checks_its_prior(void)
+TEST(filter_checks_its_prior)
 {
     kq_filter_q31 bare;
     memset(&bare, 0, sizeof bare);
@@ -406,7 +406,7 @@ static void filter_checks_its_prior(void)
     assert_root_is_checked(start.root, init_filter);
 }
 
-static void a_mean_out_of_its_range_is_refused(void)
+TEST(a_mean_out_of_its_range_is_refused)
 {
     static const int32_t bad[] = {(10 << 27) + 1, INT32_MAX, -(10 << 27) - 1, INT32_MIN};
     TEST_ASSERT_EQUAL_INT32(10 << 27, start.state_format[1].range);
@@ -421,7 +421,7 @@ static void a_mean_out_of_its_range_is_refused(void)
     ASSERT_OK(init_filter());
 }
 
-static void init_sets_the_state(void)
+TEST(init_sets_the_state)
 {
     FILTER(twin, 2);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
@@ -438,27 +438,13 @@ static void init_sets_the_state(void)
 }
 
 /* Mean and root are the filter's own, the table may go. */
-static void init_copies_the_prior(void)
+TEST(init_copies_the_prior)
 {
     FILTER(twin, 2);
     memset(start.mean, 0x5A, sizeof start.mean);
     memset(start.root, 0x5A, sizeof start.root);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_LIKE(&twin, &track, 0x1p-27);
-}
-
-static void run_process(void)
-{
-    RUN_TEST(process_refuses_null);
-    RUN_TEST(process_needs_no_control_arrays_without_controls);
-    RUN_TEST(process_checks_its_table);
-    RUN_TEST(the_overflow_check_names_component_and_bits);
-    RUN_TEST(a_format_with_the_bits_named_fits);
-    RUN_TEST(a_control_counts_as_a_part_of_its_state);
-    RUN_TEST(a_state_cannot_grow_beyond_16_times_itself);
-    RUN_TEST(what_fits_is_said_to_fit);
-    RUN_TEST(change_transition_refuses);
-    RUN_TEST(change_transition_moves_otherwise);
 }
 
 /* ------------------------------------------------------------------- check */
@@ -473,7 +459,7 @@ static void assert_found(void *words, int count, kq_status (*check)(void))
 }
 
 /* All but padding, and what of `first` and `selects` is not read */
-static void check_finds_every_bit(void)
+TEST(check_finds_every_bit)
 {
     const size_t process = 2 + 2 + 2 + 4 + 5 * sizeof(void *), sensor = 4 + 2 + 4 + 5 * sizeof(void *);
     TEST_ASSERT_EQUAL_INT(8 * (int)process, BITS_FOUND(motion.process, check_process));
@@ -489,7 +475,7 @@ static void check_finds_every_bit(void)
     TEST_ASSERT_GREATER_THAN_INT(2 * 8 + 2 * 18, BITS_FOUND(track_memory, check_filter)); /* low words, exponents */
 }
 
-static void check_takes_what_calls_have_left(void)
+TEST(check_takes_what_calls_have_left)
 {
     uint32_t state = 1;
     for (int t = 0; t < 2000; t++) {
@@ -507,21 +493,5 @@ static void check_takes_what_calls_have_left(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_check_q31(&blank_sensor));
 }
 
-SUITE(model, set_up)
-{
-    run_process();
-    RUN_TEST(check_finds_every_bit);
-    RUN_TEST(check_takes_what_calls_have_left);
-    RUN_TEST(sensor_refuses_null);
-    RUN_TEST(sensor_checks_its_table);
-    RUN_TEST(init_diagonal_takes_a_diagonal_table_alone);
-    RUN_TEST(a_variance_is_not_negative);
-    RUN_TEST(a_measurement_without_enough_bits_is_named);
-    RUN_TEST(change_measurement_refuses);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(filter_refuses_null);
-    RUN_TEST(filter_checks_its_prior);
-    RUN_TEST(a_mean_out_of_its_range_is_refused);
-    RUN_TEST(init_sets_the_state);
-    RUN_TEST(init_copies_the_prior);
-}
+SUITE(model_q31, set_up)
+#include "model_q31.tests"

@@ -22,7 +22,7 @@ static void set_up(void)
 
 /* -------------------------------------------------------------------------- the rocket */
 
-static void the_rocket(void)
+TEST(the_rocket)
 {
     static const num A[] = {N(1.2), 0, 0, N(-0.2)}, Q[] = {N(0.12), N(0.09), N(0.09), N(0.135)};
     static const num P0[] = {N(0.4), N(0.3), N(0.3), N(0.45)};
@@ -68,7 +68,7 @@ static void assert_steady_state(double q, double p00, double p01, double p11)
     for (int k = 0; k < 4; k++) ASSERT_WITHIN(PRINTED(1.01e-8), printed[k], P[k]);
 }
 
-static void the_recursion_settles(void)
+TEST(the_recursion_settles)
 {
     assert_steady_state(0.3, 0.40329108, 0.1050718, 0.41061709);
     assert_steady_state(0.5, 0.62286148, 0.12527948, 0.63270989);
@@ -95,7 +95,7 @@ static void assert_constant(double a2, double s2, int last)
     }
 }
 
-static void a_constant_is_the_weighted_mean(void)
+TEST(a_constant_is_the_weighted_mean)
 {
     assert_constant(4, 1, 100);
     assert_constant(0.25, 2, 100);
@@ -103,7 +103,7 @@ static void a_constant_is_the_weighted_mean(void)
 }
 
 /* The same constant, smoothed: at every step what is known at the end. */
-static void a_constant_smoothed_is_the_final_mean(void)
+TEST(a_constant_smoothed_is_the_final_mean)
 {
     static const num prior[] = {4};
     uint32_t seed = 5;
@@ -151,7 +151,7 @@ static void concentrate(uint32_t seed, double *outside)
     ASSERT_CLOSE(1 / sqrt(601), K(sigma)(&level, 0), 1 / sqrt(601));
 }
 
-static void the_posterior_concentrates_on_the_state(void)
+TEST(the_posterior_concentrates_on_the_state)
 {
     double outside[4] = {0, 0, 0, 0};
     for (uint32_t seed = 1; seed <= 10; seed++) concentrate(seed, outside);
@@ -210,7 +210,7 @@ static void run(uint32_t *seed, errors *sum)
 
 /* The filter's error is as large as it says: P- settles at trace 0.81391; the predictor that
    sees the state has trace Q = 0.6.  4000 squares: 2.2 % standard error, 4 of them allowed. */
-static void prediction_errors_are_as_large_as_stated(void)
+TEST(prediction_errors_are_as_large_as_stated)
 {
     static const num Q[] = {N(0.3), 0, 0, N(0.3)};
     errors sum = {0, 0, 0};
@@ -227,11 +227,4 @@ static void prediction_errors_are_as_large_as_stated(void)
 }
 
 SUITE(numbers, set_up)
-{
-    RUN_TEST(the_rocket);
-    RUN_TEST(the_recursion_settles);
-    RUN_TEST(a_constant_is_the_weighted_mean);
-    RUN_TEST(a_constant_smoothed_is_the_final_mean);
-    RUN_TEST(the_posterior_concentrates_on_the_state);
-    RUN_TEST(prediction_errors_are_as_large_as_stated);
-}
+#include "numbers.tests"

@@ -27,7 +27,7 @@ static void assert_state(double tolerance, const double *x, const double *P)
 
 /* -------------------------------------------------------------------------- the rocket */
 
-static void the_rocket(void)
+TEST(the_rocket)
 {
     static const double A[] = {1.2, 0, 0, -0.2}, Q[] = {0.12, 0.09, 0.09, 0.135};
     static const double P0[] = {0.4, 0.3, 0.3, 0.45}, R[] = {0.2, 0.15, 0.15, 0.225};
@@ -64,7 +64,7 @@ static void assert_steady_state(double q, double p00, double p01, double p11)
     assert_state(1.5e-8, zero, P);
 }
 
-static void the_recursion_settles(void)
+TEST(the_recursion_settles)
 {
     assert_steady_state(0.3, 0.40329108, 0.1050718, 0.41061709);
     assert_steady_state(0.5, 0.62286148, 0.12527948, 0.63270989);
@@ -117,14 +117,14 @@ static void assert_constant(double a2, double s2)
     }
 }
 
-static void a_constant_is_the_weighted_mean(void)
+TEST(a_constant_is_the_weighted_mean)
 {
     assert_constant(4, 1);
     assert_constant(0.25, 2);
     assert_constant(1e3, 0.1);
 }
 
-static void a_constant_smoothed_is_the_final_mean(void)
+TEST(a_constant_smoothed_is_the_final_mean)
 {
     uint32_t seed = 5;
     double sum = 0;
@@ -174,7 +174,7 @@ static void concentrate(uint32_t seed, double *outside)
     ASSERT_WITHIN(1e-6 / sqrt(601), 1 / sqrt(601), level_sigma());
 }
 
-static void the_posterior_concentrates_on_the_state(void)
+TEST(the_posterior_concentrates_on_the_state)
 {
     double outside[4] = {0, 0, 0, 0};
     for (uint32_t seed = 1; seed <= 10; seed++) concentrate(seed, outside);
@@ -213,7 +213,7 @@ static void one_step(double *x, uint32_t *seed, squares *sum)
     }
 }
 
-static void prediction_errors_are_as_large_as_stated(void)
+TEST(prediction_errors_are_as_large_as_stated)
 {
     static const double Q[] = {0.3, 0, 0, 0.3}, P0[] = {0.9, 0.3, 0.3, 0.9}, x0[] = {8, 8};
     static const double far[] = {50, 50};
@@ -235,12 +235,5 @@ static void prediction_errors_are_as_large_as_stated(void)
     TEST_ASSERT_TRUE(sum.filter > sum.oracle);
 }
 
-SUITE(numbers, set_up)
-{
-    RUN_TEST(the_rocket);
-    RUN_TEST(the_recursion_settles);
-    RUN_TEST(a_constant_is_the_weighted_mean);
-    RUN_TEST(a_constant_smoothed_is_the_final_mean);
-    RUN_TEST(the_posterior_concentrates_on_the_state);
-    RUN_TEST(prediction_errors_are_as_large_as_stated);
-}
+SUITE(numbers_q31, set_up)
+#include "numbers_q31.tests"

@@ -172,7 +172,7 @@ static void assert_lag(int with_covariance)
 
 /* --------------------------------------------------------------------------- fixed lag */
 
-static void every_lag_is_that_in_double(void)
+TEST(every_lag_is_that_in_double)
 {
     static const int longest[] = {0, 1, 2, 3, 4, 5, 10, LONGEST};
     for (int l = 0; l < COUNT(longest); l++) {
@@ -195,7 +195,7 @@ static void every_lag_is_that_in_double(void)
 }
 
 /* Up to the last bits of the maps; the tape has exponents for its rows */
-static void the_longest_lag_is_that_of_the_tape(void)
+TEST(the_longest_lag_is_that_of_the_tape)
 {
     kq_scaled_q31 P[4];
     ASSERT_OK(kq_attach_q31(&twin, &tape.attached));
@@ -227,7 +227,7 @@ static void the_longest_lag_is_that_of_the_tape(void)
     }
 }
 
-static void none_is_the_filter_bit_for_bit(void)
+TEST(none_is_the_filter_bit_for_bit)
 {
     kq_scaled_q31 P[4];
     for (int longest = 0; longest <= 3; longest += 3) {
@@ -247,7 +247,7 @@ static void none_is_the_filter_bit_for_bit(void)
     }
 }
 
-static void the_filter_is_the_same(void)
+TEST(the_filter_is_the_same)
 {
     for (int with_point = 0; with_point < 2; with_point++) {
         ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
@@ -267,7 +267,7 @@ static void the_filter_is_the_same(void)
 }
 
 /* The same constant, seen through no process noise: known as now, however far back */
-static void a_constant_is_known_as_now(void)
+TEST(a_constant_is_known_as_now)
 {
     static const double still[] = {1, 0, 0, 1}, none[4], z[] = {3, -1};
     put_process(&motion, 2, 0, range, drive_range, still, NULL, none);
@@ -304,7 +304,7 @@ static void assert_point(void)
     }
 }
 
-static void an_instant_is_that_in_double(void)
+TEST(an_instant_is_that_in_double)
 {
     for (int s = 0; s < STEPS; s += 4) {
         attach_point();
@@ -319,7 +319,7 @@ static void an_instant_is_that_in_double(void)
     }
 }
 
-static void a_long_run_changes_nothing_any_more(void)
+TEST(a_long_run_changes_nothing_any_more)
 {
     kq_scaled_q31 early[4];
     int32_t mean[2];
@@ -346,7 +346,7 @@ static void a_long_run_changes_nothing_any_more(void)
 
 /* Known a million times better than at first, and better still with each measurement, by less than
    the last bit of a word of the map: the instant is known as now. */
-static void a_constant_is_refined_for_long(void)
+TEST(a_constant_is_refined_for_long)
 {
     static const double still[] = {1, 0, 0, 1}, none[4], wide[] = {1e6, 0, 0, 1e6};
     static const double wide_range[] = {10000, 10000}, look[] = {1, 0, 0, 1};
@@ -377,7 +377,7 @@ static void a_constant_is_refined_for_long(void)
 #define WIDE_LAG 7
 
 /* 16 scalars side by side are what one of them is alone. */
-static void sixteen_states_are_sixteen_scalars(void)
+TEST(sixteen_states_are_sixteen_scalars)
 {
     static kq_format_q31 format[WIDE];
     static kq_scaled_q31 transition[WIDE * WIDE], look[WIDE * WIDE], noise[WIDE];
@@ -444,7 +444,7 @@ static void sixteen_states_are_sixteen_scalars(void)
 
 /* ---------------------------------------------------------------------------- refusals */
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     const size_t least = KQ_LAG_LEN_Q31(2, 1, 3), least_point = KQ_INSTANT_LEN_Q31(2, 1);
@@ -467,7 +467,7 @@ static void assign_refuses(void)
     ASSERT_OK(kq_instant_assign_q31(&instant, 2, 1, instant_memory, least_point));
 }
 
-static void attach_refuses(void)
+TEST(attach_refuses)
 {
     kq_lag_q31 bare;
     kq_instant_q31 bare_point;
@@ -529,7 +529,7 @@ static void assert_full_and_going_on(void)
     }
 }
 
-static void lag_refuses(void)
+TEST(lag_refuses)
 {
     static const size_t bad[] = {3, SIZE_MAX, KQ_COUNT_MAX, SIZE_MAX / 2 + 1};
     for (int step = 0; step < 3; step++) drive_lag(step);
@@ -546,7 +546,7 @@ static void lag_refuses(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_lagged_q31(&past, 0, &no_view));
 }
 
-static void point_refuses(void)
+TEST(point_refuses)
 {
     attach_point();
     for (int step = 0; step < 3; step++) drive_point(step);
@@ -576,7 +576,7 @@ static void assert_copy_goes_on_alone(void)
     }
 }
 
-static void an_assigned_copy_goes_on_alone(void)
+TEST(an_assigned_copy_goes_on_alone)
 {
     for (int step = 0; step < 3; step++) drive_lag(step);
     assert_copy_goes_on_alone();
@@ -589,7 +589,7 @@ static void an_assigned_copy_goes_on_alone(void)
     ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
 }
 
-static void a_step_is_predict_and_update(void)
+TEST(a_step_is_predict_and_update)
 {
     KQ_LAG_Q31(beside, 2, 2, 5);
     kq_filter_q31 beside_view;
@@ -618,7 +618,7 @@ static void assert_no_word(const kq_filter_q31 *view, int i)
     TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(view, i));
 }
 
-static void what_is_not_shown_is_no_word(void)
+TEST(what_is_not_shown_is_no_word)
 {
     static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
     ASSERT_OK(kq_lagged_q31(&past, 0, &past_view));
@@ -635,22 +635,5 @@ static void what_is_not_shown_is_no_word(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&instant_view, out));
 }
 
-SUITE(on_line, set_up)
-{
-    RUN_TEST(every_lag_is_that_in_double);
-    RUN_TEST(the_longest_lag_is_that_of_the_tape);
-    RUN_TEST(none_is_the_filter_bit_for_bit);
-    RUN_TEST(the_filter_is_the_same);
-    RUN_TEST(a_constant_is_known_as_now);
-    RUN_TEST(an_instant_is_that_in_double);
-    RUN_TEST(a_long_run_changes_nothing_any_more);
-    RUN_TEST(a_constant_is_refined_for_long);
-    RUN_TEST(sixteen_states_are_sixteen_scalars);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(attach_refuses);
-    RUN_TEST(lag_refuses);
-    RUN_TEST(point_refuses);
-    RUN_TEST(an_assigned_copy_goes_on_alone);
-    RUN_TEST(a_step_is_predict_and_update);
-    RUN_TEST(what_is_not_shown_is_no_word);
-}
+SUITE(on_line_q31, set_up)
+#include "on_line_q31.tests"

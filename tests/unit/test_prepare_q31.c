@@ -37,7 +37,7 @@ static void assert_format(double range, int32_t word, int32_t fraction)
     TEST_ASSERT_EQUAL_INT32(fraction, format[0].fraction);
 }
 
-static void a_format_has_as_many_fraction_bits_as_its_range_allows(void)
+TEST(a_format_has_as_many_fraction_bits_as_its_range_allows)
 {
     assert_format(1, 1 << 30, 30);
     assert_format(0.9375, 0x78000000, 31);
@@ -50,7 +50,7 @@ static void a_format_has_as_many_fraction_bits_as_its_range_allows(void)
     assert_format(0x1.8p94, 3 << 29, KQ_FRACTION_MIN_Q31);
 }
 
-static void a_format_needs_a_range_that_it_can_hold(void)
+TEST(a_format_needs_a_range_that_it_can_hold)
 {
     static const double bad[] = {0,     -0.0,  -1,     0x1.8p-65, 0x1.fffffffffffffp-65,
                                  0x1p95, 1e300, 5e-324, DBL_MAX,   -DBL_MAX};
@@ -63,7 +63,7 @@ static void a_format_needs_a_range_that_it_can_hold(void)
     }
 }
 
-static void a_named_format_is_the_one_named(void)
+TEST(a_named_format_is_the_one_named)
 {
     ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, &misfit));
     TEST_ASSERT_EQUAL_INT32(100 << 15, format[0].range);
@@ -91,7 +91,7 @@ static void assert_misfit(int fraction, double range, int bits)
         KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[1], fraction - bits + 1, range, NULL));
 }
 
-static void a_named_format_says_how_many_bits_are_missing(void)
+TEST(a_named_format_says_how_many_bits_are_missing)
 {
     assert_misfit(15, 65536, 1);
     assert_misfit(15, 65535.99999, 1);
@@ -101,7 +101,7 @@ static void a_named_format_says_how_many_bits_are_missing(void)
     assert_misfit(0, 1e12, 9);
 }
 
-static void a_named_format_refuses(void)
+TEST(a_named_format_refuses)
 {
     static const int bad[] = {KQ_FRACTION_MIN_Q31 - 1, KQ_FRACTION_MAX_Q31 + 1, INT_MAX, INT_MIN};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_named_q31(NULL, 15, 1, &misfit));
@@ -130,14 +130,14 @@ static void assert_text(const char *expected, kq_quantity quantity, int componen
     TEST_ASSERT_EQUAL_STRING(expected, text);
 }
 
-static void a_misfit_in_words(void)
+TEST(a_misfit_in_words)
 {
     assert_text("state 2 needs 3 more integer bits", KQ_STATE, 2, 3);
     assert_text("control 0 needs 1 more integer bit", KQ_CONTROL, 0, 1);
     assert_text("measurement 15 needs 31 more integer bits", KQ_MEASUREMENT, 15, 31);
 }
 
-static void a_misfit_is_cut_where_there_is_no_room(void)
+TEST(a_misfit_is_cut_where_there_is_no_room)
 {
     static const char whole[] = "state 2 needs 3 more integer bits";
     const kq_misfit_q31 m = {KQ_STATE, 2, 3};
@@ -153,7 +153,7 @@ static void a_misfit_is_cut_where_there_is_no_room(void)
     }
 }
 
-static void no_misfit_has_no_words(void)
+TEST(no_misfit_has_no_words)
 {
     const kq_misfit_q31 m = {KQ_STATE, 2, 3};
     char text[4] = "???";
@@ -165,7 +165,7 @@ static void no_misfit_has_no_words(void)
 
 /* ------------------------------------------------------------------------------ vector */
 
-static void words_are_rounded_to_nearest(void)
+TEST(words_are_rounded_to_nearest)
 {
     static const double x[] = {1.49, -1.51};
     ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
@@ -179,7 +179,7 @@ static void words_are_rounded_to_nearest(void)
 }
 
 /* The sum of a half and the number below it is rounded to 1. */
-static void what_is_just_below_a_half_is_no_word(void)
+TEST(what_is_just_below_a_half_is_no_word)
 {
     static const double x[] = {0x1.fffffffffffffp-2, -0x1.fffffffffffffp-2}, half[] = {0.5, -0.5};
     ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, NULL));
@@ -190,7 +190,7 @@ static void what_is_just_below_a_half_is_no_word(void)
     TEST_ASSERT_EQUAL_INT32(-1, words[1]);
 }
 
-static void words_may_use_the_whole_range(void)
+TEST(words_may_use_the_whole_range)
 {
     static const double x[] = {1000, -1000}, end[] = {INT32_MAX, -INT32_MAX};
     ASSERT_OK(kq_vector_prepare_q31(words, end, 2, format, NULL));
@@ -200,7 +200,7 @@ static void words_may_use_the_whole_range(void)
     ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, NULL));
 }
 
-static void words_refuse(void)
+TEST(words_refuse)
 {
     static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
     double x[] = {1, 2};
@@ -221,7 +221,7 @@ static void words_refuse(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, NULL));
 }
 
-static void words_out_of_range_name_their_component(void)
+TEST(words_out_of_range_name_their_component)
 {
     static const double x[] = {1, 0x1p33};
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, &misfit));
@@ -232,7 +232,7 @@ static void words_out_of_range_name_their_component(void)
 }
 
 /* Every function of prepare.h comes back for every size of number, in formats of any fraction. */
-static void every_finite_number_is_taken_or_refused(void)
+TEST(every_finite_number_is_taken_or_refused)
 {
     static const int32_t fraction[] = {KQ_FRACTION_MIN_Q31, 0, 24, KQ_FRACTION_MAX_Q31};
     for (int k = 0; k < COUNT(fraction); k++) {
@@ -257,7 +257,7 @@ static void every_finite_number_is_taken_or_refused(void)
 }
 
 /* The bits that are missing are told, however many they are. */
-static void words_far_out_of_range_say_how_many_bits(void)
+TEST(words_far_out_of_range_say_how_many_bits)
 {
     const double x[] = {1e308};
     format[0].fraction = 24;
@@ -268,7 +268,7 @@ static void words_far_out_of_range_say_how_many_bits(void)
 
 /* With as many integer bits more the word fits, with one less it does not: also where rounding makes
    the word a power of 2. */
-static void the_bits_that_are_missing_are_enough(void)
+TEST(the_bits_that_are_missing_are_enough)
 {
     static const double x[] = {0x1.fffffffffffffp30,  -0x1.fffffffffffffp30, 0x1.fffffffcp30,
                                0x1.fffffffbfffffp30, 0x1p31,                0x1.8p40};
@@ -285,7 +285,7 @@ static void the_bits_that_are_missing_are_enough(void)
 
 /* ------------------------------------------------------------------------------ matrix */
 
-static void coefficients_are_exact_where_the_numbers_are(void)
+TEST(coefficients_are_exact_where_the_numbers_are)
 {
     static const double M[] = {1, -0.5, 0, 3};
     ASSERT_OK(kq_matrix_prepare_q31(table, M, 2, 2, format, format));
@@ -295,7 +295,7 @@ static void coefficients_are_exact_where_the_numbers_are(void)
     assert_scaled(3 << 29, -29, table[3]);
 }
 
-static void coefficients_are_rounded_to_31_bits(void)
+TEST(coefficients_are_rounded_to_31_bits)
 {
     static const double M[] = {0.01, -0.01, 0x1.fffffffffp0, -1.0 / 3};
     ASSERT_OK(kq_matrix_prepare_q31(table, M, 2, 2, format, format));
@@ -305,7 +305,7 @@ static void coefficients_are_rounded_to_31_bits(void)
     assert_scaled(-1431655765, -32, table[3]);
 }
 
-static void coefficients_are_in_words(void)
+TEST(coefficients_are_in_words)
 {
     static const double M[] = {1, 1, 1, 1};
     format[0].fraction = 20;
@@ -317,7 +317,7 @@ static void coefficients_are_in_words(void)
     assert_scaled(1 << 30, -30, table[3]);
 }
 
-static void matrix_refuses(void)
+TEST(matrix_refuses)
 {
     static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
     double M[] = {1, 0.5, 0, 3};
@@ -340,7 +340,7 @@ static void matrix_refuses(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_matrix_prepare_q31(table, M, 2, 2, format, format));
 }
 
-static void matrix_reaches_the_largest_exponent(void)
+TEST(matrix_reaches_the_largest_exponent)
 {
     static const double large[] = {0x1p938}, small[] = {0x1p-970}, beyond[] = {0x1p-971};
     format[0].fraction = KQ_FRACTION_MAX_Q31 - 2;
@@ -367,7 +367,7 @@ static void assert_root(double t00, double t01, double t11)
     TEST_ASSERT_TRUE(root_value(1, 1) == t11);
 }
 
-static void roots_are_exact_where_the_numbers_are(void)
+TEST(roots_are_exact_where_the_numbers_are)
 {
     static const double diagonal[] = {4, 0, 0, 9}, full[] = {5, 2, 2, 1}, zero[4];
     ASSERT_OK(kq_root_prepare_q31(root, diagonal, 2, format));
@@ -383,7 +383,7 @@ static void roots_are_exact_where_the_numbers_are(void)
 }
 
 /* A row is as large as its norm allows: 29 bits for two entries, 30 for the last one. */
-static void roots_are_as_large_as_a_row_may_be(void)
+TEST(roots_are_as_large_as_a_row_may_be)
 {
     static const double P[] = {4, 0, 0, 9};
     ASSERT_OK(kq_root_prepare_q31(root, P, 2, format));
@@ -393,7 +393,7 @@ static void roots_are_as_large_as_a_row_may_be(void)
     TEST_ASSERT_EQUAL_INT32(-28, root[4]);
 }
 
-static void a_singular_root_may_be_given_by_its_factor(void)
+TEST(a_singular_root_may_be_given_by_its_factor)
 {
     static const double F[] = {3, 2}, wide[] = {1, 0, 0, 2, 0, 0};
     ASSERT_OK(kq_root_prepare_factor_q31(root, F, 2, 1, format));
@@ -404,7 +404,7 @@ static void a_singular_root_may_be_given_by_its_factor(void)
     assert_root(0, 0, 0);
 }
 
-static void roots_refuse(void)
+TEST(roots_refuse)
 {
     static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
     static const double good[] = {1, 0, 0, 1}, indefinite[] = {1, 2, 2, 1}, skew[] = {1, 0.5, 0, 1};
@@ -434,7 +434,7 @@ static void roots_refuse(void)
 
 /* ------------------------------------------------------------------------------ noises */
 
-static void variances_are_exact_where_the_numbers_are(void)
+TEST(variances_are_exact_where_the_numbers_are)
 {
     static const double r[] = {0.25, 0.01};
     format[0].fraction = 10;
@@ -444,7 +444,7 @@ static void variances_are_exact_where_the_numbers_are(void)
 }
 
 /* [5 2; 2 1] = U D U' with U = [1 2; 0 1], D = I */
-static void a_noise_is_U_and_D(void)
+TEST(a_noise_is_U_and_D)
 {
     static const double R[] = {5, 2, 2, 1}, zero[4];
     format[0].fraction = 3;
@@ -458,7 +458,7 @@ static void a_noise_is_U_and_D(void)
 }
 
 /* Two noises behind three components: one of them has no noise of its own. */
-static void what_rounding_leaves_of_a_singular_noise_is_none(void)
+TEST(what_rounding_leaves_of_a_singular_noise_is_none)
 {
     const kq_format_q31 formats[3] = {{1 << 20, 10}, {1 << 20, 10}, {1 << 20, 10}};
     kq_scaled_q31 noises[6];
@@ -475,7 +475,7 @@ static void what_rounding_leaves_of_a_singular_noise_is_none(void)
     }
 }
 
-static void noises_refuse(void)
+TEST(noises_refuse)
 {
     static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
     static const double good[] = {1, 0, 0, 1}, indefinite[] = {1, 2, 2, 1}, skew[] = {1, 0.5, 0, 1};
@@ -512,7 +512,7 @@ static const kq_scaled_q31 by_hand_A[] = {
     {1 << 30, -30},
 };
 
-static void a_table_by_hand_is_the_prepared_one(void)
+TEST(a_table_by_hand_is_the_prepared_one)
 {
     static const double A[] = {1, 0.01, 0, 1};
     ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, NULL));
@@ -522,41 +522,5 @@ static void a_table_by_hand_is_the_prepared_one(void)
     ASSERT_SAME_BITS(by_hand_A, table);
 }
 
-static void run_coefficients(void)
-{
-    RUN_TEST(coefficients_are_exact_where_the_numbers_are);
-    RUN_TEST(coefficients_are_rounded_to_31_bits);
-    RUN_TEST(coefficients_are_in_words);
-    RUN_TEST(matrix_refuses);
-    RUN_TEST(matrix_reaches_the_largest_exponent);
-    RUN_TEST(roots_are_exact_where_the_numbers_are);
-    RUN_TEST(roots_are_as_large_as_a_row_may_be);
-    RUN_TEST(a_singular_root_may_be_given_by_its_factor);
-    RUN_TEST(roots_refuse);
-    RUN_TEST(variances_are_exact_where_the_numbers_are);
-    RUN_TEST(a_noise_is_U_and_D);
-    RUN_TEST(what_rounding_leaves_of_a_singular_noise_is_none);
-    RUN_TEST(noises_refuse);
-    RUN_TEST(a_table_by_hand_is_the_prepared_one);
-}
-
-SUITE(prepare, set_up)
-{
-    RUN_TEST(a_format_has_as_many_fraction_bits_as_its_range_allows);
-    RUN_TEST(a_format_needs_a_range_that_it_can_hold);
-    RUN_TEST(a_named_format_is_the_one_named);
-    RUN_TEST(a_named_format_says_how_many_bits_are_missing);
-    RUN_TEST(a_named_format_refuses);
-    RUN_TEST(a_misfit_in_words);
-    RUN_TEST(a_misfit_is_cut_where_there_is_no_room);
-    RUN_TEST(no_misfit_has_no_words);
-    RUN_TEST(words_are_rounded_to_nearest);
-    RUN_TEST(what_is_just_below_a_half_is_no_word);
-    RUN_TEST(words_may_use_the_whole_range);
-    RUN_TEST(words_refuse);
-    RUN_TEST(words_out_of_range_name_their_component);
-    RUN_TEST(every_finite_number_is_taken_or_refused);
-    RUN_TEST(words_far_out_of_range_say_how_many_bits);
-    RUN_TEST(the_bits_that_are_missing_are_enough);
-    run_coefficients();
-}
+SUITE(prepare_q31, set_up)
+#include "prepare_q31.tests"

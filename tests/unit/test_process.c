@@ -50,7 +50,7 @@ static void assert_noise(const K(process) * p, const num *expected)
 
 /* ------------------------------------------------------------------------------ assign */
 
-static void assign_does_what_the_macro_does(void)
+TEST(assign_does_what_the_macro_does)
 {
     PROCESS(declared, 2, 1);
     static const num u[] = {4};
@@ -63,13 +63,13 @@ static void assign_does_what_the_macro_does(void)
     for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(mean)(&track, i), 0);
 }
 
-static void assign_refuses_null(void)
+TEST(assign_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_assign)(NULL, 2, 1, motion_memory, 3));
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_assign)(&motion, 2, 1, NULL, 3));
 }
 
-static void assign_refuses_sizes_out_of_range(void)
+TEST(assign_refuses_sizes_out_of_range)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     static const int bad_controls[] = {-1, 17, 257, -255, INT_MAX, INT_MIN};
@@ -82,7 +82,7 @@ static void assign_refuses_sizes_out_of_range(void)
     }
 }
 
-static void assign_refuses_short_memory(void)
+TEST(assign_refuses_short_memory)
 {
     static num memory[KQ_PROCESS_LEN(16)];
     for (int n = 1; n <= 16; n++) {
@@ -92,7 +92,7 @@ static void assign_refuses_short_memory(void)
     }
 }
 
-static void assign_takes_more_memory_than_it_needs(void)
+TEST(assign_takes_more_memory_than_it_needs)
 {
     static num memory[KQ_PROCESS_LEN(2) + 1];
     K(process) p;
@@ -104,7 +104,7 @@ static void assign_takes_more_memory_than_it_needs(void)
     }
 }
 
-static void an_assigned_process_still_has_to_be_initialised(void)
+TEST(an_assigned_process_still_has_to_be_initialised)
 {
     ASSERT_OK(K(process_assign)(&motion, 2, 1, motion_memory, COUNT(motion_memory)));
     ASSERT_OK(K(filter_init)(&track, start, nothing));
@@ -113,7 +113,7 @@ static void an_assigned_process_still_has_to_be_initialised(void)
 
 /* -------------------------------------------------------------------------------- init */
 
-static void init_prepares_the_model(void)
+TEST(init_prepares_the_model)
 {
     static const num u[] = {4};
     predict_from_certainty(&motion, u);
@@ -122,7 +122,7 @@ static void init_prepares_the_model(void)
     assert_noise(&motion, Q);
 }
 
-static void init_refuses_null(void)
+TEST(init_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(NULL, A, B, Q));
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, NULL, B, Q));
@@ -130,7 +130,7 @@ static void init_refuses_null(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, A, NULL, Q));
 }
 
-static void init_needs_no_control_matrix_without_controls(void)
+TEST(init_needs_no_control_matrix_without_controls)
 {
     K(process) p;
     ASSERT_OK(K(process_assign)(&p, 2, 0, motion_memory, COUNT(motion_memory)));
@@ -138,7 +138,7 @@ static void init_needs_no_control_matrix_without_controls(void)
     ASSERT_OK(K(process_init_factor)(&p, A, NULL, F, 2));
 }
 
-static void init_refuses_a_process_without_memory(void)
+TEST(init_refuses_a_process_without_memory)
 {
     K(process) blank;
     memset(&blank, 0, sizeof blank);
@@ -149,19 +149,19 @@ static void init_refuses_a_process_without_memory(void)
 
 static kq_status init(void) { return K(process_init)(&motion, A, B, Q); }
 
-static void init_refuses_numbers_that_are_not_finite(void)
+TEST(init_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(A, 4, init);
     assert_entries_must_be_finite(B, 2, init);
     assert_entries_must_be_finite(Q, 4, init);
 }
 
-static void init_checks_that_the_noise_is_a_covariance(void)
+TEST(init_checks_that_the_noise_is_a_covariance)
 {
     assert_covariance_is_checked(Q, init);
 }
 
-static void init_refuses_a_noise_beyond_the_limit(void)
+TEST(init_refuses_a_noise_beyond_the_limit)
 {
     static const num large[] = {N(MOST_SIGMA), 0, 0, N(2 * MOST_SIGMA)};
     num Q_large[] = {N(MOST_SIGMA * MOST_SIGMA), 0, 0, 1};
@@ -174,7 +174,7 @@ static void init_refuses_a_noise_beyond_the_limit(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_factor)(&motion, A, B, beyond, 1));
 }
 
-static void init_takes_a_singular_noise(void)
+TEST(init_takes_a_singular_noise)
 {
     static const double singular[][3] = {
         {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {4, 2, 1}, {1, -1, 1}, {0.25, 0.75, 2.25},
@@ -190,7 +190,7 @@ static void init_takes_a_singular_noise(void)
 }
 
 /* The lower triangle is compared, within rounding, and not used. */
-static void init_uses_the_upper_triangle(void)
+TEST(init_uses_the_upper_triangle)
 {
     FILTER(twin, 2);
     ASSERT_OK(K(filter_init)(&twin, start, nothing));
@@ -201,7 +201,7 @@ static void init_uses_the_upper_triangle(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
-static void without_noise_the_state_stays_certain(void)
+TEST(without_noise_the_state_stays_certain)
 {
     memset(Q, 0, sizeof Q);
     ASSERT_OK(init());
@@ -211,14 +211,14 @@ static void without_noise_the_state_stays_certain(void)
     }
 }
 
-static void the_noise_matrix_is_not_kept(void)
+TEST(the_noise_matrix_is_not_kept)
 {
     static const num q[] = {0.25, 0.125, 0.125, 0.5};
     memset(Q, 0xFF, sizeof Q);
     assert_noise(&motion, q);
 }
 
-static void a_refused_init_leaves_the_old_model_working(void)
+TEST(a_refused_init_leaves_the_old_model_working)
 {
     static const num q[] = {0.25, 0.125, 0.125, 0.5};
     Q[0] = -1;
@@ -228,7 +228,7 @@ static void a_refused_init_leaves_the_old_model_working(void)
     assert_noise(&motion, q);
 }
 
-static void init_may_be_called_again_with_another_model(void)
+TEST(init_may_be_called_again_with_another_model)
 {
     A[2] = 0.25;
     put_covariance(Q, 1, 0.5, 0.5, 1);
@@ -255,12 +255,12 @@ static void assert_factor(int r)
     for (int k = 0; k < 4; k++) ASSERT_CLOSE(product[k], P[k], 8);
 }
 
-static void a_factor_of_any_width_gives_its_product(void)
+TEST(a_factor_of_any_width_gives_its_product)
 {
     for (int r = 0; r <= 16; r++) assert_factor(r);
 }
 
-static void a_factor_and_its_product_are_the_same_noise(void)
+TEST(a_factor_and_its_product_are_the_same_noise)
 {
     static const num product[] = {0.25, 0.125, 0.125, 0.625};
     ASSERT_OK(K(process_init_factor)(&motion, A, B, F, 2));
@@ -269,7 +269,7 @@ static void a_factor_and_its_product_are_the_same_noise(void)
 
 /* Two columns that agree in 20 bits: F F' is singular in float, the factor is not.  What the
    two states differ by has the variance 2^-42, and that must be there. */
-static void a_factor_keeps_what_its_product_would_round_away(void)
+TEST(a_factor_keeps_what_its_product_would_round_away)
 {
     static const num H[] = {1, -1}, R[] = {0};
     static const num factor[] = {1, 0, 1, 0x1p-21};
@@ -286,14 +286,14 @@ static void a_factor_keeps_what_its_product_would_round_away(void)
 
 static const num root[] = {0.5, 0.25, 0.75}; /* g_00, g_01, g_11 */
 
-static void a_root_is_the_noise_that_it_is_the_root_of(void)
+TEST(a_root_is_the_noise_that_it_is_the_root_of)
 {
     static const num product[] = {0.3125, 0.1875, 0.1875, 0.5625};
     ASSERT_OK(K(process_init_root)(&motion, A, B, root));
     assert_noise(&motion, product);
 }
 
-static void a_singular_root_is_taken(void)
+TEST(a_singular_root_is_taken)
 {
     static const num product[] = {0.0625, 0.1875, 0.1875, 0.5625};
     static const num singular[] = {0, 0.25, 0.75};
@@ -301,7 +301,7 @@ static void a_singular_root_is_taken(void)
     assert_noise(&motion, product);
 }
 
-static void init_root_refuses_what_is_no_root(void)
+TEST(init_root_refuses_what_is_no_root)
 {
     const num negative[] = {0.5, 0.25, N(-0.75)}, infinite[] = {0.5, (num)INFINITY, 0.75};
     const num large[] = {0.5, 0, N(1.01 * MOST_SIGMA)}, along[] = {N(MOST_SIGMA), N(MOST_SIGMA), 1};
@@ -315,7 +315,7 @@ static void init_root_refuses_what_is_no_root(void)
     ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_root)(&motion, A, B, along));
 }
 
-static void init_factor_refuses_null(void)
+TEST(init_factor_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(NULL, A, B, F, 2));
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, NULL, B, F, 2));
@@ -323,7 +323,7 @@ static void init_factor_refuses_null(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, A, B, NULL, 2));
 }
 
-static void init_factor_refuses_widths_out_of_range(void)
+TEST(init_factor_refuses_widths_out_of_range)
 {
     static const int bad[] = {-1, 17, 258, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(bad); k++) {
@@ -333,7 +333,7 @@ static void init_factor_refuses_widths_out_of_range(void)
 
 static kq_status init_factor(void) { return K(process_init_factor)(&motion, A, B, F, 2); }
 
-static void init_factor_refuses_numbers_that_are_not_finite(void)
+TEST(init_factor_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(A, 4, init_factor);
     assert_entries_must_be_finite(B, 2, init_factor);
@@ -342,7 +342,7 @@ static void init_factor_refuses_numbers_that_are_not_finite(void)
 
 /* ------------------------------------------------------------------- change_transition */
 
-static void change_transition_moves_otherwise_with_the_same_noise(void)
+TEST(change_transition_moves_otherwise_with_the_same_noise)
 {
     static const num transitions[][4] = {
         {0.5, 0.25, 0.75, -1}, {1, 2, 0, 1}, {0, 0, 0, 0}, {0, 0, 1, 0}, {1, 0, 0, 1}, {0, 1, 1, 0},
@@ -359,7 +359,7 @@ static void change_transition_moves_otherwise_with_the_same_noise(void)
     }
 }
 
-static void change_transition_takes_the_same_array_with_new_content(void)
+TEST(change_transition_takes_the_same_array_with_new_content)
 {
     static const num P0[] = {2, 0.5, 0.5, 1};
     textbook t;
@@ -372,13 +372,13 @@ static void change_transition_takes_the_same_array_with_new_content(void)
     ASSERT_TEXTBOOK(&t, &track);
 }
 
-static void change_transition_refuses_null(void)
+TEST(change_transition_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_change_transition)(NULL, A));
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_change_transition)(&motion, NULL));
 }
 
-static void change_transition_refuses_a_process_not_initialised(void)
+TEST(change_transition_refuses_a_process_not_initialised)
 {
     ASSERT_OK(K(process_assign)(&motion, 2, 1, motion_memory, COUNT(motion_memory)));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(process_change_transition)(&motion, A));
@@ -386,7 +386,7 @@ static void change_transition_refuses_a_process_not_initialised(void)
 
 static kq_status change(void) { return K(process_change_transition)(&motion, A); }
 
-static void change_transition_refuses_numbers_that_are_not_finite(void)
+TEST(change_transition_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(A, 4, change);
 }
@@ -395,7 +395,7 @@ static void change_transition_refuses_numbers_that_are_not_finite(void)
 
 static num big_A[256], big_B[256], big_Q[256];
 
-static void no_size_writes_outside_its_memory(void)
+TEST(no_size_writes_outside_its_memory)
 {
     static num room[GUARDED(KQ_PROCESS_LEN(16))];
     for (int n = 1; n <= 16; n++) {
@@ -414,7 +414,7 @@ static void no_size_writes_outside_its_memory(void)
 }
 
 /* 16 states, 16 controls, everything dense: A = T diag(a) T, B = T, Q = T diag(q) T. */
-static void sixteen_states_and_sixteen_controls_work(void)
+TEST(sixteen_states_and_sixteen_controls_work)
 {
     PROCESS(large, 16, 16);
     FILTER(many, 16);
@@ -443,7 +443,7 @@ static void sixteen_states_and_sixteen_controls_work(void)
 }
 
 /* A sum of r squares whose entries are rounded is indefinite by rounding: it is accepted. */
-static void sixteen_states_take_a_noise_of_low_rank(void)
+TEST(sixteen_states_take_a_noise_of_low_rank)
 {
     PROCESS(large, 16, 0);
     put_identity(big_A, 16, 1);
@@ -458,7 +458,7 @@ static void sixteen_states_take_a_noise_of_low_rank(void)
 }
 
 /* Every Q = F F' of 3 states with F 3 x 2 from a few round numbers, in what order ever. */
-static void three_states_take_every_noise_of_rank_two(void)
+TEST(three_states_take_every_noise_of_rank_two)
 {
     static const double entries[] = {-0.9, -0.5, 0.3, 0.7};
     PROCESS(three, 3, 0);
@@ -474,8 +474,6 @@ static void three_states_take_every_noise_of_rank_two(void)
     }
 }
 
-/* ------------------------------------------------------------------------------------- */
-
 /* ------------------------------------------------------------------- check */
 
 static kq_status check_motion(void) { return K(process_check)(&motion); }
@@ -486,14 +484,14 @@ static int process_bits(void)
     return 8 * (int)(2 + sizeof motion.length + 4 * sizeof(void *) + 2 + 2) + 32;
 }
 
-static void check_finds_every_bit_of_a_process(void)
+TEST(check_finds_every_bit_of_a_process)
 {
     TEST_ASSERT_EQUAL_INT(process_bits(), BITS_FOUND(motion, check_motion));
     ASSERT_ALL_FOUND(motion_memory, check_motion);
     ASSERT_ALL_FOUND(A, check_motion);
 }
 
-static void check_takes_what_calls_have_left(void)
+TEST(check_takes_what_calls_have_left)
 {
     static num memory[KQ_PROCESS_LEN(2)];
     static const num other[] = {1, 0, 0.5, 1}, G[] = {1, 0, 1};
@@ -512,50 +510,5 @@ static void check_takes_what_calls_have_left(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_check)(NULL));
 }
 
-static void run_assign_and_init(void)
-{
-    RUN_TEST(assign_does_what_the_macro_does);
-    RUN_TEST(assign_refuses_null);
-    RUN_TEST(assign_refuses_sizes_out_of_range);
-    RUN_TEST(assign_refuses_short_memory);
-    RUN_TEST(assign_takes_more_memory_than_it_needs);
-    RUN_TEST(an_assigned_process_still_has_to_be_initialised);
-    RUN_TEST(init_prepares_the_model);
-    RUN_TEST(init_refuses_null);
-    RUN_TEST(init_needs_no_control_matrix_without_controls);
-    RUN_TEST(init_refuses_a_process_without_memory);
-    RUN_TEST(init_refuses_numbers_that_are_not_finite);
-    RUN_TEST(init_checks_that_the_noise_is_a_covariance);
-    RUN_TEST(init_refuses_a_noise_beyond_the_limit);
-    RUN_TEST(init_takes_a_singular_noise);
-    RUN_TEST(init_uses_the_upper_triangle);
-    RUN_TEST(without_noise_the_state_stays_certain);
-    RUN_TEST(the_noise_matrix_is_not_kept);
-    RUN_TEST(a_refused_init_leaves_the_old_model_working);
-    RUN_TEST(init_may_be_called_again_with_another_model);
-}
-
 SUITE(process, set_up)
-{
-    run_assign_and_init();
-    RUN_TEST(check_finds_every_bit_of_a_process);
-    RUN_TEST(check_takes_what_calls_have_left);
-    RUN_TEST(a_factor_of_any_width_gives_its_product);
-    RUN_TEST(a_factor_and_its_product_are_the_same_noise);
-    RUN_TEST(a_factor_keeps_what_its_product_would_round_away);
-    RUN_TEST(a_root_is_the_noise_that_it_is_the_root_of);
-    RUN_TEST(a_singular_root_is_taken);
-    RUN_TEST(init_root_refuses_what_is_no_root);
-    RUN_TEST(init_factor_refuses_null);
-    RUN_TEST(init_factor_refuses_widths_out_of_range);
-    RUN_TEST(init_factor_refuses_numbers_that_are_not_finite);
-    RUN_TEST(change_transition_moves_otherwise_with_the_same_noise);
-    RUN_TEST(change_transition_takes_the_same_array_with_new_content);
-    RUN_TEST(change_transition_refuses_null);
-    RUN_TEST(change_transition_refuses_a_process_not_initialised);
-    RUN_TEST(change_transition_refuses_numbers_that_are_not_finite);
-    RUN_TEST(no_size_writes_outside_its_memory);
-    RUN_TEST(sixteen_states_and_sixteen_controls_work);
-    RUN_TEST(sixteen_states_take_a_noise_of_low_rank);
-    RUN_TEST(three_states_take_every_noise_of_rank_two);
-}
+#include "process.tests"

@@ -61,7 +61,7 @@ static void set_up(void)
 
 /* ------------------------------------------------------------------------------ the gate */
 
-static void a_gate_that_passes_is_the_plain_update(void)
+TEST(a_gate_that_passes_is_the_plain_update)
 {
     const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < 6; k++) {
@@ -77,7 +77,7 @@ static void a_gate_that_passes_is_the_plain_update(void)
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
 }
 
-static void a_rejected_measurement_leaves_its_nis_and_an_event(void)
+TEST(a_rejected_measurement_leaves_its_nis_and_an_event)
 {
     ASSERT_OK(K(update)(&track, &radar, z));
     ASSERT_OK(K(update)(&twin, &radar, z));
@@ -94,7 +94,7 @@ static void a_rejected_measurement_leaves_its_nis_and_an_event(void)
     TEST_ASSERT_TRUE(K(nis)(&track) > gate.limit);
 }
 
-static void a_history_knows_nothing_of_a_rejected_measurement(void)
+TEST(a_history_knows_nothing_of_a_rejected_measurement)
 {
     reading a, b;
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -121,7 +121,7 @@ static void a_history_knows_nothing_of_a_rejected_measurement(void)
 }
 
 /* Even where the rejected one had no room on it */
-static void a_full_history_is_full_because_of_what_is_taken_only(void)
+TEST(a_full_history_is_full_because_of_what_is_taken_only)
 {
     HISTORY(short_tape, 2, 2, 1, 0);
     ASSERT_OK(K(attach)(&track, &short_tape.attached));
@@ -132,7 +132,7 @@ static void a_full_history_is_full_because_of_what_is_taken_only(void)
     ASSERT_OK(K(smooth)(&short_tape));
 }
 
-static void a_run_of_rejections_ends_with_a_jump(void)
+TEST(a_run_of_rejections_ends_with_a_jump)
 {
     static const uint16_t runs[] = {0, 1, 3, 20};
     num good[] = {1, -1.5};
@@ -167,7 +167,7 @@ static void a_run_of_rejections_ends_with_a_jump(void)
     TEST_ASSERT_EQUAL_INT(0, gate.rejected);
 }
 
-static void a_gate_may_stay_closed(void)
+TEST(a_gate_may_stay_closed)
 {
     z[0] = 50;
     gate.run = KQ_GATE_CLOSED;
@@ -180,7 +180,7 @@ static void a_gate_may_stay_closed(void)
 }
 
 /* A raised P is nothing that a history could undo: there the measurement is taken as it is. */
-static void a_run_of_rejections_ends_on_a_history(void)
+TEST(a_run_of_rejections_ends_on_a_history)
 {
     reading a, b;
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -205,7 +205,7 @@ static void a_run_of_rejections_ends_on_a_history(void)
     }
 }
 
-static void a_gate_works_at_every_size(void)
+TEST(a_gate_works_at_every_size)
 {
     static num words[2][FILTER_LEN(16)], sensor_words[KQ_SENSOR_DIAGONAL_LEN(16)];
     static num I[256], x[16], far[16], near[16], unit[16];
@@ -229,7 +229,7 @@ static void a_gate_works_at_every_size(void)
     }
 }
 
-static void refusals_of_the_gate(void)
+TEST(refusals_of_the_gate)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(NULL, &radar, z, ALL, &gate));
     ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, &radar, z, ALL, NULL));
@@ -260,7 +260,7 @@ static double chi_square_probability(int m, double x)
     return sum * exp(-y) * pow(y, a) / gamma;
 }
 
-static void limits_are_those_of_chi_square(void)
+TEST(limits_are_those_of_chi_square)
 {
     static const double level[] = {0.9, 0.95, 0.99, 0.999, 0.9999};
     for (int m = 1; m <= 16; m++) {
@@ -285,7 +285,7 @@ static void assert_states_within(const K(filter) * a, const K(filter) * b, doubl
     for (int k = 0; k < 4; k++) ASSERT_WITHIN(tolerance, P[k], C[k]);
 }
 
-static void what_is_not_clipped_is_taken_as_it_is(void)
+TEST(what_is_not_clipped_is_taken_as_it_is)
 {
     const K(sensor) * sensors[] = {&radar, &coupled};
     for (int k = 0; k < 6; k++) {
@@ -305,7 +305,7 @@ static void what_is_not_clipped_is_taken_as_it_is(void)
     }
 }
 
-static void a_student_of_many_degrees_is_gaussian(void)
+TEST(a_student_of_many_degrees_is_gaussian)
 {
     for (int k = 0; k < 6; k++) {
         const K(sensor) *s = k % 2 ? &radar : &coupled;
@@ -320,7 +320,7 @@ static void a_student_of_many_degrees_is_gaussian(void)
 
 /* The mean moves as by an innovation of k sigma, and as a Gaussian of the noise R / weight would
    move it; what is told is that of R. */
-static void huber_clips_the_innovation(void)
+TEST(huber_clips_the_innovation)
 {
     const double s = 2, e = 10, k = 1.5, moved = k * sqrt(s) / s;
     num measured[] = {N(e)}, variance[1];
@@ -341,7 +341,7 @@ static void huber_clips_the_innovation(void)
     ASSERT_CLOSE(-moved, whole_mean(&river, 0), 4);
 }
 
-static void student_reweights_three_times(void)
+TEST(student_reweights_three_times)
 {
     const double nu = 4, e = 7;
     const num measured[] = {N(e)};
@@ -358,7 +358,7 @@ static void student_reweights_three_times(void)
 }
 
 /* What the smoother undoes is the update that was done. */
-static void the_smoother_has_the_noise_that_was_used(void)
+TEST(the_smoother_has_the_noise_that_was_used)
 {
     reading a, b;
     num noise_now[2];
@@ -387,7 +387,7 @@ static void the_smoother_has_the_noise_that_was_used(void)
 }
 
 /* An outlier that the numbers cannot weigh is not taken. */
-static void an_outlier_beyond_the_numbers_is_an_event(void)
+TEST(an_outlier_beyond_the_numbers_is_an_event)
 {
     const num huge[] = {NUM_MAX / 4}, wide[] = {N(MOST_SIGMA * MOST_SIGMA)}, measured[] = {NUM_MAX / 2};
     ASSERT_OK(update_huber(&river, &level, huge, ALL, 1, weights));
@@ -425,7 +425,7 @@ static kq_status jump(K(filter) * f, const K(sensor) * s, const num *values, uin
 
 /* Twins without noise that say different things.  The plain update takes one of them: so do the
    robust ones, and P is as it leaves it. */
-static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
+TEST(what_the_plain_update_does_not_take_no_robust_one_takes)
 {
     robust_update *updates[] = {huber, student, jump};
     static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, wide[] = {1, 0, 0, 2};
@@ -446,7 +446,7 @@ static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
 }
 
 /* The history knows nothing of it. */
-static void what_is_not_taken_is_not_recorded(void)
+TEST(what_is_not_taken_is_not_recorded)
 {
     reading a, b;
     static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, values[] = {1, 2};
@@ -471,7 +471,7 @@ static void what_is_not_taken_is_not_recorded(void)
 
 /* After a sharp one: noise r is above the floor, what is left of the state is not, and raised P would
    bring both below it. */
-static void nothing_is_raised_for_what_is_not_taken(void)
+TEST(nothing_is_raised_for_what_is_not_taken)
 {
     static const num same[] = {N(0.3), N(0.7), N(0.3), N(0.7)}, wide[] = {1, 0, 0, 2};
     static const num wild[] = {N(0.5), -3}, agreeing[] = {1, 1};
@@ -493,7 +493,7 @@ static void nothing_is_raised_for_what_is_not_taken(void)
 
 /* A component without noise whose innovation is as far as that: the plain update takes it and says
    so. */
-static void a_contradiction_is_told_by_all(void)
+TEST(a_contradiction_is_told_by_all)
 {
     robust_update *updates[] = {huber, student, jump};
     const num far[] = {N(1 / sqrt(EPS) * 4)};
@@ -508,7 +508,7 @@ static void a_contradiction_is_told_by_all(void)
 }
 
 /* With fewer degrees of freedom nothing of r would be left in r'. */
-static void a_student_has_some_freedom(void)
+TEST(a_student_has_some_freedom)
 {
     static const double least = 0x1p-20;
     ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar, z, ALL, N(least * (1 - EPS))));
@@ -526,7 +526,7 @@ static void a_student_has_some_freedom(void)
     }
 }
 
-static void refusals_of_an_update(void)
+TEST(refusals_of_an_update)
 {
     robust_update *updates[] = {huber, student, jump};
     for (int k = 0; k < COUNT(updates); k++) {
@@ -553,7 +553,7 @@ static void refusals_of_an_update(void)
 
 /* ------------------------------------------------------------------------------ jumps */
 
-static void without_a_jump_the_update_is_plain(void)
+TEST(without_a_jump_the_update_is_plain)
 {
     for (int k = 0; k < 4; k++) {
         const K(sensor) *s = k % 2 ? &radar : &coupled;
@@ -565,7 +565,7 @@ static void without_a_jump_the_update_is_plain(void)
 }
 
 /* S = v^2: P is c^2 times what it was, c^2 = (v^2 - r) / (S - r). */
-static void a_jump_raises_the_covariance(void)
+TEST(a_jump_raises_the_covariance)
 {
     num raised[4], measured[] = {31, 0};
     const double c = (900 - 0.5) / 2;
@@ -581,7 +581,7 @@ static void a_jump_raises_the_covariance(void)
 }
 
 /* A state that is known does not jump. */
-static void what_has_no_variance_does_not_jump(void)
+TEST(what_has_no_variance_does_not_jump)
 {
     num measured[] = {31};
     ASSERT_OK(K(filter_init)(&river, none, none));
@@ -592,7 +592,7 @@ static void what_has_no_variance_does_not_jump(void)
 
 /* However far a measurement is: it is followed, and P stays within the limit of filter_fade, or
    there is an event that says why not. */
-static void a_jump_is_followed_as_far_as_the_numbers_reach(void)
+TEST(a_jump_is_followed_as_far_as_the_numbers_reach)
 {
     const double most = LARGE_SIGMA * 1.001;
     for (double far = 8; far < (double)NUM_MAX / 16; far *= 16) {
@@ -611,7 +611,7 @@ static void a_jump_is_followed_as_far_as_the_numbers_reach(void)
 }
 
 /* The state that is not measured may be far larger than the one that is. */
-static void no_variance_is_raised_beyond_its_limit(void)
+TEST(no_variance_is_raised_beyond_its_limit)
 {
     static const num alone[] = {1};
     const double wide = LARGE_SIGMA / 64;
@@ -634,7 +634,7 @@ static void no_variance_is_raised_beyond_its_limit(void)
 
 /* ------------------------------------------------------------------------------ scaled noise */
 
-static void scaled_noise_is_that_of_the_scaled_covariance(void)
+TEST(scaled_noise_is_that_of_the_scaled_covariance)
 {
     static const double factors[] = {0.25, 1, 3, 65536};
     num raised[4];
@@ -653,7 +653,7 @@ static void scaled_noise_is_that_of_the_scaled_covariance(void)
     ASSERT_SAME_BITS(motion_memory, scaled_memory);
 }
 
-static void no_noise_stays_none(void)
+TEST(no_noise_stays_none)
 {
     static const num singular[] = {0, 0, 0, 1};
     num P[4];
@@ -667,7 +667,7 @@ static void no_noise_stays_none(void)
     for (int k = 0; k < 4; k++) ASSERT_WITHIN(TINY_SIGMA * TINY_SIGMA * 4, 0, P[k]);
 }
 
-static void refusals_of_scaling(void)
+TEST(refusals_of_scaling)
 {
     static const num immense[] = {N(MOST_SIGMA * MOST_SIGMA), 0, 0, N(MOST_SIGMA * MOST_SIGMA)};
     K(process) nothing;
@@ -710,7 +710,7 @@ static double expected_square(const num *mean, const num *C)
     return ((double)Q[3] * a - 2 * (double)Q[1] * b + (double)Q[0] * c) / d;
 }
 
-static void reweighting_follows_the_smoothed_noise(void)
+TEST(reweighting_follows_the_smoothed_noise)
 {
     static const num scale[] = {1, 4, 16, 2, 0.5, 1};
     const double nu = 2;
@@ -738,7 +738,7 @@ static void reweighting_follows_the_smoothed_noise(void)
 }
 
 /* Only what moves the state counts: noise of rank 1 in two states as in one. */
-static void noise_of_less_rank_counts_by_its_rank(void)
+TEST(noise_of_less_rank_counts_by_its_rank)
 {
     static const num F[] = {N(0.70710678118654752), N(1.41421356237309505)};
     num mean[2], C[4];
@@ -756,7 +756,7 @@ static void noise_of_less_rank_counts_by_its_rank(void)
     }
 }
 
-static void refusals_of_the_smoother(void)
+TEST(refusals_of_the_smoother)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_reweighted)(NULL, &scaled, &motion, 2, q));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_reweighted)(&blank_tape, &scaled, &motion, 2, q));
@@ -784,38 +784,4 @@ static void refusals_of_the_smoother(void)
 }
 
 SUITE(robust, set_up)
-{
-    RUN_TEST(a_gate_that_passes_is_the_plain_update);
-    RUN_TEST(a_rejected_measurement_leaves_its_nis_and_an_event);
-    RUN_TEST(a_history_knows_nothing_of_a_rejected_measurement);
-    RUN_TEST(a_full_history_is_full_because_of_what_is_taken_only);
-    RUN_TEST(a_run_of_rejections_ends_with_a_jump);
-    RUN_TEST(a_gate_may_stay_closed);
-    RUN_TEST(a_run_of_rejections_ends_on_a_history);
-    RUN_TEST(a_gate_works_at_every_size);
-    RUN_TEST(refusals_of_the_gate);
-    RUN_TEST(limits_are_those_of_chi_square);
-    RUN_TEST(what_is_not_clipped_is_taken_as_it_is);
-    RUN_TEST(a_student_of_many_degrees_is_gaussian);
-    RUN_TEST(huber_clips_the_innovation);
-    RUN_TEST(student_reweights_three_times);
-    RUN_TEST(the_smoother_has_the_noise_that_was_used);
-    RUN_TEST(an_outlier_beyond_the_numbers_is_an_event);
-    RUN_TEST(what_the_plain_update_does_not_take_no_robust_one_takes);
-    RUN_TEST(what_is_not_taken_is_not_recorded);
-    RUN_TEST(nothing_is_raised_for_what_is_not_taken);
-    RUN_TEST(a_contradiction_is_told_by_all);
-    RUN_TEST(a_student_has_some_freedom);
-    RUN_TEST(refusals_of_an_update);
-    RUN_TEST(without_a_jump_the_update_is_plain);
-    RUN_TEST(a_jump_raises_the_covariance);
-    RUN_TEST(what_has_no_variance_does_not_jump);
-    RUN_TEST(a_jump_is_followed_as_far_as_the_numbers_reach);
-    RUN_TEST(no_variance_is_raised_beyond_its_limit);
-    RUN_TEST(scaled_noise_is_that_of_the_scaled_covariance);
-    RUN_TEST(no_noise_stays_none);
-    RUN_TEST(refusals_of_scaling);
-    RUN_TEST(reweighting_follows_the_smoothed_noise);
-    RUN_TEST(noise_of_less_rank_counts_by_its_rank);
-    RUN_TEST(refusals_of_the_smoother);
-}
+#include "robust.tests"

@@ -100,7 +100,7 @@ static const double *rounded(const int32_t *words)
 
 /* ------------------------------------------------------------------------------ the gate */
 
-static void a_gate_takes_or_leaves(void)
+TEST(a_gate_takes_or_leaves)
 {
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_OK(kq_attach_q31(&twin, &twin_tape.attached));
@@ -131,7 +131,7 @@ static void a_gate_takes_or_leaves(void)
     TEST_ASSERT_EQUAL_MEMORY(twin_tape_memory + from, tape_memory + from, words * 4);
 }
 
-static void limits_are_scores(void)
+TEST(limits_are_scores)
 {
     for (int m = 1; m <= 16; m++) {
         for (int k = 0; k < 5; k++) {
@@ -144,7 +144,7 @@ static void limits_are_scores(void)
     TEST_ASSERT_TRUE(kq_chi_square_limit_q31(1, (kq_level)5) == KQ_NOT_A_SCORE_Q31);
 }
 
-static void a_run_of_rejections_ends_with_a_jump(void)
+TEST(a_run_of_rejections_ends_with_a_jump)
 {
     const int32_t *far = seen(900, 20);
     gate.run = 0;
@@ -221,7 +221,7 @@ static void assert_as_in_double(update_q31 *update, update_f64 *wide_update, dou
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
-static void outliers_are_weighed_as_in_double(void)
+TEST(outliers_are_weighed_as_in_double)
 {
     assert_as_in_double(huber, wide_huber, 1.5);
     assert_as_in_double(huber, wide_huber, 3);
@@ -230,7 +230,7 @@ static void outliers_are_weighed_as_in_double(void)
     for (int c = 0; c < 2; c++) ASSERT_WITHIN(GOAL, wide_weights[c], of_number(weights[c]));
 }
 
-static void what_is_not_clipped_is_taken_as_it_is(void)
+TEST(what_is_not_clipped_is_taken_as_it_is)
 {
     for (int t = 0; t < 8; t++) {
         const kq_sensor_q31 *s = t % 2 ? &radar.sensor : &coupled.sensor;
@@ -260,7 +260,7 @@ static kq_status jump(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z
 }
 
 /* Twins without noise that say different things, or the same: the second is at the floor. */
-static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
+TEST(what_the_plain_update_does_not_take_no_robust_one_takes)
 {
     update_q31 *updates[] = {huber, student, jump};
     static const double same[] = {1, 0, 1, 0}, none[] = {0, 0, 0, 0};
@@ -280,7 +280,7 @@ static void what_the_plain_update_does_not_take_no_robust_one_takes(void)
 }
 
 /* With fewer degrees of freedom nothing of r would be left in r'. */
-static void a_student_has_some_freedom(void)
+TEST(a_student_has_some_freedom)
 {
     const int32_t *z = seen(1, 2);
     ASSERT_REFUSED(KQ_ERR_RANGE, student(&track, &radar.sensor, z, ALL, number(0x1.fffffffcp-21)));
@@ -288,7 +288,7 @@ static void a_student_has_some_freedom(void)
     ASSERT_OK(student(&track, &radar.sensor, z, ALL, number(0x1p-20)));
 }
 
-static void a_jump_is_followed_as_in_double(void)
+TEST(a_jump_is_followed_as_in_double)
 {
     uint32_t seed = 3;
     for (int t = 0; t < 40; t++) {
@@ -307,7 +307,7 @@ static void a_jump_is_followed_as_in_double(void)
 /* ------------------------------------------------------------------------------ scaled noise */
 
 /* It is written as a whole: nothing of it is looked at. */
-static void a_target_needs_nothing_before(void)
+TEST(a_target_needs_nothing_before)
 {
     kq_process_q31 fresh;
     memset(&fresh, 0xa5, sizeof fresh);
@@ -316,7 +316,7 @@ static void a_target_needs_nothing_before(void)
     TEST_ASSERT_TRUE(fresh.noise_root == root && fresh.transition == motion.transition);
 }
 
-static void powers_of_4_move_the_exponents_alone(void)
+TEST(powers_of_4_move_the_exponents_alone)
 {
     for (int k = -3; k < 8; k++) {
         ASSERT_OK(
@@ -331,7 +331,7 @@ static void powers_of_4_move_the_exponents_alone(void)
     ASSERT_OK(kq_predict_q31(&track, &scaled, drive()));
 }
 
-static void scaled_noise_is_that_of_double(void)
+TEST(scaled_noise_is_that_of_double)
 {
     for (int k = 0; k < 20; k++) {
         const kq_scaled_q31 factor = number(exp(k - 8));
@@ -346,7 +346,7 @@ static void scaled_noise_is_that_of_double(void)
 
 /* ------------------------------------------------------------------------------ the smoother */
 
-static void the_reweighted_smoother_is_that_of_double(void)
+TEST(the_reweighted_smoother_is_that_of_double)
 {
     for (int pass = 0; pass < 3; pass++) {
         uint32_t seed = 11;
@@ -376,7 +376,7 @@ static void the_reweighted_smoother_is_that_of_double(void)
 }
 
 /* Noise of rank 1: what it does not move is not counted. */
-static void noise_of_less_rank_counts_by_its_rank(void)
+TEST(noise_of_less_rank_counts_by_its_rank)
 {
     static const double singular[] = {0.5, 1, 1, 2};
     static const double factor[] = {0.70710678118654752, 1.41421356237309505};
@@ -388,7 +388,7 @@ static void noise_of_less_rank_counts_by_its_rank(void)
 
 /* ------------------------------------------------------------------------------ refusals */
 
-static void a_noise_too_small_to_be_held_is_refused(void)
+TEST(a_noise_too_small_to_be_held_is_refused)
 {
     const int32_t kept = motion.noise_root[3];
     for (int32_t exponent = -1000; exponent < -960; exponent++) {
@@ -401,7 +401,7 @@ static void a_noise_too_small_to_be_held_is_refused(void)
     motion.noise_root[3] = kept;
 }
 
-static void refusals(void)
+TEST(refusals)
 {
     const int32_t *z = seen(1, 1);
     const kq_scaled_q31 bad = {1, 0}, two = number(2), zero = {0, 0}, less = number(-2);
@@ -449,7 +449,7 @@ static void refusals(void)
 }
 
 /* A factor of the root that would take its exponents beyond those of a table */
-static void exponents_stay_within_their_limits(void)
+TEST(exponents_stay_within_their_limits)
 {
     const kq_scaled_q31 large = {INT32_C(1) << 30, 1000}, small = {INT32_C(1) << 30, -1000};
     kq_process_q31 again;
@@ -471,22 +471,5 @@ static void exponents_stay_within_their_limits(void)
     TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
 }
 
-SUITE(robust, set_up)
-{
-    RUN_TEST(a_gate_takes_or_leaves);
-    RUN_TEST(a_run_of_rejections_ends_with_a_jump);
-    RUN_TEST(limits_are_scores);
-    RUN_TEST(outliers_are_weighed_as_in_double);
-    RUN_TEST(what_is_not_clipped_is_taken_as_it_is);
-    RUN_TEST(what_the_plain_update_does_not_take_no_robust_one_takes);
-    RUN_TEST(a_student_has_some_freedom);
-    RUN_TEST(a_jump_is_followed_as_in_double);
-    RUN_TEST(a_target_needs_nothing_before);
-    RUN_TEST(powers_of_4_move_the_exponents_alone);
-    RUN_TEST(scaled_noise_is_that_of_double);
-    RUN_TEST(the_reweighted_smoother_is_that_of_double);
-    RUN_TEST(noise_of_less_rank_counts_by_its_rank);
-    RUN_TEST(a_noise_too_small_to_be_held_is_refused);
-    RUN_TEST(refusals);
-    RUN_TEST(exponents_stay_within_their_limits);
-}
+SUITE(robust_q31, set_up)
+#include "robust_q31.tests"

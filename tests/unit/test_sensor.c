@@ -44,7 +44,7 @@ static void assert_model(const K(sensor) * s, const num *h, const num *C)
 
 /* ------------------------------------------------------------------------------ assign */
 
-static void assign_does_what_the_macro_does(void)
+TEST(assign_does_what_the_macro_does)
 {
     SENSOR(declared, 2, 2);
     SENSOR_DIAGONAL(narrow, 2, 2);
@@ -57,13 +57,13 @@ static void assign_does_what_the_macro_does(void)
     assert_model(&narrow, H, R);
 }
 
-static void assign_refuses_null(void)
+TEST(assign_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_assign)(NULL, 2, 2, radar_memory, 3));
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_assign)(&radar, 2, 2, NULL, 3));
 }
 
-static void assign_refuses_sizes_out_of_range(void)
+TEST(assign_refuses_sizes_out_of_range)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(bad); k++) {
@@ -72,7 +72,7 @@ static void assign_refuses_sizes_out_of_range(void)
     }
 }
 
-static void assign_refuses_memory_too_short_for_a_diagonal(void)
+TEST(assign_refuses_memory_too_short_for_a_diagonal)
 {
     static num memory[KQ_SENSOR_LEN(16)];
     for (int m = 1; m <= 16; m++) {
@@ -82,7 +82,7 @@ static void assign_refuses_memory_too_short_for_a_diagonal(void)
     }
 }
 
-static void assign_takes_more_memory_than_it_needs(void)
+TEST(assign_takes_more_memory_than_it_needs)
 {
     K(sensor) s;
     ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, SIZE_MAX));
@@ -93,7 +93,7 @@ static void assign_takes_more_memory_than_it_needs(void)
     assert_model(&s, H, R);
 }
 
-static void an_assigned_sensor_still_has_to_be_initialised(void)
+TEST(an_assigned_sensor_still_has_to_be_initialised)
 {
     ASSERT_OK(K(sensor_assign)(&radar, 2, 2, radar_memory, COUNT(radar_memory)));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
@@ -102,23 +102,23 @@ static void an_assigned_sensor_still_has_to_be_initialised(void)
 
 /* -------------------------------------------------------------------------------- init */
 
-static void init_takes_correlated_components(void) { assert_model(&radar, H, R); }
+TEST(init_takes_correlated_components) { assert_model(&radar, H, R); }
 
-static void init_takes_independent_components(void)
+TEST(init_takes_independent_components)
 {
     put_covariance(R, 0.5, 0, 0, 2);
     ASSERT_OK(K(sensor_init)(&radar, H, R));
     assert_model(&radar, H, R);
 }
 
-static void init_refuses_null(void)
+TEST(init_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(NULL, H, R));
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(&radar, NULL, R));
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(&radar, H, NULL));
 }
 
-static void init_refuses_a_sensor_without_memory(void)
+TEST(init_refuses_a_sensor_without_memory)
 {
     K(sensor) blank;
     memset(&blank, 0, sizeof blank);
@@ -127,7 +127,7 @@ static void init_refuses_a_sensor_without_memory(void)
     ASSERT_REFUSED_SIZE_OR_MEMORY(K(sensor_init_diagonal)(&blank, H, r));
 }
 
-static void init_refuses_correlation_where_there_is_memory_for_a_diagonal(void)
+TEST(init_refuses_correlation_where_there_is_memory_for_a_diagonal)
 {
     static K(sensor) s;
     ASSERT_OK(K(sensor_assign)(&s, 2, 2, radar_memory, KQ_SENSOR_DIAGONAL_LEN(2)));
@@ -139,18 +139,18 @@ static void init_refuses_correlation_where_there_is_memory_for_a_diagonal(void)
 
 static kq_status init(void) { return K(sensor_init)(&radar, H, R); }
 
-static void init_refuses_numbers_that_are_not_finite(void)
+TEST(init_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(H, 4, init);
     assert_entries_must_be_finite(R, 4, init);
 }
 
-static void init_checks_that_the_noise_is_a_covariance(void)
+TEST(init_checks_that_the_noise_is_a_covariance)
 {
     assert_covariance_is_checked(R, init);
 }
 
-static void init_takes_a_singular_noise(void)
+TEST(init_takes_a_singular_noise)
 {
     static const double singular[][3] = {
         {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {4, 2, 1}, {1, -1, 1}, {0.25, 0.75, 2.25},
@@ -163,7 +163,7 @@ static void init_takes_a_singular_noise(void)
 }
 
 /* The lower triangle is compared, within rounding, and not used. */
-static void init_uses_the_upper_triangle(void)
+TEST(init_uses_the_upper_triangle)
 {
     FILTER(twin, 2);
     num S[4], lower[4];
@@ -179,7 +179,7 @@ static void init_uses_the_upper_triangle(void)
     ASSERT_SAME_BITS(S, lower);
 }
 
-static void an_independent_noise_is_not_kept(void)
+TEST(an_independent_noise_is_not_kept)
 {
     static const num diagonal[] = {0.5, 0, 0, 2};
     memcpy(R, diagonal, sizeof R);
@@ -188,7 +188,7 @@ static void an_independent_noise_is_not_kept(void)
     assert_model(&radar, H, diagonal);
 }
 
-static void a_refused_init_leaves_the_old_model_working(void)
+TEST(a_refused_init_leaves_the_old_model_working)
 {
     static num bad[4] = {1, 2, 2, 1};
     ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init)(&radar, H, bad));
@@ -197,7 +197,7 @@ static void a_refused_init_leaves_the_old_model_working(void)
     assert_model(&radar, H, R);
 }
 
-static void init_may_be_called_again_with_another_model(void)
+TEST(init_may_be_called_again_with_another_model)
 {
     static const num other[] = {1, 0.75, 0.75, 1}, independent[] = {1, 0, 0, 1};
     ASSERT_OK(K(sensor_init)(&radar, H, other));
@@ -210,7 +210,7 @@ static void init_may_be_called_again_with_another_model(void)
 
 /* ---------------------------------------------------------------------- init_diagonal */
 
-static void init_diagonal_takes_variances(void)
+TEST(init_diagonal_takes_variances)
 {
     static const num covariance[] = {0.5, 0, 0, 2};
     ASSERT_OK(K(sensor_init_diagonal)(&radar, H, r));
@@ -218,7 +218,7 @@ static void init_diagonal_takes_variances(void)
     assert_model(&radar, H, covariance);
 }
 
-static void init_diagonal_takes_noise_free_components(void)
+TEST(init_diagonal_takes_noise_free_components)
 {
     static const num covariance[] = {0, 0, 0, 2};
     r[0] = 0;
@@ -227,7 +227,7 @@ static void init_diagonal_takes_noise_free_components(void)
     ASSERT_CLOSE(0, K(sigma)(&track, 0), 1);
 }
 
-static void init_diagonal_refuses_null(void)
+TEST(init_diagonal_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(NULL, H, r));
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(&radar, NULL, r));
@@ -236,13 +236,13 @@ static void init_diagonal_refuses_null(void)
 
 static kq_status init_diagonal(void) { return K(sensor_init_diagonal)(&radar, H, r); }
 
-static void init_diagonal_refuses_numbers_that_are_not_finite(void)
+TEST(init_diagonal_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(H, 4, init_diagonal);
     assert_entries_must_be_finite(r, 2, init_diagonal);
 }
 
-static void init_diagonal_refuses_a_negative_variance(void)
+TEST(init_diagonal_refuses_a_negative_variance)
 {
     for (int c = 0; c < 2; c++) {
         const num good = r[c];
@@ -255,7 +255,7 @@ static void init_diagonal_refuses_a_negative_variance(void)
 
 /* ------------------------------------------------------------------ change_measurement */
 
-static void change_measurement_measures_otherwise_with_the_same_noise(void)
+TEST(change_measurement_measures_otherwise_with_the_same_noise)
 {
     static const num other[] = {0.5, -1, 2, 0.25};
     ASSERT_OK(K(sensor_change_measurement)(&radar, other));
@@ -265,13 +265,13 @@ static void change_measurement_measures_otherwise_with_the_same_noise(void)
     assert_model(&radar, H, R);
 }
 
-static void change_measurement_refuses_null(void)
+TEST(change_measurement_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_change_measurement)(NULL, H));
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_change_measurement)(&radar, NULL));
 }
 
-static void change_measurement_refuses_a_sensor_not_initialised(void)
+TEST(change_measurement_refuses_a_sensor_not_initialised)
 {
     ASSERT_OK(K(sensor_assign)(&radar, 2, 2, radar_memory, COUNT(radar_memory)));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(sensor_change_measurement)(&radar, H));
@@ -279,7 +279,7 @@ static void change_measurement_refuses_a_sensor_not_initialised(void)
 
 static kq_status change(void) { return K(sensor_change_measurement)(&radar, H); }
 
-static void change_measurement_refuses_numbers_that_are_not_finite(void)
+TEST(change_measurement_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(H, 4, change);
 }
@@ -288,7 +288,7 @@ static void change_measurement_refuses_numbers_that_are_not_finite(void)
 
 static num big_H[256], big_R[256];
 
-static void no_size_writes_outside_its_memory(void)
+TEST(no_size_writes_outside_its_memory)
 {
     static num room[GUARDED(KQ_SENSOR_LEN(16))];
     static num variances[16];
@@ -312,7 +312,7 @@ static void no_size_writes_outside_its_memory(void)
 
 /* 16 correlated components of 16 states: H = T, R = T diag(r) T.  H'z are then independent
    measurements of the states. */
-static void sixteen_correlated_components_work(void)
+TEST(sixteen_correlated_components_work)
 {
     SENSOR(large, 16, 16);
     FILTER(many, 16);
@@ -338,8 +338,6 @@ static void sixteen_correlated_components_work(void)
     }
 }
 
-/* ------------------------------------------------------------------------------------- */
-
 /* ------------------------------------------------------------------- check */
 
 static kq_status check_radar(void) { return K(sensor_check)(&radar); }
@@ -353,7 +351,7 @@ static void assert_every_bit_is_found(int words)
     TEST_ASSERT_EQUAL_INT(8 * (int)size, bits_found(radar_memory, size, check_radar));
 }
 
-static void check_finds_every_bit_of_a_sensor(void)
+TEST(check_finds_every_bit_of_a_sensor)
 {
     assert_every_bit_is_found(3);
     static num other[COUNT(H)];
@@ -368,7 +366,7 @@ static void check_finds_every_bit_of_a_sensor(void)
     assert_every_bit_is_found(2);
 }
 
-static void check_takes_what_calls_have_left(void)
+TEST(check_takes_what_calls_have_left)
 {
     static K(sensor) table = SENSOR_TABLE(2, 2, H, r);
     K(sensor) copy = radar;
@@ -384,42 +382,5 @@ static void check_takes_what_calls_have_left(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_check)(NULL));
 }
 
-static void run_assign_and_init(void)
-{
-    RUN_TEST(assign_does_what_the_macro_does);
-    RUN_TEST(assign_refuses_null);
-    RUN_TEST(assign_refuses_sizes_out_of_range);
-    RUN_TEST(assign_refuses_memory_too_short_for_a_diagonal);
-    RUN_TEST(assign_takes_more_memory_than_it_needs);
-    RUN_TEST(an_assigned_sensor_still_has_to_be_initialised);
-    RUN_TEST(init_takes_correlated_components);
-    RUN_TEST(init_takes_independent_components);
-    RUN_TEST(init_refuses_null);
-    RUN_TEST(init_refuses_a_sensor_without_memory);
-    RUN_TEST(init_refuses_correlation_where_there_is_memory_for_a_diagonal);
-    RUN_TEST(init_refuses_numbers_that_are_not_finite);
-    RUN_TEST(init_checks_that_the_noise_is_a_covariance);
-    RUN_TEST(init_takes_a_singular_noise);
-    RUN_TEST(init_uses_the_upper_triangle);
-    RUN_TEST(an_independent_noise_is_not_kept);
-    RUN_TEST(a_refused_init_leaves_the_old_model_working);
-    RUN_TEST(init_may_be_called_again_with_another_model);
-}
-
 SUITE(sensor, set_up)
-{
-    run_assign_and_init();
-    RUN_TEST(check_finds_every_bit_of_a_sensor);
-    RUN_TEST(check_takes_what_calls_have_left);
-    RUN_TEST(init_diagonal_takes_variances);
-    RUN_TEST(init_diagonal_takes_noise_free_components);
-    RUN_TEST(init_diagonal_refuses_null);
-    RUN_TEST(init_diagonal_refuses_numbers_that_are_not_finite);
-    RUN_TEST(init_diagonal_refuses_a_negative_variance);
-    RUN_TEST(change_measurement_measures_otherwise_with_the_same_noise);
-    RUN_TEST(change_measurement_refuses_null);
-    RUN_TEST(change_measurement_refuses_a_sensor_not_initialised);
-    RUN_TEST(change_measurement_refuses_numbers_that_are_not_finite);
-    RUN_TEST(no_size_writes_outside_its_memory);
-    RUN_TEST(sixteen_correlated_components_work);
-}
+#include "sensor.tests"

@@ -102,7 +102,7 @@ static void spread(void *context, const num *x, num *g)
 
 /* ------------------------------------------------------------------ kq_linearise */
 
-static void the_centre_is_called_first_and_all_points_are_called(void)
+TEST(the_centre_is_called_first_and_all_points_are_called)
 {
     for (int r = 0; r < COUNT(rules); r++) {
         log_of_calls log = {0};
@@ -119,7 +119,7 @@ static void the_centre_is_called_first_and_all_points_are_called(void)
 }
 
 /* E[x0^2] = x0^2 + P00, E[x0 x1] = x0 x1 + P01; the nearest linear function is that at the mean. */
-static void the_mean_of_a_square_has_the_variance_in_it(void)
+TEST(the_mean_of_a_square_has_the_variance_in_it)
 {
     const double expected[] = {2 * 1.0, 0, -2, 1};
     for (int r = 0; r < COUNT(rules); r++) {
@@ -136,7 +136,7 @@ static void the_mean_of_a_square_has_the_variance_in_it(void)
 FILTER(one, 1);
 static void square_of_one(void *context, const num *x, num *g) { (void)context, *g = *x * *x; }
 
-static void what_a_linear_function_leaves_is_the_bend(void)
+TEST(what_a_linear_function_leaves_is_the_bend)
 {
     const num mean[] = {3}, variance_of[] = {4};
     ASSERT_OK(K(filter_init)(&one, mean, variance_of));
@@ -150,7 +150,7 @@ static void what_a_linear_function_leaves_is_the_bend(void)
 }
 
 /* What both rules are by their own weights: Cov = sum w (g - mean)(g - mean)' */
-static void the_covariance_is_that_of_the_points(void)
+TEST(the_covariance_is_that_of_the_points)
 {
     log_of_calls log = {0};
     double g[5][2], mean[2] = {0, 0}, cov[4] = {0, 0, 0, 0}, S[] = {0, 0, 0, 1};
@@ -218,7 +218,7 @@ static void drive_by_points(int step, kq_points rule)
     assert_like(&twin, &track);
 }
 
-static void linear_functions_give_the_plain_filter_and_its_smoothers(void)
+TEST(linear_functions_give_the_plain_filter_and_its_smoothers)
 {
     for (int r = 0; r < COUNT(rules); r++) {
         begin_drive();
@@ -243,7 +243,7 @@ static void linear_functions_give_the_plain_filter_and_its_smoothers(void)
 }
 
 /* kq_predict_points and kq_update_points are kq_linearise and what follows it. */
-static void the_steps_in_one_call_are_their_parts(void)
+TEST(the_steps_in_one_call_are_their_parts)
 {
     const num z[] = {1, 2};
     num H_found[4];
@@ -267,7 +267,7 @@ static void the_steps_in_one_call_are_their_parts(void)
 }
 
 /* A sensor of R + E E' takes a part of its components as one that was initialised with that sum. */
-static void a_linearised_sensor_is_one_of_its_noises_sum(void)
+TEST(a_linearised_sensor_is_one_of_its_noises_sum)
 {
     const num left[] = {1, 0.5, -0.25, 2}, e[] = {1, -1};
     num sum[4];
@@ -283,7 +283,7 @@ static void a_linearised_sensor_is_one_of_its_noises_sum(void)
 }
 
 /* Of noises that are one, a combination has none: it is measured as well as one without noise can be. */
-static void what_bends_as_one_leaves_a_combination_without_noise(void)
+TEST(what_bends_as_one_leaves_a_combination_without_noise)
 {
     const num none[] = {0, 0, 0, 0}, left[] = {1, 0, 2, 0}, sum[] = {1, 2, 2, 4}, z[] = {1, -1};
     SENSOR(exact, 2, 2);
@@ -311,7 +311,7 @@ static void heard_twice(void *context, const num *x, num *e)
 }
 
 /* What is left of the first component is rounding, and says nothing. */
-static void an_echo_of_the_same_noise_says_nothing(void)
+TEST(an_echo_of_the_same_noise_says_nothing)
 {
     const num scales[] = {1, 3, N(-0.7)};
     for (int k = 0; k < COUNT(scales); k++) {
@@ -329,7 +329,7 @@ static void an_echo_of_the_same_noise_says_nothing(void)
 }
 
 /* P = 0 in one state: no column, no coefficient, no NaN. */
-static void a_state_that_is_known_exactly_stays_so(void)
+TEST(a_state_that_is_known_exactly_stays_so)
 {
     const num singular[] = {2, 0, 0, 0}, none[] = {0, 0, 0, 0};
     log_of_calls log = {.z = x0};
@@ -380,7 +380,7 @@ static void sum_of_three(void *context, const num *x, num *e)
 
 /* P of rank 2 but for rounding: its root cannot be divided by, as the pivots of the first two rows are rounding of
    the points, and of its row. */
-static void a_root_of_little_rank_is_as_good(void)
+TEST(a_root_of_little_rank_is_as_good)
 {
     static const num x[] = {N(100.3), N(30.7), N(18.1)}, h[] = {1, 1, 1}, r[] = {N(0.1)}, z[] = {150};
     static const num S[] = {64 * (num)EPS, N(0.5), (num)EPS / 4, N(0.01), 1, 1};
@@ -402,7 +402,7 @@ static void a_root_of_little_rank_is_as_good(void)
     }
 }
 
-static void iterating_finds_where_a_sharp_range_leads(void)
+TEST(iterating_finds_where_a_sharp_range_leads)
 {
     const num sharp_noise[] = {N(1e-4)}, start[] = {3, 1}, wide[] = {0.25, 0, 0, 4};
     double off[2];
@@ -419,7 +419,7 @@ static void iterating_finds_where_a_sharp_range_leads(void)
 
 /* ------------------------------------------------------------------ refusals */
 
-static void what_is_missing_or_not_ready_is_refused(void)
+TEST(what_is_missing_or_not_ready_is_refused)
 {
     log_of_calls log = {.z = x0};
     const kq_points rule = KQ_POINTS_CUBATURE;
@@ -451,7 +451,7 @@ static void what_is_missing_or_not_ready_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_points)(&track, &motion, squares, &log, rule, work));
 }
 
-static void values_that_are_not_finite_change_nothing(void)
+TEST(values_that_are_not_finite_change_nothing)
 {
     for (int bad = 1; bad <= 5; bad++) {
         log_of_calls log = {.bad = bad};
@@ -463,7 +463,7 @@ static void values_that_are_not_finite_change_nothing(void)
     }
 }
 
-static void what_is_not_written_is_no_number(void)
+TEST(what_is_not_written_is_no_number)
 {
     for (int bad = 1; bad <= 5; bad++) {
         log_of_calls log = {.bad = bad};
@@ -476,7 +476,7 @@ static void what_is_not_written_is_no_number(void)
 }
 
 /* A bend whose square is no number makes no noise; one of 2^40 does. */
-static void what_bends_beyond_the_numbers_is_refused(void)
+TEST(what_bends_beyond_the_numbers_is_refused)
 {
     const num most = MOST_SIGMA, still = N(0x1p40);
     num far = 32 * most, beyond[] = {1, 0, most, 0};
@@ -504,7 +504,7 @@ static kq_status give_transition(void)
 static kq_status give_measurement(void) { return K(sensor_linearise)(&at, &radar, given, E, noise_of); }
 static kq_status give_root(void) { return K(sensor_linearise)(&at, &radar, H, given, noise_of); }
 
-static void models_are_checked(void)
+TEST(models_are_checked)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_linearise)(NULL, &motion, A, E));
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_linearise)(&found, NULL, A, E));
@@ -530,7 +530,7 @@ static void models_are_checked(void)
 }
 
 /* A view is a density to linearise at, and so is a copy of it. */
-static void what_is_smoothed_can_be_linearised_at(void)
+TEST(what_is_smoothed_can_be_linearised_at)
 {
     num y[2], J[4], E[4], of_copy[4];
     log_of_calls log = {0};
@@ -549,23 +549,4 @@ static void what_is_smoothed_can_be_linearised_at(void)
 }
 
 SUITE(sigma_points, set_up)
-{
-    RUN_TEST(the_centre_is_called_first_and_all_points_are_called);
-    RUN_TEST(the_mean_of_a_square_has_the_variance_in_it);
-    RUN_TEST(what_a_linear_function_leaves_is_the_bend);
-    RUN_TEST(the_covariance_is_that_of_the_points);
-    RUN_TEST(linear_functions_give_the_plain_filter_and_its_smoothers);
-    RUN_TEST(the_steps_in_one_call_are_their_parts);
-    RUN_TEST(a_linearised_sensor_is_one_of_its_noises_sum);
-    RUN_TEST(what_bends_as_one_leaves_a_combination_without_noise);
-    RUN_TEST(an_echo_of_the_same_noise_says_nothing);
-    RUN_TEST(a_state_that_is_known_exactly_stays_so);
-    RUN_TEST(a_root_of_little_rank_is_as_good);
-    RUN_TEST(iterating_finds_where_a_sharp_range_leads);
-    RUN_TEST(what_is_missing_or_not_ready_is_refused);
-    RUN_TEST(values_that_are_not_finite_change_nothing);
-    RUN_TEST(what_is_not_written_is_no_number);
-    RUN_TEST(what_bends_beyond_the_numbers_is_refused);
-    RUN_TEST(models_are_checked);
-    RUN_TEST(what_is_smoothed_can_be_linearised_at);
-}
+#include "sigma_points.tests"

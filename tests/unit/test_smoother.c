@@ -122,7 +122,7 @@ static void assert_covariances(size_t from)
 
 /* ------------------------------------------------------------------------------ smooth */
 
-static void smoothing_is_that_of_the_textbook(void)
+TEST(smoothing_is_that_of_the_textbook)
 {
     run(&track);
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
@@ -132,7 +132,7 @@ static void smoothing_is_that_of_the_textbook(void)
     assert_covariances(0);
 }
 
-static void the_mean_is_rounded_once(void)
+TEST(the_mean_is_rounded_once)
 {
     run(&track);
     ASSERT_OK(K(smooth)(&tape));
@@ -145,7 +145,7 @@ static void the_mean_is_rounded_once(void)
     }
 }
 
-static void the_last_step_is_the_filter_s(void)
+TEST(the_last_step_is_the_filter_s)
 {
     reading last, end;
     run(&track);
@@ -155,7 +155,7 @@ static void the_last_step_is_the_filter_s(void)
     TEST_ASSERT_EQUAL_MEMORY(&end, &last, offsetof(reading, nis));
 }
 
-static void states_only_gives_the_means(void)
+TEST(states_only_gives_the_means)
 {
     num P[4];
     run(&track);
@@ -167,7 +167,7 @@ static void states_only_gives_the_means(void)
     }
 }
 
-static void a_history_of_one_step_is_the_filter(void)
+TEST(a_history_of_one_step_is_the_filter)
 {
     textbook t;
     reading now, end;
@@ -180,7 +180,7 @@ static void a_history_of_one_step_is_the_filter(void)
     TEST_ASSERT_EQUAL_MEMORY(&end, &now, offsetof(reading, nis));
 }
 
-static void the_filter_is_detached_and_goes_on(void)
+TEST(the_filter_is_detached_and_goes_on)
 {
     run(&track);
     run(&twin);
@@ -196,7 +196,7 @@ static void the_filter_is_detached_and_goes_on(void)
     assert_covariances(0);
 }
 
-static void recording_changes_nothing_of_the_filter(void)
+TEST(recording_changes_nothing_of_the_filter)
 {
     run(&track);
     run(&twin);
@@ -216,7 +216,7 @@ static void assert_not_smoothed_below(size_t end)
     }
 }
 
-static void one_step_a_call_can_be_read_on_the_way(void)
+TEST(one_step_a_call_can_be_read_on_the_way)
 {
     run(&track);
     assert_not_smoothed_below(STEPS);
@@ -232,7 +232,7 @@ static void one_step_a_call_can_be_read_on_the_way(void)
     assert_covariances(0);
 }
 
-static void the_first_step_detaches_the_filter(void)
+TEST(the_first_step_detaches_the_filter)
 {
     run(&track);
     ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
@@ -243,7 +243,7 @@ static void the_first_step_detaches_the_filter(void)
     assert_covariances(0);
 }
 
-static void steps_may_name_their_process(void)
+TEST(steps_may_name_their_process)
 {
     PROCESS(copy, 2, 1);
     ASSERT_OK(K(process_init)(&copy, A, B, Q));
@@ -284,7 +284,7 @@ static void assert_process_noise(const outputs *o, int t)
     }
 }
 
-static void a_step_gives_extras(void)
+TEST(a_step_gives_extras)
 {
     outputs o;
     const K(smooth_extras) extras = {o.lag_one, o.noise_mean, o.noise_covariance};
@@ -305,7 +305,7 @@ static void a_step_gives_extras(void)
 }
 
 /* Which of the extras are wanted (a bit each) makes no difference to those that are. */
-static void each_extra_comes_alone(void)
+TEST(each_extra_comes_alone)
 {
     outputs all[STEPS], one;
     const K(smooth_extras) none = {NULL, NULL, NULL};
@@ -369,7 +369,7 @@ static void assert_number_of_noises(int count)
     TEST_ASSERT_TRUE(mean == 77 && spread == 77);
 }
 
-static void the_smoothed_measurement_noise_is_the_residual(void)
+TEST(the_smoothed_measurement_noise_is_the_residual)
 {
     static const int count[STEPS] = {2, 0, 1, 3, 2, 2};
     const double h0 = (double)direction[0], h1 = (double)direction[1];
@@ -386,7 +386,7 @@ static void the_smoothed_measurement_noise_is_the_residual(void)
     }
 }
 
-static void a_measurement_that_was_not_taken_has_no_noise(void)
+TEST(a_measurement_that_was_not_taken_has_no_noise)
 {
     static const num h[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0}, z[] = {3, 4};
     num mean = 77, spread = 77;
@@ -403,7 +403,7 @@ static void a_measurement_that_was_not_taken_has_no_noise(void)
 
 /* At the last step v is what the update left of the innovation: e r / s, and e sqrt(r) / s in
    units of its standard deviation.  However small that is, it is accurate. */
-static void the_noise_of_a_sharp_or_dull_measurement_is_accurate(void)
+TEST(the_noise_of_a_sharp_or_dull_measurement_is_accurate)
 {
     static const double sizes[] = {1e-10, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6, 1e10};
     static const num z[] = {3}, h[] = {1, 0.5};
@@ -422,7 +422,7 @@ static void the_noise_of_a_sharp_or_dull_measurement_is_accurate(void)
     }
 }
 
-static void measurement_noise_refuses(void)
+TEST(measurement_noise_refuses)
 {
     num mean = 77, spread = 77;
     WATCH(mean), WATCH(spread);
@@ -439,7 +439,7 @@ static void measurement_noise_refuses(void)
 
 /* ------------------------------------------------------------------- assign and attach */
 
-static void assign_does_what_the_macro_does(void)
+TEST(assign_does_what_the_macro_does)
 {
     HISTORY(declared, 2, MOST, STEPS, 0);
     TEST_ASSERT_EQUAL_UINT(HISTORY_LEN(2, MOST, STEPS, 0), COUNT(declared_memory));
@@ -459,13 +459,13 @@ static void assign_does_what_the_macro_does(void)
     }
 }
 
-static void assign_refuses_null(void)
+TEST(assign_refuses_null)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(history_assign)(NULL, 2, tape_memory, COUNT(tape_memory)));
     ASSERT_REFUSED(KQ_ERR_NULL, K(history_assign)(&tape, 2, NULL, COUNT(tape_memory)));
 }
 
-static void assign_refuses_sizes_out_of_range(void)
+TEST(assign_refuses_sizes_out_of_range)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(bad); k++) {
@@ -474,7 +474,7 @@ static void assign_refuses_sizes_out_of_range(void)
 }
 
 /* At least the workspace and one step. */
-static void assign_refuses_short_memory(void)
+TEST(assign_refuses_short_memory)
 {
     for (size_t n = 1; n <= 16; n++) {
         const size_t least = (size_t)HISTORY_LEN(n, 0, 1, 0);
@@ -485,7 +485,7 @@ static void assign_refuses_short_memory(void)
     }
 }
 
-static void attach_refuses(void)
+TEST(attach_refuses)
 {
     K(history) bare;
     memset(&bare, 0, sizeof bare);
@@ -505,7 +505,7 @@ static void attach_refuses(void)
     watch_nothing();
 }
 
-static void steps_are_the_predicts_and_one(void)
+TEST(steps_are_the_predicts_and_one)
 {
     TEST_ASSERT_EQUAL_UINT(0, K(history_steps)(NULL));
     TEST_ASSERT_EQUAL_UINT(0, K(history_steps)(&unused));
@@ -517,7 +517,7 @@ static void steps_are_the_predicts_and_one(void)
     }
 }
 
-static void attach_empties_the_history(void)
+TEST(attach_empties_the_history)
 {
     run(&track);
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
@@ -533,7 +533,7 @@ static void attach_empties_the_history(void)
 }
 
 /* The first filter still points to the history, must not write on it any more, and says so. */
-static void a_history_assigned_anew_forgets_its_filter(void)
+TEST(a_history_assigned_anew_forgets_its_filter)
 {
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
@@ -548,7 +548,7 @@ static void a_history_assigned_anew_forgets_its_filter(void)
 }
 
 /* Nor is it attached to another one: the filter says so at what it would have recorded first. */
-static void a_history_assigned_anew_is_not_recorded_on(void)
+TEST(a_history_assigned_anew_is_not_recorded_on)
 {
     for (int updates = 0; updates < 2; updates++) {
         ASSERT_OK(K(filter_init)(&track, x0, P0));
@@ -564,7 +564,7 @@ static void a_history_assigned_anew_is_not_recorded_on(void)
 }
 
 /* The state as it is becomes step 0, whatever came before. */
-static void attach_begins_in_the_middle_of_a_run(void)
+TEST(attach_begins_in_the_middle_of_a_run)
 {
     num mean[2], P[4];
     ASSERT_OK(K(filter_init)(&track, zero3, identity3));
@@ -581,7 +581,7 @@ static void attach_begins_in_the_middle_of_a_run(void)
     for (int k = 0; k < 4; k++) ASSERT_CLOSE(P[k], Ps[k], 1);
 }
 
-static void a_history_records_one_filter_at_a_time(void)
+TEST(a_history_records_one_filter_at_a_time)
 {
     ASSERT_OK(K(update)(&track, &radar, radar_z[5]));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
@@ -600,7 +600,7 @@ static void a_history_records_one_filter_at_a_time(void)
     assert_covariances(0);
 }
 
-static void a_filter_goes_on_without_its_history(void)
+TEST(a_filter_goes_on_without_its_history)
 {
     run(&track);
     ASSERT_OK(K(detach)(&tape.attached));
@@ -615,7 +615,7 @@ static void a_filter_goes_on_without_its_history(void)
     ASSERT_OK(K(detach)(&unused.attached));
 }
 
-static void what_was_smoothed_stays_when_it_is_detached(void)
+TEST(what_was_smoothed_stays_when_it_is_detached)
 {
     run(&track);
     ASSERT_OK(K(smooth)(&tape));
@@ -625,7 +625,7 @@ static void what_was_smoothed_stays_when_it_is_detached(void)
     ASSERT_OK(K(attach)(&twin, &tape.attached));
 }
 
-static void a_full_history_is_detached_too(void)
+TEST(a_full_history_is_detached_too)
 {
     for (int k = 0; k < 2 * STEPS; k++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z_zero));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
@@ -637,7 +637,7 @@ static void a_full_history_is_detached_too(void)
 }
 
 /* A history that has gone out of scope is memory of someone else's.  So these leave it alone. */
-static void a_history_that_may_be_gone_is_not_looked_at(void)
+TEST(a_history_that_may_be_gone_is_not_looked_at)
 {
     HISTORY(other, 2, 1, 2, 0);
     watch_nothing();
@@ -657,7 +657,7 @@ static void a_history_that_may_be_gone_is_not_looked_at(void)
 }
 
 /* The same of a filter: of it a history that has it knows no more than where it was. */
-static void a_filter_that_may_be_gone_is_not_looked_at(void)
+TEST(a_filter_that_may_be_gone_is_not_looked_at)
 {
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape);
@@ -679,7 +679,7 @@ static void a_filter_that_may_be_gone_is_not_looked_at(void)
 
 /* A state that turns and drifts, one combination of it without noise: the sigma of what is past falls by 3 at each step
    back, below the rounding of the mean. */
-static void sigmas_below_rounding_are_an_event(void)
+TEST(sigmas_below_rounding_are_an_event)
 {
     enum { LONG = 64 };
     static const num a[] = {-1, -1, 0, -1}, q[] = {0, 0, 0, N(0.000244140625)}, h[] = {-2, 1}, none[] = {0};
@@ -725,7 +725,7 @@ static void on_the_stack(K(history) * h, K(filter) * f)
     memset(memory, 0, sizeof memory);
 }
 
-static void tapes_and_filters_may_be_gone(void)
+TEST(tapes_and_filters_may_be_gone)
 {
     on_the_stack(NULL, &track);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
@@ -740,7 +740,7 @@ static void tapes_and_filters_may_be_gone(void)
 }
 
 /* The struct alone is no filter: its copy does not record, and says so. */
-static void an_assigned_copy_does_not_record(void)
+TEST(an_assigned_copy_does_not_record)
 {
     K(filter) copied = track;
     watch_nothing();
@@ -758,8 +758,7 @@ static void an_assigned_copy_does_not_record(void)
     }
 }
 
-
-static void a_filter_has_one_history_at_a_time(void)
+TEST(a_filter_has_one_history_at_a_time)
 {
     HISTORY(other, 2, 1, 2, 0);
     ASSERT_OK(K(attach)(&track, &other.attached));
@@ -774,7 +773,7 @@ static void a_filter_has_one_history_at_a_time(void)
     watched_assert_unchanged(__LINE__);
 }
 
-static void init_of_the_filter_detaches_its_history(void)
+TEST(init_of_the_filter_detaches_its_history)
 {
     ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
     ASSERT_OK(K(predict)(&track, &motion, control));
@@ -798,7 +797,7 @@ static void fill(K(history) * h, K(filter) * f, int steps)
     }
 }
 
-static void the_memory_is_enough_for_its_steps(void)
+TEST(the_memory_is_enough_for_its_steps)
 {
     fill(&tape, &track, STEPS);
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
@@ -807,7 +806,7 @@ static void the_memory_is_enough_for_its_steps(void)
 }
 
 /* Another process than in the run before is no change of process. */
-static void the_memory_is_enough_for_another_run(void)
+TEST(the_memory_is_enough_for_another_run)
 {
     PROCESS(copy, 2, 1);
     ASSERT_OK(K(process_init)(&copy, A, B, Q));
@@ -817,7 +816,7 @@ static void the_memory_is_enough_for_another_run(void)
     ASSERT_OK(K(smooth)(&tape));
 }
 
-static void the_memory_is_enough_for_one_step(void)
+TEST(the_memory_is_enough_for_one_step)
 {
     HISTORY(least, 2, MOST, 1, 0);
     reading now, end;
@@ -838,7 +837,7 @@ static void assert_refused_as_full(void)
     ASSERT_NAN(K(sigma)(SMOOTHED(&tape, 0), 0));
 }
 
-static void a_full_history_is_an_event_and_the_filter_goes_on(void)
+TEST(a_full_history_is_an_event_and_the_filter_goes_on)
 {
     for (int more = 1; more < 2 * STEPS; more++) {
         reading a, b;
@@ -853,7 +852,7 @@ static void a_full_history_is_an_event_and_the_filter_goes_on(void)
     }
 }
 
-static void a_full_history_may_be_used_again(void)
+TEST(a_full_history_may_be_used_again)
 {
     fill(&tape, &track, STEPS + 1);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
@@ -865,7 +864,7 @@ static void a_full_history_may_be_used_again(void)
 }
 
 /* One measurement more than there is room for, in the last step. */
-static void a_measurement_too_many_fills_the_history(void)
+TEST(a_measurement_too_many_fills_the_history)
 {
     fill(&tape, &track, STEPS);
     for (int k = 0; k < 2; k++) ASSERT_OK(K(update)(&track, &radar, radar_z[0]));
@@ -883,7 +882,7 @@ static void go_beyond(K(filter) * f, int more, int pattern)
 }
 
 /* There may be room for a few records more; then they count. */
-static void a_history_is_full_or_right(void)
+TEST(a_history_is_full_or_right)
 {
     HISTORY(roomy, 2, MOST, STEPS + 4, 0);
     for (int pattern = 0; pattern < 8; pattern++) {
@@ -909,7 +908,7 @@ static void a_history_is_full_or_right(void)
     }
 }
 
-static void smooth_refuses_an_empty_or_smoothed_history(void)
+TEST(smooth_refuses_an_empty_or_smoothed_history)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth)(NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, K(smooth_states)(NULL));
@@ -925,7 +924,7 @@ static void smooth_refuses_an_empty_or_smoothed_history(void)
     assert_means(0);
 }
 
-static void smooth_refuses_a_history_whose_states_are_smoothed(void)
+TEST(smooth_refuses_a_history_whose_states_are_smoothed)
 {
     run(&track);
     ASSERT_OK(K(smooth_states)(&tape));
@@ -935,7 +934,7 @@ static void smooth_refuses_a_history_whose_states_are_smoothed(void)
     assert_means(0);
 }
 
-static void smooth_step_refuses_a_process_that_does_not_fit(void)
+TEST(smooth_step_refuses_a_process_that_does_not_fit)
 {
     run(&track);
     ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
@@ -946,7 +945,7 @@ static void smooth_step_refuses_a_process_that_does_not_fit(void)
     assert_covariances(0);
 }
 
-static void smoothed_results_refuse(void)
+TEST(smoothed_results_refuse)
 {
     num P[4] = {77, 77, 77, 77};
     WATCH(P);
@@ -961,7 +960,7 @@ static void smoothed_results_refuse(void)
 }
 
 /* What moves a filter refuses a view; what reads one takes it as the filter that was there. */
-static void a_view_is_read_and_not_moved(void)
+TEST(a_view_is_read_and_not_moved)
 {
     num now[4], then[4], S[4], other[4];
     run(&track);
@@ -998,7 +997,7 @@ static void a_view_is_read_and_not_moved(void)
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
-static void a_view_of_means_has_no_covariance(void)
+TEST(a_view_of_means_has_no_covariance)
 {
     num P[4];
     run(&track);
@@ -1012,7 +1011,7 @@ static void a_view_of_means_has_no_covariance(void)
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_init)(&view, x0, P0));
 }
 
-static void what_is_read_of_a_bad_step_or_state_is_no_number(void)
+TEST(what_is_read_of_a_bad_step_or_state_is_no_number)
 {
     static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
     static const size_t beyond[] = {STEPS, STEPS + 1, SIZE_MAX};
@@ -1075,7 +1074,7 @@ static void assert_smoothed(const K(history) * h)
     }
 }
 
-static void processes_may_take_turns(void)
+TEST(processes_may_take_turns)
 {
     textbook_of_turns();
     for (int k = 0; k < 3; k++) ASSERT_OK(K(process_init)(turn[k], turns[k], NULL, Q));
@@ -1096,7 +1095,7 @@ static void processes_may_take_turns(void)
 }
 
 /* The tape refers to the one process, which has changed since: the caller passes what it was. */
-static void a_process_that_changed_may_be_given_back(void)
+TEST(a_process_that_changed_may_be_given_back)
 {
     textbook_of_turns();
     for (int k = 0; k < 3; k++) ASSERT_OK(K(process_init)(turn[k], turns[k], NULL, Q));
@@ -1112,7 +1111,7 @@ static void a_process_that_changed_may_be_given_back(void)
 }
 
 /* A sensor may change at every step: the tape does not refer to it. */
-static void a_sensor_may_change_after_it_was_used(void)
+TEST(a_sensor_may_change_after_it_was_used)
 {
     static const num other[] = {0.25, 3, -1, 0.5};
     run(&track);
@@ -1126,7 +1125,7 @@ static void a_sensor_may_change_after_it_was_used(void)
 /* -------------------------------------------------------------------- singular models */
 
 /* Without process noise and with A = I, every step is known as well as the last one. */
-static void a_constant_is_the_same_at_every_step(void)
+TEST(a_constant_is_the_same_at_every_step)
 {
     static const num I[] = {1, 0, 0, 1}, none[4] = {0};
     num P[4], Pt[4];
@@ -1148,7 +1147,7 @@ static void a_constant_is_the_same_at_every_step(void)
 
 /* x' = x / 2 + w measured without noise, and its delay: all is known, but where the
    measurement is missing; there x is (x_before + x_after) / 2 / (1 + 1/4), Var q / (1 + 1/4). */
-static void a_delay_line_measured_without_noise(void)
+TEST(a_delay_line_measured_without_noise)
 {
     static const num delay[] = {0.5, 0, 1, 0}, q[] = {1, 0, 0, 0}, h[] = {1, 0}, none[] = {0};
     static const num z[STEPS] = {1, 3, 100, -2, 0.5, 4};
@@ -1174,7 +1173,7 @@ static void a_delay_line_measured_without_noise(void)
 }
 
 /* A state known exactly from the start and without noise stays so. */
-static void a_known_constant_stays_known(void)
+TEST(a_known_constant_stays_known)
 {
     static const num a[] = {1, 0.5, 0, 1}, q[] = {1, 0, 0, 0}, P[] = {1, 0, 0, 0};
     ASSERT_OK(K(process_init)(&motion, a, B, q));
@@ -1228,7 +1227,7 @@ static void record(K(history) * h, int n)
     assert_guards(big_output, (size_t)(n * n), COUNT(big_output));
 }
 
-static void no_size_writes_outside_its_memory(void)
+TEST(no_size_writes_outside_its_memory)
 {
     for (int n = 1; n <= 16; n++) {
         const size_t length = (size_t)HISTORY_LEN((size_t)n, 1, 3, 1);
@@ -1243,7 +1242,7 @@ static void no_size_writes_outside_its_memory(void)
 }
 
 /* 16 independent scalars x' = a x + w seen through a rotation, all measured, two steps. */
-static void sixteen_states_work(void)
+TEST(sixteen_states_work)
 {
     static double a[16], q[16], p[16], p_then[16], p_between[16], now[16];
     K(process) move;
@@ -1287,82 +1286,5 @@ static void sixteen_states_work(void)
     for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(now, i), K(mean)(SMOOTHED(&h, 0), i), 8);
 }
 
-/* ------------------------------------------------------------------------------------- */
-
-static void run_smooth(void)
-{
-    RUN_TEST(smoothing_is_that_of_the_textbook);
-    RUN_TEST(the_mean_is_rounded_once);
-    RUN_TEST(the_last_step_is_the_filter_s);
-    RUN_TEST(states_only_gives_the_means);
-    RUN_TEST(a_history_of_one_step_is_the_filter);
-    RUN_TEST(the_filter_is_detached_and_goes_on);
-    RUN_TEST(recording_changes_nothing_of_the_filter);
-    RUN_TEST(one_step_a_call_can_be_read_on_the_way);
-    RUN_TEST(the_first_step_detaches_the_filter);
-    RUN_TEST(steps_may_name_their_process);
-    RUN_TEST(a_step_gives_extras);
-    RUN_TEST(each_extra_comes_alone);
-    RUN_TEST(the_smoothed_measurement_noise_is_the_residual);
-    RUN_TEST(a_measurement_that_was_not_taken_has_no_noise);
-    RUN_TEST(the_noise_of_a_sharp_or_dull_measurement_is_accurate);
-    RUN_TEST(measurement_noise_refuses);
-}
-
-static void run_history(void)
-{
-    RUN_TEST(assign_does_what_the_macro_does);
-    RUN_TEST(assign_refuses_null);
-    RUN_TEST(assign_refuses_sizes_out_of_range);
-    RUN_TEST(assign_refuses_short_memory);
-    RUN_TEST(attach_refuses);
-    RUN_TEST(steps_are_the_predicts_and_one);
-    RUN_TEST(attach_empties_the_history);
-    RUN_TEST(a_history_assigned_anew_forgets_its_filter);
-    RUN_TEST(a_history_assigned_anew_is_not_recorded_on);
-    RUN_TEST(attach_begins_in_the_middle_of_a_run);
-    RUN_TEST(a_history_records_one_filter_at_a_time);
-    RUN_TEST(a_filter_goes_on_without_its_history);
-    RUN_TEST(what_was_smoothed_stays_when_it_is_detached);
-    RUN_TEST(a_full_history_is_detached_too);
-    RUN_TEST(a_history_that_may_be_gone_is_not_looked_at);
-    RUN_TEST(a_filter_that_may_be_gone_is_not_looked_at);
-    RUN_TEST(sigmas_below_rounding_are_an_event);
-    RUN_TEST(tapes_and_filters_may_be_gone);
-    RUN_TEST(an_assigned_copy_does_not_record);
-    RUN_TEST(a_filter_has_one_history_at_a_time);
-    RUN_TEST(init_of_the_filter_detaches_its_history);
-    RUN_TEST(the_memory_is_enough_for_its_steps);
-    RUN_TEST(the_memory_is_enough_for_another_run);
-    RUN_TEST(the_memory_is_enough_for_one_step);
-    RUN_TEST(a_full_history_is_an_event_and_the_filter_goes_on);
-    RUN_TEST(a_full_history_may_be_used_again);
-    RUN_TEST(a_measurement_too_many_fills_the_history);
-    RUN_TEST(a_history_is_full_or_right);
-}
-
-static void run_refusals(void)
-{
-    RUN_TEST(smooth_refuses_an_empty_or_smoothed_history);
-    RUN_TEST(smooth_refuses_a_history_whose_states_are_smoothed);
-    RUN_TEST(smooth_step_refuses_a_process_that_does_not_fit);
-    RUN_TEST(smoothed_results_refuse);
-    RUN_TEST(a_view_is_read_and_not_moved);
-    RUN_TEST(a_view_of_means_has_no_covariance);
-    RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_number);
-}
-
 SUITE(smoother, set_up)
-{
-    run_smooth();
-    run_history();
-    run_refusals();
-    RUN_TEST(processes_may_take_turns);
-    RUN_TEST(a_process_that_changed_may_be_given_back);
-    RUN_TEST(a_sensor_may_change_after_it_was_used);
-    RUN_TEST(a_constant_is_the_same_at_every_step);
-    RUN_TEST(a_delay_line_measured_without_noise);
-    RUN_TEST(a_known_constant_stays_known);
-    RUN_TEST(no_size_writes_outside_its_memory);
-    RUN_TEST(sixteen_states_work);
-}
+#include "smoother.tests"

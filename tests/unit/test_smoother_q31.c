@@ -122,7 +122,7 @@ static void assert_covariance(size_t t)
     }
 }
 
-static void smoothing_is_that_in_double(void)
+TEST(smoothing_is_that_in_double)
 {
     for (int in_turn = 0; in_turn <= 1; in_turn++) {
         set_up();
@@ -136,7 +136,7 @@ static void smoothing_is_that_in_double(void)
 }
 
 /* A prior that stands for infinity, 2^400 words, is no growth: nothing of its recording ends. */
-static void a_prior_that_stands_for_infinity_is_recorded(void)
+TEST(a_prior_that_stands_for_infinity_is_recorded)
 {
     static const double large[] = {100, 100}, moving[] = {1, 0.5, 0, 1}, noise_of[] = {0.01, 0, 0, 0.01};
     static const double zero[2], unit[] = {1, 0, 0, 1}, none[4];
@@ -205,7 +205,7 @@ static void run_sharp(uint32_t *seed)
 }
 
 /* Rounding leaves something of the first where the second is taken: it turns nothing. */
-static void two_components_without_noise_are_smoothed_as_in_double(void)
+TEST(two_components_without_noise_are_smoothed_as_in_double)
 {
     uint32_t seed = 7;
     for (int k = 0; k < 100; k++) {
@@ -227,7 +227,7 @@ static void two_components_without_noise_are_smoothed_as_in_double(void)
     }
 }
 
-static void states_only_gives_the_means(void)
+TEST(states_only_gives_the_means)
 {
     run(&track, 1, 1);
     ASSERT_OK(kq_smooth_states_q31(&tape));
@@ -253,7 +253,7 @@ static void assert_noises(void)
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_smoothed_measurement_noise_q31(&tape, -1, &mean, &variance));
 }
 
-static void a_step_gives_extras(void)
+TEST(a_step_gives_extras)
 {
     double lag[4], mean[2], covariance[4];
     const kq_smooth_extras_q31 extras = {out, vector, more};
@@ -276,7 +276,7 @@ static void a_step_gives_extras(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
 }
 
-static void the_last_step_is_the_filter_s(void)
+TEST(the_last_step_is_the_filter_s)
 {
     run(&track, 0, 0);
     ASSERT_OK(kq_smooth_q31(&tape));
@@ -288,7 +288,7 @@ static void the_last_step_is_the_filter_s(void)
 }
 
 /* Recording and smoothing leave the filter as it is without them. */
-static void the_filter_is_the_same_with_a_history(void)
+TEST(the_filter_is_the_same_with_a_history)
 {
     run(&track, 1, 0);
     run(&twin, 1, 0);
@@ -301,7 +301,7 @@ static void the_filter_is_the_same_with_a_history(void)
 }
 
 /* The same constant, seen through no process noise: known as at the end, at every step */
-static void a_constant_smoothed_is_the_final_mean(void)
+TEST(a_constant_smoothed_is_the_final_mean)
 {
     static const double still[] = {1, 0, 0, 1}, none[4];
     put_process(&motion, 2, 0, range, drive_range, still, NULL, none);
@@ -321,7 +321,7 @@ static void a_constant_smoothed_is_the_final_mean(void)
 
 /* ---------------------------------------------------------------------------- refusals */
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
     const size_t least = KQ_HISTORY_LEN_Q31(2, 0, 1, 0);
@@ -334,7 +334,7 @@ static void assign_refuses(void)
     ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, least));
 }
 
-static void attach_refuses(void)
+TEST(attach_refuses)
 {
     kq_history_q31 bare;
     memset(&bare, 0, sizeof bare);
@@ -350,7 +350,7 @@ static void attach_refuses(void)
     TEST_ASSERT_EQUAL_INT(0, kq_history_steps_q31(&bare));
 }
 
-static void smooth_refuses(void)
+TEST(smooth_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_q31(NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_states_q31(NULL));
@@ -366,7 +366,7 @@ static void smooth_refuses(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
 }
 
-static void a_full_history_is_an_event_and_refused(void)
+TEST(a_full_history_is_an_event_and_refused)
 {
     run(&track, 0, 0);
     run(&twin, 0, 0);
@@ -383,7 +383,7 @@ static void a_full_history_is_an_event_and_refused(void)
 
 /* ------------------------------------------------------------------- filter and history */
 
-static void a_history_belongs_to_one_filter(void)
+TEST(a_history_belongs_to_one_filter)
 {
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tape.attached));
     ASSERT_OK(kq_detach_q31(&tape.attached));
@@ -395,7 +395,7 @@ static void a_history_belongs_to_one_filter(void)
 }
 
 /* It may be gone. */
-static void init_does_not_look_at_the_history(void)
+TEST(init_does_not_look_at_the_history)
 {
     watch_nothing();
     WATCH(tape), WATCH(tape_memory);
@@ -412,7 +412,7 @@ static void assert_changed(void)
 }
 
 /* Refused until it is what it was. */
-static void a_process_changed_after_the_recording_is_refused(void)
+TEST(a_process_changed_after_the_recording_is_refused)
 {
     kq_scaled_q31 otherwise[4];
     int32_t root[KQ_ROOT_LEN_Q31(2)];
@@ -437,7 +437,7 @@ static void a_process_changed_after_the_recording_is_refused(void)
 }
 
 /* In place, by a copy of A that is turned a little at every step */
-static void a_process_changed_at_every_step_is_smoothed_by_step(void)
+TEST(a_process_changed_at_every_step_is_smoothed_by_step)
 {
     static kq_scaled_q31 turned[STEPS][4];
     for (int step = 0; step < STEPS; step++) {
@@ -459,7 +459,7 @@ static void a_process_changed_at_every_step_is_smoothed_by_step(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
 }
 
-static void a_copy_is_a_filter_of_its_own(void)
+TEST(a_copy_is_a_filter_of_its_own)
 {
     run(&track, 0, 0);
     watch_nothing();
@@ -476,7 +476,7 @@ static void a_copy_is_a_filter_of_its_own(void)
     TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_filter_copy_q31(NULL, &track));
 }
 
-static void smoothed_results_refuse(void)
+TEST(smoothed_results_refuse)
 {
     kq_scaled_q31 mean, variance;
     ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_q31(NULL, 0, &view));
@@ -497,7 +497,7 @@ static void assert_no_word(const kq_history_q31 *h, size_t t, int i)
     TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(h, t), i));
 }
 
-static void what_is_read_of_a_bad_step_or_state_is_no_word(void)
+TEST(what_is_read_of_a_bad_step_or_state_is_no_word)
 {
     assert_no_word(&tape, 0, 0);
     assert_no_word(&unused, 0, 0);
@@ -511,25 +511,5 @@ static void what_is_read_of_a_bad_step_or_state_is_no_word(void)
     assert_no_word(&tape, 0, INT_MIN);
 }
 
-SUITE(smoother, set_up)
-{
-    RUN_TEST(smoothing_is_that_in_double);
-    RUN_TEST(a_prior_that_stands_for_infinity_is_recorded);
-    RUN_TEST(two_components_without_noise_are_smoothed_as_in_double);
-    RUN_TEST(states_only_gives_the_means);
-    RUN_TEST(a_step_gives_extras);
-    RUN_TEST(the_last_step_is_the_filter_s);
-    RUN_TEST(the_filter_is_the_same_with_a_history);
-    RUN_TEST(a_constant_smoothed_is_the_final_mean);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(attach_refuses);
-    RUN_TEST(smooth_refuses);
-    RUN_TEST(a_full_history_is_an_event_and_refused);
-    RUN_TEST(a_history_belongs_to_one_filter);
-    RUN_TEST(init_does_not_look_at_the_history);
-    RUN_TEST(a_process_changed_after_the_recording_is_refused);
-    RUN_TEST(a_process_changed_at_every_step_is_smoothed_by_step);
-    RUN_TEST(a_copy_is_a_filter_of_its_own);
-    RUN_TEST(smoothed_results_refuse);
-    RUN_TEST(what_is_read_of_a_bad_step_or_state_is_no_word);
-}
+SUITE(smoother_q31, set_up)
+#include "smoother_q31.tests"

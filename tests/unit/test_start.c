@@ -109,7 +109,7 @@ static void assert_state(const double *x, double p00, double p01, double p11, UN
 
 /* ---------------------------------------------------------------------- what is determined */
 
-static void two_measurements_determine_a_trend(void)
+TEST(two_measurements_determine_a_trend)
 {
     ASSERT_OPEN(2, 0);
     update(10);
@@ -129,7 +129,7 @@ static void two_measurements_determine_a_trend(void)
     TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
 }
 
-static void phi_counts_in_the_likelihood(void)
+TEST(phi_counts_in_the_likelihood)
 {
     static const num h[] = {3, 4}, z = 10;
     ASSERT_OK(K(sensor_change_measurement)(&level, h));
@@ -141,7 +141,7 @@ static void phi_counts_in_the_likelihood(void)
     ASSERT_CLOSE(-(log_2_pi + log(4)) / 2, K(log_likelihood_last)(&track), 4);
 }
 
-static void the_known_rest_correlates_with_what_is_determined(void)
+TEST(the_known_rest_correlates_with_what_is_determined)
 {
     static const num z[] = {5, 0};
     ASSERT_OK(K(start_init)(&start, &track, x0, P0, 1));
@@ -157,7 +157,7 @@ static void the_known_rest_correlates_with_what_is_determined(void)
     ASSERT_STATE(7, -2, 9 + 2, -9, 9);
 }
 
-static void what_is_not_known_of_the_prior_is_not_looked_at(void)
+TEST(what_is_not_known_of_the_prior_is_not_looked_at)
 {
     num P[] = {(num)NAN, 7, -3, 9};
     const num x[] = {1e6, -2}, z = 5;
@@ -167,7 +167,7 @@ static void what_is_not_known_of_the_prior_is_not_looked_at(void)
     ASSERT_STATE(5, -2, 2, 0, 9);
 }
 
-static void correlated_components_determine_at_once(void)
+TEST(correlated_components_determine_at_once)
 {
     static const num z[] = {4, 1};
     ASSERT_OK(K(update)(&track, &both, z));
@@ -178,7 +178,7 @@ static void correlated_components_determine_at_once(void)
     TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
 }
 
-static void one_of_two_correlated_components(void)
+TEST(one_of_two_correlated_components)
 {
     static const num z[] = {4, 1};
     ASSERT_OK(K(update_subset)(&track, &both, z, 2));
@@ -187,7 +187,7 @@ static void one_of_two_correlated_components(void)
     ASSERT_STATE(4, -3, 0.5, -0.5, 1.5);
 }
 
-static void noise_free_measurements(void)
+TEST(noise_free_measurements)
 {
     static const num z[] = {4, 8}, h[] = {1, 0, 0, 1}, more[] = {1, 6};
     ASSERT_OK(K(update)(&track, &exact_sum, z)); /* the second says nothing new */
@@ -200,7 +200,7 @@ static void noise_free_measurements(void)
     TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
 }
 
-static void what_is_not_seen_stays_unknown(void)
+TEST(what_is_not_seen_stays_unknown)
 {
     static const num h[] = {1, 1};
     ASSERT_OK(K(sensor_change_measurement)(&level, h));
@@ -214,7 +214,7 @@ static void what_is_not_seen_stays_unknown(void)
     ASSERT_OPEN(0, 3);
 }
 
-static void a_long_wait_costs_nothing(void)
+TEST(a_long_wait_costs_nothing)
 {
     for (int t = 0; t < 2000; t++) predict(&still);
     ASSERT_OPEN(2, 0);
@@ -223,7 +223,7 @@ static void a_long_wait_costs_nothing(void)
     ASSERT_CLOSE(5, K(mean)(&track, 0), 5);
 }
 
-static void a_turning_state_is_known_when_it_has_been_seen_twice(void)
+TEST(a_turning_state_is_known_when_it_has_been_seen_twice)
 {
     const num c = N(0.8), s = N(0.6), turn[] = {c, s, -s, c};
     ASSERT_OK(K(process_init)(&trend, turn, NULL, zero));
@@ -238,7 +238,7 @@ static void a_turning_state_is_known_when_it_has_been_seen_twice(void)
     ASSERT_OPEN(0, 3);
 }
 
-static void a_transition_may_forget_it(void)
+TEST(a_transition_may_forget_it)
 {
     predict(&reset);
     ASSERT_OPEN(0, 3);
@@ -246,7 +246,7 @@ static void a_transition_may_forget_it(void)
     ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
 }
 
-static void it_decays_into_nothing(void)
+TEST(it_decays_into_nothing)
 {
     static const num half[] = {1, 0, 0, 0.5};
     ASSERT_OK(K(process_init)(&trend, half, NULL, Q));
@@ -256,7 +256,7 @@ static void it_decays_into_nothing(void)
     ASSERT_OPEN(1, 2);
 }
 
-static void a_measurement_beyond_the_numbers_is_not_taken(void)
+TEST(a_measurement_beyond_the_numbers_is_not_taken)
 {
     static const num h[] = {(num)0x1p-60, 0}, z = NUM_MAX;
     ASSERT_OK(K(sensor_change_measurement)(&level, h));
@@ -266,7 +266,7 @@ static void a_measurement_beyond_the_numbers_is_not_taken(void)
     ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
 }
 
-static void the_filter_goes_on_as_it_would(void)
+TEST(the_filter_goes_on_as_it_would)
 {
     static const num z[] = {4, 1}, more[] = {3, 2};
     ASSERT_OK(K(update)(&track, &both, z));
@@ -284,7 +284,7 @@ static void the_filter_goes_on_as_it_would(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
-static void nothing_unknown_is_an_ordinary_start(void)
+TEST(nothing_unknown_is_an_ordinary_start)
 {
     ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
@@ -292,7 +292,7 @@ static void nothing_unknown_is_an_ordinary_start(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
-static void sizes_from_1_to_16(void)
+TEST(sizes_from_1_to_16)
 {
     static num P[256], z[16], big_memory[FILTER_LEN(16)], H16[256], r[16];
     static num work[START_LEN(16, 1)], process_memory[KQ_PROCESS_LEN(16)], sensor_memory[16];
@@ -347,7 +347,7 @@ static void sizes_from_1_to_16(void)
 /* -------------------------------------------------------------------------------- smoother */
 
 /* A constant, seen k times with noise 2 and before that not at all */
-static void smoothed_constant_is_the_mean_of_all(void)
+TEST(smoothed_constant_is_the_mean_of_all)
 {
     static const double z[] = {3, 8, -2, 5};
     num P[4];
@@ -393,7 +393,7 @@ static void run_trend(void)
     }
 }
 
-static void smoothed_in_slices_or_at_once(void)
+TEST(smoothed_in_slices_or_at_once)
 {
     num all[4], sliced[4];
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -416,7 +416,7 @@ static void smoothed_in_slices_or_at_once(void)
     TEST_ASSERT_TRUE(K(mean)(START_SMOOTHED(&start, 2), 0) == K(mean)(SMOOTHED(&tape, 1), 0));
 }
 
-static void means_alone(void)
+TEST(means_alone)
 {
     num P[4];
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -434,7 +434,7 @@ static void means_alone(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, 0), P));
 }
 
-static void the_latest_steps_are_kept(void)
+TEST(the_latest_steps_are_kept)
 {
     num P[4];
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -457,7 +457,7 @@ static void the_latest_steps_are_kept(void)
     }
 }
 
-static void what_all_the_data_do_not_determine(void)
+TEST(what_all_the_data_do_not_determine)
 {
     num P[4];
     ASSERT_OK(K(attach)(&track, &tape.attached));
@@ -481,7 +481,7 @@ static void what_all_the_data_do_not_determine(void)
     ASSERT_CLOSE(4, K(mean)(START_SMOOTHED(&start, 0), 0), 5);
 }
 
-static void what_was_forgotten_stays_unknown(void)
+TEST(what_was_forgotten_stays_unknown)
 {
     ASSERT_OK(K(attach)(&track, &tape.attached));
     update(3);
@@ -496,7 +496,7 @@ static void what_was_forgotten_stays_unknown(void)
 }
 
 /* Then the start has nothing to do with it. */
-static void a_determined_start_is_recorded_by_the_history(void)
+TEST(a_determined_start_is_recorded_by_the_history)
 {
     static const num z[] = {4, 1};
     ASSERT_OK(K(update)(&track, &both, z));
@@ -511,7 +511,7 @@ static void a_determined_start_is_recorded_by_the_history(void)
 }
 
 /* The early steps do not belong to what it records from there on. */
-static void a_history_that_begins_anew_is_no_longer_the_starts(void)
+TEST(a_history_that_begins_anew_is_no_longer_the_starts)
 {
     for (int smoothed = 0; smoothed < 2; smoothed++) {
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
@@ -533,7 +533,7 @@ static void a_history_that_begins_anew_is_no_longer_the_starts(void)
     }
 }
 
-static void nothing_unknown_is_recorded_from_the_beginning(void)
+TEST(nothing_unknown_is_recorded_from_the_beginning)
 {
     HISTORY(plain_tape, 2, 2, STEPS, STEPS);
     ASSERT_OK(K(start_init)(&start, &track, x0, P0, 0));
@@ -560,7 +560,7 @@ static void nothing_unknown_is_recorded_from_the_beginning(void)
     }
 }
 
-static void a_history_that_has_gone_elsewhere(void)
+TEST(a_history_that_has_gone_elsewhere)
 {
     ASSERT_OK(K(attach)(&track, &tape.attached));
     update(1);
@@ -577,7 +577,7 @@ static void a_history_that_has_gone_elsewhere(void)
 }
 
 /* Then it may be gone, too: nothing of it is looked at. */
-static void a_history_that_was_detached(void)
+TEST(a_history_that_was_detached)
 {
     for (int measurements = 0; measurements <= 3; measurements++) {
         ASSERT_OK(K(start_init)(&start, &track, x0, NULL, UINT32_MAX));
@@ -610,7 +610,7 @@ static void a_history_that_was_detached(void)
 /* ---------------------------------------------------------------------------------- errors */
 
 /* What needs all of the state */
-static void what_is_not_ready(void)
+TEST(what_is_not_ready)
 {
     static const num z[] = {1};
     num P[4], weights[1];
@@ -635,7 +635,7 @@ static void what_is_not_ready(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
 }
 
-static void assign_refuses(void)
+TEST(assign_refuses)
 {
     static const int bad[] = {0, -1, 17, 258, INT_MAX, INT_MIN};
     static num memory[START_LEN(2, 3)];
@@ -654,7 +654,7 @@ static void assign_refuses(void)
     ASSERT_OK(K(start_init)(&plain, &track, x0, NULL, 3));
 }
 
-static void init_refuses(void)
+TEST(init_refuses)
 {
     static num bad[] = {1, 2}, C[] = {1, 2, 3, 4};
     bad[1] = (num)INFINITY;
@@ -678,7 +678,7 @@ static void init_refuses(void)
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(start_init)(&start, &no_filter, x0, P0, 1));
 }
 
-static void steps_refuse(void)
+TEST(steps_refuse)
 {
     static const num z[] = {1, 2}, bad[] = {(num)NAN, 1};
     ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &trend, NULL));
@@ -708,7 +708,7 @@ static void steps_refuse(void)
 }
 
 /* A step from the unknown, and through the instant at which all is known */
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     static num other_memory[START_LEN(2, EARLY)];
     HISTORY(other_tape, 2, 2, STEPS, STEPS);
@@ -736,7 +736,7 @@ static void a_step_is_a_predict_and_an_update(void)
 }
 
 /* The start is that of the filter it was made for: a copy has no half of it. */
-static void a_copied_filter_has_no_start(void)
+TEST(a_copied_filter_has_no_start)
 {
     static const num z[] = {3, 1};
     update(10);
@@ -768,7 +768,7 @@ static void a_copied_filter_has_no_start(void)
 }
 
 /* Nothing being unknown, it is in nobody's way: of what is attached, or of a step that is refused. */
-static void a_start_of_nothing_unknown_gives_way(void)
+TEST(a_start_of_nothing_unknown_gives_way)
 {
     static const num z[] = {3};
     LAG(lag, 2, 2, 2);
@@ -784,7 +784,7 @@ static void a_start_of_nothing_unknown_gives_way(void)
 }
 
 /* Nothing refers to the start any more. */
-static void a_filter_that_begins_anew_has_no_start(void)
+TEST(a_filter_that_begins_anew_has_no_start)
 {
     update(10);
     ASSERT_OK(K(filter_init)(&track, x0, P0));
@@ -795,7 +795,7 @@ static void a_filter_that_begins_anew_has_no_start(void)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
-static void attach_and_smooth_refuse(void)
+TEST(attach_and_smooth_refuse)
 {
     num P[4];
     K(history) none;
@@ -829,7 +829,7 @@ static void attach_and_smooth_refuse(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(start_smooth)(&plain));
 }
 
-static void a_full_history_is_refused(void)
+TEST(a_full_history_is_refused)
 {
     static num memory[HISTORY_LEN(2, 1, 1, 0)];
     K(history) small;
@@ -840,7 +840,7 @@ static void a_full_history_is_refused(void)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(start_smooth)(&start));
 }
 
-static void readings_of_what_is_bad(void)
+TEST(readings_of_what_is_bad)
 {
     TEST_ASSERT_EQUAL_INT(-1, K(start_count)(NULL));
     TEST_ASSERT_EQUAL_INT(-1, K(start_count)(&blank_start));
@@ -860,43 +860,4 @@ static void readings_of_what_is_bad(void)
 }
 
 SUITE(start, set_up)
-{
-    RUN_TEST(two_measurements_determine_a_trend);
-    RUN_TEST(phi_counts_in_the_likelihood);
-    RUN_TEST(the_known_rest_correlates_with_what_is_determined);
-    RUN_TEST(what_is_not_known_of_the_prior_is_not_looked_at);
-    RUN_TEST(correlated_components_determine_at_once);
-    RUN_TEST(one_of_two_correlated_components);
-    RUN_TEST(noise_free_measurements);
-    RUN_TEST(what_is_not_seen_stays_unknown);
-    RUN_TEST(a_long_wait_costs_nothing);
-    RUN_TEST(a_turning_state_is_known_when_it_has_been_seen_twice);
-    RUN_TEST(a_transition_may_forget_it);
-    RUN_TEST(it_decays_into_nothing);
-    RUN_TEST(a_measurement_beyond_the_numbers_is_not_taken);
-    RUN_TEST(the_filter_goes_on_as_it_would);
-    RUN_TEST(nothing_unknown_is_an_ordinary_start);
-    RUN_TEST(sizes_from_1_to_16);
-    RUN_TEST(smoothed_constant_is_the_mean_of_all);
-    RUN_TEST(smoothed_in_slices_or_at_once);
-    RUN_TEST(means_alone);
-    RUN_TEST(the_latest_steps_are_kept);
-    RUN_TEST(what_all_the_data_do_not_determine);
-    RUN_TEST(what_was_forgotten_stays_unknown);
-    RUN_TEST(a_determined_start_is_recorded_by_the_history);
-    RUN_TEST(a_history_that_begins_anew_is_no_longer_the_starts);
-    RUN_TEST(nothing_unknown_is_recorded_from_the_beginning);
-    RUN_TEST(a_history_that_has_gone_elsewhere);
-    RUN_TEST(a_history_that_was_detached);
-    RUN_TEST(what_is_not_ready);
-    RUN_TEST(assign_refuses);
-    RUN_TEST(init_refuses);
-    RUN_TEST(steps_refuse);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(a_copied_filter_has_no_start);
-    RUN_TEST(a_start_of_nothing_unknown_gives_way);
-    RUN_TEST(a_filter_that_begins_anew_has_no_start);
-    RUN_TEST(attach_and_smooth_refuse);
-    RUN_TEST(a_full_history_is_refused);
-    RUN_TEST(readings_of_what_is_bad);
-}
+#include "start.tests"

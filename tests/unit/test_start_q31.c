@@ -165,13 +165,13 @@ static void run_beside_double(uint32_t unknown, UNITY_LINE_TYPE line)
     assert_smoothed(STEPS, line);
 }
 
-static void all_unknown(void) { run_beside_double(3, __LINE__); }
+TEST(all_unknown) { run_beside_double(3, __LINE__); }
 
-static void the_first_unknown(void) { run_beside_double(1, __LINE__); }
+TEST(the_first_unknown) { run_beside_double(1, __LINE__); }
 
-static void the_second_unknown(void) { run_beside_double(2, __LINE__); }
+TEST(the_second_unknown) { run_beside_double(2, __LINE__); }
 
-static void nothing_unknown(void)
+TEST(nothing_unknown)
 {
     run_beside_double(0, __LINE__);
     ASSERT_OK(kq_start_init_q31(&start, &track, &prior.table, 0, NULL));
@@ -179,7 +179,7 @@ static void nothing_unknown(void)
     ASSERT_SAME_Q31(&twin, &track);
 }
 
-static void nothing_but_gaps(void)
+TEST(nothing_but_gaps)
 {
     begin(3);
     for (int t = 0; t < 6; t++) predict(NULL);
@@ -191,7 +191,7 @@ static void nothing_but_gaps(void)
     assert_smoothed(7, __LINE__);
 }
 
-static void what_is_not_seen_stays_unknown(void)
+TEST(what_is_not_seen_stays_unknown)
 {
     static const double z[] = {3};
     const int32_t *words = words_of(z, 1, ranger.measurement_format);
@@ -207,7 +207,7 @@ static void what_is_not_seen_stays_unknown(void)
     TEST_ASSERT_EQUAL_UINT(101 - EARLY, kq_start_first_q31(&start));
 }
 
-static void noise_free(void)
+TEST(noise_free)
 {
     static const double z[] = {3}, z2[] = {3, 1};
     const int32_t *words = words_of(z, 1, precise.measurement_format);
@@ -222,7 +222,7 @@ static void noise_free(void)
 }
 
 /* Of what is hardly seen the ranges say more: x0 and a third of the range. */
-static void what_says_less_than_the_ranges_takes_their_prior(void)
+TEST(what_says_less_than_the_ranges_takes_their_prior)
 {
     static const double z[] = {100};
     static const kq_scaled_q31 small[] = {{INT32_C(1) << 30, -60}, {0, 0}};
@@ -236,7 +236,7 @@ static void what_says_less_than_the_ranges_takes_their_prior(void)
 }
 
 /* A state that is larger than declared */
-static void the_smoother_says_that_a_state_was_held(void)
+TEST(the_smoother_says_that_a_state_was_held)
 {
     static const double z[] = {95}, h[] = {0.0625, 0};
     put_sensor(&ranger, 2, 1, range, measured_range, h, r);
@@ -249,7 +249,7 @@ static void the_smoother_says_that_a_state_was_held(void)
     TEST_ASSERT_EQUAL_INT(KQ_SATURATED, kq_start_smooth_q31(&start));
 }
 
-static void it_decays_without_end(void)
+TEST(it_decays_without_end)
 {
     static kq_scaled_q31 half[4];
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -31};
@@ -273,7 +273,7 @@ static void it_decays_without_end(void)
 
 /* ------------------------------------------------------------------ errors */
 
-static void init_refuses(void)
+TEST(init_refuses)
 {
     kq_misfit_q31 misfit;
     kq_prior_table_q31 bad = prior.table;
@@ -297,7 +297,7 @@ static void init_refuses(void)
     ASSERT_OK(kq_start_init_q31(&start, &track, &prior.table, 2, NULL)); /* not looked at */
 }
 
-static void steps_refuse(void)
+TEST(steps_refuse)
 {
     static const int32_t z[] = {1, 1}, beyond[] = {INT32_MIN, 0};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(NULL, &motion.process, NULL));
@@ -322,7 +322,7 @@ static void steps_refuse(void)
 }
 
 /* A step from the unknown, and through the instant at which all is known */
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     static const double z[] = {3, 1};
     static int32_t other_memory[KQ_START_LEN_Q31(2, 0)];
@@ -342,7 +342,7 @@ static void a_step_is_a_predict_and_an_update(void)
     ASSERT_SAME_Q31(&track, &twin);
 }
 
-static void a_copied_filter_has_no_start(void)
+TEST(a_copied_filter_has_no_start)
 {
     static const int32_t z[] = {1, 1};
     static const double seen[] = {3};
@@ -357,7 +357,7 @@ static void a_copied_filter_has_no_start(void)
     TEST_ASSERT_TRUE(kq_mean_q31(&twin, 0) == KQ_NOT_A_WORD_Q31);
 }
 
-static void the_rest_refuses(void)
+TEST(the_rest_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_NULL, kq_start_assign_q31(NULL, 2, 0, start_memory, SIZE_MAX));
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_start_assign_q31(&start, 17, 0, start_memory, SIZE_MAX));
@@ -379,21 +379,5 @@ static void the_rest_refuses(void)
     TEST_ASSERT_TRUE(kq_mean_low_q31(START_SMOOTHED_Q31(NULL, 0), 0) == KQ_NOT_A_WORD_Q31);
 }
 
-SUITE(start, set_up)
-{
-    RUN_TEST(all_unknown);
-    RUN_TEST(the_first_unknown);
-    RUN_TEST(the_second_unknown);
-    RUN_TEST(nothing_unknown);
-    RUN_TEST(nothing_but_gaps);
-    RUN_TEST(what_is_not_seen_stays_unknown);
-    RUN_TEST(noise_free);
-    RUN_TEST(what_says_less_than_the_ranges_takes_their_prior);
-    RUN_TEST(the_smoother_says_that_a_state_was_held);
-    RUN_TEST(it_decays_without_end);
-    RUN_TEST(init_refuses);
-    RUN_TEST(steps_refuse);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(a_copied_filter_has_no_start);
-    RUN_TEST(the_rest_refuses);
-}
+SUITE(start_q31, set_up)
+#include "start_q31.tests"

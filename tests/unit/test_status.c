@@ -98,7 +98,7 @@ static const kq_status all[] = {
     KQ_ERR_CHANGED,
 };
 
-static void errors_are_negative_and_different(void)
+TEST(errors_are_negative_and_different)
 {
     for (int a = 1; a < COUNT(all); a++) {
         TEST_ASSERT_LESS_THAN_INT(0, (int)all[a]);
@@ -106,7 +106,7 @@ static void errors_are_negative_and_different(void)
     }
 }
 
-static void every_status_has_a_text_of_its_own(void)
+TEST(every_status_has_a_text_of_its_own)
 {
     for (int a = 0; a < COUNT(all); a++) {
         const char *text = kq_status_text(all[a]);
@@ -118,7 +118,7 @@ static void every_status_has_a_text_of_its_own(void)
     }
 }
 
-static void the_text_stays_where_it_is(void)
+TEST(the_text_stays_where_it_is)
 {
     const char *text = kq_status_text(KQ_ERR_MEMORY);
     for (int a = 0; a < COUNT(all); a++) (void)kq_status_text(all[a]);
@@ -126,7 +126,7 @@ static void the_text_stays_where_it_is(void)
     TEST_ASSERT_TRUE(text == kq_status_text(KQ_ERR_MEMORY));
 }
 
-static void a_number_that_is_no_status_has_a_text_too(void)
+TEST(a_number_that_is_no_status_has_a_text_too)
 {
     static const int unknown[] = {1, 2, 100, -18, -19, -100, INT_MAX, INT_MIN};
     for (int k = 0; k < COUNT(unknown); k++) {
@@ -136,7 +136,7 @@ static void a_number_that_is_no_status_has_a_text_too(void)
     }
 }
 
-static void events_are_separate_bits(void)
+TEST(events_are_separate_bits)
 {
     static const unsigned bits[] = {KQ_EVENT_FLOOR,     KQ_EVENT_OVERFLOW, KQ_EVENT_HISTORY_FULL,
                                     KQ_EVENT_SATURATED, KQ_EVENT_GATED,    KQ_EVENT_REJECTIONS,
@@ -149,7 +149,7 @@ static void events_are_separate_bits(void)
     }
 }
 
-static void a_history_is_its_steps_changes_and_workspace(void)
+TEST(a_history_is_its_steps_changes_and_workspace)
 {
     const size_t step = (size_t)HISTORY_STEP_LEN(2, 1);
     TEST_ASSERT_EQUAL_UINT(3 * step + HISTORY_CHANGE_LEN + KQ_PRIVATE_HISTORY_WORKSPACE_LEN(2),
@@ -159,7 +159,7 @@ static void a_history_is_its_steps_changes_and_workspace(void)
     TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(filter_words));
 }
 
-static void the_arrays_are_there(void)
+TEST(the_arrays_are_there)
 {
     K(process) p;
     K(sensor) s;
@@ -171,7 +171,7 @@ static void the_arrays_are_there(void)
     ASSERT_OK(K(history_assign)(&h, 2, history_words, COUNT(history_words)));
 }
 
-static void the_version_is_written_the_same_twice(void)
+TEST(the_version_is_written_the_same_twice)
 {
     char text[] = "0.0.0";
     text[0] = (char)('0' + KQ_VERSION_MAJOR % 10);
@@ -181,13 +181,4 @@ static void the_version_is_written_the_same_twice(void)
 }
 
 SUITE(status, NULL)
-{
-    RUN_TEST(errors_are_negative_and_different);
-    RUN_TEST(every_status_has_a_text_of_its_own);
-    RUN_TEST(the_text_stays_where_it_is);
-    RUN_TEST(a_number_that_is_no_status_has_a_text_too);
-    RUN_TEST(events_are_separate_bits);
-    RUN_TEST(a_history_is_its_steps_changes_and_workspace);
-    RUN_TEST(the_arrays_are_there);
-    RUN_TEST(the_version_is_written_the_same_twice);
-}
+#include "status.tests"

@@ -125,7 +125,7 @@ static kq_status solve_of(int n, int m, const num *a, const num *h, const num *q
 
 /* ------------------------------------------------------------------ the equation */
 
-static void the_covariances_are_those_known(void)
+TEST(the_covariances_are_those_known)
 {
     static const double noise[] = {0.3, 0.5, 0.1};
     static const double known[][3] = {{0.40329108, 0.1050718, 0.41061709},
@@ -143,7 +143,7 @@ static void the_covariances_are_those_known(void)
 }
 
 /* The filter itself, run until it has settled, with a correlated R */
-static void the_filter_leads_to_it(void)
+TEST(the_filter_leads_to_it)
 {
     num gain[N * M], covariance[N * N];
     ASSERT_OK(solve());
@@ -161,7 +161,7 @@ static void the_filter_leads_to_it(void)
 }
 
 /* G P- = P A' */
-static void the_smoothers_gain_is_that_of_the_textbook(void)
+TEST(the_smoothers_gain_is_that_of_the_textbook)
 {
     ASSERT_OK(solve());
     for (int i = 0; i < N; i++) {
@@ -177,7 +177,7 @@ static void the_smoothers_gain_is_that_of_the_textbook(void)
 }
 
 /* P = (q + sqrt(q^2 + 4 q r)) / 2 */
-static void a_random_walk_has_a_formula(void)
+TEST(a_random_walk_has_a_formula)
 {
     static const double noise[] = {1e-6, 1e-3, 1, 1e6};
     for (int k = 0; k < COUNT(noise); k++) {
@@ -190,14 +190,14 @@ static void a_random_walk_has_a_formula(void)
     }
 }
 
-static void an_unstable_state_that_is_measured_is_no_obstacle(void)
+TEST(an_unstable_state_that_is_measured_is_no_obstacle)
 {
     static const num a[] = {2}, q[] = {1};
     ASSERT_OK(solve_of(1, 1, a, one, q, one));
     ASSERT_CLOSE(2 + sqrt(5.0), P[0], 5); /* P = 4 P / (P + 1) + 1 */
 }
 
-static void noise_free_components_are_taken(void)
+TEST(noise_free_components_are_taken)
 {
     static const num a[] = {1, 0.5, 0, 1}, q[] = {1, 0, 0, 1}, h[] = {1, 0}, zero[] = {0, 0, 0, 0};
     ASSERT_OK(solve_of(2, 1, a, h, q, zero));
@@ -213,7 +213,7 @@ static void noise_free_components_are_taken(void)
     ASSERT_CLOSE(v, P[3], 16);
 }
 
-static void states_that_decay_need_neither_sensor_nor_noise(void)
+TEST(states_that_decay_need_neither_sensor_nor_noise)
 {
     static const num a[] = {0.5, 0, 0, 0.875}, h[] = {0, 1}, q[] = {3, 0, 0, 0}, r[] = {1};
     ASSERT_OK(solve_of(2, 1, a, h, q, r));
@@ -223,7 +223,7 @@ static void states_that_decay_need_neither_sensor_nor_noise(void)
     ASSERT_WITHIN(0, 0, K[1]);
 }
 
-static void a_lasting_state_must_be_moved_and_measured(void)
+TEST(a_lasting_state_must_be_moved_and_measured)
 {
     static const num walk[] = {1}, growing[] = {1.5}, zero[] = {0};
     static const num turn[] = {N(0.6), N(0.8), N(-0.8), N(0.6)}, nothing[] = {0, 0, 0, 0};
@@ -243,7 +243,7 @@ static void a_lasting_state_must_be_moved_and_measured(void)
     ASSERT_OK(solve_of(2, 1, a, first, unit, one));
 }
 
-static void the_largest_sizes(void)
+TEST(the_largest_sizes)
 {
     static num a[MOST * MOST], h[MOST * MOST], q[MOST * MOST], r[MOST * MOST], left[MOST * MOST];
     for (int i = 0; i < MOST; i++) {
@@ -275,7 +275,7 @@ static void the_largest_sizes(void)
 
 /* A root that leaves the numbers is held, as a filter's; but there is no mean to look at: a word that nobody
    wrote is seen by a memory sanitizer. */
-static void nothing_is_read_of_memory_that_nobody_wrote(void)
+TEST(nothing_is_read_of_memory_that_nobody_wrote)
 {
     static const num model[] = OVERFLOWING;
     num memory[SOLVE_LEN(2, 1)];
@@ -283,7 +283,7 @@ static void nothing_is_read_of_memory_that_nobody_wrote(void)
     TEST_ASSERT_TRUE(status == KQ_ERR_NO_CONVERGENCE || status == KQ_ERR_NOT_DETECTABLE);
 }
 
-static void solve_gives_what_it_is_asked_for(void)
+TEST(solve_gives_what_it_is_asked_for)
 {
     K(steady_solution) some = {NULL, NULL, K, NULL};
     ASSERT_OK(K(steady_solve)(&motion, &radar, work, COUNT(work), &some));
@@ -291,7 +291,7 @@ static void solve_gives_what_it_is_asked_for(void)
     ASSERT_OK(K(steady_solve)(&motion, &radar, work, COUNT(work), &some));
 }
 
-static void solve_refuses_what_is_wrong(void)
+TEST(solve_refuses_what_is_wrong)
 {
     const size_t least = SOLVE_LEN(2, 2);
     watch(P, 64), watch(F, 64), watch(K, 64), watch(G, 64);
@@ -312,7 +312,7 @@ static void solve_refuses_what_is_wrong(void)
 
 /* ------------------------------------------------------------------ the filter's gains */
 
-static void the_gains_lead_to_the_steady_one(void)
+TEST(the_gains_lead_to_the_steady_one)
 {
     ASSERT_OK(solve()); /* |rho| is below 0.7 */
     for (int k = 0; k < N * M; k++) {
@@ -323,7 +323,7 @@ static void the_gains_lead_to_the_steady_one(void)
 /* ------------------------------------------------------------------ the filter */
 
 /* The mean is that of the full filter, up to the gain that has settled to 2^-12 and to rounding */
-static void the_scheduled_filter_is_the_full_one(void)
+TEST(the_scheduled_filter_is_the_full_one)
 {
     for (int t = 0; t < RUN; t++) {
         draw_step();
@@ -341,7 +341,7 @@ static void the_scheduled_filter_is_the_full_one(void)
     }
 }
 
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     static num memory[N];
     static K(steady) second;
@@ -357,7 +357,7 @@ static void a_step_is_a_predict_and_an_update(void)
     }
 }
 
-static void one_gain_is_the_steady_filter(void)
+TEST(one_gain_is_the_steady_filter)
 {
     ASSERT_OK(solve());
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, K, 1));
@@ -375,7 +375,7 @@ static void one_gain_is_the_steady_filter(void)
     }
 }
 
-static void the_innovation_is_that_of_the_mean(void)
+TEST(the_innovation_is_that_of_the_mean)
 {
     num e[M], same[M];
     draw_step();
@@ -387,7 +387,7 @@ static void the_innovation_is_that_of_the_mean(void)
     ASSERT_SAME_BITS(e, same);
 }
 
-static void what_is_read_of_nothing_is_no_number(void)
+TEST(what_is_read_of_nothing_is_no_number)
 {
     ASSERT_NAN(K(steady_mean)(NULL, 0));
     ASSERT_NAN(K(steady_mean)(&blank_steady, 0));
@@ -395,7 +395,7 @@ static void what_is_read_of_nothing_is_no_number(void)
     ASSERT_NAN(K(steady_mean)(&steady, N));
 }
 
-static void the_filter_refuses_what_is_wrong(void)
+TEST(the_filter_refuses_what_is_wrong)
 {
     num e[M] = {0};
     draw_step();
@@ -440,7 +440,7 @@ static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x
 
 static kq_status step(void) { return K(steady_step)(&steady, u, z); }
 
-static void numbers_must_be_finite(void)
+TEST(numbers_must_be_finite)
 {
     draw_step();
     assert_entries_must_be_finite(x0, N, begin);
@@ -459,7 +459,7 @@ static kq_status innovate(void) { return K(steady_innovation)(&steady, z, innova
 
 /* One diverges: the step that would take its mean beyond the numbers is refused, as each after it, with all its
    forms; so is one whose unmeasured state is there already. */
-static void a_mean_beyond_the_numbers_is_refused(void)
+TEST(a_mean_beyond_the_numbers_is_refused)
 {
     static const num growing[] = {4, 0, 0, 1}, no_gain[N * M] = {0}, far[] = {NUM_MAX, 1};
     draw_step();
@@ -514,7 +514,7 @@ static void assert_near(double tolerance, int line)
 
 #define ASSERT_NEAR(tolerance) assert_near(tolerance, __LINE__)
 
-static void it_settles_and_stays_near_the_full_filter(void)
+TEST(it_settles_and_stays_near_the_full_filter)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
@@ -527,7 +527,7 @@ static void it_settles_and_stays_near_the_full_filter(void)
 }
 
 /* Until it has settled it is the full filter, bit for bit. */
-static void before_that_it_is_the_full_filter(void)
+TEST(before_that_it_is_the_full_filter)
 {
     while (!K(settling_is_settled)(&lazy)) {
         ASSERT_SAME_BITS(track_memory, other_memory);
@@ -535,7 +535,7 @@ static void before_that_it_is_the_full_filter(void)
     }
 }
 
-static void the_root_rests_while_it_is_settled(void)
+TEST(the_root_rests_while_it_is_settled)
 {
     settling_steps(40);
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
@@ -545,7 +545,7 @@ static void the_root_rests_while_it_is_settled(void)
     ASSERT_OK_UNCHANGED(K(step)(&track, &motion, u, &radar, z));
 }
 
-static void a_missing_measurement_unsettles_it(void)
+TEST(a_missing_measurement_unsettles_it)
 {
     settling_steps(40);
     for (int t = 0; t < 3; t++) {
@@ -562,7 +562,7 @@ static void a_missing_measurement_unsettles_it(void)
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
 }
 
-static void another_model_unsettles_it(void)
+TEST(another_model_unsettles_it)
 {
     static const num slow[] = {0.75, 0, 0, 0.5};
     settling_steps(40);
@@ -580,7 +580,7 @@ static void another_model_unsettles_it(void)
 }
 
 /* Another Q in the same object, another A in the same array: the process says so (its fingerprint). */
-static void new_numbers_of_the_process_unsettle_it(void)
+TEST(new_numbers_of_the_process_unsettle_it)
 {
     static const num noisy[] = {3, 0, 0, 3};
     settling_steps(40);
@@ -604,7 +604,7 @@ static void new_numbers_of_the_process_unsettle_it(void)
 }
 
 /* A sensor has no fingerprint: new numbers in the same object and array are to be told. */
-static void new_numbers_of_the_sensor_are_told_by_a_release(void)
+TEST(new_numbers_of_the_sensor_are_told_by_a_release)
 {
     static const num noisy[] = {5, 0, 0, 5};
     settling_steps(40);
@@ -619,7 +619,7 @@ static void new_numbers_of_the_sensor_are_told_by_a_release(void)
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
-static void the_full_filter_may_go_on_at_any_time(void)
+TEST(the_full_filter_may_go_on_at_any_time)
 {
     settling_steps(40);
     draw_step();
@@ -637,7 +637,7 @@ static void the_full_filter_may_go_on_at_any_time(void)
 }
 
 /* It gets every step; then the settling begins anew. */
-static void a_history_takes_its_place(void)
+TEST(a_history_takes_its_place)
 {
     settling_steps(40);
     WATCH(tape);
@@ -657,7 +657,7 @@ static void a_history_takes_its_place(void)
 }
 
 /* The last step before it settles is a step of the full filter, and so is a predict and an update. */
-static void a_step_of_the_full_filter_is_a_predict_and_an_update(void)
+TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
 {
     for (int t = 0; t < 4; t++) {
         draw_step();
@@ -679,7 +679,7 @@ static void a_step_of_the_full_filter_is_a_predict_and_an_update(void)
 }
 
 /* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
-static void a_copied_filter_goes_on_by_itself(void)
+TEST(a_copied_filter_goes_on_by_itself)
 {
     FILTER(copy, N);
     for (int assigned = 0; assigned < 2; assigned++) {
@@ -708,7 +708,7 @@ static void a_copied_filter_goes_on_by_itself(void)
     }
 }
 
-static void a_detached_filter_is_the_full_filter(void)
+TEST(a_detached_filter_is_the_full_filter)
 {
     settling_steps(40);
     ASSERT_OK(K(detach)(&lazy.attached));
@@ -736,7 +736,7 @@ static void a_detached_filter_is_the_full_filter(void)
 }
 
 /* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-static void a_settling_has_one_filter(void)
+TEST(a_settling_has_one_filter)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
     settling_steps(40);
@@ -754,7 +754,7 @@ static void a_settling_has_one_filter(void)
     ASSERT_OK(K(attach)(&track, &lazy.attached));
 }
 
-static void attach_refuses_what_is_wrong(void)
+TEST(attach_refuses_what_is_wrong)
 {
     SETTLING(second, N, M);
     START(start, N, 0);
@@ -804,7 +804,7 @@ static void assert_steps_are_refused(void)
 }
 
 /* Nor does it leave what it has settled to. */
-static void a_bad_step_is_refused(void)
+TEST(a_bad_step_is_refused)
 {
     draw_step();
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
@@ -817,7 +817,7 @@ static void a_bad_step_is_refused(void)
     TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
 }
 
-static void the_settling_refuses_what_is_wrong(void)
+TEST(the_settling_refuses_what_is_wrong)
 {
     num gain[N * M];
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
@@ -842,42 +842,4 @@ static void the_settling_refuses_what_is_wrong(void)
 }
 
 SUITE(steady, set_up)
-{
-    RUN_TEST(the_covariances_are_those_known);
-    RUN_TEST(the_filter_leads_to_it);
-    RUN_TEST(the_smoothers_gain_is_that_of_the_textbook);
-    RUN_TEST(a_random_walk_has_a_formula);
-    RUN_TEST(an_unstable_state_that_is_measured_is_no_obstacle);
-    RUN_TEST(noise_free_components_are_taken);
-    RUN_TEST(states_that_decay_need_neither_sensor_nor_noise);
-    RUN_TEST(a_lasting_state_must_be_moved_and_measured);
-    RUN_TEST(the_largest_sizes);
-    RUN_TEST(nothing_is_read_of_memory_that_nobody_wrote);
-    RUN_TEST(solve_gives_what_it_is_asked_for);
-    RUN_TEST(solve_refuses_what_is_wrong);
-    RUN_TEST(the_scheduled_filter_is_the_full_one);
-    RUN_TEST(the_gains_lead_to_the_steady_one);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(one_gain_is_the_steady_filter);
-    RUN_TEST(the_innovation_is_that_of_the_mean);
-    RUN_TEST(what_is_read_of_nothing_is_no_number);
-    RUN_TEST(the_filter_refuses_what_is_wrong);
-    RUN_TEST(numbers_must_be_finite);
-    RUN_TEST(a_mean_beyond_the_numbers_is_refused);
-    RUN_TEST(it_settles_and_stays_near_the_full_filter);
-    RUN_TEST(before_that_it_is_the_full_filter);
-    RUN_TEST(the_root_rests_while_it_is_settled);
-    RUN_TEST(a_missing_measurement_unsettles_it);
-    RUN_TEST(another_model_unsettles_it);
-    RUN_TEST(new_numbers_of_the_process_unsettle_it);
-    RUN_TEST(new_numbers_of_the_sensor_are_told_by_a_release);
-    RUN_TEST(the_full_filter_may_go_on_at_any_time);
-    RUN_TEST(a_history_takes_its_place);
-    RUN_TEST(a_step_of_the_full_filter_is_a_predict_and_an_update);
-    RUN_TEST(a_copied_filter_goes_on_by_itself);
-    RUN_TEST(a_detached_filter_is_the_full_filter);
-    RUN_TEST(a_settling_has_one_filter);
-    RUN_TEST(attach_refuses_what_is_wrong);
-    RUN_TEST(a_bad_step_is_refused);
-    RUN_TEST(the_settling_refuses_what_is_wrong);
-}
+#include "steady.tests"

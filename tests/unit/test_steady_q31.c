@@ -101,7 +101,7 @@ static double steady_value(int i)
 
 /* ------------------------------------------------------------------ the filter's gains */
 
-static void the_gains_lead_to_the_steady_one(void)
+TEST(the_gains_lead_to_the_steady_one)
 {
     solve(NULL, NULL);
     for (int k = 0; k < N * M; k++) {
@@ -113,7 +113,7 @@ static void the_gains_lead_to_the_steady_one(void)
 /* ------------------------------------------------------------------ the filter */
 
 /* As the full filter: within what the gain has left to 2^-14, and rounding */
-static void the_scheduled_filter_is_the_full_one(void)
+TEST(the_scheduled_filter_is_the_full_one)
 {
     for (int t = 0; t < RUN; t++) {
         draw_step();
@@ -132,7 +132,7 @@ static void the_scheduled_filter_is_the_full_one(void)
 }
 
 /* The steady gain from the equation in double: the textbook in double with the same gain */
-static void a_gain_of_doubles_is_run(void)
+TEST(a_gain_of_doubles_is_run)
 {
     double x[] = {3, -1};
     solve(NULL, NULL);
@@ -155,7 +155,7 @@ static void a_gain_of_doubles_is_run(void)
     }
 }
 
-static void a_step_is_a_predict_and_an_update(void)
+TEST(a_step_is_a_predict_and_an_update)
 {
     static int32_t memory[KQ_STEADY_LEN_Q31(N)];
     static kq_steady_q31 second;
@@ -170,7 +170,7 @@ static void a_step_is_a_predict_and_an_update(void)
     }
 }
 
-static void the_innovation_is_that_of_the_mean(void)
+TEST(the_innovation_is_that_of_the_mean)
 {
     int32_t e[M], same[M];
     draw_step();
@@ -186,7 +186,7 @@ static void the_innovation_is_that_of_the_mean(void)
 }
 
 /* The mean is held at the ends of its word, and comes back. */
-static void a_mean_that_leaves_its_word_is_held(void)
+TEST(a_mean_that_leaves_its_word_is_held)
 {
     static const double most[] = {10};
     memcpy(u, words_of(most, 1, motion.control_format), sizeof u);
@@ -205,7 +205,7 @@ static void a_mean_that_leaves_its_word_is_held(void)
 }
 
 /* Gains of any size: nothing overflows. */
-static void gains_of_any_size_are_taken(void)
+TEST(gains_of_any_size_are_taken)
 {
     static const int32_t exponents[] = {-1000, -80, -31, -10, 0, 30, 60, 1000};
     for (int k = 0; k < COUNT(exponents); k++) {
@@ -220,7 +220,7 @@ static void gains_of_any_size_are_taken(void)
     }
 }
 
-static void what_is_read_of_nothing_is_no_word(void)
+TEST(what_is_read_of_nothing_is_no_word)
 {
     TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_steady_mean_q31(NULL, 0));
     TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_steady_mean_q31(&blank_steady, 0));
@@ -233,7 +233,7 @@ static kq_status begin(const kq_scaled_q31 *K)
     return kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, K, 1);
 }
 
-static void the_filter_refuses_what_is_wrong(void)
+TEST(the_filter_refuses_what_is_wrong)
 {
     int32_t e[M] = {0};
     kq_scaled_q31 bad[N * M] = {{0, 0}, {0, 0}, {0, 0}, {0, 0}};
@@ -292,7 +292,7 @@ static void assert_near(int line)
     }
 }
 
-static void it_settles_and_stays_near_the_full_filter(void)
+TEST(it_settles_and_stays_near_the_full_filter)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
@@ -304,7 +304,7 @@ static void it_settles_and_stays_near_the_full_filter(void)
     TEST_ASSERT_TRUE(began > 2 && began < 60);
 }
 
-static void what_is_different_unsettles_it(void)
+TEST(what_is_different_unsettles_it)
 {
     settling_steps(60);
     TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
@@ -337,7 +337,7 @@ static void what_is_different_unsettles_it(void)
 }
 
 /* Another table in the same object; another A in the same array */
-static void new_numbers_of_the_process_unsettle_it(void)
+TEST(new_numbers_of_the_process_unsettle_it)
 {
     static const double noisy[] = {2, 0, 0, 2}, shorter[] = {1, 0.05, 0, 1};
     settling_steps(60);
@@ -356,7 +356,7 @@ static void new_numbers_of_the_process_unsettle_it(void)
 }
 
 /* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
-static void a_copied_filter_goes_on_by_itself(void)
+TEST(a_copied_filter_goes_on_by_itself)
 {
     KQ_FILTER_Q31(copy, N);
     for (int assigned = 0; assigned < 2; assigned++) {
@@ -385,7 +385,7 @@ static void a_copied_filter_goes_on_by_itself(void)
 }
 
 /* It has a filter until it is detached; f may have been initialised meanwhile. */
-static void a_settling_has_one_filter(void)
+TEST(a_settling_has_one_filter)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
     settling_steps(60);
@@ -416,7 +416,7 @@ static void assert_steps_are_refused(void)
     z[0] = kept;
 }
 
-static void the_settling_refuses_what_is_wrong(void)
+TEST(the_settling_refuses_what_is_wrong)
 {
     KQ_SETTLING_Q31(wide, 3, M);
     KQ_SETTLING_Q31(tall, N, M + 1);
@@ -452,21 +452,5 @@ static void the_settling_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_release_q31(&lazy));
 }
 
-SUITE(steady, set_up)
-{
-    RUN_TEST(the_gains_lead_to_the_steady_one);
-    RUN_TEST(the_scheduled_filter_is_the_full_one);
-    RUN_TEST(a_gain_of_doubles_is_run);
-    RUN_TEST(a_step_is_a_predict_and_an_update);
-    RUN_TEST(the_innovation_is_that_of_the_mean);
-    RUN_TEST(a_mean_that_leaves_its_word_is_held);
-    RUN_TEST(gains_of_any_size_are_taken);
-    RUN_TEST(what_is_read_of_nothing_is_no_word);
-    RUN_TEST(the_filter_refuses_what_is_wrong);
-    RUN_TEST(it_settles_and_stays_near_the_full_filter);
-    RUN_TEST(what_is_different_unsettles_it);
-    RUN_TEST(new_numbers_of_the_process_unsettle_it);
-    RUN_TEST(a_copied_filter_goes_on_by_itself);
-    RUN_TEST(a_settling_has_one_filter);
-    RUN_TEST(the_settling_refuses_what_is_wrong);
-}
+SUITE(steady_q31, set_up)
+#include "steady_q31.tests"

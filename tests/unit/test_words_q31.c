@@ -70,7 +70,7 @@ static const int32_t *inside(void)
     return words;
 }
 
-static void a_mean_may_leave_its_word_between_components(void)
+TEST(a_mean_may_leave_its_word_between_components)
 {
     const sensor_model *sensors[] = {&pair, &independent};
     for (int k = 0; k < 2; k++) {
@@ -87,7 +87,7 @@ static void a_mean_may_leave_its_word_between_components(void)
 
 /* The same where the first component is not sharp, so that it takes the ordinary path: what all is
    then, beside double */
-static void so_it_may_where_nothing_is_sharp(void)
+TEST(so_it_may_where_nothing_is_sharp)
 {
     static const double dull[] = {100, 50, 50, 100}, z[] = {605, 5};
     SENSOR(pair_f64, 2, 2);
@@ -100,7 +100,7 @@ static void so_it_may_where_nothing_is_sharp(void)
     ASSERT_LIKE(&track_f64, &track, 0x1p-22);
 }
 
-static void so_it_may_in_robust_updates(void)
+TEST(so_it_may_in_robust_updates)
 {
     static const kq_scaled_q31 large = {INT32_C(1) << 30, 20};
     kq_loss_q31 gate = {.kind = &kq_loss_gate_q31, .limit = INT64_MAX};
@@ -117,7 +117,7 @@ static void so_it_may_in_robust_updates(void)
     }
 }
 
-static void what_stays_beyond_is_held_and_flagged(void)
+TEST(what_stays_beyond_is_held_and_flagged)
 {
     const double z[] = {605, 605};
     int32_t words[2];
@@ -128,7 +128,7 @@ static void what_stays_beyond_is_held_and_flagged(void)
 }
 
 /* Beyond 64 words: state 0 would be at about 1.8e4. */
-static void the_end_of_the_headroom_is_flagged(void)
+TEST(the_end_of_the_headroom_is_flagged)
 {
     static const double steep[] = {1, 900, 1, 0}, wider[] = {1e8, 0, 0, 1}, z[] = {18005, 5};
     int32_t words[2];
@@ -155,7 +155,7 @@ static void run_linked(void)
 
 static double value_of_word(int32_t word) { return ldexp(word, -prior.state_format[0].fraction); }
 
-static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
+TEST(a_part_of_a_smoothed_mean_may_be_beyond_its_word)
 {
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
@@ -170,7 +170,7 @@ static void a_part_of_a_smoothed_mean_may_be_beyond_its_word(void)
     }
 }
 
-static void so_it_may_on_line(void)
+TEST(so_it_may_on_line)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_attach_q31(&track, &lag.attached));
@@ -196,7 +196,7 @@ static void run_shrinking(void)
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
 }
 
-static void a_smoothed_mean_that_is_held_is_flagged(void)
+TEST(a_smoothed_mean_that_is_held_is_flagged)
 {
     for (int k = 0; k < 3; k++) {
         ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
@@ -213,7 +213,7 @@ static void a_smoothed_mean_that_is_held_is_flagged(void)
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(SMOOTHED_Q31(NULL, 0)));
 }
 
-static void so_is_one_on_line(void)
+TEST(so_is_one_on_line)
 {
     ASSERT_OK(kq_filter_init_q31(&track, &linked.table, NULL));
     ASSERT_OK(kq_attach_q31(&track, &lag.attached));
@@ -228,7 +228,7 @@ static void so_is_one_on_line(void)
 }
 
 /* An innovation of 1e6 sigma is held at 32768. */
-static void coordinates_that_are_held_are_flagged(void)
+TEST(coordinates_that_are_held_are_flagged)
 {
     static const double tiny[] = {1e-8, 0, 0, 1e-8}, sharper[] = {1e-8}, z[] = {100};
     put_prior(&prior, 2, range, x0, tiny);
@@ -244,7 +244,7 @@ static void coordinates_that_are_held_are_flagged(void)
 /* ------------------------------------------------------------------ the steady state */
 
 /* Once its gain is kept a filter is moved by all components at once. */
-static void a_settled_filter_is_held_at_the_end_of_a_step(void)
+TEST(a_settled_filter_is_held_at_the_end_of_a_step)
 {
     static const double Q[] = {1e4, 0, 0, 1};
     put_process(&still, 2, 0, range, NULL, identity, NULL, Q);
@@ -326,7 +326,7 @@ static int run_trend(double noise, int from)
 
 /* The first two measurements of a line are close together, and the line through them leaves the
    words of the past; that through all does not. */
-static void the_past_may_be_beyond_its_word_before_it_is_smoothed(void)
+TEST(the_past_may_be_beyond_its_word_before_it_is_smoothed)
 {
     int runs = 0;
     seed = 1;
@@ -347,18 +347,5 @@ static void the_past_may_be_beyond_its_word_before_it_is_smoothed(void)
     TEST_ASSERT_TRUE(runs > 40);
 }
 
-SUITE(words, set_up)
-{
-    RUN_TEST(a_mean_may_leave_its_word_between_components);
-    RUN_TEST(so_it_may_where_nothing_is_sharp);
-    RUN_TEST(so_it_may_in_robust_updates);
-    RUN_TEST(what_stays_beyond_is_held_and_flagged);
-    RUN_TEST(the_end_of_the_headroom_is_flagged);
-    RUN_TEST(a_part_of_a_smoothed_mean_may_be_beyond_its_word);
-    RUN_TEST(so_it_may_on_line);
-    RUN_TEST(a_smoothed_mean_that_is_held_is_flagged);
-    RUN_TEST(so_is_one_on_line);
-    RUN_TEST(coordinates_that_are_held_are_flagged);
-    RUN_TEST(a_settled_filter_is_held_at_the_end_of_a_step);
-    RUN_TEST(the_past_may_be_beyond_its_word_before_it_is_smoothed);
-}
+SUITE(words_q31, set_up)
+#include "words_q31.tests"

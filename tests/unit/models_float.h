@@ -1,0 +1,169 @@
+/* Models in floating point (models.h). */
+#ifndef KALMANQ_TESTS_MODELS_FLOAT_H
+#define KALMANQ_TESTS_MODELS_FLOAT_H
+
+#include "reading.h"
+
+#ifndef MAX /* states, components, controls */
+#define MAX 4
+#endif
+
+typedef num word, entry, score;
+
+#define S(name) K(name)
+#define ROUNDING TOLERANCE
+#define ROUNDING_OF_MEANS TOLERANCE
+#define ROUNDING_IN_TURN TOLERANCE
+
+#define S_FILTER FILTER
+#define S_HISTORY HISTORY
+#define S_LAG LAG
+#define S_INSTANT INSTANT
+#define S_START START
+#define S_FILTER_LEN FILTER_LEN
+#define S_HISTORY_LEN HISTORY_LEN
+#define S_LAG_LEN LAG_LEN
+#define S_INSTANT_LEN INSTANT_LEN
+#define S_START_LEN START_LEN
+#define S_SMOOTHED SMOOTHED
+
+static inline int is_nothing(num a) { return isnan(a); }
+static inline int is_no_score(num a) { return isnan(a); }
+
+#define ASSERT_SAME ASSERT_SAME_FILTER
+
+typedef struct {
+    num words[KQ_PROCESS_LEN(MAX)];
+    K(process) process;
+} process_model;
+
+typedef struct {
+    num words[KQ_SENSOR_LEN(MAX)];
+    K(sensor) sensor;
+} sensor_model;
+
+typedef struct {
+    const num *mean, *covariance;
+} prior_model;
+
+static inline void put_process(process_model *m, int n, int l, const num *range, const num *drive_range,
+                               const num *A, const num *B, const num *Q)
+{
+    (void)range, (void)drive_range;
+    ASSERT_OK(K(process_assign)(&m->process, n, l, m->words, COUNT(m->words)));
+    CALL(K(process_init)(&m->process, A, B, Q));
+}
+
+static inline void put_sensor(sensor_model *s, int n, int m, const num *range, const num *measured_range,
+                              const num *H, const num *R)
+{
+    (void)range, (void)measured_range;
+    ASSERT_OK(K(sensor_assign)(&s->sensor, n, m, s->words, COUNT(s->words)));
+    CALL(K(sensor_init)(&s->sensor, H, R));
+}
+
+static inline void put_independent(sensor_model *s, int n, int m, const num *range, const num *measured_range,
+                                   const num *H, const num *r)
+{
+    (void)range, (void)measured_range;
+    ASSERT_OK(K(sensor_assign)(&s->sensor, n, m, s->words, COUNT(s->words)));
+    CALL(K(sensor_init_diagonal)(&s->sensor, H, r));
+}
+
+static inline void put_prior(prior_model *p, int n, const num *range, const num *x, const num *P)
+{
+    (void)n, (void)range;
+    *p = (prior_model){x, P};
+}
+
+static inline kq_status init_filter(K(filter) *f, const prior_model *p)
+{
+    return K(filter_init)(f, p->mean, p->covariance);
+}
+
+static inline kq_status init_start(K(start) *s, K(filter) *f, const prior_model *p, uint32_t unknown)
+{
+    return K(start_init)(s, f, p->mean, p->covariance, unknown);
+}
+
+/* The number that a mean's or a sigma's word stands for */
+static inline double word_value(const prior_model *p, num a, int i)
+{
+    (void)p, (void)i;
+    return (double)a;
+}
+
+static inline const num *measured(const K(sensor) *s, const num *z)
+{
+    (void)s;
+    return z;
+}
+
+static inline const num *driven(const K(process) *p, const num *u, int steps)
+{
+    (void)p, (void)steps;
+    return u;
+}
+
+static inline num number(double a) { return N(a); }
+static inline double number_of(num a) { return (double)a; }
+
+static inline void read_now(reading *r, const K(filter) *f, int n) { read_filter(r, f, n); }
+
+static inline void read_shown(reading *r, const K(filter) *view, const prior_model *p, int n)
+{
+    (void)p;
+    read_view(r, view, n);
+}
+
+/* Where there may be no covariance */
+static inline double shown_mean(const K(filter) *view, const prior_model *p, int i)
+{
+    (void)p;
+    return (double)K(mean)(view, i) + (double)K(mean_low)(view, i);
+}
+
+/* Beside its own last bit nothing is rounded. */
+static inline double score_step(void) { return 0; }
+static inline double smoother_step(void) { return 0; }
+
+static inline double sigma_step(num range)
+{
+    (void)range;
+    return 0;
+}
+
+static inline double score_rounding(double score, int terms)
+{
+    (void)terms;
+    return TOLERANCE * (4 + fabs(score));
+}
+
+static inline kq_status read_gain(const K(filter) * f, const K(sensor) * s, num *gain)
+{
+    return K(gain)(f, s, gain);
+}
+
+static inline kq_status read_measurement(const K(filter) * f, const K(sensor) * s, num *z, num *S)
+{
+    return K(measurement)(f, s, z, S);
+}
+
+static inline kq_status read_innovation(const K(filter) * f, const K(sensor) * s, const num *z, num *e)
+{
+    return K(innovation)(f, s, z, e);
+}
+
+static inline kq_status step_back(K(history) *h, const prior_model *p, num *lag_one, num *mean, num *covariance)
+{
+    const K(smooth_extras) extras = {lag_one, mean, covariance};
+    (void)p;
+    return K(smooth_step)(h, NULL, &extras);
+}
+
+static inline kq_status read_noise(const K(history) *h, int k, num *mean, num *variance)
+{
+    return K(smoothed_measurement_noise)(h, k, mean, variance);
+}
+
+#endif

@@ -1,0 +1,215 @@
+/* Models in fixed point (models.h). */
+#ifndef KALMANQ_TESTS_MODELS_Q31_H
+#define KALMANQ_TESTS_MODELS_Q31_H
+
+#include "q31.h"
+
+#include "reading.h"
+
+typedef int32_t word;
+typedef kq_scaled_q31 entry;
+typedef int64_t score;
+
+#define S(name) kq_##name##_q31
+/* What filter.h says of one call, (2n + 4) 2^-29 for n = 2.  The gain of three runs is the same
+   in laws: their means are products of mantissas of 31 bits.  And the mean is summed up whole. */
+#define ROUNDING 0x1p-26
+#define ROUNDING_OF_MEANS 0x1p-29
+#define ROUNDING_IN_TURN 0.0
+
+#define S_FILTER KQ_FILTER_Q31
+#define S_HISTORY KQ_HISTORY_Q31
+#define S_LAG KQ_LAG_Q31
+#define S_INSTANT KQ_INSTANT_Q31
+#define S_START KQ_START_Q31
+#define S_FILTER_LEN KQ_FILTER_LEN_Q31
+#define S_HISTORY_LEN KQ_HISTORY_LEN_Q31
+#define S_LAG_LEN KQ_LAG_LEN_Q31
+#define S_INSTANT_LEN KQ_INSTANT_LEN_Q31
+#define S_START_LEN KQ_START_LEN_Q31
+#define S_SMOOTHED SMOOTHED_Q31
+
+static inline int is_nothing(int32_t a) { return a == KQ_NOT_A_WORD_Q31; }
+static inline int is_no_score(int64_t a) { return a == KQ_NOT_A_SCORE_Q31; }
+
+#define ASSERT_SAME(a, b, n) ASSERT_SAME_Q31(a, b)
+
+static inline void put_independent(sensor_model *s, int n, int m, const double *range,
+                                   const double *measured_range, const double *H, const double *r)
+{
+    static const double identity[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    put_sensor(s, n, m, range, measured_range, H, identity);
+    s->table.correlated = 0;
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(s->noise, r, m, s->measurement_format));
+    ASSERT_OK(kq_sensor_init_diagonal_q31(&s->sensor, &s->table, NULL));
+}
+
+static inline kq_status init_filter(kq_filter_q31 *f, const prior_model *p)
+{
+    return kq_filter_init_q31(f, &p->table, NULL);
+}
+
+static inline kq_status init_start(kq_start_q31 *s, kq_filter_q31 *f, const prior_model *p, uint32_t unknown)
+{
+    return kq_start_init_q31(s, f, &p->table, unknown, NULL);
+}
+
+/* The number that a mean's or a sigma's word stands for */
+static inline double word_value(const prior_model *p, int32_t a, int i)
+{
+    return ldexp(a, -p->state_format[i].fraction);
+}
+
+static inline const int32_t *measured(const kq_sensor_q31 *s, const double *z)
+{
+    return words_of(z, s->components, s->measurement_format);
+}
+
+/* One control a step; at most DRIVEN steps */
+static inline const int32_t *driven(const kq_process_q31 *p, const double *u, int steps)
+{
+    enum { DRIVEN = 16 };
+    static int32_t words[DRIVEN];
+    for (int t = 0; u && t < steps; t++) words[t] = *words_of(u + t, 1, p->control_format);
+    return u ? words : NULL;
+}
+
+static inline kq_scaled_q31 number(double a)
+{
+    int exponent = 0;
+    const double m = frexp(a, &exponent);
+    return a == 0 ? (kq_scaled_q31){0, 0} : (kq_scaled_q31){(int32_t)(m * 0x1p30) * 2, exponent - 31};
+}
+
+static inline double number_of(kq_scaled_q31 a) { return ldexp(a.mantissa, a.exponent); }
+
+static inline double read_word(int32_t a, int more, const kq_format_q31 *format)
+{
+    return ldexp(a, -format->fraction - more);
+}
+
+/* r x c numbers, of the fractions of their rows and `sign` times those of their columns */
+static inline void read_matrix(double *to, const kq_scaled_q31 *a, int r, int c, const kq_format_q31 *row,
+                               const kq_format_q31 *column, int sign)
+{
+    for (int k = 0; k < r * c; k++) {
+        to[k] = value_of(a[k], row[k / c].fraction + sign * column[k % c].fraction);
+    }
+}
+
+static inline void read_state(reading *r, const kq_filter_q31 *f, const kq_format_q31 *format, int n)
+{
+    kq_scaled_q31 P[MAX * MAX];
+    memset(r, 0, sizeof *r);
+    for (int k = 0; k < n; k++) {
+        r->mean[k] = read_word(kq_mean_q31(f, k), 0, format + k);
+        r->low[k] = read_word(kq_mean_low_q31(f, k), 24, format + k);
+        r->sigma[k] = read_word(kq_sigma_q31(f, k), 0, format + k);
+    }
+    ASSERT_OK(kq_covariance_q31(f, P));
+    read_matrix(r->P, P, n, n, format, format, 1);
+}
+
+static inline void read_now(reading *r, const kq_filter_q31 *f, int n)
+{
+    read_state(r, f, f->state_format, n);
+    r->nis = score_value(kq_nis_q31(f));
+    r->last = score_value(kq_log_likelihood_last_q31(f));
+    r->run = score_value(kq_log_likelihood_q31(f));
+    r->taken = kq_taken_q31(f);
+    r->events = kq_events_q31(f);
+}
+
+static inline void read_shown(reading *r, const kq_filter_q31 *view, const prior_model *p, int n)
+{
+    read_state(r, view, p->state_format, n);
+}
+
+/* Where there may be no covariance */
+static inline double shown_mean(const kq_filter_q31 *view, const prior_model *p, int i)
+{
+    return read_word(kq_mean_q31(view, i), 0, p->state_format + i) +
+           read_word(kq_mean_low_q31(view, i), 24, p->state_format + i);
+}
+
+/* what NIS and log-likelihoods are rounded to */
+static inline double score_step(void) { return score_value(1); }
+
+static inline double score_rounding(double score, int terms)
+{
+    (void)score;
+    return terms * score_step();
+}
+
+/* the last bit of a smoothed mean's coordinates, in standard deviations */
+static inline double smoother_step(void) { return 0x1p-40; }
+
+/* what sigma is rounded to */
+static inline double sigma_step(double range)
+{
+    kq_format_q31 format;
+    put_formats(&format, &range, 1);
+    return read_word(1, 0, &format);
+}
+
+static inline kq_status read_gain(const kq_filter_q31 *f, const kq_sensor_q31 *s, double *gain)
+{
+    kq_scaled_q31 K[MAX * MAX];
+    const kq_status status = kq_gain_q31(f, s, K);
+    if (status) return status;
+    read_matrix(gain, K, f->states, s->components, f->state_format, s->measurement_format, -1);
+    return KQ_OK;
+}
+
+static inline kq_status read_measurement(const kq_filter_q31 *f, const kq_sensor_q31 *s, double *z,
+                                  double *covariance)
+{
+    int32_t words[MAX];
+    kq_scaled_q31 scaled[MAX * MAX];
+    const kq_format_q31 *format = s->measurement_format;
+    const int m = s->components;
+    const kq_status status = kq_measurement_q31(f, s, words, scaled);
+    if (status) return status;
+    for (int c = 0; c < m; c++) z[c] = read_word(words[c], 0, format + c);
+    read_matrix(covariance, scaled, m, m, format, format, 1);
+    return KQ_OK;
+}
+
+static inline kq_status read_innovation(const kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+                                 double *e)
+{
+    int32_t words[MAX];
+    const kq_status status = kq_innovation_q31(f, s, z, words);
+    if (status) return status;
+    for (int c = 0; c < s->components; c++) {
+        e[c] = read_word(words[c], 0, s->measurement_format + c);
+    }
+    return KQ_OK;
+}
+
+/* The last step writes no extras: they are read as 0. */
+static inline kq_status step_back(kq_history_q31 *h, const prior_model *p, double *lag_one, double *mean, double *covariance)
+{
+    kq_scaled_q31 lag[MAX * MAX] = {{0, 0}}, noise[MAX] = {{0, 0}}, spread[MAX * MAX] = {{0, 0}};
+    const kq_smooth_extras_q31 extras = {lag, noise, spread};
+    const kq_format_q31 *format = p->state_format;
+    const int n = h->states;
+    const kq_status status = kq_smooth_step_q31(h, NULL, &extras);
+    if (status) return status;
+    read_matrix(lag_one, lag, n, n, format, format, 1);
+    read_matrix(mean, noise, n, 1, format, format, 0);
+    read_matrix(covariance, spread, n, n, format, format, 1);
+    return KQ_OK;
+}
+
+static inline kq_status read_noise(const kq_history_q31 *h, int k, double *mean, double *variance)
+{
+    kq_scaled_q31 pair[2];
+    const kq_status status = kq_smoothed_measurement_noise_q31(h, k, pair, pair + 1);
+    if (status) return status;
+    *mean = value_of(pair[0], 0);
+    *variance = value_of(pair[1], 0);
+    return KQ_OK;
+}
+
+#endif
