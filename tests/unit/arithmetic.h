@@ -49,6 +49,8 @@ typedef float num;
 #define INSTANT KQ_INSTANT_F32
 #define START KQ_START_F32
 #define ADAPTATION KQ_ADAPTATION_F32
+#define STEADY KQ_STEADY_F32
+#define SETTLING KQ_SETTLING_F32
 
 #define SMOOTHED SMOOTHED_F32
 #define START_SMOOTHED START_SMOOTHED_F32
@@ -87,6 +89,8 @@ typedef double num;
 #define INSTANT KQ_INSTANT_F64
 #define START KQ_START_F64
 #define ADAPTATION KQ_ADAPTATION_F64
+#define STEADY KQ_STEADY_F64
+#define SETTLING KQ_SETTLING_F64
 
 #define SMOOTHED SMOOTHED_F64
 #define START_SMOOTHED START_SMOOTHED_F64
@@ -119,7 +123,7 @@ static inline void assert_within(double tolerance, double expected, double actua
                                  UNITY_LINE_TYPE line)
 {
     UNITY_TEST_ASSERT(expected - expected == 0, line, "expected value not finite");
-    UNITY_TEST_ASSERT_DOUBLE_WITHIN(tolerance, expected, actual, line, NULL);
+    UNITY_TEST_ASSERT_DOUBLE_WITHIN(tolerance, expected, actual, line, description());
 }
 
 #define ASSERT_WITHIN(tolerance, expected, actual)                                                 \
@@ -131,11 +135,11 @@ static inline void assert_within(double tolerance, double expected, double actua
 
 #define ASSERT_NAN(value) TEST_ASSERT_TRUE(isnan(value))
 
-#define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT(KQ_OK, call)
+#define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT_MESSAGE(KQ_OK, call, description())
 
 /* Two objects (arrays, structures without padding, or cleared ones), bit for bit. */
 #define ASSERT_SAME_BITS(expected, actual)                                                         \
-    TEST_ASSERT_EQUAL_MEMORY(&(expected), &(actual), sizeof(expected))
+    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&(expected), &(actual), sizeof(expected), description())
 
 /* The mean with what its float could not hold. */
 static inline double whole_mean(const K(filter) * f, int i)

@@ -8,6 +8,7 @@
  * Models are made of numbers and of declared ranges, at which floating point does not look:
  *     put_process, put_sensor, put_independent, put_prior      (the arrays must stay)
  *     init_filter(f, &prior), init_start(s, f, &prior, unknown)
+ *     change_transition(&process, n, A), change_measurement(&sensor, n, m, H)
  *     measured(s, z), driven(p, u, steps)                      the words of numbers, until the next call
  *     number(a)                                                a parameter, a factor
  * Readings are numbers in the states' units, which are the same bits where the words are (reading.h):

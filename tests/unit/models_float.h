@@ -20,12 +20,25 @@ typedef num word, entry, score;
 #define S_LAG LAG
 #define S_INSTANT INSTANT
 #define S_START START
+#define S_ADAPTATION ADAPTATION
+#define S_STEADY STEADY
+#define S_SETTLING SETTLING
 #define S_FILTER_LEN FILTER_LEN
+#define S_ROOT_LEN KQ_TRIANGLE
 #define S_HISTORY_LEN HISTORY_LEN
 #define S_LAG_LEN LAG_LEN
 #define S_INSTANT_LEN INSTANT_LEN
 #define S_START_LEN START_LEN
 #define S_SMOOTHED SMOOTHED
+
+/* What is refused as a measurement, and how */
+#define NOT_A_NUMBER KQ_ERR_NOT_FINITE
+static inline num bad_word(const K(sensor) *s, int k)
+{
+    static const num bad[] = {(num)NAN, (num)INFINITY, -(num)INFINITY, (num)NAN};
+    (void)s;
+    return bad[k];
+}
 
 static inline int is_nothing(num a) { return isnan(a); }
 static inline int is_no_score(num a) { return isnan(a); }
@@ -70,6 +83,19 @@ static inline void put_independent(sensor_model *s, int n, int m, const num *ran
     CALL(K(sensor_init_diagonal)(&s->sensor, H, r));
 }
 
+/* Another A, another H: the arrays given */
+static inline kq_status change_transition(process_model *m, int n, const num *A)
+{
+    (void)n;
+    return K(process_change_transition)(&m->process, A);
+}
+
+static inline kq_status change_measurement(sensor_model *s, int n, int m, const num *H)
+{
+    (void)n, (void)m;
+    return K(sensor_change_measurement)(&s->sensor, H);
+}
+
 static inline void put_prior(prior_model *p, int n, const num *range, const num *x, const num *P)
 {
     (void)n, (void)range;
@@ -93,10 +119,24 @@ static inline double word_value(const prior_model *p, num a, int i)
     return (double)a;
 }
 
+/* P_ij of an entry */
+static inline double entry_value(const prior_model *p, num a, int i, int j)
+{
+    (void)p, (void)i, (void)j;
+    return (double)a;
+}
+
 static inline const num *measured(const K(sensor) *s, const num *z)
 {
     (void)s;
     return z;
+}
+
+/* The number of a component's word */
+static inline double measured_value(const K(sensor) *s, num a, int c)
+{
+    (void)s, (void)c;
+    return (double)a;
 }
 
 static inline const num *driven(const K(process) *p, const num *u, int steps)

@@ -22,12 +22,25 @@ typedef int64_t score;
 #define S_LAG KQ_LAG_Q31
 #define S_INSTANT KQ_INSTANT_Q31
 #define S_START KQ_START_Q31
+#define S_ADAPTATION KQ_ADAPTATION_Q31
+#define S_STEADY KQ_STEADY_Q31
+#define S_SETTLING KQ_SETTLING_Q31
 #define S_FILTER_LEN KQ_FILTER_LEN_Q31
+#define S_ROOT_LEN KQ_ROOT_LEN_Q31
 #define S_HISTORY_LEN KQ_HISTORY_LEN_Q31
 #define S_LAG_LEN KQ_LAG_LEN_Q31
 #define S_INSTANT_LEN KQ_INSTANT_LEN_Q31
 #define S_START_LEN KQ_START_LEN_Q31
 #define S_SMOOTHED SMOOTHED_Q31
+
+/* What is refused as a measurement, and how */
+#define NOT_A_NUMBER KQ_ERR_RANGE
+static inline int32_t bad_word(const kq_sensor_q31 *s, int k)
+{
+    const int32_t end = s->measurement_format[0].range;
+    const int32_t bad[] = {end + 1, -end - 1, INT32_MAX, INT32_MIN};
+    return bad[k];
+}
 
 static inline int is_nothing(int32_t a) { return a == KQ_NOT_A_WORD_Q31; }
 static inline int is_no_score(int64_t a) { return a == KQ_NOT_A_SCORE_Q31; }
@@ -37,11 +50,26 @@ static inline int is_no_score(int64_t a) { return a == KQ_NOT_A_SCORE_Q31; }
 static inline void put_independent(sensor_model *s, int n, int m, const double *range,
                                    const double *measured_range, const double *H, const double *r)
 {
-    static const double identity[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static double identity[MAX * MAX];
+    for (int k = 0; k < m * m; k++) identity[k] = k % (m + 1) ? 0 : 1;
     put_sensor(s, n, m, range, measured_range, H, identity);
     s->table.correlated = 0;
     ASSERT_OK(kq_noise_prepare_diagonal_q31(s->noise, r, m, s->measurement_format));
     ASSERT_OK(kq_sensor_init_diagonal_q31(&s->sensor, &s->table, NULL));
+}
+
+/* Another A, in the model's own table; another H, in another one */
+static inline kq_status change_transition(process_model *m, int n, const double *A)
+{
+    ASSERT_OK(kq_matrix_prepare_q31(m->transition, A, n, n, m->state_format, m->state_format));
+    return kq_process_change_transition_q31(&m->process, m->transition);
+}
+
+static inline kq_status change_measurement(sensor_model *s, int n, int m, const double *H)
+{
+    static kq_scaled_q31 other[MAX * MAX]; /* new numbers in the same array are not noticed (steady.h) */
+    ASSERT_OK(kq_matrix_prepare_q31(other, H, m, n, s->measurement_format, s->state_format));
+    return kq_sensor_change_measurement_q31(&s->sensor, other);
 }
 
 static inline kq_status init_filter(kq_filter_q31 *f, const prior_model *p)
@@ -60,9 +88,23 @@ static inline double word_value(const prior_model *p, int32_t a, int i)
     return ldexp(a, -p->state_format[i].fraction);
 }
 
+/* P_ij of an entry */
+static inline double entry_value(const prior_model *p, kq_scaled_q31 a, int i, int j)
+{
+    return value_of(a, p->state_format[i].fraction + p->state_format[j].fraction);
+}
+
 static inline const int32_t *measured(const kq_sensor_q31 *s, const double *z)
 {
-    return words_of(z, s->components, s->measurement_format);
+    static int32_t words[MAX];
+    memcpy(words, words_of(z, s->components, s->measurement_format), sizeof(int32_t) * s->components);
+    return words;
+}
+
+/* The number of a component's word */
+static inline double measured_value(const kq_sensor_q31 *s, int32_t a, int c)
+{
+    return ldexp(a, -s->measurement_format[c].fraction);
 }
 
 /* One control a step; at most DRIVEN steps */

@@ -9,8 +9,34 @@
 
 void (*before_each_test)(void);
 
+static char described[120];
+
+static char *put(char *to, const char *text)
+{
+    while (*text && to < described + sizeof described - 1) *to++ = *text++;
+    *to = 0;
+    return to;
+}
+
+static char *put_number(char *to, const char *name, int a)
+{
+    char digits[] = "            ", *digit = digits + sizeof digits - 1;
+    unsigned rest = a < 0 ? 0u - (unsigned)a : (unsigned)a;
+    do *--digit = (char)('0' + rest % 10); while (rest /= 10);
+    if (a < 0) *--digit = '-';
+    return put(put(put(put(to, ", "), name), " "), digit);
+}
+
+void describe(const char *what, const char *first, int a, const char *second, int b)
+{
+    (void)put_number(put_number(put(described, what), first, a), second, b);
+}
+
+const char *description(void) { return *described ? described : NULL; }
+
 void setUp(void)
 {
+    *described = 0;
     if (before_each_test) before_each_test();
 }
 

@@ -21,16 +21,21 @@ static inline num *guard(num *room, size_t words)
     return room + GUARD_WORDS;
 }
 
+/* Of the bytes at `room` those before `inside` and after `length` more are as guard() left them. */
+static inline void assert_guard_bytes(const void *room, size_t size, size_t inside, size_t length)
+{
+    const unsigned char *bytes = room;
+    TEST_ASSERT_TRUE(inside + length < size);
+    for (size_t k = 0; k < size; k++) {
+        if (k == inside) k += length;
+        TEST_ASSERT_EQUAL_HEX8(GUARD_BYTE, bytes[k]);
+    }
+}
+
 /* Nothing outside of the `length` words inside was written; words: the whole room. */
 static inline void assert_guards(const num *room, size_t length, size_t words)
 {
-    const unsigned char *bytes = (const unsigned char *)room;
-    const size_t inside = GUARD_WORDS * sizeof(num), after = inside + length * sizeof(num);
-    TEST_ASSERT_TRUE(after < words * sizeof(num));
-    for (size_t k = 0; k < words * sizeof(num); k++) {
-        if (k == inside) k = after;
-        TEST_ASSERT_EQUAL_HEX8(GUARD_BYTE, bytes[k]);
-    }
+    assert_guard_bytes(room, words * sizeof(num), GUARD_WORDS * sizeof(num), length * sizeof(num));
 }
 
 /* M = value I, n x n */

@@ -36,4 +36,8 @@ extern void (*before_each_test)(void);
     }                                                                                              \
     static void run_suite_##name(void)
 
+/* What a failure is told with, until the next test: describe("plain", "seed", 3, "step", 5).  NULL if nothing */
+void describe(const char *what, const char *first, int a, const char *second, int b);
+const char *description(void);
+
 #endif

@@ -1,20 +1,21 @@
 # The suites of each arithmetic, a file test_SUITE.c each: a line of its own for what takes long or what small cores
 # do not hold.  The kernels of known sizes are a suite that most programs leave out.
-set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast smoother numbers laws changed lag
-    instant start least_squares consistency adaptation robust steady em extended sigma_points start_orders start_rank)
+set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast refusals smoother on_line wide numbers
+    laws changed start least_squares consistency adaptation robust steady settling em extended sigma_points start_orders
+    start_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean_q31 filter_q31 smoother_q31 numbers_q31 laws
-    on_line_q31 start_q31 least_squares_q31 consistency_q31 adaptation_q31 robust_q31 steady_q31 extended_q31 words_q31
-    start_orders start_rank)
+set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean_q31 filter_q31 refusals smoother_q31 on_line wide
+    numbers_q31 laws start_q31 least_squares_q31 consistency_q31 adaptation_q31 robust_q31 steady_q31 settling extended_q31
+    words_q31 start_orders start_rank)
 set(KALMANQ_FIXED_f32 fixed)
 set(KALMANQ_FIXED_f64 fixed)
 set(KALMANQ_FIXED_q31 fixed_q31)
 
-# kalmanq_tests(FILE LIST): writes to LIST a function's body that runs every TEST(name) of FILE.
+# kalmanq_tests(FILE LIST): writes to LIST a function's body that runs every TEST(name), TEST_KIND(name...) of FILE.
 function(kalmanq_tests file list)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
-  file(STRINGS "${file}" tests REGEX "^TEST[(]")
-  list(TRANSFORM tests REPLACE "^TEST[(]([A-Za-z0-9_]+)[)].*" "    RUN_TEST(\\1)$<SEMICOLON>")
+  file(STRINGS "${file}" tests REGEX "^TEST[A-Z_]*[(]")
+  list(TRANSFORM tests REPLACE "^TEST[A-Z_]*[(]([A-Za-z0-9_]+).*" "    RUN_TEST(\\1)$<SEMICOLON>")
   list(JOIN tests "\n" text)
   string(REPLACE "$<SEMICOLON>" ";" text "${text}")
   file(CONFIGURE OUTPUT "${list}" CONTENT "{\n${text}\n}\n" @ONLY)

@@ -4,11 +4,6 @@
 #include "losses.h"
 #include "unchanged.h"
 
-#ifdef KQ_TEST_F32
-#define SETTLING KQ_SETTLING_F32
-#else
-#define SETTLING KQ_SETTLING_F64
-#endif
 SETTLING(calm, 2, 2);
 
 /* A range and a bearing of a target with the state position, velocity in a plane */

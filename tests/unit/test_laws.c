@@ -9,6 +9,7 @@
 #define STEPS 8
 
 typedef struct {
+    uint32_t seed;
     num A[4], B[2], Q[4];
     num H[4], R[4]; /* two correlated components */
     num h[2], r[1]; /* and one of its own */
@@ -33,6 +34,7 @@ static void make_numbers(numbers *s, uint32_t seed)
         .measured_range = {15, 15, 15},
     };
     *s = constant;
+    s->seed = seed;
     for (int t = 0; t < STEPS; t++) {
         for (int c = 0; c < 3; c++) s->z[t][c] = noise(&seed);
         s->u[t] = noise(&seed);
@@ -115,6 +117,9 @@ static void assert_intact(instance *i, process_model *p, sensor_model *s)
     if (s) ASSERT_OK(S(sensor_check)(&s->sensor));
 }
 
+/* A failure names the numbers and the step. */
+static void describe_step(const numbers *s, int t) { describe("a law", "seed of its numbers", (int)s->seed, "step", t); }
+
 static void take(instance *i, sensor_model *s, const num *z)
 {
     const word *words = measured(&s->sensor, z);
@@ -143,6 +148,7 @@ static void go_on(instance *i, model *m, const numbers *s, int t)
 {
     static const uint32_t pair[STEPS] = {3, 0, 3, 2, 0, 3, 0, 3};
     static const int single[STEPS] = {1, 0, 0, 1, 0, 1, 1, 0};
+    describe_step(s, t);
     if (t > 0) advance(i, &m->process, s->u + t);
     if (pair[t] == 3) take(i, &m->pair, s->z[t]);
     if (pair[t] == 2) take_subset(i, &m->pair, s->z[t], 2);

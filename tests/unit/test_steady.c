@@ -1,11 +1,9 @@
-/* The steady state: the equation, the filter and the settling filter. */
+/* The steady state: the equation, and what a filter of constant gain refuses; test_settling.c runs the filters. */
 #include "unchanged.h"
 
 enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, GAINS = 30, RUN = 200 };
 
 #ifdef KQ_TEST_F32
-#define STEADY KQ_STEADY_F32
-#define SETTLING KQ_SETTLING_F32
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define STEADY_LEN KQ_STEADY_LEN_F32
 #define SETTLING_LEN KQ_SETTLING_LEN_F32
@@ -13,8 +11,6 @@ enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, GAINS = 30, RUN = 200 };
 #define PRINTED 5e-7 /* six digits */
 #define OVERFLOWING {12487.4f, 0, 28289.1f, 0, 780514, 0, 0, 1645020, 0, -1.12088e-10f, 9.67304e18f}
 #else
-#define STEADY KQ_STEADY_F64
-#define SETTLING KQ_SETTLING_F64
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define STEADY_LEN KQ_STEADY_LEN_F64
 #define SETTLING_LEN KQ_SETTLING_LEN_F64
@@ -27,21 +23,14 @@ PROCESS(motion, N, 1);
 SENSOR(radar, N, M);
 FILTER(track, N);
 FILTER(other, N);
-HISTORY(tape, N, M, RUN, 0);
 STEADY(steady, N, M);
-SETTLING(lazy, N, M);
 
 /* never initialised, and of other sizes */
 PROCESS(blank_process, N, 1);
 SENSOR(blank_sensor, N, M);
-FILTER(blank, N);
-STEADY(blank_steady, N, M);
-SETTLING(blank_lazy, N, M);
 PROCESS(motion1, 1, 0);
 SENSOR(radar1, 1, 1);
 SENSOR(single, N, 1);
-FILTER(track1, 1);
-SETTLING(lazy1, 1, 1);
 
 static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
 static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, one[] = {1};
@@ -91,13 +80,8 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     make_gains();
     ASSERT_OK(K(filter_init)(&other, x0, P0));
-    ASSERT_OK(K(filter_init)(&track1, one, one));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS));
-    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_OK(K(settling_init)(&lazy, 12));
-    ASSERT_OK(K(settling_init)(&lazy1, 12));
-    ASSERT_OK(K(attach)(&track, &lazy.attached));
     watch_nothing();
 }
 
@@ -322,41 +306,6 @@ TEST(the_gains_lead_to_the_steady_one)
 
 /* ------------------------------------------------------------------ the filter */
 
-/* The mean is that of the full filter, up to the gain that has settled to 2^-12 and to rounding */
-TEST(the_scheduled_filter_is_the_full_one)
-{
-    for (int t = 0; t < RUN; t++) {
-        draw_step();
-        if (t > 0) {
-            ASSERT_OK(K(predict)(&track, &motion, u));
-            ASSERT_OK(K(steady_predict)(&steady, u));
-        }
-        ASSERT_OK(K(update)(&track, &radar, z));
-        ASSERT_OK(K(steady_update)(&steady, z));
-        const double gain_left = t < GAINS ? 0 : 0x1p-12 / (1 - 0.7);
-        for (int i = 0; i < N; i++) {
-            ASSERT_WITHIN(6 * gain_left + 256 * EPS, whole_mean(&track, i),
-                          K(steady_mean)(&steady, i));
-        }
-    }
-}
-
-TEST(a_step_is_a_predict_and_an_update)
-{
-    static num memory[N];
-    static K(steady) second;
-    ASSERT_OK(K(steady_assign)(&second, N, M, memory, N));
-    ASSERT_OK(K(steady_init)(&second, &motion, &radar, x0, gains, GAINS));
-    for (int t = 0; t < RUN; t++) {
-        draw_step();
-        const num *const drive_of = t % 2 ? u : NULL;
-        ASSERT_OK(K(steady_step)(&steady, drive_of, z));
-        ASSERT_OK(K(steady_predict)(&second, drive_of));
-        ASSERT_OK(K(steady_update)(&second, z));
-        ASSERT_SAME_BITS(steady_memory, memory);
-    }
-}
-
 TEST(one_gain_is_the_steady_filter)
 {
     ASSERT_OK(solve());
@@ -373,67 +322,6 @@ TEST(one_gain_is_the_steady_filter)
         ASSERT_OK(K(steady_step)(&steady, u, z));
         for (int i = 0; i < N; i++) ASSERT_CLOSE(x[i], K(steady_mean)(&steady, i), 4);
     }
-}
-
-TEST(the_innovation_is_that_of_the_mean)
-{
-    num e[M], same[M];
-    draw_step();
-    WATCH(steady), WATCH(steady_memory), WATCH(z);
-    ASSERT_OK_UNCHANGED(K(steady_innovation)(&steady, z, e));
-    for (int c = 0; c < M; c++) ASSERT_CLOSE(z[c] - x0[c], e[c], 4);
-    memcpy(same, z, sizeof z);
-    ASSERT_OK(K(steady_innovation)(&steady, same, same));
-    ASSERT_SAME_BITS(e, same);
-}
-
-TEST(what_is_read_of_nothing_is_no_number)
-{
-    ASSERT_NAN(K(steady_mean)(NULL, 0));
-    ASSERT_NAN(K(steady_mean)(&blank_steady, 0));
-    ASSERT_NAN(K(steady_mean)(&steady, -1));
-    ASSERT_NAN(K(steady_mean)(&steady, N));
-}
-
-TEST(the_filter_refuses_what_is_wrong)
-{
-    num e[M] = {0};
-    draw_step();
-    WATCH(steady), WATCH(steady_memory), WATCH(blank_steady), WATCH(blank_steady_memory);
-    WATCH(e), WATCH(z), WATCH(u);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_predict)(NULL, u));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_update)(NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_update)(&steady, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_step)(NULL, u, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_step)(&steady, u, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_innovation)(&steady, z, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_innovation)(&steady, NULL, e));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_innovation)(NULL, z, e));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_predict)(&blank_steady, u));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_update)(&blank_steady, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_step)(&blank_steady, u, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_innovation)(&blank_steady, z, e));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(NULL, &motion, &radar, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, NULL, &radar, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, NULL, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, NULL, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_init)(&steady, &motion, &radar, x0, NULL, 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_init)(&steady, &motion, &radar, x0, gains, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &blank_process, &radar, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(steady_init)(&steady, &motion, &blank_sensor, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion1, &radar, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion, &radar1, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_init)(&steady, &motion, &single, x0, gains, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_assign)(NULL, N, M, steady_memory, N));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_assign)(&steady, N, M, NULL, N));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_assign)(&steady, 0, M, steady_memory, N));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(steady_assign)(&steady, N, 17, steady_memory, N));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(steady_assign)(&steady, N, M, steady_memory, N - 1));
-    K(steady) empty;
-    memset(&empty, 0, sizeof empty);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(steady_init)(&empty, &motion, &radar, x0, gains, 1));
 }
 
 static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS); }
@@ -488,357 +376,6 @@ TEST(a_mean_beyond_the_numbers_is_refused)
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
-}
-
-/* ------------------------------------------------------------------ settling */
-
-static void settling_steps(int count)
-{
-    for (int t = 0; t < count; t++) {
-        draw_step();
-        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
-        ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
-    }
-}
-
-static void assert_near(double tolerance, int line)
-{
-    num p[N * N], q[N * N];
-    ASSERT_OK(K(covariance)(&track, p));
-    ASSERT_OK(K(covariance)(&other, q));
-    for (int i = 0; i < N; i++) {
-        assert_within(tolerance, whole_mean(&other, i), whole_mean(&track, i), (unsigned)line);
-        assert_within(tolerance, (double)q[i * N + i], (double)p[i * N + i], (unsigned)line);
-    }
-}
-
-#define ASSERT_NEAR(tolerance) assert_near(tolerance, __LINE__)
-
-TEST(it_settles_and_stays_near_the_full_filter)
-{
-    int began = 0;
-    for (int t = 0; t < RUN; t++) {
-        settling_steps(1);
-        if (!K(settling_is_settled)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
-        else if (!began) began = t;
-        ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    }
-    TEST_ASSERT_TRUE(began > 2 && began < 30);
-}
-
-/* Until it has settled it is the full filter, bit for bit. */
-TEST(before_that_it_is_the_full_filter)
-{
-    while (!K(settling_is_settled)(&lazy)) {
-        ASSERT_SAME_BITS(track_memory, other_memory);
-        settling_steps(1);
-    }
-}
-
-TEST(the_root_rests_while_it_is_settled)
-{
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    watch(track_memory + FILTER_LEN(N) - KQ_TRIANGLE(N), KQ_TRIANGLE(N) * sizeof(num));
-    WATCH(track.last), WATCH(track.run);
-    draw_step();
-    ASSERT_OK_UNCHANGED(K(step)(&track, &motion, u, &radar, z));
-}
-
-TEST(a_missing_measurement_unsettles_it)
-{
-    settling_steps(40);
-    for (int t = 0; t < 3; t++) {
-        draw_step();
-        ASSERT_OK(K(predict)(&track, &motion, u));
-        ASSERT_OK(K(predict)(&other, &motion, u));
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-        ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    }
-    settling_steps(2);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-}
-
-TEST(another_model_unsettles_it)
-{
-    static const num slow[] = {0.75, 0, 0, 0.5};
-    settling_steps(40);
-    ASSERT_OK(K(process_change_transition)(&motion, slow));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    ASSERT_OK(K(sensor_change_measurement)(&radar, slow));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-}
-
-/* Another Q in the same object, another A in the same array: the process says so (its fingerprint). */
-TEST(new_numbers_of_the_process_unsettle_it)
-{
-    static const num noisy[] = {3, 0, 0, 3};
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(process_init)(&motion, A, B, noisy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    A[0] = 0.75;
-    ASSERT_OK(K(process_change_transition)(&motion, A));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(process_init)(&motion, A, B, noisy)); /* as it was */
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-}
-
-/* A sensor has no fingerprint: new numbers in the same object and array are to be told. */
-TEST(new_numbers_of_the_sensor_are_told_by_a_release)
-{
-    static const num noisy[] = {5, 0, 0, 5};
-    settling_steps(40);
-    ASSERT_OK(K(sensor_init)(&radar, H, noisy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(settling_release)(&lazy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-}
-
-TEST(the_full_filter_may_go_on_at_any_time)
-{
-    settling_steps(40);
-    draw_step();
-    ASSERT_OK(K(update)(&track, &radar, z)); /* one more measurement at the same instant */
-    ASSERT_OK(K(update)(&other, &radar, z));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(settling_release)(&lazy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-}
-
-/* It gets every step; then the settling begins anew. */
-TEST(a_history_takes_its_place)
-{
-    settling_steps(40);
-    WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
-    ASSERT_OK(K(detach)(&lazy.attached));
-    ASSERT_OK(K(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &lazy.attached));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
-    ASSERT_OK(K(smooth)(&tape));
-    ASSERT_OK(K(detach)(&tape.attached));
-    ASSERT_OK(K(attach)(&track, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-}
-
-/* The last step before it settles is a step of the full filter, and so is a predict and an update. */
-TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
-{
-    for (int t = 0; t < 4; t++) {
-        draw_step();
-        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
-        ASSERT_OK(K(predict)(&other, &motion, u));
-        ASSERT_OK(K(update)(&other, &radar, z));
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-        ASSERT_SAME_BITS(other_memory, track_memory);
-        TEST_ASSERT_TRUE(K(log_likelihood)(&other) == K(log_likelihood)(&track));
-    }
-    for (int t = 0; t < 40; t++) { /* called apart they are the full filter's, and it never settles */
-        draw_step();
-        ASSERT_OK(K(predict)(&track, &motion, u));
-        ASSERT_OK(K(update)(&track, &radar, z));
-        ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-        ASSERT_SAME_BITS(other_memory, track_memory);
-    }
-}
-
-/* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
-TEST(a_copied_filter_goes_on_by_itself)
-{
-    FILTER(copy, N);
-    for (int assigned = 0; assigned < 2; assigned++) {
-        settling_steps(40);
-        ASSERT_OK(K(filter_copy)(&other, &track));
-        ASSERT_OK(K(filter_copy)(&copy, &track));
-        if (assigned) {
-            copy = track;
-            copy.memory = copy_memory;
-        }
-        const K(settling) before = lazy;
-        for (int t = 0; t < 5; t++) {
-            draw_step();
-            if (t % 2) ASSERT_OK(K(step)(&copy, &motion, u, &radar, z));
-            if (t % 2 == 0) ASSERT_OK(K(predict)(&copy, &motion, u));
-            if (t % 2 == 0) ASSERT_OK(K(update)(&copy, &radar, z));
-            ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
-            ASSERT_SAME_BITS(other_memory, copy_memory);
-        }
-        TEST_ASSERT_EQUAL_INT(before.phase, lazy.phase);
-        TEST_ASSERT_EQUAL_PTR(before.process, lazy.process);
-        TEST_ASSERT_EQUAL_HEX32(before.fingerprint, lazy.fingerprint);
-        TEST_ASSERT_EQUAL_PTR(before.filter, lazy.filter);
-        settling_steps(1);
-        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    }
-}
-
-TEST(a_detached_filter_is_the_full_filter)
-{
-    settling_steps(40);
-    ASSERT_OK(K(detach)(&lazy.attached));
-    ASSERT_OK(K(detach)(&lazy.attached));
-    ASSERT_OK(K(filter_copy)(&other, &track));
-    for (int t = 0; t < 5; t++) {
-        settling_steps(1);
-        ASSERT_SAME_BITS(other_memory, track_memory);
-    }
-    /* one that was initialised anew, too: nothing is looked at that may be gone */
-    ASSERT_OK(K(attach)(&track, &lazy.attached));
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(filter_init)(&other, x0, P0));
-    const K(settling) kept = lazy;
-    memset(&lazy, 0xa5, sizeof lazy);
-    settling_steps(5);
-    ASSERT_SAME_BITS(other_memory, track_memory);
-    lazy = kept;
-    /* and where the settling was assigned anew */
-    ASSERT_OK(K(attach)(&track, &lazy.attached));
-    ASSERT_OK(
-        K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
-    settling_steps(40);
-    ASSERT_SAME_BITS(other_memory, track_memory);
-}
-
-/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-TEST(a_settling_has_one_filter)
-{
-    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
-    settling_steps(40);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(attach)(&track, &lazy.attached)); /* to its own once more: it begins again */
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
-    ASSERT_OK(K(attach)(&track, &lazy.attached));
-    ASSERT_OK(K(detach)(&lazy.attached));
-    ASSERT_OK(K(attach)(&other, &lazy.attached));
-    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_OK(K(settling_init)(&lazy, 12));
-    ASSERT_OK(K(attach)(&track, &lazy.attached));
-}
-
-TEST(attach_refuses_what_is_wrong)
-{
-    SETTLING(second, N, M);
-    START(start, N, 0);
-    ASSERT_OK(K(settling_init)(&second, 12));
-    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    WATCH(blank_lazy), WATCH(lazy1), WATCH(second), WATCH(other), WATCH(blank), WATCH(track1);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &lazy.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &blank_lazy.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &lazy.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track1, &lazy.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&other, &lazy1.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &second.attached));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_lazy.attached));
-    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&other, &second.attached));
-    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 0));
-    ASSERT_OK(K(attach)(&other, &second.attached)); /* nothing was unknown */
-}
-
-static void assert_steps_are_refused(void)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&blank, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track1, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion1, NULL, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar1, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &single, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &motion, u));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion1, NULL));
-    const num good_z = z[0], good_u = u[0];
-    z[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
-    z[0] = good_z;
-    u[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict)(&track, &motion, u));
-    u[0] = good_u;
-}
-
-/* Nor does it leave what it has settled to. */
-TEST(a_bad_step_is_refused)
-{
-    draw_step();
-    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    WATCH(blank), WATCH(track1);
-    assert_steps_are_refused();
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    assert_steps_are_refused();
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-}
-
-TEST(the_settling_refuses_what_is_wrong)
-{
-    num gain[N * M];
-    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    WATCH(blank_lazy);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_init)(NULL, 12));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, BITS_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_release)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_release)(&blank_lazy));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(NULL, N, M, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(&lazy, N, M, NULL, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(&lazy, N, M, lazy_memory, 3, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_assign)(&lazy, 17, M, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_assign)(&lazy, N, 0, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   K(settling_assign)(&lazy, N, M, lazy_memory, SETTLING_LEN(N) - 1, gain));
-    K(settling) empty;
-    memset(&empty, 0, sizeof empty);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(settling_init)(&empty, 12));
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(NULL));
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&blank_lazy));
 }
 
 SUITE(steady, set_up)

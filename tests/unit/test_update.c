@@ -11,8 +11,6 @@ FILTER(twin, 2);
 
 /* never initialised, and of another size */
 FILTER(blank, 2);
-SENSOR(blank_sensor, 2, 2);
-PROCESS(blank_process, 2, 1);
 PROCESS(motion3, 3, 0);
 SENSOR(radar3, 3, 1);
 
@@ -201,31 +199,6 @@ TEST(increments_below_the_last_bit_of_the_mean_add_up)
     ASSERT_WITHIN(1e-6, x - expected_before, whole_mean(&level, 0) - before);
 }
 
-TEST(update_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(NULL, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &radar, NULL));
-}
-
-TEST(update_refuses_what_is_not_initialised)
-{
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&blank, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, z));
-}
-
-TEST(update_refuses_a_sensor_of_other_size)
-{
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update)(&track, &radar3, z));
-}
-
-static kq_status update(void) { return K(update)(&track, &radar, z); }
-
-TEST(update_refuses_a_measurement_that_is_not_finite)
-{
-    assert_entries_must_be_finite(z, 2, update);
-}
-
 /* ------------------------------------------------------------------------------ subset */
 
 /* The rows whose bit is set: h and C hold them afterwards, w what they measured. */
@@ -325,16 +298,6 @@ TEST(no_component_present_leaves_the_state)
     ASSERT_SAME_STATE(&twin, &track, 2);
 }
 
-TEST(subset_refuses)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(NULL, &radar, z, 3));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, NULL, z, 3));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, &radar, NULL, 3));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&blank, &radar, z, 3));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&track, &blank_sensor, z, 3));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track, &radar3, z, 1));
-}
-
 static kq_status update_second(void) { return K(update_subset)(&track, &radar, z, 2); }
 
 TEST(subset_refuses_a_component_present_that_is_not_finite)
@@ -360,27 +323,6 @@ TEST(step_is_predict_and_update)
     ASSERT_OK(K(predict)(&twin, &motion, NULL));
     ASSERT_OK(K(update)(&twin, &radar, z));
     ASSERT_SAME_FILTER(&twin, &track, 2);
-}
-
-TEST(step_refuses_as_a_whole)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&blank, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, NULL, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar3, z));
-}
-
-static kq_status step(void) { return K(step)(&track, &motion, u, &radar, z); }
-
-TEST(step_refuses_numbers_that_are_not_finite)
-{
-    assert_entries_must_be_finite(u, 1, step);
-    assert_entries_must_be_finite(z, 2, step);
 }
 
 /* ---------------------------------------------------------------------- log-likelihood */

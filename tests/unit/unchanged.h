@@ -10,7 +10,9 @@
 #include "arithmetic.h"
 
 #define WATCHED_OBJECTS 24
+#ifndef WATCHED_BYTES
 #define WATCHED_BYTES 4096
+#endif
 
 static struct {
     const void *at;
@@ -58,14 +60,14 @@ static inline void watched_assert_unchanged(UNITY_LINE_TYPE line)
     size_t used = 0;
     for (size_t k = 0; k < watched_count; k++) {
         const int same = same_bytes(watched_bytes + used, watched[k].at, watched[k].size);
-        UNITY_TEST_ASSERT(same, line, "the call changed an object that it had to leave alone");
+        UNITY_TEST_ASSERT(same, line, description() ? description() : "the call changed an object that it had to leave alone");
         used += watched[k].size;
     }
 }
 
 static inline void assert_unchanged(kq_status expected, kq_status actual, UNITY_LINE_TYPE line)
 {
-    UNITY_TEST_ASSERT_EQUAL_INT(expected, actual, line, kq_status_text(actual));
+    UNITY_TEST_ASSERT_EQUAL_INT(expected, actual, line, description() ? description() : kq_status_text(actual));
     watched_assert_unchanged(line);
 }
 

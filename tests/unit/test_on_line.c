@@ -1,0 +1,663 @@
+/*
+ * The smoothers on line, fixed lag and fixed point: beside the same run on a tape, one text for both and for all
+ * arithmetics.  The lag is asked for its oldest step, the instant for its own; both are attached at step 0.
+ */
+#include "models.h"
+#include "unchanged.h"
+
+#define MOST 3 /* scalar measurements of one step */
+enum { STEPS = 14, LONGEST = STEPS + 2 };
+enum { LAGGED, POINTED, KINDS };
+
+static process_model motion, other, three;
+static sensor_model radar, compass;
+static prior_model prior, prior3;
+S_FILTER(track, 2);
+S_FILTER(twin, 2);
+S_FILTER(blank, 2);
+S_FILTER(track3, 3);
+S_LAG(past, 2, MOST, LONGEST);
+S_LAG(unused_lag, 2, 1, 2);
+S_LAG(past3, 3, 1, 2);
+S_INSTANT(instant, 2, MOST);
+S_INSTANT(unused_instant, 2, 1);
+S_INSTANT(instant3, 3, 1);
+S_HISTORY(tape, 2, MOST, STEPS, STEPS);
+static S(filter) shown, not_shown;
+
+static const num range[] = {100, 100, 100}, drive_range[] = {5}, measured_range[] = {200, 100, 100};
+static const num A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num A2[] = {0.5, 0.25, 0, 1}, Q2[] = {1, 0, 0, 0};
+static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
+static const num direction[] = {-1, 0.25}, variance[] = {0.125};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
+static const num identity[] = {1, 0, 0, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero[9];
+
+/* ------------------------------------------------------------------------ lag or instant */
+
+static int kind, longest;
+
+static struct S(attached) *object(void) { return kind == LAGGED ? &past.attached : &instant.attached; }
+
+static void attach_as(int what, int most)
+{
+    kind = what, longest = most;
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_OK(S(lag_assign)(&past, 2, MOST, (size_t)most, past_memory, COUNT(past_memory)));
+    ASSERT_OK(S(instant_assign)(&instant, 2, MOST, instant_memory, COUNT(instant_memory)));
+    ASSERT_OK(S(attach)(&track, object()));
+}
+
+/* The oldest step of the lag, or the instant */
+static kq_status show(S(filter) *view)
+{
+    if (kind == POINTED) return S(instant_smooth)(&instant, view);
+    return S(lagged)(&past, S(lag_steps)(&past), view);
+}
+
+static void read(reading *r)
+{
+    ASSERT_OK(show(&shown));
+    read_shown(r, &shown, &prior, 2);
+}
+
+static void set_up(void)
+{
+    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_process(&other, 2, 1, range, drive_range, A2, B, Q2);
+    put_process(&three, 3, 0, range, drive_range, identity3, NULL, identity3);
+    put_sensor(&radar, 2, 2, range, measured_range, H, R);
+    put_sensor(&compass, 2, 1, range, measured_range, direction, variance);
+    put_prior(&prior, 2, range, x0, P0);
+    put_prior(&prior3, 3, range, zero, identity3);
+    ASSERT_OK(init_filter(&twin, &prior));
+    ASSERT_OK(init_filter(&track3, &prior3));
+    attach_as(LAGGED, 5);
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(past), WATCH(instant), WATCH(motion.process);
+    WATCH(blank), WATCH(blank_memory), WATCH(unused_lag), WATCH(unused_instant), WATCH(past3), WATCH(instant3);
+    WATCH(past3_memory), WATCH(instant3_memory), WATCH(track3), WATCH(track3_memory);
+}
+
+/* A test of both, the lag of at most `most` steps */
+#define TEST_BOTH(name, most)                                                                       \
+    static void name##_of_each(void);                                                              \
+    TEST(name)                                                                                     \
+    {                                                                                              \
+        for (int what = 0; what < KINDS; what++) {                                                 \
+            set_up();                                                                              \
+            attach_as(what, most);                                                                 \
+            name##_of_each();                                                                      \
+        }                                                                                          \
+    }                                                                                              \
+    static void name##_of_each(void)
+
+/* --------------------------------------------------------------------------------- a run */
+
+/* By turns: radar; nothing; one component of the radar; radar and compass; compass twice */
+static void measure(S(filter) *f, int step)
+{
+    const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
+    const int turn = step % 5;
+    if (turn == 0 || turn == 3) ASSERT_OK(S(update)(f, &radar.sensor, measured(&radar.sensor, z)));
+    if (turn == 2) ASSERT_OK(S(update_subset)(f, &radar.sensor, measured(&radar.sensor, z), 2));
+    for (int k = 0; k < (turn == 4 ? 2 : turn == 3); k++) {
+        ASSERT_OK(S(update)(f, &compass.sensor, measured(&compass.sensor, z + k)));
+    }
+}
+
+static const S(process) *process_of(int step) { return step % 3 ? &motion.process : &other.process; }
+
+static const word *control_of(int step)
+{
+    static num u;
+    u = N(0.5 * (step % 4) - 1);
+    return step % 6 ? driven(&motion.process, &u, 1) : NULL;
+}
+
+static const word *z_of(int step)
+{
+    static num z[2];
+    z[0] = N(0.75 * (step % 5) - 1), z[1] = N(2 - 0.5 * (step % 7));
+    return measured(&radar.sensor, z);
+}
+
+/* The step with the number `step`, but for its last predict */
+static void drive(S(filter) *f, int step)
+{
+    if (step) ASSERT_OK(S(predict)(f, process_of(step), control_of(step)));
+    measure(f, step);
+}
+
+static void drive_to(int end)
+{
+    for (int step = 0; step < end; step++) drive(&track, step);
+}
+
+/* What is known of each step given all measurements up to `last`, that one's included: on the tape */
+static void smooth_to(int last)
+{
+    ASSERT_OK(init_filter(&twin, &prior));
+    ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(S(attach)(&twin, &tape.attached));
+    for (int step = 0; step <= last; step++) drive(&twin, step);
+    ASSERT_OK(S(smooth)(&tape));
+}
+
+static void assert_read(const reading *expected, const reading *actual)
+{
+    for (int i = 0; i < 2; i++) {
+        ASSERT_ALIKE(whole(expected, i), whole(actual, i), 8);
+        ASSERT_WITHIN(ROUNDING * 2 + sigma_step(range[i]), expected->sigma[i], actual->sigma[i]);
+    }
+    for (int k = 0; k < 4; k++) ASSERT_ALIKE(expected->P[k], actual->P[k], 2);
+    TEST_ASSERT_EQUAL_MEMORY(&actual->P[1], &actual->P[2], sizeof(num));
+}
+
+/* ---------------------------------------------------------------------------- what it is */
+
+TEST(every_lag_is_that_of_the_tape)
+{
+    static const int lags[] = {0, 1, 2, 3, 4, 5, 6, 9, 10, STEPS - 1, LONGEST};
+    static reading known[STEPS][STEPS]; /* of each step given the data up to each later one */
+    reading now;
+    for (int last = 0; last < STEPS; last++) {
+        smooth_to(last);
+        for (int t = 0; t <= last; t++) read_smoothed_at(&known[last][t], &tape, (size_t)t, &prior, 2);
+    }
+    for (int l = 0; l < COUNT(lags); l++) {
+        attach_as(LAGGED, lags[l]);
+        for (int last = 0; last < STEPS; last++) {
+            drive(&track, last);
+            TEST_ASSERT_EQUAL_INT(last < longest ? last : longest, S(lag_steps)(&past));
+            for (size_t k = 0; k <= S(lag_steps)(&past); k++) {
+                ASSERT_OK(S(lagged)(&past, k, &shown));
+                read_shown(&now, &shown, &prior, 2);
+                assert_read(&known[last][(size_t)last - k], &now);
+            }
+        }
+        TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
+    }
+}
+
+TEST(no_lag_is_the_filter_bit_for_bit)
+{
+    reading filtered, now;
+    for (int most = 0; most <= 4; most += 4) {
+        attach_as(LAGGED, most);
+        for (int step = 0; step < STEPS; step++) {
+            drive(&track, step);
+            ASSERT_OK(S(lagged)(&past, 0, &shown));
+            read_shown(&now, &shown, &prior, 2);
+            read_now(&filtered, &track, 2);
+            TEST_ASSERT_EQUAL_MEMORY(&filtered, &now, offsetof(reading, nis));
+        }
+    }
+}
+
+TEST(states_only_gives_the_means)
+{
+    entry P[4];
+    reading now;
+    memset(P, 7, sizeof P);
+    WATCH(P);
+    for (int step = 0; step < STEPS; step++) {
+        drive(&track, step);
+        for (size_t k = 0; k <= S(lag_steps)(&past); k++) {
+            ASSERT_OK(S(lagged)(&past, k, &shown));
+            read_shown(&now, &shown, &prior, 2);
+            ASSERT_OK(S(lagged_states)(&past, k, &shown));
+            for (int i = 0; i < 2; i++) {
+                ASSERT_WITHIN(0, whole(&now, i), shown_mean(&shown, &prior, i));
+                ASSERT_NOTHING(S(sigma)(&shown, i));
+            }
+            ASSERT_REFUSED(KQ_ERR_NOT_READY, S(covariance)(&shown, P));
+        }
+    }
+}
+
+/* Attached before or after the measurements of the step s: it is the tape's step s. */
+TEST(an_instant_is_that_of_the_tape)
+{
+    reading expected, now;
+    for (int s = 0; s < STEPS; s += 5) {
+        for (int after = 0; after < 2; after++) {
+            attach_as(POINTED, 0);
+            for (int step = 0; step < STEPS; step++) {
+                if (step) ASSERT_OK(S(predict)(&track, process_of(step), control_of(step)));
+                if (step == s && !after) ASSERT_OK(S(attach)(&track, &instant.attached));
+                measure(&track, step);
+                if (step == s && after) ASSERT_OK(S(attach)(&track, &instant.attached));
+                if (step < s) continue;
+                smooth_to(step);
+                read_smoothed_at(&expected, &tape, (size_t)s, &prior, 2);
+                read(&now);
+                assert_read(&expected, &now);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
+}
+
+/* Long after, measurements say nothing more of the instant, and rounding does not add up. */
+TEST(a_long_run_changes_nothing_any_more)
+{
+    reading early, late;
+    attach_as(POINTED, 0);
+    drive_to(100);
+    read(&early);
+    for (int step = 100; step < 3000; step++) drive(&track, step);
+    read(&late);
+    assert_read(&early, &late);
+}
+
+/* Known a million times better than at first, and better still with each measurement, by less than the last bit
+   of a word of q31's map: the instant is known as now. */
+TEST(a_constant_is_refined_for_long)
+{
+    static const num wide[] = {N(1e6), 0, 0, N(1e6)}, wide_range[] = {10000, 10000};
+    static const num sharp[] = {N(1e-4), 0, 0, N(1e-4)}, z[] = {3, -1};
+    const double known = 0.01 / sqrt(3000);
+    reading now, then;
+    put_process(&motion, 2, 0, wide_range, drive_range, identity, NULL, zero);
+    put_sensor(&radar, 2, 2, wide_range, wide_range, identity, sharp);
+    put_prior(&prior, 2, wide_range, x0, wide);
+    attach_as(POINTED, 0);
+    for (int step = 0; step < 3000; step++) {
+        if (step) ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+        ASSERT_OK(S(update)(&track, &radar.sensor, measured(&radar.sensor, z)));
+    }
+    read(&then);
+    read_now(&now, &track, 2);
+    for (int i = 0; i < 2; i++) {
+        ASSERT_WITHIN(1e-3 * known, known, sqrt((double)then.P[3 * i]));
+        ASSERT_WITHIN(2 * sigma_step(wide_range[i]) + 8 * TOLERANCE, now.mean[i], then.mean[i]);
+    }
+}
+
+TEST_BOTH(the_filter_is_the_same, 5)
+{
+    for (int step = 0; step < STEPS; step++) {
+        drive(&track, step);
+        drive(&twin, step);
+        ASSERT_OK(show(&shown));
+        ASSERT_SAME(&twin, &track, 2);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+    }
+}
+
+TEST_BOTH(a_step_is_predict_and_update, 5)
+{
+    reading stepped[STEPS], now;
+    for (int step = 0; step < STEPS; step++) {
+        ASSERT_OK(S(step)(&track, process_of(step), control_of(step), &radar.sensor, z_of(step)));
+        ASSERT_OK(S(predict)(&twin, process_of(step), control_of(step)));
+        ASSERT_OK(S(update)(&twin, &radar.sensor, z_of(step)));
+        ASSERT_SAME(&twin, &track, 2);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+        read(&stepped[step]);
+    }
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
+    attach_as(kind, longest);
+    for (int step = 0; step < STEPS; step++) {
+        ASSERT_OK(S(predict)(&track, process_of(step), control_of(step)));
+        ASSERT_OK(S(update)(&track, &radar.sensor, z_of(step)));
+        read(&now);
+        ASSERT_SAME_BITS(stepped[step], now);
+    }
+}
+
+/* Whether, when and how often it was asked before makes no difference. */
+TEST_BOTH(asking_changes_nothing, 5)
+{
+    reading all[STEPS], now;
+    for (int step = 0; step < STEPS; step++) {
+        drive(&track, step);
+        read(&all[step]);
+    }
+    attach_as(kind, longest);
+    for (int step = 0; step < STEPS; step++) {
+        drive(&track, step);
+        if (step % 4 != 3) continue;
+        for (size_t k = S(lag_steps)(&past) + 1; kind == LAGGED && k-- > 0;) ASSERT_OK(S(lagged)(&past, k, &shown));
+        if (kind == LAGGED) ASSERT_OK(S(lagged_states)(&past, 1, &shown));
+        ASSERT_OK(show(&shown));
+        read(&now);
+        ASSERT_SAME_BITS(all[step], now);
+    }
+}
+
+TEST_BOTH(an_answer_stays_until_the_next_one, 3)
+{
+    reading now, later;
+    drive_to(4);
+    read(&now);
+    for (int step = 4; step < 12; step++) drive(&track, step);
+    read_shown(&later, &shown, &prior, 2);
+    ASSERT_SAME_BITS(now, later);
+}
+
+/* An update more after the answer is in the next answer. */
+TEST_BOTH(updates_may_come_after_an_answer, 4)
+{
+    reading expected, now;
+    drive_to(8);
+    ASSERT_OK(show(&shown));
+    ASSERT_OK(S(update_subset)(&track, &radar.sensor, z_of(1), 1));
+    read(&now);
+    attach_as(kind, longest);
+    drive_to(8);
+    ASSERT_OK(S(update_subset)(&track, &radar.sensor, z_of(1), 1));
+    read(&expected);
+    ASSERT_SAME_BITS(expected, now);
+}
+
+TEST_BOTH(it_may_be_attached_again, 5)
+{
+    reading first, again;
+    drive_to(9);
+    read(&first);
+    ASSERT_OK(init_filter(&track, &prior));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&past));
+    ASSERT_OK(S(attach)(&track, object()));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&past));
+    drive_to(9);
+    read(&again);
+    ASSERT_SAME_BITS(first, again);
+}
+
+/* The same constant, through no process noise: known as now, at every step back */
+TEST_BOTH(a_constant_is_known_as_now, 10)
+{
+    static const num z[] = {3, -1};
+    reading now, then;
+    put_process(&motion, 2, 1, range, drive_range, identity, B, zero);
+    for (int step = 0; step < STEPS; step++) {
+        if (step) ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+        ASSERT_OK(S(update)(&track, &radar.sensor, measured(&radar.sensor, z)));
+        read_now(&now, &track, 2);
+        for (size_t k = 0; k <= (kind == LAGGED ? S(lag_steps)(&past) : 0); k++) {
+            if (kind == LAGGED) ASSERT_OK(S(lagged)(&past, k, &shown));
+            else ASSERT_OK(show(&shown));
+            read_shown(&then, &shown, &prior, 2);
+            for (int i = 0; i < 2; i++) {
+                ASSERT_ALIKE(whole(&now, i), whole(&then, i), 8);
+                ASSERT_WITHIN(ROUNDING + sigma_step(range[i]), now.sigma[i], then.sigma[i]);
+            }
+        }
+    }
+}
+
+/* A noise-free sensor in full: nothing more can be learned of its step, and S is singular. */
+TEST_BOTH(what_is_known_exactly_stays, 5)
+{
+    static const num z[] = {3, 4};
+    reading now;
+    put_independent(&radar, 2, 2, range, measured_range, identity, zero);
+    for (int step = 0; step < 8; step++) {
+        if (step) ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+        ASSERT_OK(S(update)(&track, &radar.sensor, measured(&radar.sensor, z)));
+        read(&now);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_ALIKE(z[i], whole(&now, i), 8);
+            ASSERT_WITHIN(ROUNDING, 0, now.sigma[i]);
+        }
+    }
+}
+
+/* A measurement at the rounding floor is not taken, and is nothing to the smoother either. */
+TEST_BOTH(a_measurement_that_was_not_taken_is_nothing, 3)
+{
+    static const num h[] = {1, 0.5, 1, 0.5}, z[] = {3, 3};
+    reading answer[2];
+    put_independent(&radar, 2, 2, range, measured_range, h, zero);
+    for (int both = 0; both < 2; both++) {
+        attach_as(kind, longest);
+        for (int step = 0; step < 6; step++) {
+            if (step) ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+            ASSERT_OK(S(update_subset)(&track, &radar.sensor, measured(&radar.sensor, z), both ? 3 : 1));
+        }
+        read(&answer[both]);
+        TEST_ASSERT_EQUAL_HEX(both ? KQ_EVENT_FLOOR : 0, S(events)(&track));
+    }
+    ASSERT_SAME_BITS(answer[0], answer[1]);
+}
+
+/* ---------------------------------------------------------------------------- refusals */
+
+TEST(assign_refuses)
+{
+    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+    const size_t least = S_LAG_LEN(2, 1, 3), least_instant = S_INSTANT_LEN(2, 1);
+    word *const memory = past_memory;
+    ASSERT_REFUSED(KQ_ERR_NULL, S(lag_assign)(NULL, 2, 1, 3, memory, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(lag_assign)(&past, 2, 1, 3, NULL, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(instant_assign)(NULL, 2, 1, memory, 1000));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(instant_assign)(&instant, 2, 1, NULL, 1000));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, S(lag_assign)(&past, bad[k], 1, 3, memory, SIZE_MAX));
+        ASSERT_REFUSED(KQ_ERR_SIZE, S(instant_assign)(&instant, bad[k], 1, memory, SIZE_MAX));
+    }
+    for (int m = -1; m <= 0; m++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, S(lag_assign)(&past, 2, m, 3, memory, SIZE_MAX));
+        ASSERT_REFUSED(KQ_ERR_SIZE, S(instant_assign)(&instant, 2, m, memory, SIZE_MAX));
+    }
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(lag_assign)(&past, 2, 1, KQ_COUNT_MAX + 1, memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(lag_assign)(&past, 2, 1, 3, memory, least - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(lag_assign)(&past, 2, 1, INT_MAX, memory, least));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(lag_assign)(&past, 2, INT_MAX, 3, memory, least));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(instant_assign)(&instant, 2, 1, memory, least_instant - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(instant_assign)(&instant, 2, INT_MAX, memory, least_instant));
+    ASSERT_OK(S(lag_assign)(&past, 2, 1, 3, memory, least));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(lagged)(&past, 0, &not_shown));
+    ASSERT_OK(S(instant_assign)(&instant, 2, 1, memory, least_instant));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&instant, &not_shown));
+}
+
+static void assert_too_long(int64_t m, int64_t L)
+{
+    const size_t words = COUNT(past_memory);
+    if (m > INT_MAX || L > (int64_t)KQ_COUNT_MAX) return;
+    if (L >= 0) ASSERT_REFUSED(KQ_ERR_MEMORY, S(lag_assign)(&past, 2, (int)m, (size_t)L, past_memory, words));
+    else ASSERT_REFUSED(KQ_ERR_MEMORY, S(instant_assign)(&instant, 2, (int)m, past_memory, words));
+}
+
+/* Sizes whose length is a little more than a multiple of 2^16 or 2^32: as a size_t of so many bits,
+   and so many are the words that there are, it is short. */
+TEST(a_length_that_would_wrap_is_refused)
+{
+    const int64_t step = S_LAG_LEN(2, MOST, 1) - S_LAG_LEN(2, MOST, 0), rest = S_LAG_LEN(2, MOST, 0);
+    const int64_t each = S_LAG_LEN(2, 2, 5) - S_LAG_LEN(2, 1, 5), others = S_LAG_LEN(2, 0, 5);
+    const int64_t one = S_INSTANT_LEN(2, 2) - S_INSTANT_LEN(2, 1), all = S_INSTANT_LEN(2, 0);
+    for (int bits = 16; bits <= 32; bits += 16) {
+        for (int64_t k = 1; k <= 8; k++) {
+            assert_too_long(MOST, ((k << bits) - rest + step - 1) / step);
+            assert_too_long(((k << bits) - others + each - 1) / each, 5);
+            assert_too_long(((k << bits) - all + one - 1) / one, -1);
+        }
+    }
+    assert_too_long(MOST, INT_MAX), assert_too_long(INT_MAX, INT_MAX), assert_too_long(INT_MAX, -1);
+}
+
+TEST(attach_refuses)
+{
+    S(lag) bare_lag;
+    S(instant) bare_instant;
+    memset(&bare_lag, 0, sizeof bare_lag);
+    memset(&bare_instant, 0, sizeof bare_instant);
+    WATCH(bare_lag), WATCH(bare_instant);
+    bare_lag.attached.hooks = past.attached.hooks; /* without sizes */
+    ASSERT_REFUSED_SIZE_OR_MEMORY(S(attach)(&track, &bare_lag.attached));
+    bare_instant.attached.hooks = instant.attached.hooks;
+    ASSERT_REFUSED_SIZE_OR_MEMORY(S(attach)(&track, &bare_instant.attached));
+    bare_lag.attached.hooks = NULL, bare_instant.attached.hooks = NULL;
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, &bare_lag.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, &bare_instant.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track, &past3.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track, &instant3.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(&track, NULL));
+    for (kind = 0; kind < KINDS; kind++) {
+        ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(NULL, object()));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&blank, object()));
+    }
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(NULL));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&bare_lag));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&unused_lag));
+}
+
+TEST_BOTH(smooth_refuses, 5)
+{
+    static const size_t bad[] = {3, SIZE_MAX, KQ_COUNT_MAX, SIZE_MAX / 2 + 1};
+    drive_to(3);
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(past), WATCH(instant), WATCH(instant_memory);
+    watch(past_memory, (size_t)S_LAG_LEN(2, MOST, 5) * sizeof(word));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(lagged)(NULL, 0, &not_shown));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(lagged_states)(NULL, 0, &not_shown));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(instant_smooth)(NULL, &not_shown));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(lagged)(&unused_lag, 0, &not_shown));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(lagged_states)(&unused_lag, 0, &not_shown));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&unused_instant, &not_shown));
+    for (int k = 0; kind == LAGGED && k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, S(lagged)(&past, bad[k], &not_shown));
+        ASSERT_REFUSED(KQ_ERR_SIZE, S(lagged_states)(&past, bad[k], &not_shown));
+    }
+    ASSERT_OK(show(&shown));
+}
+
+/* The chain is broken, and the filter goes on: by the bits of the twin, which has the same state and
+   nothing attached. */
+TEST_BOTH(after_too_many_measurements_the_filter_goes_on, 5)
+{
+    drive_to(2);
+    measure(&track, 3);
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
+    measure(&track, 3);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&track));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&past));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, show(&not_shown));
+    ASSERT_OK(S(filter_copy)(&twin, &track));
+    for (int step = 1; step < 6; step++) {
+        drive(&twin, step), drive(&track, step);
+        ASSERT_OK(S(step)(&twin, process_of(step), control_of(step), &radar.sensor, z_of(step)));
+        ASSERT_OK(S(step)(&track, process_of(step), control_of(step), &radar.sensor, z_of(step)));
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
+    }
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, show(&not_shown));
+    ASSERT_OK(S(attach)(&track, object()));
+    drive(&track, 1);
+    ASSERT_OK(show(&shown));
+}
+
+/* A raw copy of `track`: it goes on by itself, whatever its first call is, and says so; what is attached to its
+   original knows nothing of it. */
+TEST_BOTH(an_assigned_copy_goes_on_alone, 1)
+{
+    static word memory[S_FILTER_LEN(2)];
+    drive_to(2);
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(past), WATCH(past_memory), WATCH(instant), WATCH(instant_memory);
+    for (int first = 0; first < 3; first++) {
+        S(filter) copied = track;
+        memcpy(memory, track_memory, sizeof track_memory);
+        copied.memory = memory;
+        ASSERT_OK(S(filter_copy)(&twin, &track));
+        if (first == 0) {
+            ASSERT_OK_UNCHANGED(S(predict)(&copied, &motion.process, NULL));
+            ASSERT_OK(S(predict)(&twin, &motion.process, NULL));
+        } else if (first == 1) {
+            ASSERT_OK_UNCHANGED(S(update)(&copied, &radar.sensor, z_of(1)));
+            ASSERT_OK(S(update)(&twin, &radar.sensor, z_of(1)));
+        }
+        ASSERT_OK_UNCHANGED(S(step)(&copied, &motion.process, NULL, &radar.sensor, z_of(2)));
+        ASSERT_OK(S(step)(&twin, &motion.process, NULL, &radar.sensor, z_of(2)));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&copied));
+        S(events_clear)(&copied);
+        ASSERT_OK_UNCHANGED(S(predict)(&copied, &motion.process, NULL));
+        ASSERT_OK(S(predict)(&twin, &motion.process, NULL));
+        TEST_ASSERT_EQUAL_HEX(0, S(events)(&copied));
+        ASSERT_SAME(&twin, &copied, 2);
+        TEST_ASSERT_EQUAL_MEMORY(twin_memory, memory, sizeof memory);
+    }
+    drive(&track, 2);
+    ASSERT_OK(show(&shown));
+}
+
+/* Of a start it takes the place once nothing is unknown, not before. */
+TEST_BOTH(a_start_goes_before, 1)
+{
+    S_START(unknown, 2, 2);
+    ASSERT_OK(S(detach)(object()));
+    ASSERT_OK(init_start(&unknown, &track, &prior, 3));
+    WATCH(unknown), WATCH(unknown_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, object()));
+    ASSERT_OK(S(update)(&track, &radar.sensor, z_of(1)));
+    TEST_ASSERT_EQUAL_INT(0, S(start_count)(&unknown));
+    ASSERT_OK(S(attach)(&track, object()));
+    drive(&track, 1);
+    ASSERT_OK(show(&shown));
+    ASSERT_OK(S(detach)(object()));
+    ASSERT_OK(init_start(&unknown, &track, &prior, 0));
+    ASSERT_OK(S(attach)(&track, object()));
+    drive(&track, 1);
+    ASSERT_OK(show(&shown));
+}
+
+TEST_BOTH(it_may_be_detached, 1)
+{
+    drive_to(2);
+    ASSERT_OK(show(&shown));
+    const word mean = S(mean)(&shown, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, S(attach)(&twin, object()));
+    for (int twice = 0; twice < 2; twice++) ASSERT_OK(S(detach)(object()));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, S(detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, show(&not_shown));
+    TEST_ASSERT_TRUE(mean == S(mean)(&shown, 0));
+    watch_nothing();
+    WATCH(past), WATCH(past_memory), WATCH(instant), WATCH(instant_memory);
+    ASSERT_OK_UNCHANGED(S(predict)(&track, &motion.process, NULL));
+    measure(&track, 0);
+    watched_assert_unchanged(__LINE__);
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
+    ASSERT_OK(S(attach)(&twin, object()));
+    ASSERT_OK_UNCHANGED(init_filter(&twin, &prior));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, show(&not_shown));
+}
+
+TEST_BOTH(another_history_takes_its_place, 1)
+{
+    drive_to(2);
+    ASSERT_OK(show(&shown));
+    ASSERT_OK(S(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, show(&not_shown));
+    if (kind == LAGGED) ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(lagged)(&past, 1, &not_shown));
+    TEST_ASSERT_FALSE(is_nothing(S(mean)(&shown, 0)));
+    ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+    measure(&track, 3);
+    ASSERT_OK(S(smooth)(&tape));
+    TEST_ASSERT_EQUAL_UINT(2, S(history_steps)(&tape));
+    ASSERT_OK(S(attach)(&track, &tape.attached));
+    ASSERT_OK(S(attach)(&track, object()));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&tape));
+}
+
+TEST_BOTH(what_is_not_shown_is_no_number, 1)
+{
+    static const int bad[] = {-1, 2, INT_MAX, INT_MIN};
+    entry P[9];
+    memset(P, 7, sizeof P);
+    WATCH(P);
+    drive(&track, 0);
+    ASSERT_OK(show(&shown));
+    for (int k = 0; k < COUNT(bad); k++) assert_nothing_shown(&shown, bad[k]);
+    ASSERT_REFUSED(KQ_ERR_NULL, S(covariance)(&shown, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, show(NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, show(&track));
+    if (kind == LAGGED) ASSERT_REFUSED(KQ_ERR_SIZE, S(lagged)(&past, 1, &shown));
+    else ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&unused_instant, &shown));
+    assert_nothing_shown(&shown, 0);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(covariance)(&shown, P));
+}
+
+SUITE(on_line, set_up)
+#include "on_line.tests"

@@ -1,0 +1,344 @@
+/*
+ * A call that is given something wrong answers an error, and nothing has changed: one table over the calls of all
+ * arithmetics.  A row names a call and its arguments; of an argument its kind says what it may be instead, and the
+ * status that answers it.  The rows of steps are run with everything attached that changes what a step does.
+ */
+#define WATCHED_BYTES (1024 * sizeof(word))
+
+#include "models.h"
+#include "unchanged.h"
+
+enum { MOST_ARGUMENTS = 5, STEPS = 4 };
+
+static process_model motion, other, three, unmade;
+static sensor_model radar, coupled, gauge3, unmade_sensor;
+static prior_model prior, prior3;
+S_FILTER(track, 2);
+S_FILTER(twin, 2);
+S_FILTER(blank, 2);
+S_FILTER(track3, 3);
+static S(filter) bare, view;
+S_HISTORY(tape, 2, 2, STEPS, 0);
+S_HISTORY(recorded, 2, 2, STEPS, 0);
+S_HISTORY(unused, 2, 2, STEPS, 0);
+S_HISTORY(tape3, 3, 1, STEPS, 0);
+S_LAG(lag, 2, 2, 1);
+S_INSTANT(instant, 2, 2);
+S_START(start, 2, 0);
+S_START(blank_start, 2, 0);
+S_ADAPTATION(tuner, 2, 2);
+S_ADAPTATION(blank_tuner, 2, 2);
+S_SETTLING(calm, 2, 2);
+S_SETTLING(blank_calm, 2, 2);
+S_STEADY(steady, 2, 2);
+S_STEADY(blank_steady, 2, 2);
+static S(loss) loss, no_loss;
+static S(adaptation_rule) rule;
+
+static word z[2], bad_z[8][2], u[2], bad_u[4], mean[2];
+static entry out[9], gains[4];
+static int states = 2, bad_states[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
+static size_t count = 1, no_count = 0, too_many = KQ_COUNT_MAX + 1, negative = SIZE_MAX;
+static size_t filter_length = S_FILTER_LEN(2), short_filter = S_FILTER_LEN(2) - 1;
+static size_t history_length = S_HISTORY_LEN(2, 1, 1, 0), short_history = S_HISTORY_LEN(2, 0, 1, 0) - 1;
+static size_t early = 0, no_early = UINT16_MAX, start_length = S_START_LEN(2, 0), short_start = S_START_LEN(2, 0) - 1;
+static size_t short_memory = 0;
+
+/* ------------------------------------------------------- what an argument may be instead */
+
+typedef struct {
+    void *value;
+    kq_status status;
+} way;
+
+#define END {NULL, KQ_OK}
+
+static const way of_output[] = {{NULL, KQ_ERR_NULL}, END}, of_nothing[] = {END};
+static const way of_filter[] = {
+    {NULL, KQ_ERR_NULL}, {&blank, KQ_ERR_NOT_READY}, {&track3, KQ_ERR_MISMATCH}, END};
+static const way of_source[] = {{NULL, KQ_ERR_NULL}, {&blank, KQ_ERR_NOT_READY}, END};
+static const way of_target[] = {{NULL, KQ_ERR_NULL}, {&bare, KQ_ERR_MEMORY}, {&track, KQ_ERR_MISMATCH},
+                                {&track3, KQ_ERR_MISMATCH}, END};
+static const way of_process[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_NOT_READY},
+                                 {&three.process, KQ_ERR_MISMATCH}, END};
+static const way of_smoothing_process[] = {{&unmade.process, KQ_ERR_NOT_READY}, {&three.process, KQ_ERR_MISMATCH}, END};
+static const way of_sensor[] = {{NULL, KQ_ERR_NULL}, {&unmade_sensor.sensor, KQ_ERR_NOT_READY},
+                                {&gauge3.sensor, KQ_ERR_MISMATCH}, END};
+static const way of_measurement[] = {
+    {NULL, KQ_ERR_NULL},         {bad_z[0], NOT_A_NUMBER}, {bad_z[1], NOT_A_NUMBER}, {bad_z[2], NOT_A_NUMBER},
+    {bad_z[3], NOT_A_NUMBER},    {bad_z[4], NOT_A_NUMBER}, {bad_z[5], NOT_A_NUMBER}, {bad_z[6], NOT_A_NUMBER},
+    {bad_z[7], NOT_A_NUMBER},    END};
+/* An increment has no range: in q31 what is no word is refused. */
+static const way of_increment[] = {{NULL, KQ_ERR_NULL}, {bad_z[6], NOT_A_NUMBER}, {bad_z[7], NOT_A_NUMBER}, END};
+static const way of_control[] = {{&bad_u[0], NOT_A_NUMBER}, {&bad_u[1], NOT_A_NUMBER}, {&bad_u[2], NOT_A_NUMBER},
+                                 {&bad_u[3], NOT_A_NUMBER}, END};
+static const way of_states[] = {{&bad_states[0], KQ_ERR_SIZE}, {&bad_states[1], KQ_ERR_SIZE},
+                                {&bad_states[2], KQ_ERR_SIZE}, {&bad_states[3], KQ_ERR_SIZE},
+                                {&bad_states[4], KQ_ERR_SIZE}, {&bad_states[5], KQ_ERR_SIZE},
+                                {&bad_states[6], KQ_ERR_SIZE}, END};
+static const way of_count[] = {{&too_many, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_gains[] = {{&no_count, KQ_ERR_SIZE}, {&too_many, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_early[] = {{&no_early, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_filter_length[] = {{&short_filter, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_history_length[] = {{&short_history, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_start_length[] = {{&short_start, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_history[] = {{NULL, KQ_ERR_NULL}, {&unused, KQ_ERR_HISTORY_EMPTY}, END};
+static const way of_step[] = {{&too_many, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_recorder[] = {{NULL, KQ_ERR_NULL}, {&tape3.attached, KQ_ERR_MISMATCH}, END};
+static const way of_attached[] = {{NULL, KQ_ERR_NULL}, {&blank_tuner.attached, KQ_ERR_NOT_READY},
+                                  {&blank_calm.attached, KQ_ERR_NOT_READY}, END};
+static const way of_start[] = {{NULL, KQ_ERR_NULL}, {&blank_start, KQ_ERR_NOT_READY}, END};
+static const way of_steady[] = {{NULL, KQ_ERR_NULL}, {&blank_steady, KQ_ERR_NOT_READY}, END};
+static const way of_settling[] = {{NULL, KQ_ERR_NULL}, {&blank_calm, KQ_ERR_NOT_READY}, END};
+static const way of_loss[] = {{NULL, KQ_ERR_NULL}, {&no_loss, KQ_ERR_NULL}, END};
+
+/* ---------------------------------------------------------------------------------- calls */
+
+#define CALL_OF(name, ...)                                                                         \
+    static kq_status name##_of(void *const *a) { return S(name)(__VA_ARGS__); }
+
+CALL_OF(predict, a[0], a[1], a[2])
+CALL_OF(update, a[0], a[1], a[2])
+CALL_OF(update_subset, a[0], a[1], a[2], 3)
+CALL_OF(update_robust, a[0], a[1], a[2], 3, a[3])
+CALL_OF(step, a[0], a[1], a[2], a[3], a[4])
+CALL_OF(forecast, a[0], a[1], a[2], *(size_t *)a[3], a[4])
+CALL_OF(filter_assign, a[0], *(int *)a[1], a[2], *(size_t *)a[3])
+CALL_OF(filter_copy, a[0], a[1])
+CALL_OF(filter_check, a[0])
+CALL_OF(covariance, a[0], a[1])
+CALL_OF(measurement, a[0], a[1], a[2], a[3])
+CALL_OF(innovation, a[0], a[1], a[2], a[3])
+CALL_OF(gain, a[0], a[1], a[2])
+CALL_OF(move, a[0], a[1])
+CALL_OF(attach, a[0], a[1])
+CALL_OF(detach, a[0])
+CALL_OF(history_assign, a[0], *(int *)a[1], a[2], *(size_t *)a[3])
+CALL_OF(smooth, a[0])
+CALL_OF(smooth_states, a[0])
+CALL_OF(smooth_step, a[0], a[1], NULL)
+CALL_OF(smoothed, a[0], *(size_t *)a[1], a[2])
+CALL_OF(start_assign, a[0], *(int *)a[1], *(size_t *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(start_smooth, a[0])
+CALL_OF(start_smoothed, a[0], 0, a[1])
+CALL_OF(adaptation_init, a[0], a[1], a[2], a[3])
+CALL_OF(steady_init, a[0], a[1], a[2], mean, a[3], *(size_t *)a[4])
+CALL_OF(steady_predict, a[0], a[1])
+CALL_OF(steady_update, a[0], a[1])
+CALL_OF(steady_step, a[0], a[1], a[2])
+CALL_OF(steady_innovation, a[0], a[1], a[2])
+CALL_OF(settling_release, a[0])
+
+#ifdef KQ_TEST_Q31
+CALL_OF(log_likelihood_scaled, a[0], a[1])
+#endif
+
+typedef struct {
+    const char *name;
+    kq_status (*call)(void *const *);
+    struct {
+        void *good;
+        const way *ways;
+    } argument[MOST_ARGUMENTS];
+} row;
+
+#define ROW(name, ...) {#name, name##_of, {__VA_ARGS__}}
+#define A_FILTER {&track, of_filter}
+#define A_PROCESS {&motion.process, of_process}
+#define A_SENSOR {&radar.sensor, of_sensor}
+#define A_MEASUREMENT {z, of_measurement}
+#define A_CONTROL {u, of_control}
+#define AN_OUTPUT(array) {array, of_output}
+
+/* What moves a filter, whatever is attached */
+static const row steps[] = {
+    ROW(predict, A_FILTER, A_PROCESS, A_CONTROL),
+    ROW(update, A_FILTER, A_SENSOR, A_MEASUREMENT),
+    ROW(update_subset, A_FILTER, A_SENSOR, A_MEASUREMENT),
+    ROW(step, A_FILTER, A_PROCESS, A_CONTROL, A_SENSOR, A_MEASUREMENT),
+};
+
+/* By models that nothing is learnt of */
+static const row steps_of_others[] = {
+    ROW(predict, A_FILTER, {&other.process, of_process}, A_CONTROL),
+    ROW(update_subset, A_FILTER, {&coupled.sensor, of_sensor}, A_MEASUREMENT),
+    ROW(step, A_FILTER, {&other.process, of_process}, A_CONTROL, {&coupled.sensor, of_sensor}, A_MEASUREMENT),
+};
+
+static const row calls[] = {
+    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&loss, of_loss}),
+    ROW(forecast, {&track, of_filter}, A_PROCESS, A_CONTROL, {&count, of_count}, {&twin, of_target}),
+    ROW(filter_assign, AN_OUTPUT(&twin), {&states, of_states}, AN_OUTPUT(twin_memory), {&filter_length, of_filter_length}),
+    ROW(filter_copy, {&twin, of_target}, {&track, of_source}),
+    ROW(filter_check, {&track, of_source}),
+    ROW(covariance, {&track, of_source}, AN_OUTPUT(out)),
+    ROW(measurement, A_FILTER, A_SENSOR, {mean, of_nothing}, {out, of_nothing}),
+    ROW(innovation, A_FILTER, A_SENSOR, A_MEASUREMENT, AN_OUTPUT(mean)),
+    ROW(gain, A_FILTER, A_SENSOR, AN_OUTPUT(out)),
+    ROW(move, {&track, of_source}, {z, of_increment}),
+    ROW(attach, {&track, of_source}, {&tape.attached, of_recorder}),
+    ROW(detach, {&tape.attached, of_attached}),
+    ROW(history_assign, AN_OUTPUT(&tape), {&states, of_states}, AN_OUTPUT(tape_memory), {&history_length, of_history_length}),
+    ROW(smooth, {&recorded, of_history}),
+    ROW(smooth_states, {&recorded, of_history}),
+    ROW(smooth_step, {&recorded, of_history}, {NULL, of_nothing}),
+    ROW(start_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory), {&start_length, of_start_length}),
+    ROW(adaptation_init, AN_OUTPUT(&tuner), A_PROCESS, A_SENSOR, AN_OUTPUT(&rule)),
+    ROW(steady_init, AN_OUTPUT(&steady), A_PROCESS, A_SENSOR, AN_OUTPUT(gains), {&count, of_gains}),
+    ROW(steady_predict, {&steady, of_steady}, A_CONTROL),
+    ROW(steady_update, {&steady, of_steady}, A_MEASUREMENT),
+    ROW(steady_step, {&steady, of_steady}, A_CONTROL, A_MEASUREMENT),
+    ROW(steady_innovation, {&steady, of_steady}, A_MEASUREMENT, AN_OUTPUT(mean)),
+    ROW(settling_release, {&calm, of_settling}),
+#ifdef KQ_TEST_Q31
+    ROW(log_likelihood_scaled, {&track, of_source}, AN_OUTPUT(out)),
+#endif
+};
+
+/* Of a tape that has been smoothed, or of which a step has */
+static const row showings[] = {ROW(smoothed, AN_OUTPUT(&recorded), {&no_count, of_step}, AN_OUTPUT(&view))};
+static const row smoothings[] = {ROW(smooth_step, {&recorded, of_history}, {&motion.process, of_smoothing_process})};
+
+/* Smoothing of a start that has not been recorded is empty, not refused for its arguments. */
+static const row of_starts[] = {ROW(start_smooth, {&start, of_start}), ROW(start_smoothed, {&start, of_start}, {&view, of_nothing})};
+
+/* --------------------------------------------------------------------------------- driver */
+
+static void set_up(void)
+{
+    static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+    static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1};
+    static const num I3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, range[] = {100, 10, 10}, drive_range[] = {5};
+    static const num seen[] = {3, 1}, push[] = {2};
+    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_process(&other, 2, 1, range, drive_range, A, B, P0);
+    put_process(&three, 3, 0, range, drive_range, I3, NULL, I3);
+    put_sensor(&radar, 2, 2, range, range, H, R);
+    put_sensor(&coupled, 2, 2, range, range, H, R);
+    put_sensor(&gauge3, 3, 2, range, range, I3, R);
+    put_prior(&prior, 2, range, x0, P0);
+    put_prior(&prior3, 3, range, x0, I3);
+    memcpy(z, measured(&radar.sensor, seen), sizeof z);
+    memcpy(u, driven(&motion.process, push, 1), sizeof(word));
+    for (int k = 0; k < 4; k++) {
+        const word bad = bad_word(&radar.sensor, k);
+        bad_u[k] = bad;
+        memcpy(bad_z[2 * k], z, sizeof z), memcpy(bad_z[2 * k + 1], z, sizeof z);
+        bad_z[2 * k][0] = bad_z[2 * k + 1][1] = bad;
+    }
+    loss = (S(loss)){.kind = &S(loss_jump), .parameter = number(9)};
+    rule = (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    ASSERT_OK(S(filter_assign)(&twin, 2, twin_memory, COUNT(twin_memory)));
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_OK(init_filter(&twin, &prior));
+    ASSERT_OK(init_filter(&track3, &prior3));
+    ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    ASSERT_OK(S(history_assign)(&recorded, 2, recorded_memory, COUNT(recorded_memory)));
+    ASSERT_OK(S(attach)(&twin, &recorded.attached));
+    ASSERT_OK(S(predict)(&twin, &motion.process, u));
+    ASSERT_OK(S(gain)(&track, &radar.sensor, gains));
+    ASSERT_OK(S(steady_init)(&steady, &motion.process, &radar.sensor, mean, gains, 1));
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+    ASSERT_OK(S(settling_init)(&calm, 8));
+    watch_nothing();
+    WATCH(track), WATCH(track_memory), WATCH(twin), WATCH(twin_memory), WATCH(track3), WATCH(bare), WATCH(blank);
+    WATCH(z), WATCH(u), WATCH(mean), WATCH(out), WATCH(recorded), WATCH(recorded_memory), WATCH(tape);
+    WATCH(steady), WATCH(steady_memory), WATCH(motion.process), WATCH(radar.sensor);
+}
+
+static void assert_row(const row *r)
+{
+    void *a[MOST_ARGUMENTS];
+    for (int k = 0; k < MOST_ARGUMENTS; k++) a[k] = r->argument[k].good;
+    for (int k = 0; k < MOST_ARGUMENTS; k++) {
+        for (const way *w = r->argument[k].ways; w && w->status; w++) {
+            describe(r->name, "argument", k + 1, "spoiled by", (int)(w - r->argument[k].ways) + 1);
+            a[k] = w->value;
+            ASSERT_REFUSED(w->status, r->call(a));
+        }
+        a[k] = r->argument[k].good;
+    }
+    describe(r->name, "argument", 0, "spoiled by", 0);
+}
+
+static void assert_rows(const row *rows, int count_of_rows, int are_good)
+{
+    void *a[MOST_ARGUMENTS];
+    for (int r = 0; r < count_of_rows; r++) {
+        assert_row(&rows[r]);
+        for (int k = 0; k < MOST_ARGUMENTS; k++) a[k] = rows[r].argument[k].good;
+        if (are_good) ASSERT_OK(rows[r].call(a)); /* the row's own arguments are good */
+    }
+}
+
+#define ASSERT_ROWS(rows, are_good) assert_rows(rows, COUNT(rows), are_good)
+
+TEST(steps_refuse) { ASSERT_ROWS(steps, 1); }
+
+TEST(every_call_refuses)
+{
+    for (int r = 0; r < COUNT(calls); r++) {
+        set_up();
+        assert_rows(&calls[r], 1, 1);
+    }
+}
+
+TEST(smoothing_refuses_a_process_that_does_not_fit)
+{
+    ASSERT_OK(S(smooth_step)(&recorded, NULL, NULL));
+    ASSERT_ROWS(smoothings, 1);
+}
+
+TEST(showing_what_is_smoothed_refuses)
+{
+    ASSERT_OK(S(smooth)(&recorded));
+    ASSERT_ROWS(showings, 1);
+}
+
+/* What is attached watches the filter's steps, and has changed as little as the filter. */
+TEST(steps_refuse_with_a_history_a_lag_or_an_instant)
+{
+    struct S(attached) *const objects[] = {&tape.attached, &lag.attached, &instant.attached};
+    WATCH(tape_memory), WATCH(lag), WATCH(lag_memory), WATCH(instant), WATCH(instant_memory);
+    for (int k = 0; k < COUNT(objects); k++) {
+        ASSERT_OK(S(attach)(&track, objects[k]));
+        ASSERT_ROWS(steps, 1);
+        ASSERT_ROWS(steps, 1);
+    }
+}
+
+TEST(steps_refuse_with_an_adaptation)
+{
+    WATCH(tuner), WATCH(tuner_memory);
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    for (int k = 0; k < 4; k++) ASSERT_ROWS(steps, 1); /* waiting, and learning */
+    ASSERT_ROWS(steps_of_others, 1);
+}
+
+/* A refused step does not end it. */
+TEST(steps_refuse_with_a_settling)
+{
+    WATCH(calm), WATCH(calm_memory), WATCH(calm_gain);
+    ASSERT_OK(S(attach)(&track, &calm.attached));
+    ASSERT_ROWS(steps, 0);
+    for (int k = 0; k < 100; k++) ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_INT(1, S(settling_is_settled)(&calm));
+    ASSERT_ROWS(steps, 0);
+    ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_INT(1, S(settling_is_settled)(&calm));
+}
+
+/* All unknown, and nothing */
+TEST(steps_and_smoothing_refuse_with_a_start)
+{
+    WATCH(start), WATCH(start_memory), WATCH(blank_start);
+    for (uint32_t unknown = 0; unknown < 4; unknown += 3) {
+        ASSERT_OK(S(start_assign)(&start, 2, 0, start_memory, COUNT(start_memory)));
+        ASSERT_OK(init_start(&start, &track, &prior, unknown));
+        ASSERT_ROWS(of_starts, 0);
+        ASSERT_ROWS(steps, 1);
+    }
+}
+
+SUITE(refusals, set_up)
+#include "refusals.tests"

@@ -1,0 +1,174 @@
+/*
+ * Sixteen states: independent scalars y = T x, seen through the rotation T, are what each of them is alone by the
+ * formulas of one state: the filter, the smoother and both smoothers on line, in all arithmetics.
+ */
+#define MAX 16
+
+#include "models.h"
+#include "sizes.h"
+
+enum { STEPS = 6, LAST = STEPS - 1, KEPT = 3 };
+
+static process_model motion;
+static sensor_model sensor;
+static prior_model prior;
+S_FILTER(wide, 16);
+S_LAG(lag, 16, 16, KEPT);
+S_INSTANT(instant, 16, 16);
+S_HISTORY(tape, 16, 16, STEPS, 0);
+
+/* One of them: its mean and variance at each step, filtered, predicted, smoothed */
+typedef struct {
+    double a, q, p;
+    double filtered[STEPS], predicted[STEPS], mean[STEPS], variance[STEPS], before[STEPS];
+} scalar;
+
+static scalar y[16];
+static double noise_variance = 2;
+
+static double z_of(int i, int step) { return (i * 5 + step * 3) % 11 - 5; }
+
+static void filter_scalar(scalar *s, int i)
+{
+    double x = 0, p = s->p;
+    for (int t = 0; t < STEPS; t++) {
+        s->predicted[t] = x, s->before[t] = p;
+        x += p / (p + noise_variance) * (z_of(i, t) - x);
+        p *= noise_variance / (p + noise_variance);
+        s->filtered[t] = s->mean[t] = x, s->variance[t] = p;
+        x *= s->a, p = s->a * s->a * p + s->q;
+    }
+}
+
+static void smooth_scalar(scalar *s)
+{
+    for (int t = LAST - 1; t >= 0; t--) {
+        const double gain = s->variance[t] * s->a / s->before[t + 1];
+        s->mean[t] += gain * (s->mean[t + 1] - s->predicted[t + 1]);
+        s->variance[t] += gain * gain * (s->variance[t + 1] - s->before[t + 1]);
+    }
+}
+
+/* Rotated, or side by side */
+static void begin(int is_rotated)
+{
+    static num range[16], A[256], Q[256], P[256], H[256], r[16], x0[16];
+    double a[16], q[16], p[16];
+    for (int i = 0; i < 16; i++) {
+        a[i] = 0.25 * (i % 5) - 0.5, q[i] = 0.5 + 0.125 * i, p[i] = 1 + 0.5 * i;
+        y[i] = (scalar){.a = a[i], .q = q[i], .p = p[i]};
+        range[i] = 100, r[i] = N(noise_variance);
+    }
+    put_rotated(A, a), put_rotated(Q, q), put_rotated(P, p);
+    for (int k = 0; k < 256; k++) H[k] = hadamard(k / 16, k % 16);
+    for (int k = 0; k < 256 && !is_rotated; k++) {
+        const int i = k / 16, is_diagonal = k % 17 == 0;
+        A[k] = is_diagonal ? N(a[i]) : 0, Q[k] = is_diagonal ? N(q[i]) : 0;
+        P[k] = is_diagonal ? N(p[i]) : 0, H[k] = is_diagonal ? 1 : 0;
+    }
+    put_process(&motion, 16, 0, range, NULL, A, NULL, Q);
+    put_independent(&sensor, 16, 16, range, range, H, r);
+    put_prior(&prior, 16, range, x0, P);
+    ASSERT_OK(init_filter(&wide, &prior));
+    for (int i = 0; i < 16; i++) filter_scalar(&y[i], i);
+}
+
+static void set_up(void) { begin(1); }
+
+static void run(void)
+{
+    for (int t = 0; t < STEPS; t++) {
+        num z[16];
+        for (int i = 0; i < 16; i++) z[i] = N(z_of(i, t));
+        if (t) ASSERT_OK(S(predict)(&wide, &motion.process, NULL));
+        ASSERT_OK(S(update)(&wide, &sensor.sensor, measured(&sensor.sensor, z)));
+    }
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&wide));
+}
+
+/* In q31 ROUNDING is that of two states, and grows with 2n + 4 (filter.h). */
+static double size_of_means(void) { return sizeof(word) == sizeof(entry) ? 8 : 7 * 36 / 8; }
+
+/* x = T y, P = T diag(variance) T */
+static void assert_rotated(const S(filter) *view, int t)
+{
+    static entry P[256];
+    static num expected[256];
+    double mean[16], variance[16];
+    for (int i = 0; i < 16; i++) mean[i] = y[i].mean[t], variance[i] = y[i].variance[t];
+    put_rotated(expected, variance);
+    ASSERT_OK(S(covariance)(view, P));
+    for (int i = 0; i < 16; i++) ASSERT_ALIKE(rotated(mean, i), shown_mean(view, &prior, i), size_of_means());
+    for (int k = 0; k < 256; k++) ASSERT_ALIKE(expected[k], entry_value(&prior, P[k], k / 16, k % 16), 4);
+}
+
+TEST(the_filter_and_its_smoother)
+{
+    ASSERT_OK(S(attach)(&wide, &tape.attached));
+    run();
+    assert_rotated(&wide, LAST);
+    ASSERT_OK(S(smooth)(&tape));
+    for (int i = 0; i < 16; i++) smooth_scalar(&y[i]);
+    for (int t = 0; t < STEPS; t++) assert_rotated(S_SMOOTHED(&tape, (size_t)t), t);
+}
+
+TEST(the_smoothers_on_line)
+{
+    S(filter) view;
+    for (int i = 0; i < 16; i++) smooth_scalar(&y[i]);
+    ASSERT_OK(S(attach)(&wide, &lag.attached));
+    run();
+    for (int k = 0; k <= KEPT; k++) {
+        ASSERT_OK(S(lagged)(&lag, (size_t)k, &view));
+        assert_rotated(&view, LAST - k);
+    }
+    ASSERT_OK(init_filter(&wide, &prior));
+    ASSERT_OK(S(attach)(&wide, &instant.attached));
+    run();
+    ASSERT_OK(S(instant_smooth)(&instant, &view));
+    assert_rotated(&view, 0);
+}
+
+TEST(what_is_independent_stays_so_bit_for_bit)
+{
+    S(filter) view;
+    entry P[256];
+    begin(0);
+    ASSERT_OK(S(attach)(&wide, &lag.attached));
+    run();
+    ASSERT_OK(S(lagged)(&lag, KEPT, &view));
+    ASSERT_OK(S(covariance)(&view, P));
+    for (int i = 0; i < 16; i++) smooth_scalar(&y[i]);
+    for (int k = 0; k < 256; k++) {
+        const double expected = k % 17 ? 0 : y[k / 16].variance[LAST - KEPT];
+        ASSERT_WITHIN(ROUNDING * 4 * (k % 17 == 0), expected, entry_value(&prior, P[k], k / 16, k % 16));
+    }
+    for (int i = 0; i < 16; i++) ASSERT_ALIKE(y[i].mean[LAST - KEPT], shown_mean(&view, &prior, i), 8);
+}
+
+/* Memory for other sizes is not enough; what is enough is not written beyond, at its last word neither. */
+TEST(no_word_is_written_beyond_the_memory)
+{
+    enum { GUARD = 4, LENGTH = S_LAG_LEN(16, 16, KEPT) };
+    static word room[LENGTH + 2 * GUARD];
+    S(lag) guarded;
+    S(filter) view;
+    memset(room, GUARD_BYTE, sizeof room);
+    ASSERT_OK(S(lag_assign)(&guarded, 16, 16, KEPT, room + GUARD, LENGTH));
+    ASSERT_OK(S(attach)(&wide, &guarded.attached));
+    run();
+    ASSERT_OK(S(lagged)(&guarded, KEPT, &view));
+    assert_guard_bytes(room, sizeof room, GUARD * sizeof(word), LENGTH * sizeof(word));
+    enum { INSTANT_LENGTH = S_INSTANT_LEN(16, 16) };
+    S(instant) guarded_instant;
+    memset(room, GUARD_BYTE, sizeof room);
+    ASSERT_OK(init_filter(&wide, &prior));
+    ASSERT_OK(S(instant_assign)(&guarded_instant, 16, 16, room + GUARD, INSTANT_LENGTH));
+    ASSERT_OK(S(attach)(&wide, &guarded_instant.attached));
+    run();
+    ASSERT_OK(S(instant_smooth)(&guarded_instant, &view));
+    assert_guard_bytes(room, sizeof room, GUARD * sizeof(word), INSTANT_LENGTH * sizeof(word));
+}
+
+SUITE(wide, set_up)
+#include "wide.tests"
