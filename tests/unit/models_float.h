@@ -102,6 +102,17 @@ static inline void put_prior(prior_model *p, int n, const num *range, const num 
     *p = (prior_model){x, P};
 }
 
+/* Like the model's sensor, which stays; the last one that was made */
+static inline const K(sensor) *of_innovations(sensor_model *s)
+{
+    static K(sensor) made;
+    static num words[KQ_SENSOR_LEN(MAX)];
+    ASSERT_OK(K(sensor_assign)(&made, s->sensor.states, s->sensor.components, words, COUNT(words)));
+    if (s->sensor.covariance) ASSERT_OK(K(sensor_init_extended)(&made, s->sensor.measurement, s->sensor.covariance));
+    else ASSERT_OK(K(sensor_init_diagonal_extended)(&made, s->sensor.measurement, s->sensor.noise));
+    return &made;
+}
+
 static inline kq_status init_filter(K(filter) *f, const prior_model *p)
 {
     return K(filter_init)(f, p->mean, p->covariance);

@@ -72,6 +72,15 @@ static inline kq_status change_measurement(sensor_model *s, int n, int m, const 
     return kq_sensor_change_measurement_q31(&s->sensor, other);
 }
 
+/* Like the model's sensor, which stays; the last one that was made */
+static inline const kq_sensor_q31 *of_innovations(sensor_model *s)
+{
+    static kq_sensor_q31 made;
+    if (s->table.correlated) ASSERT_OK(kq_sensor_init_extended_q31(&made, &s->table, NULL));
+    else ASSERT_OK(kq_sensor_init_diagonal_extended_q31(&made, &s->table, NULL));
+    return &made;
+}
+
 static inline kq_status init_filter(kq_filter_q31 *f, const prior_model *p)
 {
     return kq_filter_init_q31(f, &p->table, NULL);

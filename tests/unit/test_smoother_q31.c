@@ -1,4 +1,5 @@
-/* The history and the smoother in q31: against those in double, and what they refuse. */
+/* The history and the smoother in q31 (test_smoother.c): against those in double, words beyond all ranges, processes
+   that have changed. */
 #include "q31.h"
 #include "reading.h"
 #include "unchanged.h"
@@ -8,15 +9,11 @@
 static process_model motion, other, three;
 static sensor_model radar;
 static prior_model start, start3;
-static kq_process_q31 blank_process;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
-static kq_filter_q31 view;
 KQ_FILTER_Q31(blank, 2);
 KQ_FILTER_Q31(track3, 3);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
-KQ_HISTORY_Q31(unused, 2, 2, 2, 0);
-KQ_HISTORY_Q31(tape3, 3, 2, 2, 0);
 
 /* the same in double */
 PROCESS(motion_f64, 2, 1);
@@ -227,18 +224,6 @@ TEST(two_components_without_noise_are_smoothed_as_in_double)
     }
 }
 
-TEST(states_only_gives_the_means)
-{
-    run(&track, 1, 1);
-    ASSERT_OK(kq_smooth_states_q31(&tape));
-    ASSERT_OK(K(smooth)(&tape_f64));
-    for (size_t t = 0; t < STEPS; t++) {
-        assert_means(t);
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(&tape, t), 0));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(SMOOTHED_Q31(&tape, t), out));
-    }
-}
-
 static void assert_noises(void)
 {
     kq_scaled_q31 mean, variance;
@@ -274,133 +259,6 @@ TEST(a_step_gives_extras)
         if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
-}
-
-TEST(the_last_step_is_the_filter_s)
-{
-    run(&track, 0, 0);
-    ASSERT_OK(kq_smooth_q31(&tape));
-    for (int i = 0; i < 2; i++) {
-        TEST_ASSERT_EQUAL_INT32(kq_mean_q31(&track, i), kq_mean_q31(SMOOTHED_Q31(&tape, STEPS - 1), i));
-        TEST_ASSERT_EQUAL_INT32(kq_mean_low_q31(&track, i),
-                                kq_mean_low_q31(SMOOTHED_Q31(&tape, STEPS - 1), i));
-    }
-}
-
-/* Recording and smoothing leave the filter as it is without them. */
-TEST(the_filter_is_the_same_with_a_history)
-{
-    run(&track, 1, 0);
-    run(&twin, 1, 0);
-    ASSERT_SAME_Q31(&twin, &track);
-    ASSERT_OK(kq_smooth_q31(&tape));
-    ASSERT_SAME_Q31(&twin, &track);
-    run(&track, 1, 0);
-    run(&twin, 1, 0);
-    ASSERT_SAME_Q31(&twin, &track);
-}
-
-/* The same constant, seen through no process noise: known as at the end, at every step */
-TEST(a_constant_smoothed_is_the_final_mean)
-{
-    static const double still[] = {1, 0, 0, 1}, none[4];
-    put_process(&motion, 2, 0, range, drive_range, still, NULL, none);
-    for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-        measure(&track, 3, 0);
-    }
-    ASSERT_OK(kq_smooth_q31(&tape));
-    for (size_t t = 0; t < STEPS; t++) {
-        for (int i = 0; i < 2; i++) {
-            ASSERT_WITHIN(LIKE, mean_value(&track, i), smoothed_value(t, i));
-            ASSERT_WITHIN(2 + ldexp(LIKE, start.state_format[i].fraction), kq_sigma_q31(&track, i),
-                          kq_sigma_q31(SMOOTHED_Q31(&tape, t), i));
-        }
-    }
-}
-
-/* ---------------------------------------------------------------------------- refusals */
-
-TEST(assign_refuses)
-{
-    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
-    const size_t least = KQ_HISTORY_LEN_Q31(2, 0, 1, 0);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_history_assign_q31(NULL, 2, tape_memory, 1000));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_history_assign_q31(&tape, 2, NULL, 1000));
-    for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, kq_history_assign_q31(&tape, bad[k], tape_memory, SIZE_MAX));
-    }
-    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_history_assign_q31(&tape, 2, tape_memory, least - 1));
-    ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, least));
-}
-
-TEST(attach_refuses)
-{
-    kq_history_q31 bare;
-    memset(&bare, 0, sizeof bare);
-    WATCH(bare);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &bare.attached));
-    bare.attached.hooks = tape.attached.hooks; /* without sizes */
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_attach_q31(&track, &bare.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track, &tape3.attached));
-    TEST_ASSERT_EQUAL_INT(0, kq_history_steps_q31(NULL));
-    TEST_ASSERT_EQUAL_INT(0, kq_history_steps_q31(&bare));
-}
-
-TEST(smooth_refuses)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_states_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smooth_step_q31(NULL, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&unused));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_states_q31(&unused));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&unused, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_smooth_step_q31(&tape, &blank_process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_smooth_step_q31(&tape, &three.process, NULL));
-    ASSERT_OK(kq_smooth_q31(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_states_q31(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
-}
-
-TEST(a_full_history_is_an_event_and_refused)
-{
-    run(&track, 0, 0);
-    run(&twin, 0, 0);
-    for (int k = 0; k < 100 && !kq_events_q31(&track); k++) {
-        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-        ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
-    }
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, kq_events_q31(&track));
-    TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_smooth_q31(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_smooth_states_q31(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, kq_smooth_step_q31(&tape, NULL, NULL));
-}
-
-/* ------------------------------------------------------------------- filter and history */
-
-TEST(a_history_belongs_to_one_filter)
-{
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tape.attached));
-    ASSERT_OK(kq_detach_q31(&tape.attached));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
-    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
-    ASSERT_OK(kq_attach_q31(&twin, &tape.attached));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_detach_q31(NULL));
-}
-
-/* It may be gone. */
-TEST(init_does_not_look_at_the_history)
-{
-    watch_nothing();
-    WATCH(tape), WATCH(tape_memory);
-    ASSERT_OK_UNCHANGED(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK_UNCHANGED(kq_predict_q31(&track, &motion.process, NULL));
 }
 
 /* ------------------------------------------------------------------- changed processes */
@@ -457,58 +315,6 @@ TEST(a_process_changed_at_every_step_is_smoothed_by_step)
         ASSERT_OK(kq_smooth_step_q31(&tape, &motion.process, NULL));
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
-}
-
-TEST(a_copy_is_a_filter_of_its_own)
-{
-    run(&track, 0, 0);
-    watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory);
-    ASSERT_OK_UNCHANGED(kq_filter_copy_q31(&twin, &track));
-    ASSERT_SAME_BITS(track_memory, twin_memory);
-    TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
-    ASSERT_OK_UNCHANGED(kq_predict_q31(&twin, &motion.process, NULL));
-    ASSERT_OK(kq_detach_q31(&tape.attached));
-    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    ASSERT_SAME_BITS(track_memory, twin_memory);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_MISMATCH, kq_filter_copy_q31(&track3, &track));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, kq_filter_copy_q31(&track, &blank));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, kq_filter_copy_q31(NULL, &track));
-}
-
-TEST(smoothed_results_refuse)
-{
-    kq_scaled_q31 mean, variance;
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_q31(NULL, 0, &view));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_q31(&tape, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(SMOOTHED_Q31(&tape, 0), out));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_smoothed_q31(&tape, STEPS, &view));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY,
-                   kq_smoothed_measurement_noise_q31(&tape, 0, &mean, &variance));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_measurement_noise_q31(NULL, 0, &mean, &variance));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_measurement_noise_q31(&tape, 0, NULL, &variance));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_smoothed_measurement_noise_q31(&tape, 0, &mean, NULL));
-}
-
-static void assert_no_word(const kq_history_q31 *h, size_t t, int i)
-{
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(h, t), i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(SMOOTHED_Q31(h, t), i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(h, t), i));
-}
-
-TEST(what_is_read_of_a_bad_step_or_state_is_no_word)
-{
-    assert_no_word(&tape, 0, 0);
-    assert_no_word(&unused, 0, 0);
-    assert_no_word(NULL, 0, 0);
-    run(&track, 0, 0);
-    ASSERT_OK(kq_smooth_q31(&tape));
-    assert_no_word(&tape, STEPS, 0);
-    assert_no_word(&tape, SIZE_MAX, 0);
-    assert_no_word(&tape, 0, -1);
-    assert_no_word(&tape, 0, 2);
-    assert_no_word(&tape, 0, INT_MIN);
 }
 
 SUITE(smoother_q31, set_up)

@@ -776,6 +776,52 @@ TEST(the_rounding_of_many_updates_is_an_event)
     }
 }
 
+/* A state that turns and drifts, one combination of it without noise: the sigma of what is past falls by 3 at each step
+   back, below the rounding of the mean. */
+TEST(sigmas_below_rounding_are_an_event)
+{
+    enum { LONG = 64 };
+    static const num a[] = {-1, -1, 0, -1}, q[] = {0, 0, 0, N(0.000244140625)}, h[] = {-2, 1}, none[] = {0};
+    static const num x[] = {-2, 0}, P[] = {0, 0, 0, 1024}, r[] = {1};
+    PROCESS(turn, 2, 0);
+    SENSOR(exact, 2, 1);
+    SENSOR(noisy, 2, 1);
+    FILTER(f, 2);
+    HISTORY(past, 2, 1, LONG, 0);
+    ASSERT_OK(K(process_init)(&turn, a, NULL, q));
+    ASSERT_OK(K(sensor_init)(&exact, h, none));
+    ASSERT_OK(K(sensor_init)(&noisy, h, r));
+    for (int is_exact = 0; is_exact < 2; is_exact++) {
+        num truth[] = {N(-2.3), N(31.7)};
+        ASSERT_OK(K(filter_init)(&f, x, P));
+        ASSERT_OK(K(attach)(&f, &past.attached));
+        for (int t = 1; t < LONG; t++) {
+            truth[0] = -truth[0] - truth[1];
+            truth[1] = N(0.015625) * (num)(t % 5 - 2) - truth[1];
+            const num z = truth[1] - 2 * truth[0];
+            ASSERT_OK(K(predict)(&f, &turn, NULL));
+            ASSERT_OK(K(update)(&f, is_exact ? &exact : &noisy, &z));
+        }
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&f));
+        ASSERT_OK(K(smooth)(&past));
+        TEST_ASSERT_EQUAL_HEX(is_exact ? KQ_EVENT_PRECISION : 0, K(events)(SMOOTHED(&past, 0)));
+    }
+}
+
+TEST(a_smoothed_mean_is_rounded_once)
+{
+    HISTORY(tape, 2, 2, 6, 0);
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    for (int t = 0; t < 5; t++) ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
+    ASSERT_OK(K(smooth)(&tape));
+    for (size_t t = 0; t < 6; t++) {
+        for (int i = 0; i < 2; i++) {
+            const double mean = (double)K(mean)(SMOOTHED(&tape, t), i), low = (double)K(mean_low)(SMOOTHED(&tape, t), i);
+            TEST_ASSERT_TRUE(fabs(low) <= 0.5 * EPS * fabs(mean));
+        }
+    }
+}
+
 /* (1 + e)^2 = 1 + 2 e + e^2, the last of them below the last bit of a number; and less 1 */
 TEST(the_low_part_completes_a_predicted_measurement)
 {
