@@ -83,6 +83,12 @@ static inline void put_independent(sensor_model *s, int n, int m, const num *ran
     CALL(K(sensor_init_diagonal)(&s->sensor, H, r));
 }
 
+/* The model's process becomes that of `source` with its noise times q. */
+static inline kq_status scale_noise(process_model *m, process_model *source, num q)
+{
+    return K(process_scale_noise)(&m->process, &source->process, q);
+}
+
 /* Another A, another H: the arrays given */
 static inline kq_status change_transition(process_model *m, int n, const num *A)
 {

@@ -58,6 +58,12 @@ static inline void put_independent(sensor_model *s, int n, int m, const double *
     ASSERT_OK(kq_sensor_init_diagonal_q31(&s->sensor, &s->table, NULL));
 }
 
+/* The model's process becomes that of `source` with its noise times q. */
+static inline kq_status scale_noise(process_model *m, process_model *source, kq_scaled_q31 q)
+{
+    return kq_process_scale_noise_q31(&m->process, &source->process, m->noise_root, q);
+}
+
 /* Another A, in the model's own table; another H, in another one */
 static inline kq_status change_transition(process_model *m, int n, const double *A)
 {

@@ -1,4 +1,5 @@
-/* The scales of the noises learnt on line: beside the formulas in double, bounds, refusals. */
+/* The scales of the noises learnt on line: beside the formulas in double, in all sizes, and rules that are refused
+   (test_learning.c has what holds in q31 as well). */
 #include "adaptation_textbook.h"
 #include "reading.h"
 #include "sizes.h"
@@ -13,12 +14,9 @@ SENSOR(radar, 2, 2);
 SENSOR(coupled, 2, 2);
 FILTER(track, 2);
 FILTER(twin, 2);
-FILTER(third, 2);
 ADAPTATION(tuner, 2, 2);
-HISTORY(tape, 2, 2, 8, 0);
 
 /* never initialised, and of other sizes */
-FILTER(blank, 2);
 FILTER(track3, 3);
 PROCESS(blank_process, 2, 1);
 PROCESS(motion3, 3, 0);
@@ -75,25 +73,6 @@ static void draw(uint32_t *seed)
 }
 
 /* ------------------------------------------------------------------------------ what is learnt */
-
-TEST(scales_that_may_not_move_leave_the_bits)
-{
-    uint32_t seed = 1;
-    const K(sensor) * sensors[] = {&radar, &coupled};
-    rule.process_least = rule.process_most = rule.sensor_least = rule.sensor_most = 1;
-    for (int k = 0; k < 2; k++) {
-        ASSERT_OK(K(adaptation_init)(&tuner, &motion, sensors[k], &rule));
-        for (int t = 0; t < STEPS; t++) {
-            draw(&seed);
-            ASSERT_OK(K(update_subset)(&track, sensors[k], z, present_at(t)));
-            ASSERT_OK(K(update_subset)(&twin, sensors[k], z, present_at(t)));
-            ASSERT_SAME_FILTER(&twin, &track, 2);
-            ASSERT_OK(K(predict)(&track, &motion, t % 2 ? u : NULL));
-            ASSERT_OK(K(predict)(&twin, &motion, t % 2 ? u : NULL));
-            ASSERT_SAME_FILTER(&twin, &track, 2);
-        }
-    }
-}
 
 static void put_textbook(scale_textbook *t, const num *noise_covariance)
 {
@@ -206,38 +185,6 @@ TEST(the_scales_of_a_plant_are_found)
     ASSERT_WITHIN(0.25, log(4), log((double)K(adaptation_sensor_scale)(&finder)));
 }
 
-TEST(learning_begins_after_n_measurements)
-{
-    for (int k = 0; k < 2; k++) {
-        ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
-        ASSERT_WITHIN(0, 1, process_scale());
-        ASSERT_WITHIN(0, 1, sensor_scale());
-        ASSERT_OK(K(predict)(&track, &motion, u));
-    }
-    z[0] = 20;
-    ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
-    TEST_ASSERT_TRUE(process_scale() > 1 && sensor_scale() > 1);
-}
-
-TEST(without_a_measurement_nothing_is_learnt)
-{
-    uint32_t seed = 2;
-    for (int t = 0; t < 10; t++) {
-        draw(&seed);
-        ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
-        ASSERT_OK(K(predict)(&track, &motion, u));
-    }
-    const K(adaptation) before = tuner;
-    z[0] = z[1] = (num)NAN; /* not read */
-    for (int t = 0; t < 5; t++) {
-        ASSERT_OK(K(update_subset)(&track, &radar, z, 0));
-        ASSERT_OK(K(predict)(&track, &motion, u));
-    }
-    ASSERT_WITHIN(0, before.process_scale, process_scale());
-    ASSERT_WITHIN(0, before.sensor_scale, sensor_scale());
-    ASSERT_SAME_BITS(before.information, tuner.information);
-}
-
 /* ------------------------------------------------------------------------------ bounds */
 
 /* 5 sigma or all the sigmas there are: the scales do not know */
@@ -261,33 +208,6 @@ TEST(an_outlier_counts_as_four_sigma)
     }
     ASSERT_SAME_BITS(found[0], found[1]);
     ASSERT_SAME_BITS(found[0], found[2]);
-}
-
-static void assert_step(double before, double now)
-{
-    const double most = 1.125 * (1 + 4 * EPS);
-    TEST_ASSERT_TRUE(now <= before * most && now >= before / most);
-}
-
-/* Measurements out of all proportion, then none that differ from what is expected */
-TEST(steps_and_limits_are_kept)
-{
-    int moved = 0;
-    for (int t = 0; t < 1000; t++) {
-        const double q = process_scale(), s = sensor_scale();
-        z[0] = t < 200 ? N(t % 2 ? 1e4 : -1e4) : K(mean)(&track, 0);
-        z[1] = t < 200 ? -z[0] : K(mean)(&track, 0) / 2 + K(mean)(&track, 1);
-        ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
-        assert_step(q, process_scale());
-        assert_step(s, sensor_scale());
-        moved += process_scale() != q;
-        TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
-        TEST_ASSERT_TRUE(sensor_scale() >= 0.125 && sensor_scale() <= 8);
-        if (t == 199) ASSERT_WITHIN(0, 8, sensor_scale());
-        ASSERT_OK(K(predict)(&track, &motion, NULL));
-    }
-    ASSERT_WITHIN(0, 0.125, sensor_scale());
-    TEST_ASSERT_TRUE(moved > 10);
 }
 
 /* A state that grows and is not seen, until P has left the numbers */
@@ -325,203 +245,6 @@ TEST(no_noise_stays_none)
     TEST_ASSERT_EQUAL_MEMORY(motion_memory, p->noise_root, sizeof motion_memory);
     TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[0] == radar.noise[0]);
     TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[1] == K(adaptation_sensor_scale)(&tuner));
-}
-
-/* ------------------------------------------------------------------------------ objects */
-
-static void learn_something(void)
-{
-    uint32_t seed = 4;
-    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &coupled, &rule));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-    for (int t = 0; t < STEPS; t++) {
-        draw(&seed);
-        ASSERT_OK(K(update_subset)(&track, &coupled, z, present_at(t)));
-        ASSERT_OK(K(predict)(&track, &motion, u));
-    }
-    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
-}
-
-TEST(the_scaled_models_are_those_of_the_scales)
-{
-    PROCESS(expected, 2, 1);
-    num S[4], S0[4];
-    learn_something();
-    const K(process) *p = K(adaptation_process)(&tuner);
-    ASSERT_OK(K(process_scale_noise)(&expected, &motion, K(adaptation_process_scale)(&tuner)));
-    TEST_ASSERT_EQUAL_MEMORY(expected_memory, p->noise_root, sizeof expected_memory);
-    ASSERT_OK(K(forecast)(&track, p, u, 1, &twin));
-    ASSERT_OK(K(measurement)(&track, &coupled, NULL, S0));
-    ASSERT_OK(K(measurement)(&track, K(adaptation_sensor)(&tuner), NULL, S));
-    for (int k = 0; k < 4; k++) {
-        ASSERT_CLOSE((sensor_scale() - 1) * (double)R[k], S[k] - S0[k], 8);
-    }
-    ASSERT_OK(K(predict)(&track, &motion, u));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-    ASSERT_OK(K(update)(&twin, K(adaptation_sensor)(&tuner), z));
-    ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-}
-
-TEST(another_model_is_that_of_the_next_step)
-{
-    static const num A2[] = {0.5, 0.25, 0, 1}, H2[] = {0, 1, 1, 1};
-    PROCESS(expected, 2, 1);
-    learn_something();
-    ASSERT_OK(K(process_change_transition)(&motion, A2));
-    ASSERT_OK(K(process_scale_noise)(&expected, &motion, K(adaptation_process_scale)(&tuner)));
-    ASSERT_OK(K(forecast)(&track, &expected, u, 1, &twin));
-    ASSERT_OK(K(predict)(&track, &motion, u));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-    ASSERT_OK(K(sensor_change_measurement)(&coupled, H2));
-    ASSERT_OK(K(update)(&twin, K(adaptation_sensor)(&tuner), z));
-    ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-}
-
-TEST(an_attach_keeps_what_was_learnt)
-{
-    learn_something();
-    const K(adaptation) before = tuner;
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-    z[0] = 20;
-    ASSERT_OK(K(update_subset)(&track, &coupled, z, ALL)); /* waits for two */
-    ASSERT_WITHIN(0, before.process_scale, process_scale());
-    ASSERT_WITHIN(0, before.sensor_scale, sensor_scale());
-    ASSERT_SAME_BITS(before.information, tuner.information);
-    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &coupled, &rule));
-    ASSERT_WITHIN(0, 1, process_scale());
-    ASSERT_WITHIN(0, 1, sensor_scale());
-}
-
-/* Steps by which nothing may be learnt, beside a filter that has none to learn by */
-TEST(other_models_are_taken_as_they_are)
-{
-    uint32_t seed = 6;
-    learn_something();
-    ASSERT_OK(K(filter_copy)(&twin, &track));
-    const K(adaptation) before = tuner;
-    num memory[ADAPTATION_LEN(2, 2)];
-    memcpy(memory, tuner_memory, sizeof memory);
-    for (int t = 0; t < STEPS; t++) {
-        draw(&seed);
-        const uint32_t present = present_at(t);
-        ASSERT_OK(K(predict)(&track, &another, u));
-        ASSERT_OK(K(predict)(&twin, &another, u));
-        ASSERT_OK(K(update_subset)(&track, &radar, z, present));
-        ASSERT_OK(K(update_subset)(&twin, &radar, z, present));
-        ASSERT_OK(K(update)(&track, &single, z));
-        ASSERT_OK(K(update)(&twin, &single, z));
-        ASSERT_OK(K(step)(&track, &another, u, &radar, z));
-        ASSERT_OK(K(step)(&twin, &another, u, &radar, z));
-        ASSERT_SAME_FILTER(&twin, &track, 2);
-    }
-    TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
-    TEST_ASSERT_EQUAL_MEMORY(memory, tuner_memory, sizeof memory);
-    /* one of the two may be another */
-    ASSERT_OK(K(step)(&track, &another, u, &coupled, z));
-    TEST_ASSERT_TRUE(memcmp(&before, &tuner, sizeof before) != 0);
-}
-
-TEST(a_step_is_a_predict_and_an_update)
-{
-    ADAPTATION(other, 2, 2);
-    const K(sensor) * sensors[] = {&radar, &coupled, &single};
-    for (int k = 0; k < 2; k++) {
-        uint32_t seed = 6;
-        ASSERT_OK(K(filter_init)(&track, x0, P0));
-        ASSERT_OK(K(filter_init)(&twin, x0, P0));
-        ASSERT_OK(K(adaptation_init)(&tuner, &motion, sensors[k], &rule));
-        ASSERT_OK(K(adaptation_init)(&other, &motion, sensors[k], &rule));
-        ASSERT_OK(K(attach)(&track, &tuner.attached));
-        ASSERT_OK(K(attach)(&twin, &other.attached));
-        for (int t = 0; t < STEPS; t++) {
-            const K(process) *p = t % 5 == 4 ? &another : &motion;
-            const K(sensor) *s = t % 7 == 5 ? &single : sensors[k];
-            draw(&seed);
-            ASSERT_OK(K(predict)(&track, p, u));
-            ASSERT_OK(K(update)(&track, s, z));
-            ASSERT_OK(K(step)(&twin, p, u, s, z));
-            ASSERT_SAME_FILTER(&track, &twin, 2);
-            TEST_ASSERT_TRUE(K(adaptation_process_scale)(&other) == (num)process_scale());
-            TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&other) == (num)sensor_scale());
-        }
-        TEST_ASSERT_TRUE(sensor_scale() != 1 && process_scale() != 1);
-    }
-}
-
-TEST(a_detached_filter_goes_on_by_itself)
-{
-    learn_something();
-    ASSERT_OK(K(filter_copy)(&twin, &track));
-    ASSERT_OK(K(detach)(&tuner.attached));
-    const K(adaptation) before = tuner;
-    for (int t = 0; t < 3; t++) {
-        ASSERT_OK(K(step)(&track, &motion, u, &coupled, z));
-        ASSERT_OK(K(step)(&twin, &motion, u, &coupled, z));
-        ASSERT_SAME_FILTER(&twin, &track, 2);
-    }
-    TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
-    ASSERT_OK_UNCHANGED(K(detach)(&tuner.attached)); /* it is */
-    /* attached again, or to another filter, it is what it had learnt that counts */
-    ASSERT_OK(K(attach)(&twin, &tuner.attached));
-    ASSERT_OK(K(forecast)(&twin, K(adaptation_process)(&tuner), u, 1, &track));
-    ASSERT_OK(K(predict)(&twin, &motion, u));
-    ASSERT_SAME_STATE(&track, &twin, 2);
-    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
-    /* and a history may take its place */
-    ASSERT_OK(K(detach)(&tuner.attached));
-    ASSERT_OK(K(attach)(&twin, &tape.attached));
-}
-
-/* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
-TEST(a_copied_filter_goes_on_by_itself)
-{
-    for (int assigned = 0; assigned < 2; assigned++) {
-        learn_something();
-        ASSERT_OK(K(filter_copy)(&twin, &track));
-        ASSERT_OK(K(filter_copy)(&third, &track));
-        if (assigned) {
-            twin = track;
-            twin.memory = twin_memory;
-        }
-        const K(adaptation) before = tuner;
-        for (int t = 0; t < 3; t++) {
-            ASSERT_OK(K(update)(&twin, &coupled, z));
-            ASSERT_OK(K(update)(&third, &coupled, z));
-            ASSERT_OK(K(predict)(&twin, &motion, u));
-            ASSERT_OK(K(predict)(&third, &motion, u));
-            ASSERT_OK(K(step)(&twin, &motion, u, &coupled, z));
-            ASSERT_OK(K(step)(&third, &motion, u, &coupled, z));
-            ASSERT_SAME_FILTER(&third, &twin, 2);
-        }
-        TEST_ASSERT_EQUAL_MEMORY(&before, &tuner, sizeof before);
-        ASSERT_OK(K(update)(&track, &coupled, z)); /* the filter itself has lost nothing */
-        TEST_ASSERT_TRUE(memcmp(&before, &tuner, sizeof before) != 0);
-    }
-}
-
-/* It may then be gone, or assigned anew: the filter does not go to it any more. */
-TEST(what_is_assigned_anew_is_not_attached)
-{
-    ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
-    for (int t = 0; t < 3; t++) {
-        ASSERT_OK(K(update)(&track, &radar, z));
-        ASSERT_OK(K(update)(&twin, &radar, z));
-        ASSERT_OK(K(predict)(&track, &motion, u));
-        ASSERT_OK(K(predict)(&twin, &motion, u));
-        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
-        ASSERT_OK(K(step)(&twin, &motion, u, &radar, z));
-    }
-    ASSERT_SAME_FILTER(&twin, &track, 2);
-    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    const K(adaptation) kept = tuner;
-    memset(&tuner, 0xa5, sizeof tuner);
-    ASSERT_OK(K(update)(&track, &radar, z));
-    tuner = kept;
 }
 
 TEST(an_adaptation_works_at_every_size)
@@ -646,170 +369,6 @@ TEST(refusals_of_what_cannot_be_scaled)
     rule.sensor_most = 128;
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(adaptation_init)(&tuner, &motion, &coupled, &rule));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, try_init());
-}
-
-/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-TEST(an_adaptation_has_one_filter)
-{
-    WATCH(twin);
-    learn_something();
-    const double learnt = process_scale();
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tuner.attached));
-    ASSERT_OK(K(attach)(&track, &tuner.attached)); /* to its own once more */
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tuner.attached));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-    ASSERT_OK(K(detach)(&tuner.attached));
-    ASSERT_OK(K(attach)(&twin, &tuner.attached));
-    TEST_ASSERT_TRUE(learnt != 1 && process_scale() == learnt);
-    ASSERT_OK(K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory)));
-    ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-}
-
-/* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
-TEST(what_records_takes_the_place_of_what_records)
-{
-    LAG(lag, 2, 2, 2);
-    INSTANT(point, 2, 2);
-    HISTORY(later, 2, 2, 4, 0);
-    K(filter) view;
-    ASSERT_OK(K(attach)(&twin, &tape.attached));
-    ASSERT_OK(K(attach)(&twin, &lag.attached));
-    ASSERT_OK(K(predict)(&twin, &motion, u));
-    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&tape));
-    TEST_ASSERT_EQUAL_UINT(1, K(lag_steps)(&lag));
-    ASSERT_OK(K(attach)(&twin, &point.attached));
-    TEST_ASSERT_EQUAL_UINT(0, K(lag_steps)(&lag));
-    ASSERT_OK(K(attach)(&twin, &later.attached));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(instant_smooth)(&point, &view));
-    ASSERT_OK(K(attach)(&twin, &tape.attached));
-    ASSERT_OK(K(predict)(&twin, &motion, u));
-    TEST_ASSERT_EQUAL_UINT(1, K(history_steps)(&later));
-    TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&tape));
-    ASSERT_OK(K(detach)(&tape.attached));
-}
-
-TEST(refusals_of_attach)
-{
-    LAG(lag, 2, 2, 2);
-    INSTANT(point, 2, 2);
-    START(start, 2, 0);
-    ADAPTATION(other, 2, 2);
-    ASSERT_OK(K(adaptation_init)(&other, &motion, &radar, &rule));
-    WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &blank_tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track3, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &other.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &lag.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &point.attached));
-    ASSERT_OK(K(attach)(&twin, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
-    ASSERT_OK(K(detach)(&tape.attached));
-    ASSERT_OK(K(attach)(&twin, &lag.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
-    ASSERT_OK(K(detach)(&lag.attached));
-    ASSERT_OK(K(attach)(&twin, &point.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
-    ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&twin, &other.attached));
-    ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 0));
-    ASSERT_OK(K(attach)(&twin, &other.attached)); /* nothing was unknown */
-    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_tuner.attached));
-}
-
-/* Beside the processes and sensors that are learnt from, others, which are refused alike */
-TEST(refusals_of_predict)
-{
-    const K(process) * processes[] = {&motion, &another};
-    for (int k = 0; k < COUNT(processes); k++) {
-        ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, processes[k], u));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, processes[k], u));
-        ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track3, processes[k], u));
-        u[0] = (num)NAN;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict)(&track, processes[k], u));
-        u[0] = 1;
-    }
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, u));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, u));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, u));
-}
-
-TEST(refusals_of_update)
-{
-    const K(sensor) * sensors[] = {&radar, &coupled};
-    for (int k = 0; k < COUNT(sensors); k++) {
-        ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(NULL, sensors[k], z, ALL));
-        ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, sensors[k], NULL, ALL));
-        ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, sensors[k], NULL));
-        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&blank, sensors[k], z, ALL));
-        ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track3, sensors[k], z, ALL));
-        z[1] = (num)INFINITY;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, sensors[k], z, ALL));
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update)(&track, sensors[k], z));
-        ASSERT_OK(K(update_subset)(&track, sensors[k], z, 1));
-        z[1] = 1;
-    }
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(&track, NULL, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&track, &blank_sensor, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track, &radar3, z, ALL));
-}
-
-/* A step that is refused has not predicted, either. */
-TEST(refusals_of_step)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &motion, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, NULL, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &motion, u, &radar, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, u, &blank_sensor, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, u, &radar, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar3, z));
-    z[1] = (num)INFINITY;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
-    z[1] = 1;
-    u[0] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &motion, u, &radar, z));
-    u[0] = 1;
-    const K(sensor) kept = radar;
-    radar = single;
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion, u, &radar, z));
-    radar = kept;
-    ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
-}
-
-/* The models that it refers to have become others */
-TEST(refusals_of_models_that_changed)
-{
-    const K(process) kept = motion;
-    const K(sensor) kept_sensor = radar;
-    motion = motion3;
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion, u));
-    TEST_ASSERT_NULL(K(adaptation_process)(&tuner));
-    motion = blank_process;
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &motion, u));
-    motion = kept;
-    radar = single;
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_subset)(&track, &radar, z, ALL));
-    TEST_ASSERT_NULL(K(adaptation_sensor)(&tuner));
-    radar = kept_sensor;
-    ASSERT_OK(K(update_subset)(&track, &radar, z, ALL));
-}
-
-TEST(readings_of_nothing)
-{
-    ASSERT_NAN(K(adaptation_process_scale)(NULL));
-    ASSERT_NAN(K(adaptation_sensor_scale)(NULL));
-    ASSERT_NAN(K(adaptation_process_scale)(&blank_tuner));
-    ASSERT_NAN(K(adaptation_sensor_scale)(&blank_tuner));
-    TEST_ASSERT_NULL(K(adaptation_process)(NULL));
-    TEST_ASSERT_NULL(K(adaptation_sensor)(&blank_tuner));
 }
 
 SUITE(adaptation, set_up)

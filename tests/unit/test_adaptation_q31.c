@@ -1,4 +1,4 @@
-/* The scales of the noises learnt in q31: what double learns, and what is refused. */
+/* The scales of the noises learnt in q31 (test_learning.c): what double learns, and what is refused. */
 #include "q31.h"
 #include "reading.h"
 #include "unchanged.h"
@@ -10,13 +10,9 @@ KQ_ADAPTATION_Q31(tuner, 2, 2);
 KQ_ADAPTATION_Q31(blank, 2, 2);
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
-KQ_FILTER_Q31(blank_filter, 2);
-KQ_HISTORY_Q31(tape, 2, 2, 4, 0);
 static process_model motion, motion3, finer, another;
 static sensor_model radar, coupled, single;
 static prior_model start, start3;
-static kq_process_q31 blank_process;
-static kq_sensor_q31 blank_sensor;
 static kq_adaptation_rule_q31 rule;
 
 /* the same in double */
@@ -81,33 +77,7 @@ static const int32_t *drawn(uint32_t *seed, double scale)
     return words_of(z, 2, radar.measurement_format);
 }
 
-static const int32_t *drive(void)
-{
-    static int32_t word[1];
-    ASSERT_OK(kq_vector_prepare_q31(word, (const double[]){2}, 1, motion.control_format, NULL));
-    return word;
-}
-
 /* ------------------------------------------------------------------------------ what is learnt */
-
-TEST(scales_that_may_not_move_leave_the_bits)
-{
-    uint32_t seed = 1;
-    const kq_sensor_q31 *sensors[] = {&radar.sensor, &coupled.sensor};
-    rule.process_least = rule.process_most = rule.sensor_least = rule.sensor_most = one;
-    for (int k = 0; k < 2; k++) {
-        ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, sensors[k], &rule));
-        for (int t = 0; t < STEPS; t++) {
-            const int32_t *z = drawn(&seed, 2);
-            ASSERT_OK(kq_update_subset_q31(&track, sensors[k], z, present_at(t)));
-            ASSERT_OK(kq_update_subset_q31(&twin, sensors[k], z, present_at(t)));
-            ASSERT_SAME_Q31(&twin, &track);
-            ASSERT_OK(kq_predict_q31(&track, &motion.process, t % 2 ? drive() : NULL));
-            ASSERT_OK(kq_predict_q31(&twin, &motion.process, t % 2 ? drive() : NULL));
-            ASSERT_SAME_Q31(&twin, &track);
-        }
-    }
-}
 
 /* The goal is far above what is measured: 1e-7 */
 static void follow_double(const kq_sensor_q31 *s, const double *R_wide, kq_adapted scales)
@@ -151,29 +121,6 @@ TEST(scales_are_those_of_double)
 
 /* ------------------------------------------------------------------------------ bounds */
 
-/* Measurements out of all proportion, then none that differ from what is expected */
-TEST(steps_and_limits_are_kept)
-{
-    for (int t = 0; t < 1000; t++) {
-        const double q = process_scale(), r = sensor_scale(), most = 1.125 * (1 + 1e-8);
-        int32_t z[2];
-        if (t < 200) {
-            z[0] = t % 2 ? INT32_C(900) << 20 : -(INT32_C(900) << 20);
-            z[1] = -z[0];
-        } else {
-            ASSERT_OK(kq_measurement_q31(&track, &radar.sensor, z, NULL));
-        }
-        ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, ALL));
-        TEST_ASSERT_TRUE(process_scale() <= q * most && process_scale() >= q / most);
-        TEST_ASSERT_TRUE(sensor_scale() <= r * most && sensor_scale() >= r / most);
-        TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
-        TEST_ASSERT_TRUE(sensor_scale() >= 0.125 && sensor_scale() <= 8);
-        if (t == 199) ASSERT_WITHIN(0, 8, sensor_scale());
-        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    }
-    ASSERT_WITHIN(0, 0.125, sensor_scale());
-}
-
 /* States that nothing measures and nothing moves, for as long as it takes their slopes to vanish;
    noise-free components; a noise as large as a table may say */
 TEST(ends_of_the_numbers_are_safe)
@@ -197,149 +144,6 @@ TEST(ends_of_the_numbers_are_safe)
         TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
         TEST_ASSERT_TRUE(sensor_scale() >= 0x1p-40 && sensor_scale() <= 0x1p40);
     }
-}
-
-/* ------------------------------------------------------------------------------ objects */
-
-static void learn_something(void)
-{
-    uint32_t seed = 4;
-    ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &coupled.sensor, &rule));
-    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
-    for (int t = 0; t < STEPS; t++) {
-        ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 3), present_at(t)));
-        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    }
-    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
-}
-
-TEST(the_scaled_models_are_those_of_the_scales)
-{
-    static kq_process_q31 expected;
-    static int32_t root[KQ_ROOT_LEN_Q31(2)];
-    uint32_t seed = 8;
-    learn_something();
-    const kq_process_q31 *p = kq_adaptation_process_q31(&tuner);
-    const kq_sensor_q31 *s = kq_adaptation_sensor_q31(&tuner);
-    ASSERT_OK(kq_process_scale_noise_q31(&expected, &motion.process, root,
-                                         kq_adaptation_process_scale_q31(&tuner)));
-    TEST_ASSERT_EQUAL_MEMORY(root, p->noise_root, sizeof root);
-    ASSERT_WITHIN(1e-9, sensor_scale(), of_number(s->noise[0]) / of_number(coupled.noise[0]));
-    ASSERT_WITHIN(0, of_number(coupled.noise[1]), of_number(s->noise[1])); /* of U */
-    ASSERT_OK(kq_forecast_q31(&track, p, NULL, 1, &twin));
-    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
-    const int32_t *z = drawn(&seed, 2);
-    ASSERT_OK(kq_update_q31(&twin, s, z));
-    ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, z, ALL));
-    TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
-}
-
-TEST(an_attach_keeps_what_was_learnt)
-{
-    uint32_t seed = 8;
-    learn_something();
-    const kq_adaptation_q31 before = tuner;
-    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
-    ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 20), ALL)); /* waits for two */
-    TEST_ASSERT_EQUAL_MEMORY(&before.information, &tuner.information, sizeof tuner.information);
-    ASSERT_WITHIN(0, of_number(before.process_scale), process_scale());
-    ASSERT_OK(kq_update_subset_q31(&track, &coupled.sensor, drawn(&seed, 20), ALL));
-    TEST_ASSERT_TRUE(memcmp(&before.information, &tuner.information, sizeof before.information));
-}
-
-/* (The objects have padding, and MemorySanitizer knows that.) */
-static void assert_has_learnt_nothing(const kq_adaptation_q31 *before)
-{
-    TEST_ASSERT_EQUAL_INT(before->waiting, tuner.waiting);
-    TEST_ASSERT_EQUAL_MEMORY(&before->process_scale, &tuner.process_scale, sizeof tuner.process_scale);
-    TEST_ASSERT_EQUAL_MEMORY(&before->sensor_scale, &tuner.sensor_scale, sizeof tuner.sensor_scale);
-    TEST_ASSERT_EQUAL_MEMORY(before->information, tuner.information, sizeof tuner.information);
-}
-
-/* Steps by which nothing may be learnt, beside a filter that has none to learn by */
-TEST(other_models_are_taken_as_they_are)
-{
-    uint32_t seed = 6;
-    learn_something();
-    ASSERT_OK(kq_filter_copy_q31(&twin, &track));
-    const kq_adaptation_q31 before = tuner;
-    for (int t = 0; t < STEPS; t++) {
-        const int32_t *z = drawn(&seed, 2);
-        ASSERT_OK(kq_predict_q31(&track, &another.process, NULL));
-        ASSERT_OK(kq_predict_q31(&twin, &another.process, NULL));
-        ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, present_at(t)));
-        ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, z, present_at(t)));
-        ASSERT_OK(kq_step_q31(&track, &another.process, NULL, &single.sensor, z));
-        ASSERT_OK(kq_step_q31(&twin, &another.process, NULL, &single.sensor, z));
-        ASSERT_SAME_Q31(&twin, &track);
-    }
-    assert_has_learnt_nothing(&before);
-}
-
-TEST(a_step_is_a_predict_and_an_update)
-{
-    KQ_ADAPTATION_Q31(other, 2, 2);
-    const kq_sensor_q31 *sensors[] = {&radar.sensor, &coupled.sensor};
-    for (int k = 0; k < 2; k++) {
-        uint32_t seed = 6;
-        ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-        ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
-        ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, sensors[k], &rule));
-        ASSERT_OK(kq_adaptation_init_q31(&other, &motion.process, sensors[k], &rule));
-        ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
-        ASSERT_OK(kq_attach_q31(&twin, &other.attached));
-        for (int t = 0; t < STEPS; t++) {
-            const kq_process_q31 *p = t % 5 == 4 ? &another.process : &motion.process;
-            const kq_sensor_q31 *s = t % 7 == 5 ? &single.sensor : sensors[k];
-            const int32_t *z = drawn(&seed, 2);
-            ASSERT_OK(kq_predict_q31(&track, p, NULL));
-            ASSERT_OK(kq_update_q31(&track, s, z));
-            ASSERT_OK(kq_step_q31(&twin, p, NULL, s, z));
-            ASSERT_SAME_Q31(&track, &twin);
-        }
-        TEST_ASSERT_EQUAL_MEMORY(tuner.information, other.information, sizeof tuner.information);
-        TEST_ASSERT_TRUE(process_scale() != 1 && sensor_scale() != 1);
-    }
-}
-
-static void assert_goes_on_alone(kq_filter_q31 *f)
-{
-    KQ_FILTER_Q31(alone, 2);
-    uint32_t seed = 6;
-    const kq_adaptation_q31 before = tuner;
-    memcpy(alone_memory, f->memory, sizeof alone_memory);
-    alone = *f;
-    alone.memory = alone_memory;
-    alone.attached = NULL;
-    for (int t = 0; t < 3; t++) {
-        const int32_t *z = drawn(&seed, 2);
-        ASSERT_OK(kq_update_q31(f, &coupled.sensor, z));
-        ASSERT_OK(kq_update_q31(&alone, &coupled.sensor, z));
-        ASSERT_OK(kq_predict_q31(f, &motion.process, NULL));
-        ASSERT_OK(kq_predict_q31(&alone, &motion.process, NULL));
-        ASSERT_OK(kq_step_q31(f, &motion.process, NULL, &coupled.sensor, z));
-        ASSERT_OK(kq_step_q31(&alone, &motion.process, NULL, &coupled.sensor, z));
-        ASSERT_SAME_Q31(&alone, f);
-    }
-    assert_has_learnt_nothing(&before);
-}
-
-TEST(what_is_detached_or_copied_goes_on_by_itself)
-{
-    learn_something();
-    ASSERT_OK(kq_filter_copy_q31(&twin, &track));
-    assert_goes_on_alone(&twin);
-    twin = track;
-    twin.memory = twin_memory;
-    assert_goes_on_alone(&twin);
-    ASSERT_OK(kq_detach_q31(&tuner.attached));
-    assert_goes_on_alone(&track);
-    ASSERT_OK(kq_attach_q31(&twin, &tuner.attached));
-    ASSERT_OK(kq_forecast_q31(&twin, kq_adaptation_process_q31(&tuner), NULL, 1, &track));
-    ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
-    TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
 }
 
 /* ------------------------------------------------------------------------------ refusals */
@@ -376,15 +180,8 @@ TEST(refusals_of_init)
 {
     kq_adaptation_q31 nothing = {.states = 0};
     WATCH(nothing);
-    ASSERT_REFUSED(KQ_ERR_NULL, try_models(NULL, &radar.sensor));
-    ASSERT_REFUSED(KQ_ERR_NULL, try_models(&motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, NULL));
     ASSERT_REFUSED_SIZE_OR_MEMORY(
         kq_adaptation_init_q31(&nothing, &motion.process, &radar.sensor, &rule));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, try_models(&blank_process, &radar.sensor));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, try_models(&motion.process, &blank_sensor));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, try_models(&motion3.process, &radar.sensor));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, try_models(&motion.process, &single.sensor));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, try_models(&finer.process, &radar.sensor)); /* formats */
     ASSERT_OK(try_init());
@@ -424,76 +221,6 @@ TEST(refusals_of_a_rule)
     rule.memory = KQ_ADAPTATION_MEMORY_MAX;
     rule.scales = (kq_adapted)3;
     ASSERT_REFUSED(KQ_ERR_RANGE, try_init());
-}
-
-/* It has a filter until it is detached; f may have been initialised meanwhile. */
-TEST(an_adaptation_has_one_filter)
-{
-    WATCH(twin);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tuner.attached));
-    ASSERT_OK(kq_attach_q31(&track, &tuner.attached)); /* to its own once more */
-    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&twin, &tuner.attached));
-    ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
-    ASSERT_OK(kq_detach_q31(&tuner.attached));
-    ASSERT_OK(kq_attach_q31(&twin, &tuner.attached));
-}
-
-TEST(refusals_of_attach)
-{
-    KQ_FILTER_Q31(track3, 3);
-    KQ_ADAPTATION_Q31(other, 2, 2);
-    ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
-    ASSERT_OK(kq_adaptation_init_q31(&other, &motion.process, &radar.sensor, &rule));
-    WATCH(track3), WATCH(other), WATCH(other_memory), WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(NULL, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &blank.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&blank_filter, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_attach_q31(&track3, &tuner.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &other.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_detach_q31(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_detach_q31(&blank.attached));
-    ASSERT_OK(kq_detach_q31(&tuner.attached));
-    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&track, &tuner.attached));
-}
-
-TEST(refusals_of_steps)
-{
-    KQ_FILTER_Q31(track3, 3);
-    int32_t z[] = {INT32_MAX, 0}, u[] = {INT32_MAX};
-    const kq_sensor_q31 *s = &radar.sensor;
-    ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(NULL, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_q31(&track, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &blank_process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&blank_filter, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track3, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track, &motion3.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_predict_q31(&track, &finer.process, NULL)); /* formats */
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_q31(&track, &motion.process, u));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_subset_q31(&track, s, NULL, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_subset_q31(&track, &blank_sensor, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_update_subset_q31(&track3, s, z, 2));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_subset_q31(&track, s, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_q31(&track, s, z));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, &motion.process, NULL, s, z));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_step_q31(&track, &motion3.process, NULL, s, z));
-    ASSERT_OK(kq_update_subset_q31(&track, s, z, 2));
-    z[0] = 0;
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_step_q31(&track, &motion.process, u, s, z));
-    ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, s, z));
-}
-
-TEST(readings_of_nothing)
-{
-    const kq_scaled_q31 a = kq_adaptation_process_scale_q31(NULL);
-    const kq_scaled_q31 b = kq_adaptation_sensor_scale_q31(&blank);
-    TEST_ASSERT_TRUE(a.mantissa == 0 && a.exponent == 0 && b.mantissa == 0 && b.exponent == 0);
-    TEST_ASSERT_NULL(kq_adaptation_process_q31(&blank));
-    TEST_ASSERT_NULL(kq_adaptation_sensor_q31(NULL));
 }
 
 SUITE(adaptation_q31, set_up)

@@ -1,0 +1,489 @@
+/* The scales of the noises learnt on line, in all arithmetics: bounds, the scaled models, and what is attached. */
+#include "models.h"
+#include "unchanged.h"
+
+#define ALL UINT32_MAX
+#define STEPS 60
+
+#ifdef KQ_TEST_Q31
+#define FAR 900
+#define EPS_OF_SCALES 0x1p-29
+#else
+#define FAR 1e4
+#define EPS_OF_SCALES EPS
+#endif
+
+static process_model motion, another, three, unmade;
+static sensor_model radar, coupled, single;
+static prior_model prior, prior3;
+S_FILTER(track, 2);
+S_FILTER(twin, 2);
+S_FILTER(third, 2);
+S_FILTER(blank, 2);
+S_FILTER(track3, 3);
+S_ADAPTATION(tuner, 2, 2);
+S_ADAPTATION(blank_tuner, 2, 2);
+S_HISTORY(tape, 2, 2, 8, 0);
+
+static const num range[] = {1000, 1000, 1000}, measured_range[] = {1000, 1000}, drive_range[] = {100};
+static const num A[] = {1, 0.5, -0.125, 0.75}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, r[] = {0.5, 1};
+static const num x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+static num z_value[2];
+static word z[2], u[1];
+static S(adaptation_rule) rule;
+
+static void set_z(double a, double b)
+{
+    z_value[0] = N(a), z_value[1] = N(b);
+    memcpy(z, measured(&radar.sensor, z_value), sizeof z);
+}
+
+static void draw(uint32_t *seed, double size)
+{
+    const double a = size * (double)noise(seed), b = size * (double)noise(seed);
+    set_z(a, b);
+}
+
+static kq_status assign_tuner(void)
+{
+#ifdef KQ_TEST_Q31
+    return kq_adaptation_assign_q31(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory), tuner_root);
+#else
+    return K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory));
+#endif
+}
+
+static void set_up(void)
+{
+    const num push = 2;
+    rule = (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
+    put_process(&another, 2, 1, range, drive_range, A, B, P0);
+    put_process(&three, 3, 0, range, NULL, identity3, NULL, identity3);
+    put_independent(&radar, 2, 2, range, measured_range, H, r);
+    put_sensor(&coupled, 2, 2, range, measured_range, H, R);
+    put_independent(&single, 2, 1, range, measured_range, H, r);
+    put_prior(&prior, 2, range, x0, P0);
+    put_prior(&prior3, 3, range, x0, identity3);
+    set_z(1.5, -0.5);
+    memcpy(u, driven(&motion.process, &push, 1), sizeof u);
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_OK(init_filter(&twin, &prior));
+    ASSERT_OK(init_filter(&track3, &prior3));
+    ASSERT_OK(assign_tuner());
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    watch_nothing();
+    WATCH(motion.process), WATCH(radar.sensor), WATCH(track), WATCH(track_memory), WATCH(tuner), WATCH(tuner_memory);
+    WATCH(blank_tuner), WATCH(rule), WATCH(z), WATCH(u);
+}
+
+static double process_scale(void) { return number_of(S(adaptation_process_scale)(&tuner)); }
+static double sensor_scale(void) { return number_of(S(adaptation_sensor_scale)(&tuner)); }
+
+/* NaN in floating point, and 0 in q31 */
+static void assert_no_scale(entry scale)
+{
+    const double value = number_of(scale);
+    TEST_ASSERT_TRUE(sizeof(word) == sizeof(entry) ? !!isnan(value) : value == 0);
+}
+
+/* (The objects have padding, and MemorySanitizer knows that.) */
+static void assert_learnt_nothing(const S(adaptation) *before)
+{
+    TEST_ASSERT_EQUAL_INT(before->waiting, tuner.waiting);
+    ASSERT_SAME_BITS(before->process_scale, tuner.process_scale);
+    ASSERT_SAME_BITS(before->sensor_scale, tuner.sensor_scale);
+    TEST_ASSERT_EQUAL_MEMORY(before->information, tuner.information, sizeof tuner.information);
+}
+
+/* Both, by turns one or the other, none */
+static uint32_t present_at(int t)
+{
+    static const uint32_t masks[] = {3, 3, 1, 3, 2, 3, 0};
+    return masks[t % COUNT(masks)];
+}
+
+TEST(scales_that_may_not_move_leave_the_bits)
+{
+    uint32_t seed = 1;
+    const S(sensor) * sensors[] = {&radar.sensor, &coupled.sensor};
+    rule.process_least = rule.process_most = rule.sensor_least = rule.sensor_most = number(1);
+    for (int k = 0; k < 2; k++) {
+        ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, sensors[k], &rule));
+        for (int t = 0; t < STEPS; t++) {
+            draw(&seed, 2);
+            ASSERT_OK(S(update_subset)(&track, sensors[k], z, present_at(t)));
+            ASSERT_OK(S(update_subset)(&twin, sensors[k], z, present_at(t)));
+            ASSERT_SAME(&twin, &track, 2);
+            ASSERT_OK(S(predict)(&track, &motion.process, t % 2 ? u : NULL));
+            ASSERT_OK(S(predict)(&twin, &motion.process, t % 2 ? u : NULL));
+            ASSERT_SAME(&twin, &track, 2);
+        }
+    }
+}
+
+TEST(learning_begins_after_n_measurements)
+{
+    for (int k = 0; k < 2; k++) {
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
+        ASSERT_WITHIN(0, 1, process_scale());
+        ASSERT_WITHIN(0, 1, sensor_scale());
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    set_z(20, z_value[1]);
+    ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
+    TEST_ASSERT_TRUE(process_scale() > 1 && sensor_scale() > 1);
+}
+
+TEST(without_a_measurement_nothing_is_learnt)
+{
+    uint32_t seed = 2;
+    for (int t = 0; t < 10; t++) {
+        draw(&seed, 2);
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, ALL));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    const S(adaptation) before = tuner;
+    z[0] = z[1] = bad_word(&radar.sensor, 0); /* not read */
+    for (int t = 0; t < 5; t++) {
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 0));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    assert_learnt_nothing(&before);
+}
+
+static void assert_step(double before, double now)
+{
+    const double most = 1.125 * (1 + 4 * EPS_OF_SCALES);
+    TEST_ASSERT_TRUE(now <= before * most && now >= before / most);
+}
+
+/* Measurements out of all proportion, then none that differ from what is expected */
+TEST(steps_and_limits_are_kept)
+{
+    int moved = 0;
+    for (int t = 0; t < 1000; t++) {
+        const double q = process_scale(), s = sensor_scale();
+        if (t < 200) set_z(t % 2 ? FAR : -FAR, t % 2 ? -FAR : FAR);
+        else ASSERT_OK(S(measurement)(&track, &radar.sensor, z, NULL));
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, ALL));
+        assert_step(q, process_scale());
+        assert_step(s, sensor_scale());
+        moved += process_scale() != q;
+        TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
+        TEST_ASSERT_TRUE(sensor_scale() >= 0.125 && sensor_scale() <= 8);
+        if (t == 199) ASSERT_WITHIN(0, 8, sensor_scale());
+        ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+    }
+    ASSERT_WITHIN(0, 0.125, sensor_scale());
+    TEST_ASSERT_TRUE(moved > 10);
+}
+
+static void learn_something(void)
+{
+    uint32_t seed = 4;
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    for (int t = 0; t < STEPS; t++) {
+        draw(&seed, 2);
+        ASSERT_OK(S(update_subset)(&track, &coupled.sensor, z, present_at(t)));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1 && fabs(log(sensor_scale())) > 0.1);
+}
+
+/* The process that scaling by hand makes of `motion`, and its noise root */
+static const S(process) *scaled_by_hand(void)
+{
+    static process_model expected;
+    put_process(&expected, 2, 1, range, drive_range, A, B, Q);
+    ASSERT_OK(scale_noise(&expected, &motion, S(adaptation_process_scale)(&tuner)));
+    return &expected.process;
+}
+
+static void assert_next_steps(const S(process) *p)
+{
+    ASSERT_OK(S(forecast)(&track, p, u, 1, &twin));
+    ASSERT_OK(S(predict)(&track, &motion.process, u));
+    ASSERT_SAME_BITS(twin_memory, track_memory);
+    ASSERT_OK(S(update)(&twin, S(adaptation_sensor)(&tuner), z));
+    ASSERT_OK(S(update_subset)(&track, &coupled.sensor, z, ALL));
+    ASSERT_SAME_BITS(twin_memory, track_memory);
+}
+
+TEST(the_scaled_models_are_those_of_the_scales)
+{
+    num cov[4], cov0[4], mean[2];
+    learn_something();
+    const S(process) *p = S(adaptation_process)(&tuner);
+    TEST_ASSERT_EQUAL_MEMORY(scaled_by_hand()->noise_root, p->noise_root, S_ROOT_LEN(2) * sizeof(word));
+    ASSERT_OK(read_measurement(&track, &coupled.sensor, mean, cov0));
+    ASSERT_OK(read_measurement(&track, S(adaptation_sensor)(&tuner), mean, cov));
+    for (int k = 0; k < 4; k++) {
+        ASSERT_WITHIN(ROUNDING * 8, (sensor_scale() - 1) * (double)R[k], (double)cov[k] - (double)cov0[k]);
+    }
+    assert_next_steps(p);
+}
+
+TEST(another_model_is_that_of_the_next_step)
+{
+    static const num A2[] = {0.5, 0.25, 0, 1}, H2[] = {0, 1, 1, 1};
+    learn_something();
+    ASSERT_OK(change_transition(&motion, 2, A2));
+    ASSERT_OK(change_measurement(&coupled, 2, 2, H2));
+    assert_next_steps(scaled_by_hand());
+}
+
+TEST(an_attach_keeps_what_was_learnt)
+{
+    learn_something();
+    const S(adaptation) before = tuner;
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    set_z(20, z_value[1]);
+    ASSERT_OK(S(update_subset)(&track, &coupled.sensor, z, ALL)); /* waits for two */
+    assert_learnt_nothing(&before);
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_WITHIN(0, 1, process_scale());
+    ASSERT_WITHIN(0, 1, sensor_scale());
+}
+
+/* Steps by which nothing may be learnt, beside a filter that has none to learn by */
+TEST(other_models_are_taken_as_they_are)
+{
+    uint32_t seed = 6;
+    learn_something();
+    ASSERT_OK(S(filter_copy)(&twin, &track));
+    const S(adaptation) before = tuner;
+    entry memory[COUNT(tuner_memory)];
+    memcpy(memory, tuner_memory, sizeof memory);
+    for (int t = 0; t < STEPS; t++) {
+        draw(&seed, 2);
+        const uint32_t present = present_at(t);
+        ASSERT_OK(S(predict)(&track, &another.process, u));
+        ASSERT_OK(S(predict)(&twin, &another.process, u));
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, present));
+        ASSERT_OK(S(update_subset)(&twin, &radar.sensor, z, present));
+        ASSERT_OK(S(update)(&track, &single.sensor, z));
+        ASSERT_OK(S(update)(&twin, &single.sensor, z));
+        ASSERT_OK(S(step)(&track, &another.process, u, &radar.sensor, z));
+        ASSERT_OK(S(step)(&twin, &another.process, u, &radar.sensor, z));
+        ASSERT_SAME(&twin, &track, 2);
+    }
+    assert_learnt_nothing(&before);
+    TEST_ASSERT_EQUAL_MEMORY(memory, tuner_memory, sizeof memory);
+    /* one of the two may be another */
+    ASSERT_OK(S(step)(&track, &another.process, u, &coupled.sensor, z));
+    TEST_ASSERT_TRUE(memcmp(before.information, tuner.information, sizeof before.information) != 0);
+}
+
+TEST(a_step_is_a_predict_and_an_update)
+{
+    S_ADAPTATION(other, 2, 2);
+    const S(sensor) * sensors[] = {&radar.sensor, &coupled.sensor, &single.sensor};
+    for (int k = 0; k < 2; k++) {
+        uint32_t seed = 6;
+        ASSERT_OK(init_filter(&track, &prior));
+        ASSERT_OK(init_filter(&twin, &prior));
+        ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, sensors[k], &rule));
+        ASSERT_OK(S(adaptation_init)(&other, &motion.process, sensors[k], &rule));
+        ASSERT_OK(S(attach)(&track, &tuner.attached));
+        ASSERT_OK(S(attach)(&twin, &other.attached));
+        for (int t = 0; t < STEPS; t++) {
+            const S(process) *p = t % 5 == 4 ? &another.process : &motion.process;
+            const S(sensor) *s = t % 7 == 5 ? &single.sensor : sensors[k];
+            draw(&seed, 2);
+            ASSERT_OK(S(predict)(&track, p, u));
+            ASSERT_OK(S(update)(&track, s, z));
+            ASSERT_OK(S(step)(&twin, p, u, s, z));
+            ASSERT_SAME(&track, &twin, 2);
+            TEST_ASSERT_TRUE(number_of(S(adaptation_process_scale)(&other)) == process_scale());
+            TEST_ASSERT_TRUE(number_of(S(adaptation_sensor_scale)(&other)) == sensor_scale());
+        }
+        TEST_ASSERT_TRUE(sensor_scale() != 1 && process_scale() != 1);
+    }
+}
+
+TEST(a_detached_filter_goes_on_by_itself)
+{
+    learn_something();
+    ASSERT_OK(S(filter_copy)(&twin, &track));
+    ASSERT_OK(S(detach)(&tuner.attached));
+    const S(adaptation) before = tuner;
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(S(step)(&track, &motion.process, u, &coupled.sensor, z));
+        ASSERT_OK(S(step)(&twin, &motion.process, u, &coupled.sensor, z));
+        ASSERT_SAME(&twin, &track, 2);
+    }
+    assert_learnt_nothing(&before);
+    ASSERT_OK_UNCHANGED(S(detach)(&tuner.attached)); /* it is */
+    /* attached again, or to another filter, it is what it had learnt that counts */
+    ASSERT_OK(S(attach)(&twin, &tuner.attached));
+    ASSERT_OK(S(forecast)(&twin, S(adaptation_process)(&tuner), u, 1, &track));
+    ASSERT_OK(S(predict)(&twin, &motion.process, u));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
+    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
+    /* and a history may take its place */
+    ASSERT_OK(S(detach)(&tuner.attached));
+    ASSERT_OK(S(attach)(&twin, &tape.attached));
+}
+
+/* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
+TEST(a_copied_filter_goes_on_by_itself)
+{
+    for (int assigned = 0; assigned < 2; assigned++) {
+        learn_something();
+        ASSERT_OK(S(filter_copy)(&twin, &track));
+        ASSERT_OK(S(filter_copy)(&third, &track));
+        if (assigned) {
+            twin = track;
+            twin.memory = twin_memory;
+        }
+        const S(adaptation) before = tuner;
+        for (int t = 0; t < 3; t++) {
+            ASSERT_OK(S(update)(&twin, &coupled.sensor, z));
+            ASSERT_OK(S(update)(&third, &coupled.sensor, z));
+            ASSERT_OK(S(predict)(&twin, &motion.process, u));
+            ASSERT_OK(S(predict)(&third, &motion.process, u));
+            ASSERT_OK(S(step)(&twin, &motion.process, u, &coupled.sensor, z));
+            ASSERT_OK(S(step)(&third, &motion.process, u, &coupled.sensor, z));
+            ASSERT_SAME(&third, &twin, 2);
+        }
+        assert_learnt_nothing(&before);
+        ASSERT_OK(S(update)(&track, &coupled.sensor, z)); /* the filter itself has lost nothing */
+        TEST_ASSERT_TRUE(memcmp(before.information, tuner.information, sizeof before.information) != 0);
+    }
+}
+
+/* It may then be gone, or assigned anew: the filter does not go to it any more. */
+TEST(what_is_assigned_anew_is_not_attached)
+{
+    ASSERT_OK(assign_tuner());
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(S(update)(&track, &radar.sensor, z));
+        ASSERT_OK(S(update)(&twin, &radar.sensor, z));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+        ASSERT_OK(S(predict)(&twin, &motion.process, u));
+        ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
+        ASSERT_OK(S(step)(&twin, &motion.process, u, &radar.sensor, z));
+    }
+    ASSERT_SAME(&twin, &track, 2);
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    ASSERT_OK(init_filter(&track, &prior));
+    const S(adaptation) kept = tuner;
+    memset(&tuner, 0xa5, sizeof tuner);
+    ASSERT_OK(S(update)(&track, &radar.sensor, z));
+    tuner = kept;
+}
+
+/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
+TEST(an_adaptation_has_one_filter)
+{
+    WATCH(twin);
+    learn_something();
+    const double learnt = process_scale();
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tuner.attached));
+    ASSERT_OK(S(attach)(&track, &tuner.attached)); /* to its own once more */
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tuner.attached));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    ASSERT_OK(S(detach)(&tuner.attached));
+    ASSERT_OK(S(attach)(&twin, &tuner.attached));
+    TEST_ASSERT_TRUE(learnt != 1 && process_scale() == learnt);
+    ASSERT_OK(assign_tuner());
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+}
+
+/* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
+TEST(what_records_takes_the_place_of_what_records)
+{
+    S_LAG(lag, 2, 2, 2);
+    S_INSTANT(point, 2, 2);
+    S_HISTORY(later, 2, 2, 4, 0);
+    S(filter) view;
+    ASSERT_OK(S(attach)(&twin, &tape.attached));
+    ASSERT_OK(S(attach)(&twin, &lag.attached));
+    ASSERT_OK(S(predict)(&twin, &motion.process, u));
+    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&tape));
+    TEST_ASSERT_EQUAL_UINT(1, S(lag_steps)(&lag));
+    ASSERT_OK(S(attach)(&twin, &point.attached));
+    TEST_ASSERT_EQUAL_UINT(0, S(lag_steps)(&lag));
+    ASSERT_OK(S(attach)(&twin, &later.attached));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&point, &view));
+    ASSERT_OK(S(attach)(&twin, &tape.attached));
+    ASSERT_OK(S(predict)(&twin, &motion.process, u));
+    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&later));
+    TEST_ASSERT_EQUAL_UINT(2, S(history_steps)(&tape));
+    ASSERT_OK(S(detach)(&tape.attached));
+}
+
+TEST(refusals_of_attach)
+{
+    S_LAG(lag, 2, 2, 2);
+    S_INSTANT(point, 2, 2);
+    S_START(start, 2, 0);
+    S_ADAPTATION(other, 2, 2);
+    ASSERT_OK(S(adaptation_init)(&other, &motion.process, &radar.sensor, &rule));
+    WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);
+    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(NULL, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, &blank_tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&blank, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track3, &tuner.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &other.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &lag.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &point.attached));
+    ASSERT_OK(S(attach)(&twin, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
+    ASSERT_OK(S(detach)(&tape.attached));
+    ASSERT_OK(S(attach)(&twin, &lag.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
+    ASSERT_OK(S(detach)(&lag.attached));
+    ASSERT_OK(S(attach)(&twin, &point.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
+    ASSERT_OK(init_start(&start, &twin, &prior, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&twin, &other.attached));
+    ASSERT_OK(init_start(&start, &twin, &prior, 0));
+    ASSERT_OK(S(attach)(&twin, &other.attached)); /* nothing was unknown */
+    ASSERT_REFUSED(KQ_ERR_NULL, S(detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(detach)(&blank_tuner.attached));
+}
+
+/* The models that it refers to have become others */
+TEST(refusals_of_models_that_changed)
+{
+    const S(process) kept = motion.process;
+    const S(sensor) kept_sensor = radar.sensor;
+    motion.process = three.process;
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(predict)(&track, &motion.process, u));
+    TEST_ASSERT_NULL(S(adaptation_process)(&tuner));
+    motion.process = unmade.process;
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(predict)(&track, &motion.process, u));
+    motion.process = kept;
+    radar.sensor = single.sensor;
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(update_subset)(&track, &radar.sensor, z, ALL));
+    TEST_ASSERT_NULL(S(adaptation_sensor)(&tuner));
+    radar.sensor = kept_sensor;
+    ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, ALL));
+}
+
+TEST(readings_of_nothing)
+{
+    assert_no_scale(S(adaptation_process_scale)(NULL));
+    assert_no_scale(S(adaptation_sensor_scale)(NULL));
+    assert_no_scale(S(adaptation_process_scale)(&blank_tuner));
+    assert_no_scale(S(adaptation_sensor_scale)(&blank_tuner));
+    TEST_ASSERT_NULL(S(adaptation_process)(NULL));
+    TEST_ASSERT_NULL(S(adaptation_sensor)(&blank_tuner));
+    TEST_ASSERT_NULL(S(adaptation_process)(&blank_tuner));
+    TEST_ASSERT_NULL(S(adaptation_sensor)(NULL));
+}
+
+SUITE(learning, set_up)
+#include "learning.tests"
