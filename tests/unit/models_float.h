@@ -162,6 +162,8 @@ static inline const num *driven(const K(process) *p, const num *u, int steps)
     return u;
 }
 
+static inline num score_of(double a) { return N(a); }
+static inline double score_number(num a) { return (double)a; }
 static inline num number(double a) { return N(a); }
 static inline double number_of(num a) { return (double)a; }
 

@@ -131,6 +131,9 @@ static inline const int32_t *driven(const kq_process_q31 *p, const double *u, in
     return u ? words : NULL;
 }
 
+static inline int64_t score_of(double a) { return (int64_t)ldexp(a, 24); }
+static inline double score_number(int64_t a) { return score_value(a); }
+
 static inline kq_scaled_q31 number(double a)
 {
     int exponent = 0;

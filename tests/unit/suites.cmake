@@ -6,7 +6,7 @@ set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast
     start_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
 set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean_q31 filter_q31 refusals smoother smoother_q31 on_line wide
-    numbers laws start_q31 least_squares_q31 consistency_q31 learning adaptation_q31 robust_q31 steady_q31 settling extended_q31
+    numbers laws start_q31 least_squares_q31 consistency consistency_q31 learning adaptation_q31 robust_q31 steady_q31 settling extended_q31
     words_q31 start_orders start_rank)
 set(KALMANQ_FIXED_f32 fixed)
 set(KALMANQ_FIXED_f64 fixed)

@@ -1,4 +1,4 @@
-/* Statistics over a window in q31: against those in double, and what is refused. */
+/* Statistics over a window in q31 (test_consistency.c): against those in double, and what is held. */
 #include "q31.h"
 #include "reading.h"
 #include "unchanged.h"
@@ -10,7 +10,6 @@
 KQ_CONSISTENCY_Q31(recent, 2, WINDOW);
 KQ_CONSISTENCY_Q31(blank, 2, WINDOW);
 KQ_FILTER_Q31(track, 2);
-KQ_FILTER_Q31(blank_filter, 2);
 static process_model motion;
 static sensor_model radar, compass;
 static prior_model start;
@@ -117,73 +116,6 @@ TEST(an_innovation_is_held)
     ASSERT_WITHIN(0, 0, score_value(spread)); /* not one pair */
     ASSERT_OK(kq_consistency_nis_q31(&recent, TWO, &mean, &correlation, &bound));
     TEST_ASSERT_TRUE(score_value(mean) > 128 * 128);
-}
-
-TEST(an_update_that_takes_nothing_does_not_enter)
-{
-    ASSERT_OK(kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, 0));
-    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, 0));
-    ASSERT_OK(kq_consistency_record_q31(&recent, &track));
-    TEST_ASSERT_EQUAL_INT(0, kq_consistency_count_q31(&recent));
-}
-
-/* A settled step judges no measurement: kq_nis_q31 is that of a step long ago. */
-TEST(a_settled_step_does_not_enter)
-{
-    static const double values[] = {1, 0.5};
-    const int32_t *words = words_of(values, 2, radar.measurement_format);
-    KQ_SETTLING_Q31(lazy, 2, 2);
-    memcpy(z, words, sizeof z);
-    ASSERT_OK(kq_settling_init_q31(&lazy, 10));
-    ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
-    for (int t = 0; t < 60 && !kq_settling_is_settled_q31(&lazy); t++) {
-        ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
-    }
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_OK(kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
-    ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_record_q31(&recent, &track));
-    step(values, ALL); /* an update by itself, and after the predict by itself another one */
-    step(values, ALL);
-    TEST_ASSERT_EQUAL_INT(2, kq_consistency_count_q31(&recent));
-}
-
-TEST(clearing_forgets)
-{
-    static const double near[] = {1, 0};
-    step(near, ALL);
-    ASSERT_OK(kq_consistency_clear_q31(&recent));
-    TEST_ASSERT_EQUAL_INT(0, kq_consistency_count_q31(&recent));
-}
-
-TEST(what_is_wrong_is_refused)
-{
-    static int32_t memory[KQ_CONSISTENCY_LEN_Q31(2, WINDOW)];
-    const size_t length = COUNT(memory);
-    int64_t *a = &out[0], *b = &out[1], *c = &out[2], *d = &out[4];
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_consistency_assign_q31(NULL, 2, WINDOW, memory, length));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 0, WINDOW, memory, length));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, 0, memory, length));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, KQ_WINDOW_MAX + 1, memory, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_assign_q31(&recent, 2, SIZE_MAX, memory, SIZE_MAX));
-    ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   kq_consistency_assign_q31(&recent, 2, WINDOW, memory, length - 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_clear_q31(&blank));
-    ASSERT_REFUSED(KQ_ERR_NULL,
-                   kq_consistency_watch_q31(&recent, &track, &radar.sensor, NULL, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   kq_consistency_watch_q31(&recent, &blank_filter, &radar.sensor, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH,
-                   kq_consistency_watch_q31(&recent, &track, &compass.sensor, z, ALL));
-    z[1] = INT32_MIN;
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_record_q31(&recent, &track));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_nis_q31(&recent, TWO, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_innovation_q31(&recent, 0, TWO, a, b, c, d));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_consistency_nis_q31(&recent, -1, a, b, c));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_consistency_innovation_q31(&recent, 2, TWO, a, b, c, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_consistency_nis_q31(&recent, TWO, NULL, b, c));
-    TEST_ASSERT_EQUAL_INT(0, kq_consistency_count_q31(NULL));
 }
 
 /* A quantile of any size */
