@@ -254,7 +254,7 @@ static kq_status K(settle)(K(sequence) *q, size_t t)
         status = K(attach)(q->filter, &q->settling->attached);
         q->is_settling = !status;
     }
-    if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(settling_is_settled)(q->settling));
+    if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(freeze_is_active)(q->settling));
     return status == KQ_ERR_NOT_READY ? KQ_OK : status;
 }
 
@@ -317,12 +317,12 @@ kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *
     return KQ_OK;
 }
 
-kq_status K(start_read)(const K(start) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+kq_status K(diffuse_read)(const K(diffuse) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
                         number *variance, number *covariance)
 {
     for (size_t t = 0; t < steps; t++) {
         K(filter) view;
-        kq_status status = K(start_smoothed)(s, first + t, &view);
+        kq_status status = K(diffuse_smoothed)(s, first + t, &view);
         if (!status || status == KQ_ERR_NOT_READY) { /* not determined by all rows, or there was no room for it */
             status = K(read_view)(&view, s->states, t, mean, mean_low, sigma, variance, covariance);
         }

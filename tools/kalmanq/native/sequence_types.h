@@ -20,7 +20,7 @@ typedef struct {
     K(instant) *point;      /* attached after row `point_row` of this call, or NULL */
     size_t point_row;
     int point_follows;     /* read and written */
-    K(settling) *settling; /* attached as soon as the filter is ready, or NULL */
+    K(freeze) *settling; /* attached as soon as the filter is ready, or NULL */
     int is_settling;       /* read and written: is it attached? */
     K(consistency) *watch; /* of every update, or NULL */
     K(adaptation) *adaptation; /* attached to the filter, or NULL: its scales are wanted */
@@ -50,8 +50,8 @@ kq_status K(sequence_run)(K(sequence) *q);
 kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
                           number *variance, number *covariance);
 
-/* The same of a start whose history has been smoothed by kq_start_smooth. */
-kq_status K(start_read)(const K(start) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+/* The same of a start whose history has been smoothed by kq_diffuse_smooth. */
+kq_status K(diffuse_read)(const K(diffuse) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
                         number *variance, number *covariance);
 
 /* Predict and update of a filter of constant gain; what is not present has to be all of a row. */

@@ -72,7 +72,7 @@ class Filter(Readable):
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
         self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
         if np.any(model.unknown):
-            self._start = self._object("start", model.n, 0, sizes=(model.n, 0))
+            self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0))
             self.parts.init_start(self._start, self._handle)
         else:
             self.parts.init_filter(self._handle)
@@ -340,7 +340,7 @@ class _Recording(Filter):
         self.is_unknown = bool(np.any(model.unknown))
         if self.is_unknown:
             early = rows_to_know(model, parts, z, u)
-            self._start = self._object("start", n, early, sizes=(n, early))
+            self._start = self._object("diffuse", n, early, sizes=(n, early))
             self.parts.init_start(self._start, self._handle)
         self._history = self._object("history", n, sizes=(n, m, rows, 0))
         self._attach(self._history, "history")
@@ -358,10 +358,10 @@ class _Recording(Filter):
         if not self.is_unknown or means_only:
             require(a.function("smooth_states" if means_only else "smooth")(self._history), "smoother")
         if self.is_unknown:
-            require(a.function("start_smooth")(self._start), "smoother")
+            require(a.function("diffuse_smooth")(self._start), "smoother")
 
 
-EARLY_MAX = 65534  # kq_start_assign
+EARLY_MAX = 65534  # kq_diffuse_assign
 
 
 def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]) -> int:
@@ -370,7 +370,7 @@ def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarr
     for first in range(0, len(z), block):
         rows = slice(first, first + block)
         trial.run(z[rows], None if u is None else u[rows])
-        if parts.arithmetic.function("start_count")(trial._start) == 0 or first + block > EARLY_MAX:
+        if parts.arithmetic.function("diffuse_count")(trial._start) == 0 or first + block > EARLY_MAX:
             return min(first + block, EARLY_MAX)
     return min(len(z) + 1, EARLY_MAX)
 

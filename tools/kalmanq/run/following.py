@@ -17,10 +17,10 @@ from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
 
 
-class PointSmoother(Filter):
+class InstantSmoother(Filter):
     """A filter with a fixed-point smoother: `run` has `point`, the state of one row given all rows so far, too.
 
-        run = PointSmoother(model, row=0).run(z)        run.point[-1], run.point_sigma[-1]
+        run = InstantSmoother(model, row=0).run(z)        run.point[-1], run.point_sigma[-1]
 
     row   counted from the first one ever; what is known of it must be all of the state by then.  It is begun by
           the `run` or `update` that takes that row
@@ -82,10 +82,10 @@ class PointSmoother(Filter):
         self._follows = bool(q.point_follows)
 
 
-class SettlingFilter(Filter):
+class FrozenGainFilter(Filter):
     """A filter that leaves its covariance alone once that has settled, and begins again after a gap (steady.h).
 
-        run = SettlingFilter(model, "q31", bits=10).run(z)        run.settled
+        run = FrozenGainFilter(model, "q31", bits=10).run(z)        run.settled
 
     bits  it has settled when a row changes no row of the covariance's root by more than 2^-bits of its norm
     While it is settled, `nis` and `log_likelihood` are those of the last row before.  Rows come by `run` or `step`.
@@ -94,12 +94,12 @@ class SettlingFilter(Filter):
     def __init__(self, model: Model, arithmetic: str = "f64", bits: int = 10, *, parts: Optional[Parts] = None):
         super().__init__(model, arithmetic, parts=parts)
         a, n, m = self.arithmetic, model.n, model.m
-        self._settling, self._attached = a.struct("settling"), False
-        memory, gain = a.empty(self._length("settling", n)), np.zeros((n, m), a.number_of_any_size)
+        self._settling, self._attached = a.struct("freeze"), False
+        memory, gain = a.empty(self._length("freeze", n)), np.zeros((n, m), a.number_of_any_size)
         self._kept += [memory, gain]
-        require(a.function("settling_assign")(self._settling, n, m, self._pointer(memory), memory.size,
+        require(a.function("freeze_assign")(self._settling, n, m, self._pointer(memory), memory.size,
                                               self._pointer(gain, self._any_size)), "settling")
-        require(a.function("settling_init")(self._settling, bits), "settling")
+        require(a.function("freeze_init")(self._settling, bits), "settling")
         if not np.any(model.unknown):
             self._attach(self._settling, "settling")
             self._attached = True
@@ -107,11 +107,11 @@ class SettlingFilter(Filter):
     @property
     def is_settled(self) -> bool:
         """Did the last step move the mean alone?"""
-        return bool(self.arithmetic.function("settling_is_settled")(self._settling))
+        return bool(self.arithmetic.function("freeze_is_active")(self._settling))
 
     def release(self) -> None:
         """Back to the full filter at the next step."""
-        require(self.arithmetic.function("settling_release")(self._settling), "settling")
+        require(self.arithmetic.function("freeze_release")(self._settling), "settling")
 
     def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
         """predict and update, which may rest on the gain."""
@@ -139,4 +139,4 @@ class SettlingFilter(Filter):
         self._attached = bool(q.is_settling)
 
 
-__all__ = ["PointSmoother", "SettlingFilter"]
+__all__ = ["InstantSmoother", "FrozenGainFilter"]

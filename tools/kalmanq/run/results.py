@@ -24,7 +24,7 @@ class Run:
     smoothed, smoothed_sigma, smoothed_covariance    given all rows
     lagged, lagged_sigma   of `lag` rows before, given all rows so far; NaN in the first `lag` rows
     point, point_sigma, point_covariance             of the row `point_row`, given all rows so far; NaN before it
-    settled                T, of a settling: did the row move the mean alone?
+    settled                T, of a freeze: did the row move the mean alone?
     scales                 T x 2: of Q and R, of an adaptation
     weights                T: of Q in the step to each row, by which a reweighted smoother smoothed
     events                 the core's events, ORed; `event_names` in words

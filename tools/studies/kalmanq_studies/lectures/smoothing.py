@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from kalmanq.model import Model
 from kalmanq.model.builders import build
 from kalmanq.run.filters import Filter, LagSmoother, Smoother
-from kalmanq.run.following import PointSmoother
+from kalmanq.run.following import InstantSmoother
 from kalmanq.run.parts import Parts
 from kalmanq.run.simulation import simulate
 from kalmanq_studies.lectures.example import (
@@ -119,7 +119,7 @@ def _ahead(known: Model, arithmetic: str, records: Sequence[np.ndarray], truth: 
 
 
 def _point(known: Model, arithmetic: str, records: Sequence[np.ndarray], truth: np.ndarray) -> Estimates:
-    runs = [PointSmoother(known, POINT, arithmetic).run(z) for z in records]
+    runs = [InstantSmoother(known, POINT, arithmetic).run(z) for z in records]
     return _of([run.point[POINT:, 0] for run in runs], runs[0].point_sigma[POINT:, 0], truth[:, [POINT]])
 
 
