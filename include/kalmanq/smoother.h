@@ -248,6 +248,7 @@ typedef struct kq_history_q31 {
     const kq_process_q31 *process;
     kq_filter_q31 *filter;
     uint8_t events;
+    const kq_format_q31 *state_format;
 } kq_history_q31;
 
 extern const struct kq_hooks_q31 kq_history_hooks_q31;
@@ -256,7 +257,7 @@ extern const struct kq_hooks_q31 kq_history_hooks_q31;
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
         {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
-        NULL, NULL, 0}
+        NULL, NULL, 0, NULL}
 
 KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 size_t kq_history_steps_q31(const kq_history_q31 *h);
