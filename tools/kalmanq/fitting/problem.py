@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Mapping, Optional
 
 import numpy as np
 
@@ -68,10 +68,11 @@ class Problem:
     def evaluations(self) -> int:
         return self.expectation.evaluations
 
-    def anchor(self) -> None:
-        """Coordinates of what the arrays now are."""
+    def anchor(self, ranks: Optional[Mapping[str, int]] = None) -> None:
+        """Coordinates of what the arrays now are; of singular covariances by their ranks."""
         e = self.expectation
         e.begin()
+        self._ranks = ranks or {}
         self.measured = np.flatnonzero(np.diag(self.arrays["R"]) > 0)
         self.blocks = [self._block(name) for name in self.choice.free]
         ends = np.cumsum([0] + [block.size for block in self.blocks]).tolist()
@@ -97,7 +98,16 @@ class Problem:
             if np.any(start - np.diag(np.diag(start))):
                 raise KalmanqError(f"{name} is not diagonal, and is to be")
             held = held | ~np.eye(len(start), dtype=bool)
-        return Cholesky(name, start, held, noises)
+        return Cholesky(name, start, held, noises, self._ranks.get(name))
+
+    @property
+    def coordinates(self) -> tuple[Any, ...]:
+        """Of `anchor`: kept, and put back, where another place was tried in vain."""
+        return self.blocks, self.slices, self.size, self.logarithmic, self.units
+
+    @coordinates.setter
+    def coordinates(self, kept: tuple[Any, ...]) -> None:
+        self.blocks, self.slices, self.size, self.logarithmic, self.units = kept
 
     def _inside(self, name: str, whole: np.ndarray, is_mask: bool = False) -> np.ndarray:
         """The part of a covariance, or of a mask of its entries, that has noise."""
@@ -158,20 +168,55 @@ class Problem:
             slopes[k] = self._difference(x, int(k))
         return slopes
 
-    def leave_singular(self, least: float, share: float) -> bool:
-        """Gives full covariances that are as good as singular a share more of their variances, or of those that they
-        began with; were there any?"""
-        made = False
+    def ranks(self, least: float) -> dict[str, int]:
+        """Of the full covariances that are as good as singular: eigenvalues of their correlations from `least`."""
+        made = {}
         for block in self.blocks:
-            if not isinstance(block, Cholesky) or np.any(block.held):
-                continue
-            C = self._inside(block.name, self.arrays[block.name])
-            deviation = np.sqrt(np.diag(C))
-            if np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] < least:
-                begun = np.diag(self._inside(block.name, self.begun[block.name]))
-                self.put_inside(block.name, C + share * np.diag(np.maximum(np.diag(C), begun)))
-                made = True
+            if self.may_be_singular(block):
+                C = self._inside(block.name, self.arrays[block.name])
+                deviation = np.sqrt(np.diag(C))
+                rank = int(np.sum(np.linalg.eigvalsh(C / np.outer(deviation, deviation)) >= least))
+                if min(rank, block.rank) < len(C):
+                    made[block.name] = min(rank, block.rank)
         return made
+
+    def is_narrower(self, least: float) -> bool:
+        """Is any of them of a lower rank than its coordinates have?"""
+        now = {block.name: block.rank for block in self.narrow_blocks}
+        return any(rank < now.get(name, np.inf) for name, rank in self.ranks(least).items())
+
+    @staticmethod
+    def may_be_singular(block: Any) -> bool:
+        """Is it of a full covariance?"""
+        return isinstance(block, Cholesky) and not np.any(block.held)
+
+    @property
+    def narrow_blocks(self) -> list[Cholesky]:
+        return [block for block in self.blocks if isinstance(block, Cholesky) and block.rank < len(block.L)]
+
+    def by_block(self, mask: np.ndarray, ranks: Mapping[str, int]) -> dict[str, np.ndarray]:
+        """A mask of coordinates, of those blocks that stay as they are with covariances of these ranks."""
+        return {block.name: mask[part] for block, part in zip(self.blocks, self.slices)
+                if not isinstance(block, Cholesky) or ranks.get(block.name, block.rank) == block.rank}
+
+    def noisier(self, block: Cholesky, share: float) -> Optional[np.ndarray]:
+        """A singular covariance with noise in that direction of those it has none in, in which the likelihood rises
+        most; of the size of a share of the variances, or of those that it began with."""
+        C = self._inside(block.name, self.arrays[block.name]).copy()
+        rows = block.order[block.rank:]
+        deviation = np.sqrt(np.maximum(np.diag(C), np.diag(self._inside(block.name, self.begun[block.name]))))[rows]
+        beside = C.copy()
+        beside[rows, rows] += share * deviation**2
+        self.put_inside(block.name, beside)
+        slopes = None
+        if np.isfinite(self.value_here()):
+            slopes = self._inside(block.name, self.expectation.gradient()[block.name])[np.ix_(rows, rows)]
+        self.put_inside(block.name, C)
+        if slopes is None or not np.all(np.isfinite(slopes)):
+            return None
+        way = deviation * np.linalg.eigh((slopes + slopes.T) * np.outer(deviation, deviation))[1][:, -1]
+        C[np.ix_(rows, rows)] += share * np.outer(way, way)
+        return C
 
     def put_inside(self, name: str, C: np.ndarray) -> None:
         if name == "R":

@@ -16,12 +16,13 @@ SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likel
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
 DEEP = 1.0  # of log-likelihood: a variance that costs so much is no longer tiny
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
-BESIDE = 1e-2  # share of a variance by which a singular covariance is left
+BESIDE = 1e-6, 1e-4, 1e-2  # shares of a variance by which a singular covariance is left
 FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
 STILL = 1e-2  # of a slope: what is steeper is under way
 HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
 UP = 3.0, 6.0, 12.0, 24.0, 48.0  # of a log standard deviation: where a variance of 0 differs from others
-DOWN, NONE = (9.0, 6.0, 3.0, 0.0), -4.0  # where it may be as good as none
+FALLEN, LOWEST, NONE = 6.0, 30.0, -4.0  # of its log: has gone far down; as far as it goes; where it is as good as none
+RISE = 24.0, 12.0, 6.0, 3.0, 1.0  # halves of a search upwards for the largest that is as good
 
 
 @dataclass
@@ -43,23 +44,102 @@ class Exhausted(Exception):
     """As many evaluations as were allowed."""
 
 
+class Narrow(Exception):
+    """A full covariance has become as good as singular, at x."""
+
+    def __init__(self, x: np.ndarray, value: float, edge: np.ndarray):
+        super().__init__("singular")
+        self.x, self.value, self.edge = x, value, edge
+
+
 def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
-    """From the arrays as they are.  Where a full covariance has become singular, once more from a little beside it:
-    a combination of directions may have noise where each by itself is best without."""
+    """From the arrays as they are.  A full covariance that becomes singular is searched as a singular one: in
+    coordinates of the others, the likelihood has a long bent ridge there."""
     problem.allowed = problem.evaluations + limit
-    found = _rounds(problem, tolerance)
-    found_blocks = problem.blocks
-    if not found.is_exhausted and problem.leave_singular(SINGULAR, BESIDE):
-        again = _rounds(problem, tolerance)
-        if again.value > found.value + SAME:
-            found = again
-        else:
-            problem.blocks = found_blocks
+    try:
+        found, least = _rounds(problem, tolerance, may_narrow=True), -np.inf
+    except Narrow as place:
+        kept, least, x = problem.coordinates, place.value - SAME, place.x
+        found = _narrowed(problem, place, tolerance)
+    found = _narrower(problem, found, tolerance)
+    if problem.narrow_blocks:
+        found = _wider(problem, found, tolerance)
+    if problem.narrow_blocks and found.value > least:
         found = _from_ridges(problem, found, tolerance)
     else:
+        if not found.value > least:
+            problem.coordinates = kept
+            problem.put(x)
+            found = _rounds(problem, tolerance)
         found = _from_above(problem, found, tolerance)
     problem.put(found.x)
     return found
+
+
+def _narrowed(problem: Problem, place: Narrow, tolerance: float) -> Optimum:
+    """Without the directions that hardly have noise there, nor those that then hardly have any."""
+    while True:
+        problem.put(place.x)
+        ranks = problem.ranks(SINGULAR)
+        edges = problem.by_block(place.edge, ranks)
+        try:
+            return _rounds(problem, tolerance, ranks, edges, may_narrow=True)
+        except Narrow as narrower:
+            place = narrower
+
+
+def _narrower(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
+    """Of a lower rank still, where hardly anything is known of the noise in a direction, and none is as good."""
+    while not found.is_exhausted:
+        hardly = _is_tiny(problem, found)
+        blocks = [block for block, part in zip(problem.blocks, problem.slices) if problem.may_be_singular(block) and
+                  any(not block.is_alone(int(k)) for k in np.flatnonzero(hardly[part]))]
+        if not blocks or blocks[0].rank < 2:
+            break
+        kept = problem.coordinates
+        ranks = {block.name: block.rank - (block is blocks[0]) for block in {*problem.narrow_blocks, blocks[0]}}
+        again = _rounds(problem, tolerance, ranks)
+        if not again.value > found.value - SAME:
+            problem.coordinates = kept
+            problem.put(found.x)
+            break
+        found = again
+    return found
+
+
+def _wider(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
+    """Of a higher rank, as long as noise in one more direction is better."""
+    while not found.is_exhausted:
+        more, kept = _more_noise(problem, found), problem.coordinates
+        if more is None:
+            break
+        name, C = more
+        ranks = {block.name: block.rank + (block.name == name) for block in problem.narrow_blocks}
+        problem.put_inside(name, C)
+        again = _rounds(problem, tolerance, ranks)
+        if not again.value > found.value + SAME:
+            problem.coordinates = kept
+            problem.put(found.x)
+            break
+        found = again
+    return found
+
+
+def _more_noise(problem: Problem, found: Optimum) -> Optional[tuple[str, np.ndarray]]:
+    """A covariance that is better with noise in one more direction; None where each is best without."""
+    best, made = found.value + SAME, None
+    for block in problem.narrow_blocks:
+        for share in BESIDE:
+            problem.put(found.x)
+            C = problem.noisier(block, share)
+            if C is None:
+                continue
+            problem.put_inside(block.name, C)
+            value = problem.value_here()
+            if value > best:
+                best, made = value, (block.name, C)
+    problem.put(found.x)
+    return made
 
 
 def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
@@ -69,7 +149,7 @@ def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
         x = _raised(problem, found, int(k))
         if x is None or found.is_exhausted:
             continue
-        blocks = problem.blocks
+        kept = problem.coordinates
         problem.put(x)
         try:
             again = _rounds(problem, tolerance)
@@ -77,7 +157,7 @@ def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
             return found
         if again.value > found.value + SAME:
             return again
-        problem.blocks = blocks
+        problem.coordinates = kept
     return found
 
 
@@ -90,16 +170,16 @@ def _from_ridges(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
         x, fall = fallen(problem, found, int(k))
         at = x + found.information.holding(found.edge | alone).covariance() @ problem.slopes_at(x)
         if fall > FALL and np.all(np.isfinite(at)) and problem.value(at) > found.value + SAME:
-            blocks = problem.blocks
+            kept = problem.coordinates
             problem.put(at)
             try:
                 again = _rounds(problem, tolerance)
             except Singular:  # no beginning there
-                problem.blocks = blocks
+                problem.coordinates = kept
                 continue
             if again.value > found.value + max(SAME, tolerance) and not again.is_exhausted:
                 return again
-            problem.blocks = blocks
+            problem.coordinates = kept
     return found
 
 
@@ -133,13 +213,18 @@ def _raised(problem: Problem, found: Optimum, k: int) -> Optional[np.ndarray]:
     return None
 
 
-def _rounds(problem: Problem, tolerance: float) -> Optimum:
-    """Climb, look how the top is curved, move what is best at 0 there, and again."""
-    problem.anchor()
-    edge = np.zeros(problem.size, bool)
+def _rounds(problem: Problem, tolerance: float, ranks: Optional[dict[str, int]] = None,
+            edges: Optional[dict[str, np.ndarray]] = None, may_narrow: bool = False) -> Optimum:
+    """Climb, look how the top is curved, move what is best at 0 there, and again.
+
+    ranks       of covariances that are singular; edges: of blocks whose coordinates stay
+    may_narrow  Narrow, where one becomes singular
+    """
+    problem.anchor(ranks)
+    edge = np.concatenate([(edges or {}).get(block.name, np.zeros(block.size, bool)) for block in problem.blocks])
     x = np.zeros(problem.size)
     for _ in range(ROUNDS):
-        found = _top(problem, x, edge)
+        found = _top(problem, x, edge, may_narrow)
         if found.is_exhausted:
             break
         x, changed = _next(problem, found, tolerance)
@@ -153,10 +238,14 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
     return found
 
 
-def _top(problem: Problem, x: np.ndarray, edge: np.ndarray) -> Optimum:
+def _top(problem: Problem, x: np.ndarray, edge: np.ndarray, may_narrow: bool) -> Optimum:
     """Climb, and again wherever the units that were right where it began are wrong at the top."""
     for last in (False,) * RESCALED + (True,):
-        x, slopes = climb(problem, x, edge)
+        x, slopes = climb(problem, x, edge, may_narrow)
+        x, edge = _grounded(problem, x, slopes, edge)
+        problem.put(x)
+        if may_narrow and problem.is_narrower(SINGULAR):
+            raise Narrow(x, problem.best, edge)
         ratio = _too_small(problem, x)
         if np.all(ratio == 1):
             information = Information(problem, x, slopes, edge)
@@ -199,17 +288,20 @@ def _polish(problem: Problem, found: Optimum) -> None:
         found.x = at
 
 
-def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The best point that BFGS finds, and the gradient there; what is at the edge stays."""
+def climb(problem: Problem, x: np.ndarray, edge: np.ndarray, may_narrow: bool = False) -> \
+        tuple[np.ndarray, np.ndarray]:
+    """The best point that BFGS finds, and the gradient there; what is at the edge stays.  With `may_narrow` no further
+    than where a covariance becomes singular."""
     from scipy.optimize import minimize  # loading it takes longer than all else of the package
 
     free = np.flatnonzero(~edge)
+    lowest = np.where(problem.logarithmic, np.minimum(-LOWEST / problem.units, x), -np.inf)
     problem.best, worst = -np.inf, [None]
     best = [x, np.zeros(problem.size)]
 
     def lost(part: np.ndarray) -> tuple[float, np.ndarray]:
         at = x.copy()
-        at[free] = part
+        at[free] = np.maximum(part, lowest[free])  # the likelihood is flat down there, and a step may be a long one
         value, slopes = problem.evaluate(at)
         if value > problem.best:
             problem.best, best[:] = value, [at, slopes]
@@ -218,11 +310,15 @@ def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray
         worst[0] = -value if worst[0] is None else max(worst[0], -value)
         if problem.evaluations >= problem.allowed:
             raise Exhausted
-        return -value, -slopes[free]
+        return -value, np.where(part < lowest[free], 0.0, -slopes[free])
+
+    def look(_: np.ndarray) -> None:
+        if may_narrow and problem.is_narrower(SINGULAR):
+            raise StopIteration
 
     try:
         if len(free):
-            minimize(lost, x[free], jac=True, method="BFGS", options={"gtol": SLOPE, "maxiter": 10**6})
+            minimize(lost, x[free], jac=True, method="BFGS", callback=look, options={"gtol": SLOPE, "maxiter": 10**6})
         else:
             lost(x[free])
     except Exhausted:
@@ -234,7 +330,7 @@ def _next(problem: Problem, found: Optimum, tolerance: float) -> tuple[np.ndarra
     """Where the next round begins, and whether there is reason for one.  Moves edges."""
     x, edge = _edges(problem, found)
     moved = not np.array_equal(edge, found.edge)
-    escaped = not np.array_equal(x[~edge], found.x[~edge])
+    escaped = not np.array_equal(x, found.x)
     found.edge = edge
     if moved or escaped:
         return x, True
@@ -274,21 +370,32 @@ def _edges(problem: Problem, found: Optimum) -> tuple[np.ndarray, np.ndarray]:
         above, far = _above(problem, x, k, value)
         if above > value:
             x, edge[k], value = _moved(x, k, far), False, above
-        elif above < value and not edge[k]:
-            x, edge[k] = _to_the_edge(problem, x, k, value)
+        elif above < value:
+            x, edge[k] = _to_the_edge(problem, x, k, value, edge[k])
     return x, edge
 
 
-def _to_the_edge(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[np.ndarray, bool]:
-    """The largest variance that is as good as next to none: it is no rounding beside the others."""
+def _grounded(problem: Problem, x: np.ndarray, slopes: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """With variances that have gone far down at their boundaries, before a difference is taken next to nothing."""
+    edge = edge.copy()
+    for k in np.flatnonzero(problem.logarithmic & ~edge & (x * problem.units < -FALLEN) & (np.abs(slopes) < STILL)):
+        x, edge[k] = _to_the_edge(problem, x, int(k), problem.best)
+    return x, edge
+
+
+def _to_the_edge(problem: Problem, x: np.ndarray, k: int, value: float, is_there: bool = False) -> \
+        tuple[np.ndarray, bool]:
+    """The largest variance that is as good as next to none: the records tell no smaller ones from it.  One that is
+    there stays, unless the others have changed and it is too large now."""
     none = problem.value(_moved(x, k, NONE / problem.units[k]))
-    if none < value - SAME:
-        return x, False
-    for steps in DOWN:
-        at = _moved(x, k, steps / problem.units[k])
-        if problem.value(at) > none - 0.1 * SAME:
-            return at, True
-    return _moved(x, k, NONE / problem.units[k]), True
+    if none < value - SAME or is_there and none < value + 0.2 * SAME:
+        return x, is_there
+    at = _moved(x, k, NONE / problem.units[k])
+    for steps in RISE:
+        above = _moved(at, k, steps / problem.units[k])
+        if problem.value(above) > none - 0.1 * SAME:
+            at = above
+    return at, True
 
 
 def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float, float]:
