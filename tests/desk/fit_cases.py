@@ -18,17 +18,24 @@ def nile(examples: Path) -> np.ndarray:
     return rows[~np.isnan(rows[:, -1]), -1]
 
 
+def root(C: np.ndarray) -> np.ndarray:
+    """L of C = L L', by which NumPy's multivariate_normal draws, without a decomposition for each"""
+    vectors, values, _ = np.linalg.svd(C)
+    return vectors * np.sqrt(values)
+
+
 def drawn(A, H, Q, R, T: int, seed: int, P0=None, B=None) -> tuple[np.ndarray, np.ndarray]:
     """z (T x m) and u (T x l) of a model, from a state N(0, P0)"""
     random = np.random.default_rng(seed)
     A, H, Q, R = (np.atleast_2d(np.asarray(one, float)) for one in (A, H, Q, R))
     n = len(A)
+    by_Q, by_R = root(Q), root(R)
     x = random.multivariate_normal(np.zeros(n), np.eye(n) if P0 is None else P0)
     u = random.normal(size=(T, 0 if B is None else np.shape(B)[1]))
     z = np.empty((T, len(H)))
     for t in range(T):
-        z[t] = H @ x + random.multivariate_normal(np.zeros(len(H)), R)
-        x = A @ x + random.multivariate_normal(np.zeros(n), Q) + (0 if B is None else np.asarray(B) @ u[t])
+        z[t] = H @ x + by_R @ random.standard_normal(len(H))
+        x = A @ x + by_Q @ random.standard_normal(n) + (0 if B is None else np.asarray(B) @ u[t])
     return z, u
 
 

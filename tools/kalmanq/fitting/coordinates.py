@@ -96,20 +96,18 @@ class Cholesky:
         deviation = np.sqrt(np.diag(start))
         self.units = np.where(self.logarithmic, 1 / np.sqrt(2 * noises), deviation[rows] / np.sqrt(noises))
         self.rows, self.noises = rows, noises
-        self.number = {cell: k for k, cell in enumerate(self.cells)}
+        self.at = rows, columns
+        self.solved = [(i, j) for i in range(len(start)) for j in range(i + 1) if held[i, j]]
         self.L, self.dL = self.root, np.zeros((*start.shape, self.size))
 
     def matrix(self, x: np.ndarray) -> np.ndarray:
-        """Row after row: what is free is moved, what is held is solved for; with the derivatives."""
+        """What is free is moved, what is held is solved for, row after row; with the derivatives."""
         self.L, self.dL = np.zeros_like(self.root), np.zeros_like(self.dL)
-        for at, i in enumerate(self.order):
-            for j in self.order[: min(at + 1, self.rank)]:
-                if self.held[i, j]:
-                    self._solve(i, j)
-                    continue
-                k, unit = self.number[i, j], self.units[self.number[i, j]]
-                self.L[i, j] = self.root[i, i] * np.exp(unit * x[k]) if i == j else self.root[i, j] + unit * x[k]
-                self.dL[i, j, k] = unit * self.L[i, i] if i == j else unit
+        move, root = self.units * x, self.root[self.at]
+        self.L[self.at] = np.where(self.logarithmic, root * np.exp(np.where(self.logarithmic, move, 0.0)), root + move)
+        self.dL[(*self.at, np.arange(self.size))] = self.units * np.where(self.logarithmic, self.L[self.at], 1.0)
+        for i, j in self.solved:
+            self._solve(i, j)
         made = self.L @ self.L.T
         np.fill_diagonal(made, (1 + FLOOR) * np.diag(made))
         return made

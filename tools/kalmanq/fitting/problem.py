@@ -88,7 +88,7 @@ class Problem:
             return Entries(name, self.arrays[name], free, self._scale(name))
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
         start = self._inside(name, self.arrays[name])
-        if name != "Q" and not (start.size and is_definite(start)):
+        if name not in ("Q", *self._ranks) and not (start.size and is_definite(start)):
             raise Singular(f"{name} is singular: what has no noise cannot be estimated from there")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)

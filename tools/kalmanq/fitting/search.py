@@ -21,6 +21,7 @@ FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up 
 STILL = 1e-2  # of a slope: what is steeper is under way
 HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
 UP = 3.0, 6.0, 12.0, 24.0, 48.0  # of a log standard deviation: where a variance of 0 differs from others
+FAR = 1.0, 4.0, 16.0, 64.0  # standard deviations of what is well determined
 FALLEN, LOWEST, NONE = 6.0, 30.0, -4.0  # of its log: has gone far down; as far as it goes; where it is as good as none
 RISE = 24.0, 12.0, 6.0, 3.0, 1.0  # halves of a search upwards for the largest that is as good
 
@@ -340,11 +341,23 @@ def _next(problem: Problem, found: Optimum, tolerance: float) -> tuple[np.ndarra
     if not information.is_maximum:
         return _beside(problem, found)
     if information.distance > 0.01 * tolerance:
+        x = _along_flat(problem, found)
+        if x is not None:
+            return x, True
         step = information.newton()
         for share in (1.0, 0.25):
             if problem.value(found.x + share * step) > found.value:
                 return found.x + share * step, True
-    return x, False
+    return found.x, False
+
+
+def _along_flat(problem: Problem, found: Optimum) -> Optional[np.ndarray]:
+    """Where the likelihood is flat, and yet has a slope: farther up along it."""
+    direction = found.information.uphill()
+    tried = [found.x + far * direction for far in FAR]
+    values = [problem.value(x) for x in tried] if np.any(direction) else [-np.inf]
+    best = int(np.argmax(values))
+    return tried[best] if values[best] > found.value + SAME else None
 
 
 def _beside(problem: Problem, found: Optimum) -> tuple[np.ndarray, bool]:
