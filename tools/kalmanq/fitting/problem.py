@@ -87,12 +87,12 @@ class Problem:
             free = ~self.choice.held.get(name, np.zeros(self.arrays[name].shape, bool))
             return Entries(name, self.arrays[name], free, self._scale(name))
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
-        start = self._inside(name, self.arrays[name])
+        start = self.inside(name, self.arrays[name])
         if name not in ("Q", *self._ranks) and not (start.size and is_definite(start)):
             raise Singular(f"{name} is singular: what has no noise cannot be estimated from there")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
-        held = self._inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
+        held = self.inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
                                                                         self.model.A.shape, bool)), True)
         if self.choice.forms[name] == "diagonal":
             if np.any(start - np.diag(np.diag(start))):
@@ -109,7 +109,7 @@ class Problem:
     def coordinates(self, kept: tuple[Any, ...]) -> None:
         self.blocks, self.slices, self.size, self.logarithmic, self.units = kept
 
-    def _inside(self, name: str, whole: np.ndarray, is_mask: bool = False) -> np.ndarray:
+    def inside(self, name: str, whole: np.ndarray, is_mask: bool = False) -> np.ndarray:
         """The part of a covariance, or of a mask of its entries, that has noise."""
         if name == "R":
             return whole[np.ix_(self.measured, self.measured)]
@@ -163,7 +163,7 @@ class Problem:
 
     def _slopes(self, x: np.ndarray) -> np.ndarray:
         found = self.expectation.gradient()
-        slopes = np.concatenate([block.slopes(self._inside(block.name, found[block.name])) for block in self.blocks])
+        slopes = np.concatenate([block.slopes(self.inside(block.name, found[block.name])) for block in self.blocks])
         for k in np.flatnonzero(~np.isfinite(slopes)):
             slopes[k] = self._difference(x, int(k))
         return slopes
@@ -173,7 +173,7 @@ class Problem:
         made = {}
         for block in self.blocks:
             if self.may_be_singular(block):
-                C = self._inside(block.name, self.arrays[block.name])
+                C = self.inside(block.name, self.arrays[block.name])
                 deviation = np.sqrt(np.diag(C))
                 rank = int(np.sum(np.linalg.eigvalsh(C / np.outer(deviation, deviation)) >= least))
                 if min(rank, block.rank) < len(C):
@@ -182,7 +182,7 @@ class Problem:
 
     def is_narrower(self, least: float) -> bool:
         """Is any of them of a lower rank than its coordinates have?"""
-        now = {block.name: block.rank for block in self.narrow_blocks}
+        now = self.now_ranks
         return any(rank < now.get(name, np.inf) for name, rank in self.ranks(least).items())
 
     @staticmethod
@@ -194,29 +194,14 @@ class Problem:
     def narrow_blocks(self) -> list[Cholesky]:
         return [block for block in self.blocks if isinstance(block, Cholesky) and block.rank < len(block.L)]
 
+    @property
+    def now_ranks(self) -> dict[str, int]:
+        return {block.name: block.rank for block in self.narrow_blocks}
+
     def by_block(self, mask: np.ndarray, ranks: Mapping[str, int]) -> dict[str, np.ndarray]:
         """A mask of coordinates, of those blocks that stay as they are with covariances of these ranks."""
         return {block.name: mask[part] for block, part in zip(self.blocks, self.slices)
                 if not isinstance(block, Cholesky) or ranks.get(block.name, block.rank) == block.rank}
-
-    def noisier(self, block: Cholesky, share: float) -> Optional[np.ndarray]:
-        """A singular covariance with noise in that direction of those it has none in, in which the likelihood rises
-        most; of the size of a share of the variances, or of those that it began with."""
-        C = self._inside(block.name, self.arrays[block.name]).copy()
-        rows = block.order[block.rank:]
-        deviation = np.sqrt(np.maximum(np.diag(C), np.diag(self._inside(block.name, self.begun[block.name]))))[rows]
-        beside = C.copy()
-        beside[rows, rows] += share * deviation**2
-        self.put_inside(block.name, beside)
-        slopes = None
-        if np.isfinite(self.value_here()):
-            slopes = self._inside(block.name, self.expectation.gradient()[block.name])[np.ix_(rows, rows)]
-        self.put_inside(block.name, C)
-        if slopes is None or not np.all(np.isfinite(slopes)):
-            return None
-        way = deviation * np.linalg.eigh((slopes + slopes.T) * np.outer(deviation, deviation))[1][:, -1]
-        C[np.ix_(rows, rows)] += share * np.outer(way, way)
-        return C
 
     def put_inside(self, name: str, C: np.ndarray) -> None:
         if name == "R":

@@ -1,4 +1,4 @@
-"""The maximum of the likelihood: SciPy's BFGS over the C core's likelihood and gradient, edges, Newton's steps."""
+"""From a place to a maximum: SciPy's BFGS over the C core's likelihood and gradient, edges, Newton's steps."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ from typing import Optional
 
 import numpy as np
 
+from kalmanq.fitting.coordinates import Cholesky
 from kalmanq.fitting.information import Information
-from kalmanq.fitting.problem import Problem, Singular
+from kalmanq.fitting.problem import Problem
 
 ROUNDS = 8
 RESCALED, RATIO, SHARP = 6, 2.0, 100.0  # climbs in other units; a ratio and a curvature that ask for them
 SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
-DEEP = 1.0  # of log-likelihood: a variance that costs so much is no longer tiny
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
-BESIDE = 1e-6, 1e-4, 1e-2  # shares of a variance by which a singular covariance is left
 FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
 STILL = 1e-2  # of a slope: what is steeper is under way
 HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
@@ -35,6 +34,7 @@ class Optimum:
     edge: np.ndarray
     information: Information
     is_exhausted: bool = False  # there was reason to go on, and no evaluation or round left
+    is_cut: bool = False  # a covariance of lower rank is to be tried before more is done
 
     @property
     def distance(self) -> float:
@@ -53,135 +53,14 @@ class Narrow(Exception):
         self.x, self.value, self.edge = x, value, edge
 
 
-def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
-    """From the arrays as they are.  A full covariance that becomes singular is searched as a singular one: in
-    coordinates of the others, the likelihood has a long bent ridge there."""
-    problem.allowed = problem.evaluations + limit
-    try:
-        found, least = _rounds(problem, tolerance, may_narrow=True), -np.inf
-    except Narrow as place:
-        kept, least, x = problem.coordinates, place.value - SAME, place.x
-        found = _narrowed(problem, place, tolerance)
-    found = _narrower(problem, found, tolerance)
-    if problem.narrow_blocks:
-        found = _wider(problem, found, tolerance)
-    if problem.narrow_blocks and found.value > least:
-        found = _from_ridges(problem, found, tolerance)
-    else:
-        if not found.value > least:
-            problem.coordinates = kept
-            problem.put(x)
-            found = _rounds(problem, tolerance)
-        found = _from_above(problem, found, tolerance)
-    problem.put(found.x)
-    return found
-
-
-def _narrowed(problem: Problem, place: Narrow, tolerance: float) -> Optimum:
-    """Without the directions that hardly have noise there, nor those that then hardly have any."""
-    while True:
-        problem.put(place.x)
-        ranks = problem.ranks(SINGULAR)
-        edges = problem.by_block(place.edge, ranks)
-        try:
-            return _rounds(problem, tolerance, ranks, edges, may_narrow=True)
-        except Narrow as narrower:
-            place = narrower
-
-
-def _narrower(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
-    """Of a lower rank still, where hardly anything is known of the noise in a direction, and none is as good."""
-    while not found.is_exhausted:
-        hardly = _is_tiny(problem, found)
-        blocks = [block for block, part in zip(problem.blocks, problem.slices) if problem.may_be_singular(block) and
-                  any(not block.is_alone(int(k)) for k in np.flatnonzero(hardly[part]))]
-        if not blocks or blocks[0].rank < 2:
-            break
-        kept = problem.coordinates
-        ranks = {block.name: block.rank - (block is blocks[0]) for block in {*problem.narrow_blocks, blocks[0]}}
-        again = _rounds(problem, tolerance, ranks)
-        if not again.value > found.value - SAME:
-            problem.coordinates = kept
-            problem.put(found.x)
-            break
-        found = again
-    return found
-
-
-def _wider(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
-    """Of a higher rank, as long as noise in one more direction is better."""
-    while not found.is_exhausted:
-        more, kept = _more_noise(problem, found), problem.coordinates
-        if more is None:
-            break
-        name, C = more
-        ranks = {block.name: block.rank + (block.name == name) for block in problem.narrow_blocks}
-        problem.put_inside(name, C)
-        again = _rounds(problem, tolerance, ranks)
-        if not again.value > found.value + SAME:
-            problem.coordinates = kept
-            problem.put(found.x)
-            break
-        found = again
-    return found
-
-
-def _more_noise(problem: Problem, found: Optimum) -> Optional[tuple[str, np.ndarray]]:
-    """A covariance that is better with noise in one more direction; None where each is best without."""
-    best, made = found.value + SAME, None
-    for block in problem.narrow_blocks:
-        for share in BESIDE:
-            problem.put(found.x)
-            C = problem.noisier(block, share)
-            if C is None:
-                continue
-            problem.put_inside(block.name, C)
-            value = problem.value_here()
-            if value > best:
-                best, made = value, (block.name, C)
-    problem.put(found.x)
-    return made
-
-
-def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
-    """Once more with each variance that hardly matters so large that it does: beside the others a tiny one has no
-    slope, though there may be a higher place above."""
-    for k in np.flatnonzero(_is_tiny(problem, found)) if found.distance < STILL else ():
-        x = _raised(problem, found, int(k))
-        if x is None or found.is_exhausted:
-            continue
-        kept = problem.coordinates
-        problem.put(x)
-        try:
-            again = _rounds(problem, tolerance)
-        except Singular:  # another covariance, at the best point
-            return found
-        if again.value > found.value + SAME:
-            return again
-        problem.coordinates = kept
-    return found
-
-
-def _from_ridges(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
-    """Once more from where a tiny variance is less so, and the others make up for more than that costs."""
-    if found.is_exhausted or not found.information.is_maximum:
-        return found
-    for k in np.flatnonzero(_is_tiny(problem, found)):
-        alone = np.arange(problem.size) == k
-        x, fall = fallen(problem, found, int(k))
-        at = x + found.information.holding(found.edge | alone).covariance() @ problem.slopes_at(x)
-        if fall > FALL and np.all(np.isfinite(at)) and problem.value(at) > found.value + SAME:
-            kept = problem.coordinates
-            problem.put(at)
-            try:
-                again = _rounds(problem, tolerance)
-            except Singular:  # no beginning there
-                problem.coordinates = kept
-                continue
-            if again.value > found.value + max(SAME, tolerance) and not again.is_exhausted:
-                return again
-            problem.coordinates = kept
-    return found
+def hardly_full(problem: Problem, found: Optimum) -> Optional[Cholesky]:
+    """A full covariance with a direction of whose noise hardly anything is known."""
+    hardly = is_tiny(problem, found)
+    for block, part in zip(problem.blocks, problem.slices):
+        if problem.may_be_singular(block) and block.rank > 1 and \
+                any(not block.is_alone(int(k)) for k in np.flatnonzero(hardly[part])):
+            return block
+    return None
 
 
 def fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, float]:
@@ -196,7 +75,7 @@ def fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, floa
     return x, fall
 
 
-def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
+def is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
     """Variances at the edge, or of which hardly anything is known."""
     curvature, slopes = (found.information.whole(part)
                          for part in (np.diag(found.information.J), found.information.slopes))
@@ -204,29 +83,21 @@ def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
     return problem.logarithmic & (found.edge | hardly)
 
 
-def _raised(problem: Problem, found: Optimum, k: int) -> Optional[np.ndarray]:
-    """Where variance k is so large that the likelihood has fallen by DEEP; None where it does not."""
-    x = _moved(found.x, k, 1 / problem.units[k])
-    while problem.is_within(x) and problem.evaluations < problem.allowed:
-        if problem.value(x) < found.value - DEEP:
-            return x
-        x = _moved(x, k, 1 / problem.units[k])
-    return None
-
-
-def _rounds(problem: Problem, tolerance: float, ranks: Optional[dict[str, int]] = None,
-            edges: Optional[dict[str, np.ndarray]] = None, may_narrow: bool = False) -> Optimum:
+def search(problem: Problem, tolerance: float, ranks: Optional[dict[str, int]] = None,
+           edges: Optional[dict[str, np.ndarray]] = None, may_narrow: bool = False) -> Optimum:
     """Climb, look how the top is curved, move what is best at 0 there, and again.
 
-    ranks       of covariances that are singular; edges: of blocks whose coordinates stay
-    may_narrow  Narrow, where one becomes singular
+    ranks       of covariances that are singular
+    edges       by block: coordinates that stay where they are
+    may_narrow  raises Narrow when a covariance becomes singular; returns early when it may be
     """
     problem.anchor(ranks)
     edge = np.concatenate([(edges or {}).get(block.name, np.zeros(block.size, bool)) for block in problem.blocks])
     x = np.zeros(problem.size)
     for _ in range(ROUNDS):
         found = _top(problem, x, edge, may_narrow)
-        if found.is_exhausted:
+        found.is_cut = may_narrow and hardly_full(problem, found) is not None
+        if found.is_exhausted or found.is_cut:
             break
         x, changed = _next(problem, found, tolerance)
         edge = found.edge
@@ -382,7 +253,7 @@ def _edges(problem: Problem, found: Optimum) -> tuple[np.ndarray, np.ndarray]:
     for k in np.flatnonzero(problem.logarithmic & hardly):
         above, far = _above(problem, x, k, value)
         if above > value:
-            x, edge[k], value = _moved(x, k, far), False, above
+            x, edge[k], value = moved(x, k, far), False, above
         elif above < value:
             x, edge[k] = _to_the_edge(problem, x, k, value, edge[k])
     return x, edge
@@ -400,12 +271,12 @@ def _to_the_edge(problem: Problem, x: np.ndarray, k: int, value: float, is_there
         tuple[np.ndarray, bool]:
     """The largest variance that is as good as next to none: the records tell no smaller ones from it.  One that is
     there stays, unless the others have changed and it is too large now."""
-    none = problem.value(_moved(x, k, NONE / problem.units[k]))
+    none = problem.value(moved(x, k, NONE / problem.units[k]))
     if none < value - SAME or is_there and none < value + 0.2 * SAME:
         return x, is_there
-    at = _moved(x, k, NONE / problem.units[k])
+    at = moved(x, k, NONE / problem.units[k])
     for steps in RISE:
-        above = _moved(at, k, steps / problem.units[k])
+        above = moved(at, k, steps / problem.units[k])
         if problem.value(above) > none - 0.1 * SAME:
             at = above
     return at, True
@@ -415,15 +286,15 @@ def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float
     """The likelihood as far above as it is another one, and how far that is; `value` where it is flat everywhere."""
     for steps in UP:
         far = steps / problem.units[k]
-        if not problem.is_within(_moved(x, k, far)):
+        if not problem.is_within(moved(x, k, far)):
             break
-        found = problem.value(_moved(x, k, far))
+        found = problem.value(moved(x, k, far))
         if abs(found - value) > SAME:
             return found, far
     return value, 0.0
 
 
-def _moved(x: np.ndarray, k: int, far: float) -> np.ndarray:
+def moved(x: np.ndarray, k: int, far: float) -> np.ndarray:
     made = x.copy()
     made[k] += far
     return made
