@@ -182,7 +182,7 @@ def test_a_form_that_the_model_has_not_is_named(method, tmp_path):
     with pytest.raises(KalmanqError, match=r"^R of the model is not diagonal, R\[1,0\] is -0.25, .*--r-form multiple .* or full"):
         kalmanq.fit(Model(np.eye(2), np.eye(2), [[1, -0.25], [-0.25, 1]], np.eye(2)), [z], R_form="diagonal", method=method)
     (tmp_path / "z.csv").write_text("east,north\n" + "1,2\n" * 9)
-    done = command("fit", EXAMPLES / "track.toml", tmp_path / "z.csv", "--q-form", "diagonal")
+    done = within("fit", EXAMPLES / "track.toml", tmp_path / "z.csv", "--q-form", "diagonal")
     assert done.returncode == 1 and done.stderr.count("\n") == 1 and "Q of the model is not diagonal, Q[1,0] is 0.025" in done.stderr
 
 
