@@ -126,7 +126,7 @@ KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *m
 
 /*
  * Attaching (kq_attach) empties the history and has the filter record on it from then on.  The state as it is becomes
- * step 0.  If the start of the filter is in part unknown, recording begins where all is known (start.h).
+ * step 0.  If the start of the filter is in part unknown, recording begins where all is known (diffuse.h).
  *     History and filter must be alive until the history is smoothed or detached.  A filter records on one history, the
  * last one attached.  The recording also ends when the filter is initialised or assigned anew, or the history is
  * assigned anew.  A history whose filter was initialised anew still has that filter: detach it before it goes to
@@ -190,7 +190,7 @@ KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f6
  * The smoothed measurement noise of the step that kq_smooth_step did last: v / sqrt(R) of a diagonal R, the
  * decorrelated component of a full one.  A mean far beyond 3 is an outlier.
  *   k        0, 1, ...: which scalar measurement of the step, in the order of the updates
- *   mean, variance   one number each, written; both 0 for a measurement that was not taken (KQ_EVENT_FLOOR)
+ *   mean, variance   one number each, written; both 0 for a measurement that was not taken (KQ_EVENT_REDUNDANT)
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).
  */
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,

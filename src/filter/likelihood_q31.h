@@ -50,14 +50,14 @@ static void likelihood_multiply(likelihood *p, scaled s)
 /* One scalar measurement of innovation variance s */
 static void likelihood_add(likelihood *p, scaled nis, scaled s)
 {
-    p->nis = score_held(sum_of(p->nis, score_of(nis), 62));
+    p->nis = score_saturated(sum_of(p->nis, score_of(nis), 62));
     if (p->count++ == 0) p->determinant = s;
     else likelihood_multiply(p, s);
 }
 
 KQ_KERNEL void likelihood_join(likelihood *p, const likelihood *other)
 {
-    p->nis = score_held(sum_of(p->nis, other->nis, 62));
+    p->nis = score_saturated(sum_of(p->nis, other->nis, 62));
     likelihood_multiply(p, other->determinant);
     p->count += other->count;
 }
@@ -188,7 +188,7 @@ static score likelihood_run_log(const likelihood_run *p)
     const likelihood_run whole = likelihood_run_whole(p);
     if (whole.carried > 2) return -score_max;
     if (whole.carried < -2) return score_max;
-    return score_held(-((whole.carried * score_max + whole.sum) / 2)); /* < 3 2^61 / 2 */
+    return score_saturated(-((whole.carried * score_max + whole.sum) / 2)); /* < 3 2^61 / 2 */
 }
 
 static scaled likelihood_run_log_scaled(const likelihood_run *p)

@@ -87,7 +87,7 @@ KQ_NOINLINE static unsigned smooth_process_noise(const process *m, const workspa
 }
 
 /* out = S_s (S Theta11 T)', S_s the smoothed root of the step after and the first n columns of M
-   holding Theta11 T.  S- T is S_s but for rounding, of terms that cancel where a sharp measurement came
+   holding Theta11 T.  S- T is S_s but for rounding, of terms that cancel where a low-noise measurement came
    between the two.  W is used up. */
 KQ_NOINLINE static void smooth_lag_one(scaled *out, const workspace *v, const num *S,
                                        const num *after, int n)

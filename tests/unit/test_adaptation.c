@@ -634,7 +634,7 @@ static void refusals_of_a_rule(void)
     ASSERT_OK(try_init());
 }
 
-/* A noise that a scale would lead out of the numbers */
+/* A noise that a scale would lead beyond what can be represented */
 static void refusals_of_what_cannot_be_scaled(void)
 {
     const num large = NUM_MAX / 64;
@@ -715,9 +715,9 @@ static void refusals_of_attach(void)
     ASSERT_OK(K(detach)(&lag.attached));
     ASSERT_OK(K(attach)(&twin, &point.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &other.attached));
-    ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 1));
+    ASSERT_OK(K(diffuse_init)(&start, &twin, x0, P0, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&twin, &other.attached));
-    ASSERT_OK(K(start_init)(&start, &twin, x0, P0, 0));
+    ASSERT_OK(K(diffuse_init)(&start, &twin, x0, P0, 0));
     ASSERT_OK(K(attach)(&twin, &other.attached)); /* nothing was unknown */
     ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_tuner.attached));

@@ -342,7 +342,7 @@ static void a_start_smooths_what_has_not_changed(void)
     for (int changed = 0; changed < 5; changed++) {
         set_up();
         ASSERT_OK(K(detach)(&tape.attached));
-        ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
+        ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
         ASSERT_OK(K(attach)(&track, &tape.attached));
         for (int t = 0; t < 5; t++) {
             const num z[] = {N(3 * sin(1.7 * t))};
@@ -350,10 +350,10 @@ static void a_start_smooths_what_has_not_changed(void)
             if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
             ASSERT_OK(K(update)(&track, &radar, z));
         }
-        const int early = (int)K(start_steps)(&start);
+        const int early = (int)K(diffuse_steps)(&start);
         TEST_ASSERT_EQUAL_INT(1, early);
-        if (changed > early + 1) ASSERT_REFUSED(KQ_ERR_CHANGED, K(start_smooth)(&start));
-        else ASSERT_OK(K(start_smooth)(&start));
+        if (changed > early + 1) ASSERT_REFUSED(KQ_ERR_CHANGED, K(diffuse_smooth)(&start));
+        else ASSERT_OK(K(diffuse_smooth)(&start));
     }
 }
 

@@ -6,11 +6,11 @@
 #ifdef KQ_TEST_F32
 #define CONSISTENCY KQ_CONSISTENCY_F32
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32
-#define SETTLING KQ_SETTLING_F32
+#define SETTLING KQ_FREEZE_F32
 #else
 #define CONSISTENCY KQ_CONSISTENCY_F64
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64
-#define SETTLING KQ_SETTLING_F64
+#define SETTLING KQ_FREEZE_F64
 #endif
 
 #define WINDOW 5
@@ -171,7 +171,7 @@ static void an_update_that_takes_nothing_does_not_enter(void)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_record)(&recent, &track));
 }
 
-/* Until the settling has settled; then step by step as before. */
+/* Until the freeze has settled; then step by step as before. */
 static kq_status watched_step(void)
 {
     ASSERT_OK(K(consistency_watch)(&recent, &track, &radar, z, ALL));
@@ -184,12 +184,12 @@ static void a_settled_step_does_not_enter(void)
 {
     SETTLING(lazy, 2, 2);
     FILTER(copy, 2);
-    ASSERT_OK(K(settling_init)(&lazy, 10));
+    ASSERT_OK(K(freeze_init)(&lazy, 10));
     ASSERT_OK(K(attach)(&track, &lazy.attached));
-    for (int t = 0; t < 60 && !K(settling_is_settled)(&lazy); t++) {
+    for (int t = 0; t < 60 && !K(freeze_is_active)(&lazy); t++) {
         ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
     }
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, watched_step());
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(consistency_record)(&recent, &track));
     TEST_ASSERT_EQUAL_INT(0, K(consistency_count)(&recent));
@@ -201,7 +201,7 @@ static void a_settled_step_does_not_enter(void)
     copy.memory = copy_memory;
     memcpy(copy_memory, track_memory, sizeof copy_memory);
     for (int t = 0; t < 60; t++) ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_OK(K(consistency_watch)(&recent, &copy, &radar, z, ALL)); /* it is not settled */
     ASSERT_OK(K(update)(&copy, &radar, z));
     ASSERT_OK(K(consistency_record)(&recent, &copy));

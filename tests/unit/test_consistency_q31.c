@@ -132,14 +132,14 @@ static void a_settled_step_does_not_enter(void)
 {
     static const double values[] = {1, 0.5};
     const int32_t *words = words_of(values, 2, radar.measurement_format);
-    KQ_SETTLING_Q31(lazy, 2, 2);
+    KQ_FREEZE_Q31(lazy, 2, 2);
     memcpy(z, words, sizeof z);
-    ASSERT_OK(kq_settling_init_q31(&lazy, 10));
+    ASSERT_OK(kq_freeze_init_q31(&lazy, 10));
     ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
-    for (int t = 0; t < 60 && !kq_settling_is_settled_q31(&lazy); t++) {
+    for (int t = 0; t < 60 && !kq_freeze_is_active_q31(&lazy); t++) {
         ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
     }
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_consistency_watch_q31(&recent, &track, &radar.sensor, z, ALL));
     ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_consistency_record_q31(&recent, &track));

@@ -730,7 +730,7 @@ static void test_init_refuses_what_is_not_of_its_form(void)
     ASSERT_REFUSED(KQ_ERR_FORM, init());
 }
 
-/* Nothing is noisy, and the measurement is not what it has to be; then far beyond the numbers. */
+/* Nothing is noisy, and the measurement is not what it has to be; then far not representable. */
 static void test_a_likelihood_that_is_not_finite_is_refused(void)
 {
     memset(model.Q, 0, sizeof model.Q);

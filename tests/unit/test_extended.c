@@ -5,9 +5,9 @@
 #include "unchanged.h"
 
 #ifdef KQ_TEST_F32
-#define SETTLING KQ_SETTLING_F32
+#define SETTLING KQ_FREEZE_F32
 #else
-#define SETTLING KQ_SETTLING_F64
+#define SETTLING KQ_FREEZE_F64
 #endif
 SETTLING(calm, 2, 2);
 
@@ -399,7 +399,7 @@ static void a_lean_sensor_says_what_it_takes_coarsely(void)
     const num before = K(sigma)(&track, 0);
     ASSERT_OK(K(update)(&track, &sharp, e));
     assert_shifted();
-    TEST_ASSERT_EQUAL_INT(KQ_EVENT_SHARP, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_LOW_NOISE, K(events)(&track));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) < before);
 }
 
@@ -520,7 +520,7 @@ static void what_learns_from_the_mean_or_moves_it_is_refused(void)
         if (k == 0) ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
         if (k == 1) ASSERT_OK(K(adaptation_init)(&tuner, &motion, differs, &rule));
         if (k < 2) ASSERT_OK(K(attach)(&track, &tuner.attached));
-        if (k == 2) ASSERT_OK(K(settling_init)(&calm, 10));
+        if (k == 2) ASSERT_OK(K(freeze_init)(&calm, 10));
         if (k == 2) ASSERT_OK(K(attach)(&track, &calm.attached));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(update)(&track, differs, d));
@@ -550,14 +550,14 @@ static void a_history_that_keeps_no_jacobians_refuses_linearised_predicts(void)
 static void a_start_that_is_over_is_in_nobodys_way(void)
 {
     const num d[] = {1, 2};
-    ASSERT_OK(K(start_init)(&begin, &track, x0, P0, 3));
+    ASSERT_OK(K(diffuse_init)(&begin, &track, x0, P0, 3));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &changing, d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, of_innovations(&radar), d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, NULL, of_innovations(&radar), d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&track, of_innovations(&radar), d, 3, 9));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(update)(&track, &radar, d));
-    TEST_ASSERT_EQUAL_INT(0, K(start_count)(&begin));
+    TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&begin));
     ASSERT_OK(K(update)(&track, of_innovations(&radar), d));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
     ASSERT_OK(K(attach)(&track, &jacobians.attached));

@@ -678,7 +678,7 @@ static void predict_holds_a_state_that_leaves_the_numbers_at_once(void)
     }
 }
 
-/* A control drives a mean out of the numbers: that call says so, the state that is not driven keeps its mean
+/* A control drives a mean beyond what can be represented: that call says so, the state that is not driven keeps its mean
    though 0 times it stands in every row, and measurements bring the other back. */
 static void a_mean_that_leaves_the_numbers_is_brought_back(void)
 {
@@ -910,7 +910,7 @@ static void check_takes_what_steps_leave(void)
     ASSERT_REFUSED(KQ_ERR_NULL, K(filter_check)(NULL));
 }
 
-/* All but `faint`, and the events and likelihoods that may be */
+/* All but `weak`, and the events and likelihoods that may be */
 static void check_finds_what_contradicts_itself(void)
 {
     ASSERT_OK(K(predict)(&track, &motion, u));

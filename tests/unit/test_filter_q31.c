@@ -221,7 +221,7 @@ static void a_redundant_noise_free_component_is_not_taken(void)
     put_sensor(&radar, 2, 2, range, measured_range, twice, none);
     ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
     TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&track));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, kq_events_q31(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, kq_events_q31(&track));
     ASSERT_WITHIN(1e-6, 3, mean_value(&track, 0));
     kq_events_clear_q31(&track);
     TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
@@ -274,7 +274,7 @@ static void a_sum_is_not_taken_when_its_terms_were(void)
         const int32_t *words = words_of(z, 3, radar.measurement_format);
         ASSERT_OK(kq_update_q31(&sharp, &radar.sensor, words));
         TEST_ASSERT_EQUAL_INT(2, kq_taken_q31(&sharp));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, kq_events_q31(&sharp));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, kq_events_q31(&sharp));
     }
 }
 
@@ -420,14 +420,14 @@ static void what_is_read_of_a_bad_filter_or_state_is_no_word(void)
     static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
     const kq_filter_q31 *const none[] = {NULL, &blank};
     for (int k = 0; k < COUNT(bad); k++) {
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(&track, bad[k]));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(&track, bad[k]));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(&track, bad[k]));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(&track, bad[k]));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(&track, bad[k]));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(&track, bad[k]));
     }
     for (int k = 0; k < COUNT(none); k++) {
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(none[k], 0));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(none[k], 0));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(none[k], 0));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(none[k], 0));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(none[k], 0));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(none[k], 0));
         TEST_ASSERT_TRUE(kq_nis_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
         TEST_ASSERT_TRUE(kq_log_likelihood_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
         TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
@@ -675,7 +675,7 @@ static void a_measurement_that_says_too_little_for_the_root_is_an_event(void)
         level.memory[3] = -29 - (k ? 10 : 13);
         ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
-        level.faint = UINT32_C(1) << 24;
+        level.weak = UINT32_C(1) << 24;
         ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
         TEST_ASSERT_EQUAL_HEX(k ? 0 : KQ_EVENT_PRECISION, kq_events_q31(&level));
     }
@@ -693,10 +693,10 @@ static void the_low_part_completes_a_predicted_measurement(void)
     level.memory[0] = INT32_MAX;
     level.memory[1] = 0xffffff;
     TEST_ASSERT_EQUAL_INT32(0xffffff, kq_measurement_low_q31(&level, &gauge.sensor, 0));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&level, &gauge.sensor, 1));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&level, NULL, 0));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(NULL, &gauge.sensor, 0));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_measurement_low_q31(&blank, &gauge.sensor, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_measurement_low_q31(&level, &gauge.sensor, 1));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_measurement_low_q31(&level, NULL, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_measurement_low_q31(NULL, &gauge.sensor, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_measurement_low_q31(&blank, &gauge.sensor, 0));
 }
 
 static void a_scaled_log_likelihood_refuses(void)

@@ -278,7 +278,7 @@ static void a_measurement_that_was_not_taken_is_nothing(void)
         }
         ASSERT_OK(K(lagged)(&past, 3, &past_view));
         read_view(both ? &twice : &once, &past_view, 2);
-        TEST_ASSERT_EQUAL_HEX(both ? KQ_EVENT_FLOOR : 0, K(events)(&track));
+        TEST_ASSERT_EQUAL_HEX(both ? KQ_EVENT_REDUNDANT : 0, K(events)(&track));
     }
     ASSERT_SAME_BITS(once, twice);
 }
@@ -509,16 +509,16 @@ static void a_start_goes_before(void)
     START(unknown, 2, 2);
     const num z[] = {1, 2};
     ASSERT_OK(K(detach)(&past.attached));
-    ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 3));
+    ASSERT_OK(K(diffuse_init)(&unknown, &track, x0, P0, 3));
     WATCH(unknown), WATCH(unknown_memory);
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &past.attached));
     ASSERT_OK(K(update)(&track, &radar, z));
-    TEST_ASSERT_EQUAL_INT(0, K(start_count)(&unknown));
+    TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&unknown));
     ASSERT_OK(K(attach)(&track, &past.attached));
     drive(1);
     ASSERT_OK(K(lagged)(&past, 1, &past_view));
     ASSERT_OK(K(detach)(&past.attached));
-    ASSERT_OK(K(start_init)(&unknown, &track, x0, P0, 0));
+    ASSERT_OK(K(diffuse_init)(&unknown, &track, x0, P0, 0));
     ASSERT_OK(K(attach)(&track, &past.attached));
     drive(1);
     ASSERT_OK(K(lagged)(&past, 1, &past_view));

@@ -186,7 +186,7 @@ static void every_lag_is_that_in_double(void)
                 assert_lag(1);
                 ASSERT_OK(kq_lagged_states_q31(&past, k, &past_view));
                 assert_lag(0);
-                TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(&past_view, 0));
+                TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(&past_view, 0));
                 ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&past_view, out));
             }
         }
@@ -613,9 +613,9 @@ static void a_step_is_predict_and_update(void)
 
 static void assert_no_word(const kq_filter_q31 *view, int i)
 {
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(view, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(view, i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(view, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(view, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(view, i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(view, i));
 }
 
 static void what_is_not_shown_is_no_word(void)

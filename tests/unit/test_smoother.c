@@ -392,7 +392,7 @@ static void a_measurement_that_was_not_taken_has_no_noise(void)
     num mean = 77, spread = 77;
     ASSERT_OK(K(sensor_init_diagonal)(&radar, h, free_of_noise));
     ASSERT_OK(K(update)(&track, &radar, z));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     for (int k = 0; k < 2; k++) ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
     ASSERT_OK(K(smoothed_measurement_noise)(&tape, 1, &mean, &spread));

@@ -234,7 +234,7 @@ static void states_only_gives_the_means(void)
     ASSERT_OK(K(smooth)(&tape_f64));
     for (size_t t = 0; t < STEPS; t++) {
         assert_means(t);
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(&tape, t), 0));
+        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(SMOOTHED_Q31(&tape, t), 0));
         ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(SMOOTHED_Q31(&tape, t), out));
     }
 }
@@ -271,7 +271,7 @@ static void a_step_gives_extras(void)
         }
         assert_noises();
         assert_means(t), assert_covariance(t);
-        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
+        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
 }
@@ -492,9 +492,9 @@ static void smoothed_results_refuse(void)
 
 static void assert_no_word(const kq_history_q31 *h, size_t t, int i)
 {
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(h, t), i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_low_q31(SMOOTHED_Q31(h, t), i));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_sigma_q31(SMOOTHED_Q31(h, t), i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(SMOOTHED_Q31(h, t), i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(SMOOTHED_Q31(h, t), i));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(SMOOTHED_Q31(h, t), i));
 }
 
 static void what_is_read_of_a_bad_step_or_state_is_no_word(void)

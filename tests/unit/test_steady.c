@@ -1,24 +1,24 @@
-/* The steady state: the equation, the filter and the settling filter. */
+/* The steady state: the equation, the filter and the freeze filter. */
 #include "unchanged.h"
 
 enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, GAINS = 30, RUN = 200 };
 
 #ifdef KQ_TEST_F32
 #define STEADY KQ_STEADY_F32
-#define SETTLING KQ_SETTLING_F32
+#define SETTLING KQ_FREEZE_F32
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define STEADY_LEN KQ_STEADY_LEN_F32
-#define SETTLING_LEN KQ_SETTLING_LEN_F32
-#define BITS_MAX KQ_SETTLED_BITS_MAX_F32
+#define FREEZE_LEN KQ_FREEZE_LEN_F32
+#define BITS_MAX KQ_FREEZE_BITS_MAX_F32
 #define PRINTED 5e-7 /* six digits */
 #define OVERFLOWING {12487.4f, 0, 28289.1f, 0, 780514, 0, 0, 1645020, 0, -1.12088e-10f, 9.67304e18f}
 #else
 #define STEADY KQ_STEADY_F64
-#define SETTLING KQ_SETTLING_F64
+#define SETTLING KQ_FREEZE_F64
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define STEADY_LEN KQ_STEADY_LEN_F64
-#define SETTLING_LEN KQ_SETTLING_LEN_F64
-#define BITS_MAX KQ_SETTLED_BITS_MAX_F64
+#define FREEZE_LEN KQ_FREEZE_LEN_F64
+#define BITS_MAX KQ_FREEZE_BITS_MAX_F64
 #define PRINTED 5e-9 /* all that are printed */
 #define OVERFLOWING {0, 6.12291e47, 0, -5.06977e47, 1.10758e14, 0, 0, 4.8999e13, 3.7256e33, 8.57553e33, 4.96585e177}
 #endif
@@ -94,9 +94,9 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&track1, one, one));
     ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS));
-    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_OK(K(settling_init)(&lazy, 12));
-    ASSERT_OK(K(settling_init)(&lazy1, 12));
+    ASSERT_OK(K(freeze_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(K(freeze_init)(&lazy, 12));
+    ASSERT_OK(K(freeze_init)(&lazy1, 12));
     ASSERT_OK(K(attach)(&track, &lazy.attached));
     watch_nothing();
 }
@@ -457,7 +457,7 @@ static kq_status update(void) { return K(steady_update)(&steady, z); }
 
 static kq_status innovate(void) { return K(steady_innovation)(&steady, z, innovation); }
 
-/* One diverges: the step that would take its mean beyond the numbers is refused, as each after it, with all its
+/* One diverges: the step that would take its mean not representable is refused, as each after it, with all its
    forms; so is one whose unmeasured state is there already. */
 static void a_mean_beyond_the_numbers_is_refused(void)
 {
@@ -492,7 +492,7 @@ static void a_mean_beyond_the_numbers_is_refused(void)
 
 /* ------------------------------------------------------------------ settling */
 
-static void settling_steps(int count)
+static void freeze_steps(int count)
 {
     for (int t = 0; t < count; t++) {
         draw_step();
@@ -518,8 +518,8 @@ static void it_settles_and_stays_near_the_full_filter(void)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
-        settling_steps(1);
-        if (!K(settling_is_settled)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
+        freeze_steps(1);
+        if (!K(freeze_is_active)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
         else if (!began) began = t;
         ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     }
@@ -529,16 +529,16 @@ static void it_settles_and_stays_near_the_full_filter(void)
 /* Until it has settled it is the full filter, bit for bit. */
 static void before_that_it_is_the_full_filter(void)
 {
-    while (!K(settling_is_settled)(&lazy)) {
+    while (!K(freeze_is_active)(&lazy)) {
         ASSERT_SAME_BITS(track_memory, other_memory);
-        settling_steps(1);
+        freeze_steps(1);
     }
 }
 
 static void the_root_rests_while_it_is_settled(void)
 {
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     watch(track_memory + FILTER_LEN(N) - KQ_TRIANGLE(N), KQ_TRIANGLE(N) * sizeof(num));
     WATCH(track.last), WATCH(track.run);
     draw_step();
@@ -547,35 +547,35 @@ static void the_root_rests_while_it_is_settled(void)
 
 static void a_missing_measurement_unsettles_it(void)
 {
-    settling_steps(40);
+    freeze_steps(40);
     for (int t = 0; t < 3; t++) {
         draw_step();
         ASSERT_OK(K(predict)(&track, &motion, u));
         ASSERT_OK(K(predict)(&other, &motion, u));
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
         ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     }
-    settling_steps(2);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    freeze_steps(2);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
 }
 
 static void another_model_unsettles_it(void)
 {
     static const num slow[] = {0.75, 0, 0, 0.5};
-    settling_steps(40);
+    freeze_steps(40);
     ASSERT_OK(K(process_change_transition)(&motion, slow));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     ASSERT_OK(K(sensor_change_measurement)(&radar, slow));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
+    freeze_steps(40);
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
@@ -583,23 +583,23 @@ static void another_model_unsettles_it(void)
 static void new_numbers_of_the_process_unsettle_it(void)
 {
     static const num noisy[] = {3, 0, 0, 3};
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_OK(K(process_init)(&motion, A, B, noisy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
     A[0] = 0.75;
     ASSERT_OK(K(process_change_transition)(&motion, A));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_OK(K(process_init)(&motion, A, B, noisy)); /* as it was */
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
@@ -607,52 +607,52 @@ static void new_numbers_of_the_process_unsettle_it(void)
 static void new_numbers_of_the_sensor_are_told_by_a_release(void)
 {
     static const num noisy[] = {5, 0, 0, 5};
-    settling_steps(40);
+    freeze_steps(40);
     ASSERT_OK(K(sensor_init)(&radar, H, noisy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(settling_release)(&lazy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
+    ASSERT_OK(K(freeze_release)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
 static void the_full_filter_may_go_on_at_any_time(void)
 {
-    settling_steps(40);
+    freeze_steps(40);
     draw_step();
     ASSERT_OK(K(update)(&track, &radar, z)); /* one more measurement at the same instant */
     ASSERT_OK(K(update)(&other, &radar, z));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
-    ASSERT_OK(K(settling_release)(&lazy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
+    ASSERT_OK(K(freeze_release)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
 }
 
-/* It gets every step; then the settling begins anew. */
+/* It gets every step; then the freeze begins anew. */
 static void a_history_takes_its_place(void)
 {
-    settling_steps(40);
+    freeze_steps(40);
     WATCH(tape);
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
     ASSERT_OK(K(detach)(&lazy.attached));
     ASSERT_OK(K(attach)(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &lazy.attached));
-    settling_steps(40);
+    freeze_steps(40);
     TEST_ASSERT_EQUAL_UINT(41, K(history_steps)(&tape));
     ASSERT_OK(K(smooth)(&tape));
     ASSERT_OK(K(detach)(&tape.attached));
     ASSERT_OK(K(attach)(&track, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_NEAR(8 * 0x1p-12 / (1 - 0.5));
 }
 
@@ -664,7 +664,7 @@ static void a_step_of_the_full_filter_is_a_predict_and_an_update(void)
         ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
         ASSERT_OK(K(predict)(&other, &motion, u));
         ASSERT_OK(K(update)(&other, &radar, z));
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
         ASSERT_SAME_BITS(other_memory, track_memory);
         TEST_ASSERT_TRUE(K(log_likelihood)(&other) == K(log_likelihood)(&track));
     }
@@ -673,7 +673,7 @@ static void a_step_of_the_full_filter_is_a_predict_and_an_update(void)
         ASSERT_OK(K(predict)(&track, &motion, u));
         ASSERT_OK(K(update)(&track, &radar, z));
         ASSERT_OK(K(step)(&other, &motion, u, &radar, z));
-        TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+        TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
         ASSERT_SAME_BITS(other_memory, track_memory);
     }
 }
@@ -683,14 +683,14 @@ static void a_copied_filter_goes_on_by_itself(void)
 {
     FILTER(copy, N);
     for (int assigned = 0; assigned < 2; assigned++) {
-        settling_steps(40);
+        freeze_steps(40);
         ASSERT_OK(K(filter_copy)(&other, &track));
         ASSERT_OK(K(filter_copy)(&copy, &track));
         if (assigned) {
             copy = track;
             copy.memory = copy_memory;
         }
-        const K(settling) before = lazy;
+        const K(freeze) before = lazy;
         for (int t = 0; t < 5; t++) {
             draw_step();
             if (t % 2) ASSERT_OK(K(step)(&copy, &motion, u, &radar, z));
@@ -703,35 +703,35 @@ static void a_copied_filter_goes_on_by_itself(void)
         TEST_ASSERT_EQUAL_PTR(before.process, lazy.process);
         TEST_ASSERT_EQUAL_HEX32(before.fingerprint, lazy.fingerprint);
         TEST_ASSERT_EQUAL_PTR(before.filter, lazy.filter);
-        settling_steps(1);
-        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+        freeze_steps(1);
+        TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     }
 }
 
 static void a_detached_filter_is_the_full_filter(void)
 {
-    settling_steps(40);
+    freeze_steps(40);
     ASSERT_OK(K(detach)(&lazy.attached));
     ASSERT_OK(K(detach)(&lazy.attached));
     ASSERT_OK(K(filter_copy)(&other, &track));
     for (int t = 0; t < 5; t++) {
-        settling_steps(1);
+        freeze_steps(1);
         ASSERT_SAME_BITS(other_memory, track_memory);
     }
     /* one that was initialised anew, too: nothing is looked at that may be gone */
     ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&other, x0, P0));
-    const K(settling) kept = lazy;
+    const K(freeze) kept = lazy;
     memset(&lazy, 0xa5, sizeof lazy);
-    settling_steps(5);
+    freeze_steps(5);
     ASSERT_SAME_BITS(other_memory, track_memory);
     lazy = kept;
-    /* and where the settling was assigned anew */
+    /* and where the freeze was assigned anew */
     ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(
-        K(settling_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
-    settling_steps(40);
+        K(freeze_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
+    freeze_steps(40);
     ASSERT_SAME_BITS(other_memory, track_memory);
 }
 
@@ -739,18 +739,18 @@ static void a_detached_filter_is_the_full_filter(void)
 static void a_settling_has_one_filter(void)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
-    settling_steps(40);
+    freeze_steps(40);
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     ASSERT_OK(K(attach)(&track, &lazy.attached)); /* to its own once more: it begins again */
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&lazy));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&other, &lazy.attached));
     ASSERT_OK(K(attach)(&track, &lazy.attached));
     ASSERT_OK(K(detach)(&lazy.attached));
     ASSERT_OK(K(attach)(&other, &lazy.attached));
-    ASSERT_OK(K(settling_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_OK(K(settling_init)(&lazy, 12));
+    ASSERT_OK(K(freeze_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(K(freeze_init)(&lazy, 12));
     ASSERT_OK(K(attach)(&track, &lazy.attached));
 }
 
@@ -758,7 +758,7 @@ static void attach_refuses_what_is_wrong(void)
 {
     SETTLING(second, N, M);
     START(start, N, 0);
-    ASSERT_OK(K(settling_init)(&second, 12));
+    ASSERT_OK(K(freeze_init)(&second, 12));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(blank_lazy), WATCH(lazy1), WATCH(second), WATCH(other), WATCH(blank), WATCH(track1);
     ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
@@ -770,9 +770,9 @@ static void attach_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &second.attached));
     ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&blank_lazy.attached));
-    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 1));
+    ASSERT_OK(K(diffuse_init)(&start, &other, x0, P0, 1));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&other, &second.attached));
-    ASSERT_OK(K(start_init)(&start, &other, x0, P0, 0));
+    ASSERT_OK(K(diffuse_init)(&start, &other, x0, P0, 0));
     ASSERT_OK(K(attach)(&other, &second.attached)); /* nothing was unknown */
 }
 
@@ -810,11 +810,11 @@ static void a_bad_step_is_refused(void)
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(blank), WATCH(track1);
     assert_steps_are_refused();
-    settling_steps(40);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(40);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
     assert_steps_are_refused();
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&lazy));
 }
 
 static void the_settling_refuses_what_is_wrong(void)
@@ -822,23 +822,23 @@ static void the_settling_refuses_what_is_wrong(void)
     num gain[N * M];
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(blank_lazy);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_init)(NULL, 12));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_init)(&lazy, BITS_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_release)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(settling_release)(&blank_lazy));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(NULL, N, M, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(&lazy, N, M, NULL, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(settling_assign)(&lazy, N, M, lazy_memory, 3, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_assign)(&lazy, 17, M, lazy_memory, 3, gain));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(settling_assign)(&lazy, N, 0, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(freeze_init)(NULL, 12));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(freeze_init)(&lazy, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(freeze_init)(&lazy, BITS_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(freeze_release)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(freeze_release)(&blank_lazy));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(freeze_assign)(NULL, N, M, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(freeze_assign)(&lazy, N, M, NULL, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(freeze_assign)(&lazy, N, M, lazy_memory, 3, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(freeze_assign)(&lazy, 17, M, lazy_memory, 3, gain));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(freeze_assign)(&lazy, N, 0, lazy_memory, 3, gain));
     ASSERT_REFUSED(KQ_ERR_MEMORY,
-                   K(settling_assign)(&lazy, N, M, lazy_memory, SETTLING_LEN(N) - 1, gain));
-    K(settling) empty;
+                   K(freeze_assign)(&lazy, N, M, lazy_memory, FREEZE_LEN(N) - 1, gain));
+    K(freeze) empty;
     memset(&empty, 0, sizeof empty);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(settling_init)(&empty, 12));
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(NULL));
-    TEST_ASSERT_EQUAL_INT(0, K(settling_is_settled)(&blank_lazy));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(K(freeze_init)(&empty, 12));
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(NULL));
+    TEST_ASSERT_EQUAL_INT(0, K(freeze_is_active)(&blank_lazy));
 }
 
 SUITE(steady, set_up)

@@ -1,4 +1,4 @@
-/* The steady state in fixed point: the filter and the settling filter. */
+/* The steady state in fixed point: the filter and the freeze filter. */
 #include "q31.h"
 #include "unchanged.h"
 
@@ -24,8 +24,8 @@ KQ_FILTER_Q31(blank, N);
 KQ_HISTORY_Q31(tape, N, M, RUN, 0);
 KQ_STEADY_Q31(steady, N, M);
 KQ_STEADY_Q31(blank_steady, N, M);
-KQ_SETTLING_Q31(lazy, N, M);
-KQ_SETTLING_Q31(blank_lazy, N, M);
+KQ_FREEZE_Q31(lazy, N, M);
+KQ_FREEZE_Q31(blank_lazy, N, M);
 static kq_process_q31 blank_process;
 static kq_sensor_q31 blank_sensor;
 
@@ -75,8 +75,8 @@ static void set_up(void)
     ASSERT_OK(kq_filter_init_q31(&other, &prior.table, NULL));
     ASSERT_OK(kq_steady_assign_q31(&steady, N, M, steady_memory, COUNT(steady_memory)));
     ASSERT_OK(kq_steady_init_q31(&steady, &motion.process, &radar.sensor, prior.mean, gains, GAINS));
-    ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_OK(kq_settling_init_q31(&lazy, 14));
+    ASSERT_OK(kq_freeze_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(kq_freeze_init_q31(&lazy, 14));
     ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
     watch_nothing();
 }
@@ -222,10 +222,10 @@ static void gains_of_any_size_are_taken(void)
 
 static void what_is_read_of_nothing_is_no_word(void)
 {
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_steady_mean_q31(NULL, 0));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_steady_mean_q31(&blank_steady, 0));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_steady_mean_q31(&steady, N));
-    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_steady_mean_low_q31(&steady, -1));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_steady_mean_q31(NULL, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_steady_mean_q31(&blank_steady, 0));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_steady_mean_q31(&steady, N));
+    TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_steady_mean_low_q31(&steady, -1));
 }
 
 static kq_status begin(const kq_scaled_q31 *K)
@@ -275,7 +275,7 @@ static void the_filter_refuses_what_is_wrong(void)
 
 /* ------------------------------------------------------------------ settling */
 
-static void settling_steps(int count)
+static void freeze_steps(int count)
 {
     for (int t = 0; t < count; t++) {
         draw_step();
@@ -296,8 +296,8 @@ static void it_settles_and_stays_near_the_full_filter(void)
 {
     int began = 0;
     for (int t = 0; t < RUN; t++) {
-        settling_steps(1);
-        if (!kq_settling_is_settled_q31(&lazy)) ASSERT_SAME_Q31(&other, &track);
+        freeze_steps(1);
+        if (!kq_freeze_is_active_q31(&lazy)) ASSERT_SAME_Q31(&other, &track);
         else if (!began) began = t;
         assert_near(__LINE__);
     }
@@ -306,33 +306,33 @@ static void it_settles_and_stays_near_the_full_filter(void)
 
 static void what_is_different_unsettles_it(void)
 {
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     draw_step();
     ASSERT_OK(kq_predict_q31(&track, &motion.process, u));
     ASSERT_OK(kq_predict_q31(&other, &motion.process, u));
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
     assert_near(__LINE__);
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_step_q31(&track, &twin.process, u, &radar.sensor, z));
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_step_q31(&other, &twin.process, u, &radar.sensor, z));
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_detach_q31(&lazy.attached));
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
-    settling_steps(3);
+    freeze_steps(3);
     TEST_ASSERT_EQUAL_UINT(4, kq_history_steps_q31(&tape));
     ASSERT_OK(kq_smooth_q31(&tape));
     ASSERT_OK(kq_detach_q31(&tape.attached));
     ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_OK(kq_settling_release_q31(&lazy));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
+    ASSERT_OK(kq_freeze_release_q31(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
     assert_near(__LINE__);
 }
 
@@ -340,18 +340,18 @@ static void what_is_different_unsettles_it(void)
 static void new_numbers_of_the_process_unsettle_it(void)
 {
     static const double noisy[] = {2, 0, 0, 2}, shorter[] = {1, 0.05, 0, 1};
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     put_process(&motion, N, 1, range, drive_range, A, B, noisy);
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
-    settling_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_matrix_prepare_q31(motion.transition, shorter, N, N, motion.state_format,
                                     motion.state_format));
     ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
     assert_near(__LINE__);
 }
 
@@ -360,14 +360,14 @@ static void a_copied_filter_goes_on_by_itself(void)
 {
     KQ_FILTER_Q31(copy, N);
     for (int assigned = 0; assigned < 2; assigned++) {
-        settling_steps(60);
+        freeze_steps(60);
         ASSERT_OK(kq_filter_copy_q31(&other, &track));
         ASSERT_OK(kq_filter_copy_q31(&copy, &track));
         if (assigned) {
             copy = track;
             copy.memory = copy_memory;
         }
-        const kq_settling_q31 before = lazy;
+        const kq_freeze_q31 before = lazy;
         for (int t = 0; t < 5; t++) {
             draw_step();
             ASSERT_OK(kq_predict_q31(&copy, &motion.process, u));
@@ -379,8 +379,8 @@ static void a_copied_filter_goes_on_by_itself(void)
         TEST_ASSERT_EQUAL_PTR(before.process, lazy.process);
         TEST_ASSERT_EQUAL_HEX32(before.fingerprint, lazy.fingerprint);
         TEST_ASSERT_EQUAL_PTR(before.filter, lazy.filter);
-        settling_steps(1);
-        TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+        freeze_steps(1);
+        TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     }
 }
 
@@ -388,11 +388,11 @@ static void a_copied_filter_goes_on_by_itself(void)
 static void a_settling_has_one_filter(void)
 {
     WATCH(lazy), WATCH(lazy_memory), WATCH(other);
-    settling_steps(60);
+    freeze_steps(60);
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&other, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_attach_q31(&track, &lazy.attached)); /* to its own once more: it begins again */
-    TEST_ASSERT_EQUAL_INT(0, kq_settling_is_settled_q31(&lazy));
+    TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_attach_q31(&other, &lazy.attached));
     ASSERT_OK(kq_attach_q31(&track, &lazy.attached));
@@ -418,12 +418,12 @@ static void assert_steps_are_refused(void)
 
 static void the_settling_refuses_what_is_wrong(void)
 {
-    KQ_SETTLING_Q31(wide, 3, M);
-    KQ_SETTLING_Q31(tall, N, M + 1);
+    KQ_FREEZE_Q31(wide, 3, M);
+    KQ_FREEZE_Q31(tall, N, M + 1);
     kq_scaled_q31 gain[N * M];
     draw_step();
-    ASSERT_OK(kq_settling_init_q31(&wide, 14));
-    ASSERT_OK(kq_settling_init_q31(&tall, 14));
+    ASSERT_OK(kq_freeze_init_q31(&wide, 14));
+    ASSERT_OK(kq_freeze_init_q31(&tall, 14));
     WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
     WATCH(wide), WATCH(tall), WATCH(blank_lazy), WATCH(blank), WATCH(tape);
     ASSERT_REFUSED(KQ_ERR_NULL, kq_attach_q31(&track, NULL));
@@ -436,20 +436,20 @@ static void the_settling_refuses_what_is_wrong(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_detach_q31(NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_detach_q31(&blank_lazy.attached));
     assert_steps_are_refused();
-    settling_steps(60);
+    freeze_steps(60);
     assert_steps_are_refused();
-    settling_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&lazy));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_settling_init_q31(&lazy, KQ_SETTLED_BITS_MAX_Q31 + 1));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_settling_assign_q31(&lazy, N, M, lazy_memory,
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_freeze_init_q31(&lazy, KQ_FREEZE_BITS_MAX_Q31 + 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_freeze_assign_q31(&lazy, N, M, lazy_memory,
                                                          COUNT(lazy_memory) - 1, gain));
     ASSERT_OK(kq_detach_q31(&lazy.attached));
     ASSERT_OK(kq_attach_q31(&track, &tall.attached));
     ASSERT_REFUSED(KQ_ERR_MISMATCH,
                    kq_step_q31(&track, &motion.process, u, &radar.sensor, z)); /* components */
     ASSERT_OK(kq_detach_q31(&tall.attached));
-    ASSERT_OK(kq_settling_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_settling_release_q31(&lazy));
+    ASSERT_OK(kq_freeze_assign_q31(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_freeze_release_q31(&lazy));
 }
 
 SUITE(steady, set_up)
