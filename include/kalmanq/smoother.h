@@ -141,8 +141,8 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
 /**
  * Smooths the whole history, in place: mean and covariance of every step.
  *   h        recording; the filter is detached and may go on
- * KQ_EVENT_PRECISION (f32, f64; in the views): later measurements left less of a sigma than 8 roundings of the
- * filter's mean, so means may be off by more than sigma says.  Steps of compile-time sizes do not look.
+ * KQ_EVENT_PRECISION (f32, f64; in the views): later measurements left less of a sigma, predicted or filtered, than 8
+ * roundings of the filter's mean, so means may be off by more than sigma says.  Steps of compile-time sizes do not look.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma (tests/README.md, Accuracy).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already: begin a new run by
