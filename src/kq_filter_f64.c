@@ -6,7 +6,7 @@
 #include "filter/api.h"
 #include "smoother/api.h"
 #include "robust/api.h"
-#include "start/api.h"
+#include "diffuse/api.h"
 #include "linearised/api.h"
 #include "linearised/rows_float.h"
 #endif

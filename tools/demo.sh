@@ -12,18 +12,18 @@ if [ "${1:-}" = --out ] && [ $# -ge 2 ]; then out=$2 && shift 2; fi
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
-kq_setup desk
+kq_setup tools
 
 # The package, built anew where a source is newer than it
-site="$root/build/desk/site"
+site="$root/build/tools/site"
 if [ ! -d "$site" ] || [ -n "$(find "$root/src" "$root/include" "$root/tools/kalmanq" "$root/tools/CMakeLists.txt" \
     "$root/tools/pyproject.toml" -newer "$site" -type f -not -name '*.pyc' -print -quit)" ]; then
     echo "== building the Python package: less than a minute of one processor"
     rm -rf "$site"
-    kq_with_progress "$KQ_DESK_PYTHON" -m pip install -v --disable-pip-version-check --no-deps --no-build-isolation \
+    kq_with_progress "$KQ_TOOLS_PYTHON" -m pip install -v --disable-pip-version-check --no-deps --no-build-isolation \
         --target "$site" "$root/tools"
 fi
-kalmanq() { PYTHONPATH="$site" "$KQ_DESK_PYTHON" -m kalmanq "$@"; }
+kalmanq() { PYTHONPATH="$site" "$KQ_TOOLS_PYTHON" -m kalmanq "$@"; }
 if [ $# -gt 0 ]; then kalmanq "$@" && exit 0 || exit $?; fi
 
 examples="$root/tools/kalmanq/examples"

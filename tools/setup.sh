@@ -4,7 +4,7 @@
 #   kq_setup build     C and C++ compiler, CMake, Ninja
 #   kq_setup interpreter   Python, without libraries
 #   kq_setup python    sets KQ_PYTHON to an interpreter with the tools' libraries
-#   kq_setup desk      sets KQ_DESK_PYTHON to one with all that the Python package needs
+#   kq_setup tools      sets KQ_TOOLS_PYTHON to one with all that the Python package needs
 #   kq_setup cost      compilers and emulators for Arm, RISC-V and AVR; KQ_PYTHON with these, too
 #   kq_setup tests     all that follows, for the tests;  kq_setup_many GROUP...: several at once
 #
@@ -144,7 +144,7 @@ kq_setup_package() { kq_install pkg-config; }
 kq_setup_valgrind() { kq_have valgrind || kq_install valgrind; }
 
 kq_setup_tests() {
-    kq_setup_many unity cores clang eigen package valgrind python scipy cost peers desk
+    kq_setup_many unity cores clang eigen package valgrind python scipy cost peers tools
 }
 
 # Kalman libraries that results are compared with are not packaged: a virtual environment of its own,
@@ -162,19 +162,19 @@ kq_setup_peers() {
 }
 
 # What the Python package needs to be built and to run, what it can use beside, and pytest: a virtual
-# environment from PyPI.  Sets KQ_DESK_PYTHON.
-kq_setup_desk() {
+# environment from PyPI.  Sets KQ_TOOLS_PYTHON.
+kq_setup_tools() {
     kq_setup_build
-    KQ_DESK_PYTHON="$kq_root/.deps/desk/bin/python"
-    "$KQ_DESK_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, typer, rich, pytest
+    KQ_TOOLS_PYTHON="$kq_root/.deps/tools/bin/python"
+    "$KQ_TOOLS_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, typer, rich, pytest
 import pandas, distributed' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
         kq_install python3 python3-venv python3-dev || return 1
     [ -z "$kq_collects" ] || return 0
     echo "setup: installing what the Python package needs"
-    python3 -m venv "$kq_root/.deps/desk" &&
-        "$KQ_DESK_PYTHON" -m pip install -q --disable-pip-version-check \
+    python3 -m venv "$kq_root/.deps/tools" &&
+        "$KQ_TOOLS_PYTHON" -m pip install -q --disable-pip-version-check \
             scikit-build-core cffi numpy scipy matplotlib typer rich pytest pandas 'dask[distributed]'
 }
 
@@ -196,7 +196,7 @@ kq_setup_many() {
     kq_collects=
     [ ${#kq_wanted[@]} -eq 0 ] || kq_install "${kq_wanted[@]}"
     for group in "$@"; do
-        case $group in peers | desk) kq_setup "$group" & ;; esac
+        case $group in peers | tools) kq_setup "$group" & ;; esac
     done
     wait
     for group in "$@"; do kq_setup "$group"; done # what is known only now, and the variables

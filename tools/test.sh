@@ -33,18 +33,18 @@ groups_of() { # [NAME]
     package*) echo package cores ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
-    readme* | house* | desk.shared*) echo interpreter ;;
-    desk) echo desk clang cores cost peers ;;
-    desk.design* | desk.compile*) echo desk clang cores cost ;;
-    desk.fit* | desk.gallery* | desk.speed) echo desk peers ;;
-    desk*) echo desk ;;
+    readme* | house* | tools.shared*) echo interpreter ;;
+    tools) echo tools clang cores cost peers ;;
+    tools.design* | tools.compile*) echo tools clang cores cost ;;
+    tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
+    tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost valgrind ;;
     reference | reference.s* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;
-    start* | em*) echo peers ;;
+    diffuse* | em*) echo peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost valgrind eigen peers desk ;;
+    *) echo clang cores package python scipy cost valgrind eigen peers tools ;;
     esac
 }
 
@@ -59,7 +59,7 @@ configure() {
     kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
         -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_FETCH_UNITY=ON \
         -DKALMANQ_PYTHON="${KQ_PYTHON:-python3}" -DKALMANQ_PEERS_PYTHON="${KQ_PEERS_PYTHON:-python3}" \
-        -DKALMANQ_DESK_PYTHON="${KQ_DESK_PYTHON:-python3}"
+        -DKALMANQ_TOOLS_PYTHON="${KQ_TOOLS_PYTHON:-python3}"
 }
 
 # The tests that options of CTest select

@@ -285,7 +285,7 @@ KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_pro
  *            adaptation still has the filter that it was attached to, and goes to another one when it is
  *            detached, or assigned anew where that filter is gone
  * NIS, log-likelihood and count of the filter are those of the scales before they moved.  Nothing
- * is learnt of a component that is missing, at the floor (filter.h), or beyond the numbers.
+ * is learnt of a component that is missing, at the floor (filter.h), or not representable.
  * The steps answer, beside their own errors: KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r R), q31:
  * KQ_ERR_COEFFICIENT (q Q, r R) where p or s have since changed so that they no longer fit.
  * Cost of a predict: a root, and multiplications: n^2/2 to scale G, n^3/6 for Q, and for D 1.5 n^3

@@ -116,7 +116,7 @@ KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
  * the predicted state that z is compared with: call kq_predict and kq_update, kq_step leaves no place
  * between them.
  *   z, present   as given to kq_update_subset; present = UINT32_MAX for kq_update
- * A component whose S_cc is at the floor (filter.h), or whose nu is beyond the numbers, counts as
+ * A component whose S_cc is at the floor (filter.h), or whose nu is not representable, counts as
  * missing; q31: nu is held at +-128.
  * Cost: n^2/2 + 2n multiplications, one root and one division a component.
  * Stack: n words.
@@ -134,10 +134,10 @@ KQ_NODISCARD kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_
  * Just after it: the update enters the window with kq_nis and kq_taken, the oldest one leaves it.
  * An update that took nothing does not enter.  (A gate that rejects what is unlikely makes a filter
  * look more consistent than it is: the statistics are of what was taken.)
- * Cost: a few words copied; with a settled kq_settling attached, n (n + 1) / 2 comparisons.
+ * Cost: a few words copied; with a settled kq_freeze attached, n (n + 1) / 2 comparisons.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (filter; nothing was watched since the last record; or the last step
- * was one of a settled kq_settling, steady.h: it moves the mean alone, and kq_nis is that of a step long
- * ago.  kq_settling_release, or kq_predict and kq_update in the place of kq_step, judge again).
+ * was one of a settled kq_freeze, steady.h: it moves the mean alone, and kq_nis is that of a step long
+ * ago.  kq_freeze_release, or kq_predict and kq_update in the place of kq_step, judge again).
  */
 KQ_NODISCARD kq_status kq_consistency_record_f32(kq_consistency_f32 *c, const kq_filter_f32 *f);
 KQ_NODISCARD kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *f);

@@ -290,7 +290,7 @@ KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
  * changed.
  *
  * KQ_ERR_LIKELIHOOD: the E-step is given up, for one of two reasons.  The likelihood is infinite or
- * zero: the model takes a measurement for free of noise and error, or is beyond the numbers.  Or it
+ * zero: the model takes a measurement for free of noise and error, or is not representable.  Or it
  * is lower than before kq_em_maximise, by more than rounding: 64 eps (measurements + |L|), where
  * 1.2 eps (...) is what rounding does; eps is 1.2e-7 in f32, 2.2e-16 in f64.  EM does not do that
  * but where rounding rules: a covariance is as good as singular.  In both cases the parameters that
@@ -323,7 +323,7 @@ double kq_em_log_likelihood_f64(const kq_em_f64 *em);
  * that Q moves only together with other rows stays as it is then.
  *
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete).
- * KQ_ERR_LIKELIHOOD: a new parameter would be beyond the numbers; a new covariance would not be one
+ * KQ_ERR_LIKELIHOOD: a new parameter would be not representable; a new covariance would not be one
  * to rounding; or the new R would be singular in a direction in which it is not so far: what was
  * measured is explained without noise there.  The model is as it was, and so is all that can be
  * read of the object (scratch in its memory is not).

@@ -41,7 +41,7 @@
  * Iterating.  Where R is much smaller than H P H', h is to be linearised where the update comes out,
  * not where it begins: sigma_points.h says when and how.
  *
- * What else takes a measurement or predicts: an adaptation (adaptation.h) and a settling (steady.h) refuse
+ * What else takes a measurement or predicts: an adaptation (adaptation.h) and a freeze (steady.h) refuse
  * linearised predicts and innovations (KQ_ERR_RECORDING).  kq_innovation, kq_consistency_watch and the
  * measurement of kq_measurement mean H x, whatever the sensor takes: on a copy (kq_filter_copy) moved to 0 by kq_move
  * the first two take e for z.  kq_measurement's S is right.  kq_nis, kq_taken, the log-likelihoods are those of e.
@@ -69,7 +69,7 @@ extern "C" {
  * Accuracy: of P that of kq_predict; the mean is rounded at d, not at x.
  * Events: KQ_EVENT_OVERFLOW as kq_predict.  KQ_EVENT_HISTORY_FULL where the history or its room is full.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an
- * adaptation, a settling, or a history without a kq_jacobians).
+ * adaptation, a freeze, or a history without a kq_jacobians).
  */
 KQ_NODISCARD kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *d);
 KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
@@ -81,12 +81,12 @@ KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_proces
  *              Read before anything is written; may not be the filter's memory.
  * and H is the Jacobian of h at the mean (kq_sensor_change_measurement).  kq_update, kq_update_subset and
  * kq_update_robust take it.  kq_step is kq_predict, then kq_update: e is at the mean that the predict leaves.
- * The functions for compile-time sizes (src/known_sizes/) leave such a sensor to these.
+ * The functions for compile-time sizes (src/fixed_size/) leave such a sensor to these.
  * Of an update, beside what it says itself:
  * Cost: 4n additions.  Stack: 32 words more (f64: 16).
  * Events: a mean that overflows is lost as by kq_predict, with KQ_EVENT_OVERFLOW (filter.h).
- * KQ_ERR_RECORDING: an adaptation or a settling is attached.  KQ_ERR_NOT_READY: a start of which something is
- * unknown (start.h).
+ * KQ_ERR_RECORDING: an adaptation or a freeze is attached.  KQ_ERR_NOT_READY: a start of which something is
+ * unknown (diffuse.h).
  * The errors of the init.
  */
 KQ_NODISCARD kq_status kq_sensor_init_extended_f32(kq_sensor_f32 *s, const float *H, const float *R);
@@ -100,7 +100,7 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f64(kq_sensor_f64 *s, const 
  * x <- x + d, P as it is: an error state goes back to 0, an angle turns by 2 pi, an origin moves.
  *   d        n, in the states' units
  * Cost: 3n additions.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation or a settling is attached).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation or a freeze is attached).
  */
 KQ_NODISCARD kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
 KQ_NODISCARD kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
@@ -140,7 +140,7 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
  *   n          states, 1..16
  *   predicts   the most linearised predicts; as many processes
  *   noises     of how many of them Q is not what it was at the one before, the first one among them: 1 where Q
- *              never changes; all of them with kq_predict_points (sigma_points.h)
+ *              never changes; all of them with kq_predict_sigma_points (sigma_points.h)
  * Bytes of a linearised predict on a 32-bit chip in f32, Q constant, the tape's own included: 232, 416, 752 at
  * (n, m) = (4,2), (6,3), (9,3).
  */
@@ -189,7 +189,7 @@ KQ_NODISCARD kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, kq_history_f
  * its Q may change at once.  A plain kq_predict is recorded by reference, and its process must not change (smoother.h).
  * j and its memory have to stay until the history is smoothed or detached.  kq_detach of either detaches both.
  *
- * kq_smooth, kq_smooth_states, kq_smooth_step (p: NULL) and what src/known_sizes/ has of them then smooth it.
+ * kq_smooth, kq_smooth_states, kq_smooth_step (p: NULL) and what src/fixed_size/ has of them then smooth it.
  * kq_smooth_reweighted, which has one process for all steps, is refused (KQ_ERR_RECORDING).
  * kq_attach answers what it answers of a history; KQ_ERR_SIZE, KQ_ERR_MEMORY for a j that was never given its own,
  * KQ_ERR_MISMATCH (states), KQ_ERR_NOT_READY for a filter whose start is in part unknown.
@@ -239,31 +239,31 @@ KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q
  * it is initialised again, and a history that recorded a plain predict by it is not smoothed (KQ_ERR_CHANGED).
  *   p        initialised before
  *   A        n x n in words, kept by reference.  The same array with new content counts as another A.
- *   misfit   written: KQ_ALL_FIT, or the row that is refused (KQ_STATE, the row, 0 bits); or NULL
+ *   range_error   written: KQ_NO_RANGE_ERROR, or the row that is refused (KQ_STATE, the row, 0 bits); or NULL
  * Checked: each coefficient has a mantissa and an exponent within their limits (fixed_point.h), of any size.
  * Cost: n^2 comparisons, 1.5 n^2 integer multiplications.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_COEFFICIENT.
  */
 KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
-                                         kq_misfit_q31 *misfit);
+                                         kq_range_error_q31 *range_error);
 
 /**
  * kq_sensor_change_measurement_q31, and says what does not fit.
- *   misfit   written: KQ_ALL_FIT; or the component that is refused and the integer bits that its format lacks
+ *   range_error   written: KQ_NO_RANGE_ERROR; or the component that is refused and the integer bits that its format lacks
  *            (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
 KQ_NODISCARD kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
-                                        kq_misfit_q31 *misfit);
+                                        kq_range_error_q31 *range_error);
 
-KQ_NODISCARD kq_status kq_sensor_init_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit);
+KQ_NODISCARD kq_status kq_sensor_init_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                                               kq_misfit_q31 *misfit);
+                                               kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_lean_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                                           kq_misfit_q31 *misfit);
+                                           kq_range_error_q31 *range_error);
 
 /**
- * KQ_ERR_RANGE also where an entry of d is KQ_NOT_A_WORD_Q31; an update's also where an entry of e is beyond the
+ * KQ_ERR_RANGE also where an entry of d is KQ_NOT_A_VALUE_Q31; an update's also where an entry of e is beyond the
  * sensor's declared range.  KQ_EVENT_SATURATED where the mean is held at the end of its word.
  *     With a lag or an instant attached, whose predict forms A x before it is replaced, A is held to the limits of
  * kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also tells that A x would have left its

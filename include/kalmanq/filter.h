@@ -27,7 +27,7 @@
  *     A filter is its struct and its memory.  Assigning the struct (other = track) copies a
  * pointer: both then move one mean and one root.  kq_filter_copy makes a filter of its own.
  *
- * Attaching.  A history (smoother.h), a lag, an instant, a start, an adaptation or a settling is attached to a
+ * Attaching.  A history (smoother.h), a lag, an instant, a start, an adaptation or a freeze is attached to a
  * filter, one of them at a time (KQ_ERR_RECORDING in status.h: what takes whose place); then kq_predict, kq_update, kq_update_subset and kq_step have it do its
  * part, and its own header says what that adds to their costs and errors.  kq_attach attaches, kq_detach
  * detaches.  A program links nothing of what it never declares.  Updates of robust.h are recorded, and teach nothing.
@@ -50,7 +50,7 @@ extern "C" {
 #define KQ_FILTER_LEN_F32(n) (2 * (n) + KQ_TRIANGLE(n))
 #define KQ_FILTER_LEN_F64(n) ((n) + KQ_TRIANGLE(n))
 
-/* What is attached to a filter (a history, a lag, an instant, a start, an adaptation, a settling) begins with
+/* What is attached to a filter (a history, a lag, an instant, a start, an adaptation, a freeze) begins with
    this: what it does in the steps is linked by its attach alone. */
 struct kq_attached_f32 {
     const struct kq_hooks_f32 *hooks;
@@ -65,11 +65,11 @@ struct kq_attached_f64 {
 /* A sum over a run, high + sum + low: 3 x 24 bits in f32, 3 x 53 in f64. */
 typedef struct {
     float high, sum, low;
-} kq_tally_f32;
+} kq_compensated_f32;
 
 typedef struct {
     double high, sum, low;
-} kq_tally_f64;
+} kq_compensated_f64;
 
 /* Of an update: NIS, and det S = determinant * 2^exponent, over `count` scalar measurements */
 typedef struct {
@@ -89,14 +89,14 @@ typedef struct {
 /* Of a run.  Before `count` and `exponent` can wrap, what they stand for goes into the sum, which
    is otherwise that of the NIS. */
 typedef struct {
-    kq_tally_f32 sum;
+    kq_compensated_f32 sum;
     float determinant;
     int32_t exponent;
     int32_t count;
 } kq_likelihood_run_f32;
 
 typedef struct {
-    kq_tally_f64 sum;
+    kq_compensated_f64 sum;
     double determinant;
     int32_t exponent;
     int32_t count;
@@ -111,7 +111,7 @@ typedef struct {
     uint16_t known;  /* bit i: component i can be read */
     float *memory;   /* the caller's: mean, then root */
     struct kq_attached_f32 *attached; /* what takes part in its steps, or NULL */
-    uint32_t faint;                   /* measurements that were within the last bits of S */
+    uint32_t weak;                   /* measurements that were within the last bits of S */
     kq_likelihood_f32 last;         /* of the last update */
     kq_likelihood_run_f32 run;      /* since init */
 } kq_filter_f32;
@@ -125,7 +125,7 @@ typedef struct {
     uint16_t known;
     double *memory;
     struct kq_attached_f64 *attached;
-    uint32_t faint;
+    uint32_t weak;
     kq_likelihood_f64 last;
     kq_likelihood_run_f64 run;
 } kq_filter_f64;
@@ -163,7 +163,7 @@ KQ_NODISCARD kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *mem
  * Accuracy: as Q in process.h.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
  * KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance or the size of a mean above 2^120 in f32, 2^1000 in
- * f64: what is not known at all has start.h).
+ * f64: what is not known at all has diffuse.h).
  */
 KQ_NODISCARD kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0);
 KQ_NODISCARD kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
@@ -191,7 +191,7 @@ KQ_NODISCARD kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64
 /**
  * Attaches an object to a filter: it takes part in the filter's steps from now on.
  *   f        a filter that is ready; changed
- *   object   the `attached` of a history, a lag, a point, an adaptation, a settling or a kq_jacobians; changed
+ *   object   the `attached` of a history, a lag, a point, an adaptation, a freeze or a kq_jacobians; changed
  *
  *     kq_attach_f32(&cart, &tape.attached);
  *
@@ -228,7 +228,7 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * in float keeps 1e-7.  The cause is the reflector, whose pivot is the noise's: with predict in double
  * alone it is gone.  tests/campaign counts the random models where P is more than twice, and five
  * times, as far off as a UD filter's: take f64 or q31 there.
- * KQ_EVENT_PRECISION: after a sharp measurement (kq_update) the condition number of S, its rows scaled to
+ * KQ_EVENT_PRECISION: after a low-noise measurement (kq_update) the condition number of S, its rows scaled to
  * norm 1, is above 7e6 (f32), 3.9e15 (f64) or 1.3e8 (q31; seen in the next update, too).  Of 12,600
  * random models with P0 / R of 1e12, 1e13 and 1e14 in f32 a fifth is off by more than 5 %: 13 % of these
  * without the event; 43 % of the events are for nothing.  It is the same in f64 at 3e29 to 3e31.  In q31, at
@@ -267,8 +267,8 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * Events: KQ_EVENT_PRECISION (f32): 2^19 components since init told so little, H P H' was within the last
  * four bits of S.  Fewer cannot show, nor can they where process noise or other components tell more: there
  * it may be cleared.  In f64 it would take 1e13, which are not counted.  KQ_EVENT_CONTRADICTION: see
- * status.h.  KQ_EVENT_FLOOR, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 64 eps of
- * the terms that H x is the sum of, where a noise-free or very sharp measurement came before,
+ * status.h.  KQ_EVENT_REDUNDANT, KQ_EVENT_OVERFLOW: the component was not taken.  The floor is 64 eps of
+ * the terms that H x is the sum of, where a noise-free or very low-noise measurement came before,
  * or 8 times the sigma that rounding has left in those terms of a noise-free component before it in
  * the same z, if that is more; and an innovation variance of 2^-96 (f32) or 2^-360 (f64) always:
  * choose units above it.  A state of which a noise-free component leaves no more than rounding has a
@@ -348,7 +348,7 @@ double kq_measurement_low_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, in
  * e = z - H x, from the whole word of the mean.  Call it before the update.
  *   z        m
  *   e        m, written; may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z, or an e not representable).
  */
 KQ_NODISCARD kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
                             float *e);
@@ -369,7 +369,7 @@ KQ_NODISCARD kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *
 
 /** e' S^-1 e of the last update (normalised innovation squared): chi-square with kq_taken()
     degrees of freedom if the model is right.  NaN where f is bad, 0 before any update.  A step of a settled
-    kq_settling (steady.h) is no update: this, kq_taken and the log-likelihoods stay as they were. */
+    kq_freeze (steady.h) is no update: this, kq_taken and the log-likelihoods stay as they were. */
 float kq_nis_f32(const kq_filter_f32 *f);
 double kq_nis_f64(const kq_filter_f64 *f);
 
@@ -475,7 +475,7 @@ typedef struct {
     int32_t *memory;
     struct kq_attached_q31 *attached;
     const kq_format_q31 *state_format;
-    uint32_t faint;
+    uint32_t weak;
     kq_likelihood_q31 last;
     kq_likelihood_run_q31 run;
 } kq_filter_q31;
@@ -502,13 +502,13 @@ KQ_NODISCARD kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *me
 /**
  * x ~ N(x0, P0) from a table; mean and root are copied, the formats kept by reference.  Clears
  * the events and the log-likelihood, detaches the history.
- *   misfit   written: KQ_ALL_FIT, or the mean that is beyond its declared range where that is refused
+ *   range_error   written: KQ_NO_RANGE_ERROR, or the mean that is beyond its declared range where that is refused
  *            (KQ_ERR_RANGE); or NULL
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE
  * (a row of the root whose norm is above 2^30, an exponent beyond 1000, a negative pivot).
  */
 KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
-                             kq_misfit_q31 *misfit);
+                             kq_range_error_q31 *range_error);
 
 /**
  * As in f32.
@@ -544,7 +544,7 @@ KQ_NODISCARD kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_
 
 /** x_i rounded to a word, and what the rounding left, in 2^-24 of a word: -2^23 .. 2^23,
     beyond it only at the word's end.
-    KQ_NOT_A_WORD_Q31 where f or i is bad. */
+    KQ_NOT_A_VALUE_Q31 where f or i is bad. */
 int32_t kq_mean_q31(const kq_filter_q31 *f, int i);
 int32_t kq_mean_low_q31(const kq_filter_q31 *f, int i);
 
@@ -558,7 +558,7 @@ KQ_NODISCARD kq_status kq_measurement_q31(const kq_filter_q31 *f, const kq_senso
 KQ_NODISCARD kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_q31 *K);
 
 /** What is left of component c of that z, in 2^-24 of a word: -2^23 .. 2^23, beyond it only where z
-    is held at the word's end.  KQ_NOT_A_WORD_Q31 where f, s or c is bad. */
+    is held at the word's end.  KQ_NOT_A_VALUE_Q31 where f, s or c is bad. */
 int32_t kq_measurement_low_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int c);
 
 /** As in f32; e is held at +-(2^31 - 1) words. */

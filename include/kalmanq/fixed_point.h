@@ -14,7 +14,7 @@
  * prepare.h makes all of this from doubles, on the host or on the target.
  *
  * The range of every component is declared.  From the ranges and the coefficients, init checks
- * that no sum of products can overflow, and says in a kq_misfit_q31 which component needs how
+ * that no sum of products can overflow, and says in a kq_range_error_q31 which component needs how
  * many more integer bits.  At run time a measurement or a control outside its range is refused; a
  * state that leaves its word is held at the word's end, KQ_EVENT_SATURATED is set, and the
  * measurements bring it back.
@@ -59,38 +59,38 @@ typedef struct {
 #define KQ_FRACTION_MAX_Q31 94
 
 /** What a reading of the library gives for a bad argument (f32 and f64: NaN). */
-#define KQ_NOT_A_WORD_Q31 INT32_MIN
+#define KQ_NOT_A_VALUE_Q31 INT32_MIN
 #define KQ_NOT_A_SCORE_Q31 INT64_MIN
 
 /** Words of a root: the triangle by columns, mantissas of row i in units of 2^exponent_i, then
     the n exponents.  S_ij = root[j (j + 1) / 2 + i] * 2^root[n (n + 1) / 2 + i], i <= j. */
 #define KQ_ROOT_LEN_Q31(n) (KQ_TRIANGLE(n) + (n))
 
-/** Whose format does not fit; KQ_ALL_FIT: none. */
+/** Whose format does not fit; KQ_NO_RANGE_ERROR: none. */
 typedef enum {
     KQ_STATE,
     KQ_CONTROL,
     KQ_MEASUREMENT,
-    KQ_ALL_FIT,
+    KQ_NO_RANGE_ERROR,
     KQ_QUANTITY_IS_INT = INT_MAX
 } kq_quantity;
 
 /** What KQ_ERR_RANGE means (written where a call answers that; where the init of a process, sensor,
-    filter or start answers KQ_OK it writes KQ_ALL_FIT): `component` of the states, controls or measurements needs `bits` more
+    filter or start answers KQ_OK it writes KQ_NO_RANGE_ERROR): `component` of the states, controls or measurements needs `bits` more
     integer bits (a fraction that is smaller by `bits`).  bits = 0: its word would hold the value,
     its declared range does not. */
 typedef struct {
     kq_quantity quantity;
     int32_t component;
     int32_t bits;
-} kq_misfit_q31;
+} kq_range_error_q31;
 
 /**
- * The misfit in words, such as "state 2 needs 3 more integer bits" or "all formats fit".
+ * The range_error in words, such as "state 2 needs 3 more integer bits" or "all formats fit".
  *   text     `length` characters, written: the sentence, cut where it is too long, and a 0
- * Returns the length of the whole sentence.  A NULL misfit gives "".
+ * Returns the length of the whole sentence.  A NULL range_error gives "".
  */
-size_t kq_misfit_text_q31(const kq_misfit_q31 *misfit, char *text, size_t length);
+size_t kq_range_error_text_q31(const kq_range_error_q31 *range_error, char *text, size_t length);
 
 #ifdef __cplusplus
 }

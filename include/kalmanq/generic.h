@@ -60,14 +60,14 @@
 #define KQ_PRIVATE_FIXED_OVERLOADS(T)                                                              \
     KQ_PRIVATE_OVERLOADS(T, int32_t, kq_scaled_##T, int64_t)                                       \
     KQ_NODISCARD inline kq_status kq_process_init(kq_process_##T *p, const kq_process_table_##T *table,         \
-                                     kq_misfit_##T *misfit)                                        \
-    { return kq_process_init_##T(p, table, misfit); }                                              \
+                                     kq_range_error_##T *range_error)                                        \
+    { return kq_process_init_##T(p, table, range_error); }                                              \
     KQ_NODISCARD inline kq_status kq_sensor_init(kq_sensor_##T *s, const kq_sensor_table_##T *table,            \
-                                    kq_misfit_##T *misfit)                                         \
-    { return kq_sensor_init_##T(s, table, misfit); }                                               \
+                                    kq_range_error_##T *range_error)                                         \
+    { return kq_sensor_init_##T(s, table, range_error); }                                               \
     KQ_NODISCARD inline kq_status kq_filter_init(kq_filter_##T *f, const kq_prior_table_##T *prior,             \
-                                    kq_misfit_##T *misfit)                                         \
-    { return kq_filter_init_##T(f, prior, misfit); }
+                                    kq_range_error_##T *range_error)                                         \
+    { return kq_filter_init_##T(f, prior, range_error); }
 
 extern "C++" {
 KQ_PRIVATE_FLOATING_OVERLOADS(f32, float)

@@ -19,7 +19,7 @@
  * While a filter runs (each is attached to it)
  *     lag.h             the state k steps ago, at every new measurement
  *     instant.h         one chosen instant, ever better known
- *     start.h           components of which nothing is known at first
+ *     diffuse.h           components of which nothing is known at first
  *     adaptation.h      noises whose shape is known and not their size
  *     steady.h          a constant model: gains made beforehand; a filter that settles
  *
@@ -56,7 +56,7 @@
 
 #include "instant.h"
 #include "lag.h"
-#include "start.h"
+#include "diffuse.h"
 #include "adaptation.h"
 #include "steady.h"
 

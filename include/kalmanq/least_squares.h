@@ -12,7 +12,7 @@
  * prediction z^ = h x and its variance are kq_measurement.  The start is the filter's: whatever
  * initialises a filter gives the prior.
  *
- * Fading memory: kq_fade before kq_predict makes that one P- = A P A' / lambda + Q, a filter
+ * Fading memory: kq_forget before kq_predict makes that one P- = A P A' / lambda + Q, a filter
  * that forgets measurements older than the model can be trusted for.
  *
  *     kq_filter_init_f32(&line, x0, P0);
@@ -49,37 +49,37 @@ extern "C" {
  * no normal mantissa), KQ_ERR_RANGE (lambda <= 0 or > 1), KQ_ERR_RECORDING (a history, a lag or
  * an instant is attached and lambda < 1: there is no record for this).
  */
-KQ_NODISCARD kq_status kq_fade_f32(kq_filter_f32 *f, float lambda);
-KQ_NODISCARD kq_status kq_fade_f64(kq_filter_f64 *f, double lambda);
-KQ_NODISCARD kq_status kq_fade_q31(kq_filter_q31 *f, kq_scaled_q31 lambda);
+KQ_NODISCARD kq_status kq_forget_f32(kq_filter_f32 *f, float lambda);
+KQ_NODISCARD kq_status kq_forget_f64(kq_filter_f64 *f, double lambda);
+KQ_NODISCARD kq_status kq_forget_q31(kq_filter_q31 *f, kq_scaled_q31 lambda);
 
 /* The fields of these four are the library's. */
 
 typedef struct {
     int64_t sum; /* Q39.24 */
-} kq_tally_q31;
+} kq_compensated_q31;
 
 /* A filter with what a sequence of scalar measurements needs beside it; it has no memory. */
 typedef struct {
     kq_filter_f32 *filter; /* the caller's; NULL until initialised */
     float lambda;
-    kq_tally_f32 residual; /* sum of lambda^(N-k) e_k^2 / s_k */
-    kq_tally_f32 weight;   /* sum of lambda^(N-k) */
+    kq_compensated_f32 residual; /* sum of lambda^(N-k) e_k^2 / s_k */
+    kq_compensated_f32 weight;   /* sum of lambda^(N-k) */
 } kq_least_squares_f32;
 
 typedef struct {
     kq_filter_f64 *filter;
     double lambda;
-    kq_tally_f64 residual;
-    kq_tally_f64 weight;
+    kq_compensated_f64 residual;
+    kq_compensated_f64 weight;
 } kq_least_squares_f64;
 
 typedef struct {
     kq_filter_q31 *filter;
     const kq_format_q31 *measurement_format;
     kq_scaled_q31 lambda;
-    kq_tally_q31 residual;
-    kq_tally_q31 weight;
+    kq_compensated_q31 residual;
+    kq_compensated_q31 weight;
 } kq_least_squares_q31;
 
 /**
@@ -87,7 +87,7 @@ typedef struct {
  *   q        written
  *   f        kept by reference; its state is the prior, and may be given before or after this.
  *            Nothing else should move it while residual and weight are of interest.
- *   lambda   as kq_fade
+ *   lambda   as kq_forget
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda).
  */
 KQ_NODISCARD kq_status kq_least_squares_init_f32(kq_least_squares_f32 *q, kq_filter_f32 *f, float lambda);
@@ -104,10 +104,10 @@ KQ_NODISCARD kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_fil
  *   r        variance, >= 0; 1 / r is the weight (all r = 1: ordinary least squares)
  *   q31      z is a word of the measurement's format, h and r in words (fixed_point.h: h_k as
  *            H_ck, r as R_cc)
- * Cost: that of an update by one component, and of kq_fade where lambda < 1.
+ * Cost: that of an update by one component, and of kq_forget where lambda < 1.
  * Stack: about 90 bytes more than the update's.
  * Accuracy: that of the update (filter.h).
- * Errors and events of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_fade and kq_update.
+ * Errors and events of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_forget and kq_update.
  */
 KQ_NODISCARD kq_status kq_least_squares_add_f32(kq_least_squares_f32 *q, const float *h, float z, float r);
 KQ_NODISCARD kq_status kq_least_squares_add_f64(kq_least_squares_f64 *q, const double *h, double z, double r);

@@ -15,7 +15,7 @@
 #include "least_squares.h"
 #include "instant.h"
 #include "robust.h"
-#include "start.h"
+#include "diffuse.h"
 #include "steady.h"
 
 #ifdef __cplusplus
@@ -33,12 +33,12 @@ typedef enum {
     KQ_OBJECT_HISTORY = 3,       /* n, m: scalar measurements a step, 1..65535; k: steps; l: changes of process */
     KQ_OBJECT_LAG = 4,           /* n, m: scalar measurements a step; k: the longest lag */
     KQ_OBJECT_INSTANT = 5,       /* n, m: scalar measurements a step */
-    KQ_OBJECT_START = 6,         /* n, k: early instants */
+    KQ_OBJECT_DIFFUSE = 6,         /* n, k: early instants */
     KQ_OBJECT_ADAPTATION = 7,    /* n, m */
     KQ_OBJECT_CONSISTENCY = 8,   /* m, k: the window, 1..KQ_WINDOW_MAX */
     KQ_OBJECT_LEAST_SQUARES = 9, /* no length */
     KQ_OBJECT_STEADY = 10,       /* n */
-    KQ_OBJECT_SETTLING = 11,     /* n */
+    KQ_OBJECT_FREEZE = 11,     /* n */
     KQ_OBJECT_LOSS = 12,         /* no length */
     KQ_OBJECT_EM = 13,           /* n, m, k: steps (f32, f64) */
     KQ_OBJECT_STEADY_SOLVE = 14, /* n, m: the scratch of kq_steady_solve (f32, f64); no size */

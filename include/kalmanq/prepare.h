@@ -13,7 +13,7 @@
  *     R                   kq_scaled_q31  kq_noise_prepare, kq_noise_prepare_diagonal
  *     x0, u, z            words          kq_vector_prepare
  *
- * If a call is refused nothing is written but the misfit, if there is one.
+ * If a call is refused nothing is written but the range_error, if there is one.
  */
 #ifndef KALMANQ_PREPARE_H
 #define KALMANQ_PREPARE_H
@@ -34,13 +34,13 @@ KQ_NODISCARD kq_status kq_format_prepare_q31(kq_format_q31 *format, double range
 
 /**
  * The format Qm.fraction, m = 31 - fraction, for the range declared.
- *   misfit   written if the range does not fit: bits more integer bits are needed; the caller
+ *   range_error   written if the range does not fit: bits more integer bits are needed; the caller
  *            fills in whose format it is.  Or NULL.
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_SIZE (fraction), KQ_ERR_RANGE (it does not fit, is not
  * positive, is below half of the last bit or outside 2^-64 .. (2^31 - 1) 2^64).
  */
 KQ_NODISCARD kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
-                                      kq_misfit_q31 *misfit);
+                                      kq_range_error_q31 *range_error);
 
 /**
  * table_ij = M_ij * 2^(fraction of row i - fraction of column j), to 31 bits.
@@ -88,12 +88,12 @@ KQ_NODISCARD kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const
 /**
  * Words of x, rounded to nearest.
  *   words    count, written
- *   misfit   written if a value is beyond its declared range: component and bits (the quantity is
+ *   range_error   written if a value is beyond its declared range: component and bits (the quantity is
  *            the caller's to fill in, KQ_STATE is written); or NULL
  * KQ_ERR_NULL, KQ_ERR_SIZE (count: 1..16, or a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE.
  */
 KQ_NODISCARD kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
-                                const kq_format_q31 *format, kq_misfit_q31 *misfit);
+                                const kq_format_q31 *format, kq_range_error_q31 *range_error);
 
 #ifdef __cplusplus
 }

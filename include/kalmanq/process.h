@@ -7,7 +7,7 @@
  * it.  It refers to the caller's A and B, which must stay as they are for as long as the
  * process is used (constants may stay in flash), and keeps the root G of Q in its memory.  An A
  * that is written anew is told by kq_process_change_transition: without it the process still
- * looks for the old A's zeros, and no history and no settling sees the change.
+ * looks for the old A's zeros, and no history and no freeze sees the change.
  *
  * All matrices are dense and row-major: entry (i, j) of an r x c matrix M is M[i * c + j].
  */
@@ -39,7 +39,7 @@ typedef struct {
     uint8_t plain;              /* n, 128 more where A is upper triangular, 64 more where an A_ii < 1/2
                                    (a const table: maybe); 0: not initialised */
     uint8_t seal;         /* of sizes and addresses (kq_process_check); 0: none */
-    uint32_t fingerprint; /* of A and G: what a history and a settling know the process by */
+    uint32_t fingerprint; /* of A and G: what a history and a freeze know the process by */
 } kq_process_f32;
 
 typedef struct {
@@ -82,7 +82,7 @@ typedef struct {
  *     KQ_PROCESS_TABLE(3, 0, A, NULL, G, (0, 1, 2));
  *
  * Without it A is taken for dense.  A number too small costs time; one too large leaves out coefficients.
- * kalmanq design writes them.  Nothing of a table is checked, and no history and no settling sees that one
+ * kalmanq design writes them.  Nothing of a table is checked, and no history and no freeze sees that one
  * table was assigned over another.
  */
 #define KQ_PROCESS_TABLE(n, l, A, B, ...)                                                          \
@@ -111,7 +111,7 @@ KQ_NODISCARD kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, do
  *   Q        n x n, symmetric positive semi-definite, may be singular or 0; both triangles are
  *            compared, the upper one is used; not kept
  * May be called again with another model, between steps too.  A history that refers to p is then
- * no longer smoothed by it (smoother.h); a settling begins again (steady.h).
+ * no longer smoothed by it (smoother.h); a freeze begins again (steady.h).
  * Cost: about 2 n^3 multiplications, 2n square roots; stack: 424 words.
  * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  Where the other
  * states explain a variance up to 8 n eps of itself, the rest counts as 0: give the factor
@@ -154,7 +154,7 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
 
 /**
  * Another A with the noise as it is: for a step length that varies, or a linearised model.  A
- * history that recorded a predict by the old one is no longer smoothed by p (smoother.h); a settling
+ * history that recorded a predict by the old one is no longer smoothed by p (smoother.h); a freeze
  * begins again (steady.h).
  *   p        initialised before
  *   A        n x n, kept by reference.  The same array with new content counts as another A:
@@ -210,18 +210,18 @@ typedef struct {
 /**
  * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
  *   p        written; needs no memory of its own
- *   misfit   written: KQ_ALL_FIT, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
+ *   range_error   written: KQ_NO_RANGE_ERROR, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
  * What is checked, so that nothing can overflow afterwards, whatever the data:
  *     sizes, pointers, fractions and ranges; coefficients as fixed_point.h says;
  *     row norms of G at most 2^30, its pivots >= 0;
  *     sum_k |A_ik| + sum_k |B_ik| <= 16 in words: if not, state i needs more integer bits, at
- *     least as many as the misfit says (KQ_ERR_RANGE);  |A_ii| <= 16, which no format could help
+ *     least as many as the range_error says (KQ_ERR_RANGE);  |A_ii| <= 16, which no format could help
  *     (KQ_ERR_COEFFICIENT).
  * Cost: n^2 + n l additions.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
  */
 KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
-                              kq_misfit_q31 *misfit);
+                              kq_range_error_q31 *range_error);
 
 /**
  * A process as a constant, in flash, that is not checked where it runs: what stands behind the = of a

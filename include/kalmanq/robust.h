@@ -140,7 +140,7 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  * to 4, 9 or 16, and at the end of a run those of jump.  With innovations 32 words more (f64: 16).
  * KQ_ERR_NULL (loss or its kind, too), KQ_ERR_RANGE (k not above 0, nu below 2^-20, g below 1, limit not above 0),
  * KQ_ERR_NOT_FINITE (z, parameter), KQ_ERR_RECORDING (jump: a history, a lag or a point is attached; innovations: an
- * adaptation or a settling), and the errors of kq_update_subset.
+ * adaptation or a freeze), and the errors of kq_update_subset.
  */
 KQ_NODISCARD kq_status kq_update_robust_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z, uint32_t present,
                                kq_loss_f32 *loss);
@@ -191,7 +191,7 @@ KQ_NODISCARD kq_status kq_process_scale_noise_f64(kq_process_f64 *target, const 
  * Protects against jumps, which the plain smoother smears over many steps: on random walks with alpha-stable steps
  * (1.5) its error is 0.22 to 0.26 of the plain smoother's (tests/README.md, "Accuracy").
  * Harms: outliers become jumps.  P0 is not weighed: an x0 off by many sigma bends the first steps
- * as it does in kq_smooth.  Begin by kq_start (start.h), or with a P0 that is wide enough.
+ * as it does in kq_smooth.  Begin by kq_diffuse (diffuse.h), or with a P0 that is wide enough.
  * Cost: kq_smooth and 3 n^3 multiplications a step more.
  * KQ_ERR_RANGE (nu not above 0), KQ_ERR_MISMATCH (states of source or target, or they are one),
  * KQ_ERR_RECORDING (a history that each linearised predict leaves its process in: extended.h), the errors of

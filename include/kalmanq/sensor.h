@@ -127,7 +127,7 @@ KQ_NODISCARD kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, doub
  *            compared, the upper one is used; kept by reference unless it is diagonal
  * A correlated R is decorrelated once, here: R = U D U', U unit upper triangular, and the
  * components of U^-1 z are independent.  May be called again with another model, between steps too; a
- * settling is to be told of that by kq_settling_release (steady.h).
+ * settling is to be told of that by kq_freeze_release (steady.h).
  * Cost: about 2 m^3 multiplications, 2m square roots; stack: 424 words.
  * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32) or 2^-400 (f64).  What the other
  * components leave of one counts as none below 8 m eps of it (f32: 2^-20 for two): such a combination is
@@ -151,7 +151,7 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
  * The same for a program without flash to spare: the careful path for low-noise measurements is not linked
  * (2 kB f32, 4 kB q31; kq_update in filter.h), nor what sums the log-likelihood.
  * S = H P H' + r.  A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), or without
- * noise, is taken coarsely: r is raised to 2^-15 S (f64: 2^-47 S), and KQ_EVENT_SHARP is set.  NIS, the
+ * noise, is taken coarsely: r is raised to 2^-15 S (f64: 2^-47 S), and KQ_EVENT_LOW_NOISE is set.  NIS, the
  * likelihood and a history have the raised noise: what was done.  So after an outage of any length each
  * measurement lowers the sigma of H x by at least 2^7 (f64: 2^23), until r is no longer raised.  Observed on
  * chains of 1 to 4 integrators, outages of up to 1e5 steps: its sigmas are at most 4 n measurements (f64: n)
@@ -162,9 +162,9 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
  * is not looked for: after a noise-free measurement of another sensor at the same instant, r must be above
  * 2^-32 of what H P H' was before that one.
  * Accuracy: as kq_update, q31: 2^-22 of S.  kq_log_likelihood knows nothing of its measurements.
- * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, start.h while a state is unknown, which
+ * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, diffuse.h while a state is unknown, which
  * take what is sharp with care; to kq_gain and steady.h, whose gain has it taken.  The functions for known
- * sizes (src/known_sizes/) leave it to those here.
+ * sizes (src/fixed_size/) leave it to those here.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
  */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
@@ -175,8 +175,8 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H
  * measurement.  The same array with new content counts as another H.
  *   s        initialised before
  *   H        m x n, kept by reference
- * Recorded history is not touched by it: a sensor may change at every step (smoother.h).  A settling
- * knows H by its array: it is to be told of new content there by kq_settling_release (steady.h).
+ * Recorded history is not touched by it: a sensor may change at every step (smoother.h).  A freeze
+ * knows H by its array: it is to be told of new content there by kq_freeze_release (steady.h).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
  */
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
@@ -226,27 +226,27 @@ typedef struct {
 /**
  * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
  *   s        written; needs no memory of its own
- *   misfit   written: KQ_ALL_FIT, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
+ *   range_error   written: KQ_NO_RANGE_ERROR, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
  * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in words: if not, measurement c
  * needs more integer bits.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
  */
 KQ_NODISCARD kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                             kq_misfit_q31 *misfit);
+                             kq_range_error_q31 *range_error);
 
 /**
  * The same for a table whose R is diagonal, and for no other (KQ_ERR_TABLE): what takes a correlated R
  * apart is not linked, 1 to 4 kB.
  */
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                                      kq_misfit_q31 *misfit);
+                                      kq_range_error_q31 *range_error);
 
 /**
  * As kq_sensor_init_lean_f32, for a table whose R is diagonal (KQ_ERR_TABLE).  The errors of
  * kq_sensor_init_q31.
  */
 KQ_NODISCARD kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                                  kq_misfit_q31 *misfit);
+                                  kq_range_error_q31 *range_error);
 
 /** What an update does with a sensor; for the tables that follow. */
 extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean_q31;

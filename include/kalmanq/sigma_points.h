@@ -4,8 +4,8 @@
  * No Jacobians: f and h are called at points about the mean, and give the linear function that is nearest to them
  * under all of the density, not at its mean alone.  With P = S S', S_j its columns, the points are x and
  * x +- h S_j, 2n + 1 calls, the centre first:
- *     KQ_POINTS_CUBATURE   h^2 = n    the third-degree cubature rule
- *     KQ_POINTS_CENTRAL    h^2 = 3    central differences; the one to take for n = 1 and 2
+ *     KQ_SIGMA_POINTS_CUBATURE   h^2 = n    the third-degree cubature rule
+ *     KQ_SIGMA_POINTS_CENTRAL    h^2 = 3    central differences; the one to take for n = 1 and 2
  * No weight is negative, so no covariance is ever lowered; which of the two hardly matters for n > 2.
  *
  * What is found goes into the filter as a linear step does (extended.h), with an A (or H), an increment (or an
@@ -32,7 +32,7 @@
  *
  *     kq_filter_copy_f32(&trial, &track);
  *     for (k = 0; k < 4; k++) {
- *         kq_linearise_f32(&trial, innovation, context, M, KQ_POINTS_CUBATURE, e, J, E);
+ *         kq_linearise_f32(&trial, innovation, context, M, KQ_SIGMA_POINTS_CUBATURE, e, J, E);
  *         for (i ...) H[i] = -J[i];
  *         for (c, i ...) e[c] += J[c * N + i] * (kq_mean_f32(&track, i) - kq_mean_f32(&trial, i));
  *         kq_sensor_linearise_f32(&at, &radar, H, E, R);
@@ -76,10 +76,10 @@ typedef void kq_function_f32(void *context, const float *x, float *y);
 typedef void kq_function_f64(void *context, const double *x, double *y);
 
 typedef enum {
-    KQ_POINTS_CUBATURE,
-    KQ_POINTS_CENTRAL,
-    KQ_POINTS_IS_INT = INT_MAX
-} kq_points;
+    KQ_SIGMA_POINTS_CUBATURE,
+    KQ_SIGMA_POINTS_CENTRAL,
+    KQ_SIGMA_POINTS_IS_INT = INT_MAX
+} kq_sigma_points;
 
 /**
  * The linear function nearest to g under a density.
@@ -96,9 +96,9 @@ typedef enum {
  * are of no use then).
  */
 KQ_NODISCARD kq_status kq_linearise_f32(const kq_filter_f32 *at, kq_function_f32 *g, void *context, int rows,
-                           kq_points rule, float *y, float *J, float *E);
+                           kq_sigma_points rule, float *y, float *J, float *E);
 KQ_NODISCARD kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64 *g, void *context, int rows,
-                           kq_points rule, double *y, double *J, double *E);
+                           kq_sigma_points rule, double *y, double *J, double *E);
 
 /**
  * A process of A and the noise Q + E E', for kq_predict_extended.
@@ -132,27 +132,27 @@ KQ_NODISCARD kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor
                                   const double *E, double *R);
 
 /** Words of `work` of the two functions below, for n states and at most m components of a sensor. */
-#define KQ_PRIVATE_PREDICT_POINTS_LEN(n) (2 * (n) * (n) + 3 * (n) + KQ_TRIANGLE(n))
-#define KQ_PRIVATE_UPDATE_POINTS_LEN(n, m) ((m) + 2 * (m) * (n) + KQ_TRIANGLE(m) + 1)
-#define KQ_POINTS_LEN(n, m)                                                                        \
-    (KQ_PRIVATE_PREDICT_POINTS_LEN(n) > KQ_PRIVATE_UPDATE_POINTS_LEN(n, m)                         \
-         ? KQ_PRIVATE_PREDICT_POINTS_LEN(n)                                                        \
-         : KQ_PRIVATE_UPDATE_POINTS_LEN(n, m))
+#define KQ_PRIVATE_PREDICT_SIGMA_POINTS_LEN(n) (2 * (n) * (n) + 3 * (n) + KQ_TRIANGLE(n))
+#define KQ_PRIVATE_UPDATE_SIGMA_POINTS_LEN(n, m) ((m) + 2 * (m) * (n) + KQ_TRIANGLE(m) + 1)
+#define KQ_SIGMA_POINTS_LEN(n, m)                                                                        \
+    (KQ_PRIVATE_PREDICT_SIGMA_POINTS_LEN(n) > KQ_PRIVATE_UPDATE_SIGMA_POINTS_LEN(n, m)                         \
+         ? KQ_PRIVATE_PREDICT_SIGMA_POINTS_LEN(n)                                                        \
+         : KQ_PRIVATE_UPDATE_SIGMA_POINTS_LEN(n, m))
 
 /**
  * kq_linearise, kq_process_linearise and kq_predict_extended in one.  Where nothing is attached A is never formed, and
  * P is as sound where S is singular.
  *   p          its Q alone is read
  *   increment  f(x) - x: n numbers
- *   work       KQ_POINTS_LEN(n, m) words, written
+ *   work       KQ_SIGMA_POINTS_LEN(n, m) words, written
  * Cost: 2n + 1 calls, about 2.5 n^3 multiplications.
  * KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of increment), the errors of kq_predict_extended.
  */
-KQ_NODISCARD kq_status kq_predict_points_f32(kq_filter_f32 *f, const kq_process_f32 *p,
-                                kq_function_f32 *increment, void *context, kq_points rule,
+KQ_NODISCARD kq_status kq_predict_sigma_points_f32(kq_filter_f32 *f, const kq_process_f32 *p,
+                                kq_function_f32 *increment, void *context, kq_sigma_points rule,
                                 float *work);
-KQ_NODISCARD kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
-                                kq_function_f64 *increment, void *context, kq_points rule,
+KQ_NODISCARD kq_status kq_predict_sigma_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
+                                kq_function_f64 *increment, void *context, kq_sigma_points rule,
                                 double *work);
 
 /**
@@ -160,17 +160,17 @@ KQ_NODISCARD kq_status kq_predict_points_f64(kq_filter_f64 *f, const kq_process_
  * singular.
  *   s           its R alone is read
  *   innovation  z - h(x): m numbers
- *   work        KQ_POINTS_LEN(n, m) words, written
+ *   work        KQ_SIGMA_POINTS_LEN(n, m) words, written
  * The components are decorrelated by R + E E' first: what is left of one in the last 7 bits of its terms is nothing.
  * Cost: 2n + 1 calls, 6 n m + m^2 n + n^3 / 6 multiplications, kq_update.
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
  * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update with an innovation (extended.h).
  */
-KQ_NODISCARD kq_status kq_update_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
-                               kq_function_f32 *innovation, void *context, kq_points rule,
+KQ_NODISCARD kq_status kq_update_sigma_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
+                               kq_function_f32 *innovation, void *context, kq_sigma_points rule,
                                float *work);
-KQ_NODISCARD kq_status kq_update_points_f64(kq_filter_f64 *f, const kq_sensor_f64 *s,
-                               kq_function_f64 *innovation, void *context, kq_points rule,
+KQ_NODISCARD kq_status kq_update_sigma_points_f64(kq_filter_f64 *f, const kq_sensor_f64 *s,
+                               kq_function_f64 *innovation, void *context, kq_sigma_points rule,
                                double *work);
 
 #ifdef __cplusplus

@@ -19,9 +19,9 @@
  *   a linearised predict       n^2, n(n+1)/2 more where Q has changed, a struct (extended.h)       60     108     368
  *   fixed lag of 10            KQ_LAG_LEN_F32(n, m, 10)                                       912    2912   12600
  *   fixed point                KQ_INSTANT_LEN_F32(n, m)                                       260     824    3492
- *   unknown start              KQ_START_LEN_F32(n, 0)                                          76     244    1084
+ *   unknown start              KQ_DIFFUSE_LEN_F32(n, 0)                                          76     244    1084
  *   adaptation                 KQ_ADAPTATION_LEN_F32(n, m)                                     56     188     720
- *   sigma points, work         KQ_POINTS_LEN(n, m)                                              68     216     936
+ *   sigma points, work         KQ_SIGMA_POINTS_LEN(n, m)                                              68     216     936
  *   EM, beside a history as    about 15n^2 + 7mn + 5m^2; all of it:                           464    1564    6760
  *   long as the longest recording                              KQ_EM_LEN_F32(n, m, steps)
  *

@@ -126,7 +126,7 @@ KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *m
 
 /*
  * Attaching (kq_attach) empties the history and has the filter record on it from then on.  The state as it is becomes
- * step 0.  If the start of the filter is in part unknown, recording begins where all is known (start.h).
+ * step 0.  If the start of the filter is in part unknown, recording begins where all is known (diffuse.h).
  *     History and filter must be alive until the history is smoothed or detached.  A filter records on one history, the
  * last one attached.  The recording also ends when the filter is initialised or assigned anew, or the history is
  * assigned anew.  A history whose filter was initialised anew still has that filter: detach it before it goes to
@@ -141,8 +141,8 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
 /**
  * Smooths the whole history, in place: mean and covariance of every step.
  *   h        recording; the filter is detached and may go on
- * KQ_EVENT_PRECISION (f32, f64; in the views): later measurements left less of a sigma than 8 roundings of the
- * filter's mean, so means may be off by more than sigma says.  Steps of compile-time sizes do not look.
+ * KQ_EVENT_PRECISION (f32, f64; in the views): later measurements left less of a sigma, predicted or filtered, than 8
+ * roundings of the filter's mean, so means may be off by more than sigma says.  Steps of compile-time sizes do not look.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma (tests/README.md, Accuracy).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already: begin a new run by
@@ -190,7 +190,7 @@ KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f6
  * The smoothed measurement noise of the step that kq_smooth_step did last: v / sqrt(R) of a diagonal R, the
  * decorrelated component of a full one.  A mean far beyond 3 is an outlier.
  *   k        0, 1, ...: which scalar measurement of the step, in the order of the updates
- *   mean, variance   one number each, written; both 0 for a measurement that was not taken (KQ_EVENT_FLOOR)
+ *   mean, variance   one number each, written; both 0 for a measurement that was not taken (KQ_EVENT_REDUNDANT)
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).
  */
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
@@ -248,6 +248,7 @@ typedef struct kq_history_q31 {
     const kq_process_q31 *process;
     kq_filter_q31 *filter;
     uint8_t events;
+    const kq_format_q31 *state_format;
 } kq_history_q31;
 
 extern const struct kq_hooks_q31 kq_history_hooks_q31;
@@ -256,7 +257,7 @@ extern const struct kq_hooks_q31 kq_history_hooks_q31;
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
         {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
-        NULL, NULL, 0}
+        NULL, NULL, 0, NULL}
 
 KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 size_t kq_history_steps_q31(const kq_history_q31 *h);

@@ -2,7 +2,7 @@
  * kalmanq: what a call answers, and what a filter remembers.
  *
  * A call that is given something wrong is REFUSED: it returns a negative kq_status, and every
- * object and every output array is byte for byte what it was (but for a kq_misfit_q31, which says
+ * object and every output array is byte for byte what it was (but for a kq_range_error_q31, which says
  * why).  A positive kq_status is not an error: the call is done, and there is something to know of
  * it.  A numeric EVENT is not an error: the call does what is best, and a sticky bit in the filter
  * says that it happened.
@@ -61,7 +61,7 @@ typedef enum {
     KQ_ERR_TABLE = -13,
     /** A history, a lag or an instant is attached to the filter, and what is asked for cannot be recorded on
         it; or what is to be attached has another filter; or something is attached already, and that or what
-        is to be attached is an adaptation or a settling: detach it first.  (A history, a lag and an instant take
+        is to be attached is an adaptation or a freeze: detach it first.  (A history, a lag and an instant take
         each other's place.) */
     KQ_ERR_RECORDING = -14,
     /** No steady state: a state that does not decay by itself is not seen by the sensor. */
@@ -74,7 +74,7 @@ typedef enum {
     KQ_ERR_NO_DATA = -18,
     /** EM: there are fewer measurements than free parameters. */
     KQ_ERR_FEW_DATA = -19,
-    /** EM: the likelihood of the parameters is infinite or zero, or they are beyond the numbers, or
+    /** EM: the likelihood of the parameters is infinite or zero, or they are not representable, or
         it is lower than that of the last ones. */
     KQ_ERR_LIKELIHOOD = -20,
     /** EM: a parameter is not of the form that it is to keep. */
@@ -95,7 +95,7 @@ enum {
     /** A measurement was expected to carry no information beyond rounding (its innovation
         variance was at the rounding floor): it was not taken.  This is what the
         pseudo-inverse does with a redundant noise-free sensor. */
-    KQ_EVENT_FLOOR = 1,
+    KQ_EVENT_REDUNDANT = 1,
     /** An innovation or its variance left the number range: the measurement was not taken.  Or predict
         held a state that grew without end (filter.h); or a variance that was to fade would have left
         the range: nothing faded (least_squares.h); or P was to be raised beyond its limit: it was
@@ -114,12 +114,12 @@ enum {
     KQ_EVENT_REJECTIONS = 32,
     /** A measurement was taken for a jump of the state: P was raised before it was taken. */
     KQ_EVENT_JUMP = 64,
-    /** Precision lost: a sigma may be wrong by more than 5 %.  What a sharp measurement said is within the
+    /** Precision lost: a sigma may be wrong by more than 5 %.  What a low-noise measurement said is within the
         rounding of P after a predict, or the rounding of many updates has become information (filter.h,
         kq_predict), or very many said less than its last bits (kq_update). */
     KQ_EVENT_PRECISION = 128,
     /** A lean sensor took a low-noise measurement coarsely: its noise was raised (kq_sensor_init_lean_<T>). */
-    KQ_EVENT_SHARP = 256,
+    KQ_EVENT_LOW_NOISE = 256,
     /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma
         from its prediction.  What it makes of other states may be rounding. */
     KQ_EVENT_CONTRADICTION = 512

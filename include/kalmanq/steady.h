@@ -11,7 +11,7 @@
  *     kq_steady_solve       the equation above: P-, P, K, the smoother's gain (f32, f64; for q31
  *                           on the host, then kq_matrix_prepare_q31)
  *     kq_steady             a filter with gains that you give it; one gain: the steady one alone
- *     kq_settling           an ordinary filter that drops its covariance work while it is settled
+ *     kq_freeze           an ordinary filter that drops its covariance work while it is settled
  *
  * A steady state exists where every state that does not decay by itself (|eigenvalue of A| >= 1) is
  * measured (detectable) and moved by the noise (stabilisable).
@@ -77,10 +77,10 @@ KQ_NODISCARD kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sen
 KQ_NODISCARD kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
                               size_t length, const kq_steady_solution_f64 *out);
 
-/** The largest `bits` of kq_settling_init: rounding leaves room for no more. */
-#define KQ_SETTLED_BITS_MAX_F32 18
-#define KQ_SETTLED_BITS_MAX_F64 46
-#define KQ_SETTLED_BITS_MAX_Q31 24
+/** The largest `bits` of kq_freeze_init: rounding leaves room for no more. */
+#define KQ_FREEZE_BITS_MAX_F32 18
+#define KQ_FREEZE_BITS_MAX_F64 46
+#define KQ_FREEZE_BITS_MAX_Q31 24
 
 /* ------------------------------------------------------------------ the filter */
 
@@ -155,18 +155,18 @@ KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f6
  * step      predict, then update; refused as a whole
  *
  * A step without a measurement is a predict.  After it the gain is too small, of which this filter
- * knows nothing (kq_settling does); the estimate stays unbiased.
+ * knows nothing (kq_freeze does); the estimate stays unbiased.
  * Cost: n^2 + 2 n m multiplications (n (n + 1) / 2 for an upper triangular A).
- * kq_fixed_steady_step (src/known_sizes/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 90
+ * kq_fixed_steady_step (src/fixed_size/kq_fixed_<T>.h), for sizes that the compiler knows, at n, m = 4, 2: 90
  * instructions on a Cortex-M4F in f32, 459 on an M3 in q31, A upper triangular, H selecting states
  * (tools/cost.csv; tests/cost/goals.py); more with a dense A or H that scales.
  * Stack: 54 words.
  * Accuracy against the full filter with the same gains: the mean has one float in f32.  Every step
  * rounds it at its size, eps |x| / 2, of which about eps |x| / (1 - rho) adds up; a correction K e
- * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_settling, whose
+ * below eps |x| / 2 is lost.  Where sigma is below 1e-5 of the state's range take kq_freeze, whose
  * mean is a pair, or f64 or q31.  Where the gain has settled to 2^-b of itself, the mean is within
  * about 2^-b |e| / (1 - rho)^2.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; a mean or an innovation beyond the numbers, and
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; a mean or an innovation not representable, and
  * nothing has changed: kq_steady_init begins anew).
  */
 KQ_NODISCARD kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
@@ -183,7 +183,7 @@ double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
 /**
  * e = z - H x.  Call it before the update.
  *   e        m, written; may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or an e beyond the numbers).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or an e not representable).
  */
 KQ_NODISCARD kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
 KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
@@ -195,7 +195,7 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
  * object; A or Q of the process are others, told by an init or a kq_process_change_... (its fingerprint,
  * smoother.h); H of the sensor is another array; or something else has moved the covariance.  Other
  * numbers than these are not noticed: a new R by a sensor's init, new content of H's array.  After them
- * call kq_settling_release.
+ * call kq_freeze_release.
  *
  *     kq_attach_f32(&track, &lazy.attached);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
@@ -208,8 +208,8 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
  */
 
 /** Words and gains of memory. */
-#define KQ_SETTLING_LEN_F32(n) KQ_TRIANGLE(n)
-#define KQ_SETTLING_LEN_F64(n) KQ_TRIANGLE(n)
+#define KQ_FREEZE_LEN_F32(n) KQ_TRIANGLE(n)
+#define KQ_FREEZE_LEN_F64(n) KQ_TRIANGLE(n)
 
 /* The fields are the library's. */
 typedef struct {
@@ -226,9 +226,9 @@ typedef struct {
     const kq_sensor_f32 *sensor;
     const float *measurement;
     kq_filter_f32 *filter; /* attached to */
-} kq_settling_f32;
+} kq_freeze_f32;
 
-extern const struct kq_hooks_f32 kq_settling_hooks_f32; /* what it does in the steps */
+extern const struct kq_hooks_f32 kq_freeze_hooks_f32; /* what it does in the steps */
 
 typedef struct {
     struct kq_attached_f64 attached;
@@ -244,52 +244,52 @@ typedef struct {
     const kq_sensor_f64 *sensor;
     const double *measurement;
     kq_filter_f64 *filter; /* attached to */
-} kq_settling_f64;
+} kq_freeze_f64;
 
-extern const struct kq_hooks_f64 kq_settling_hooks_f64;
+extern const struct kq_hooks_f64 kq_freeze_hooks_f64;
 
-/** A settling `name` for n states and m components with its storage, in static memory. */
-#define KQ_SETTLING_F32(name, n, m)                                                                \
-    static float name##_memory[KQ_SETTLING_LEN_F32(n)], name##_gain[(n) * (m)];                    \
-    static kq_settling_f32 name = {                                                                \
-        {&kq_settling_hooks_f32}, n, m, 0, 0, KQ_SETTLING_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
-#define KQ_SETTLING_F64(name, n, m)                                                                \
-    static double name##_memory[KQ_SETTLING_LEN_F64(n)], name##_gain[(n) * (m)];                   \
-    static kq_settling_f64 name = {                                                                \
-        {&kq_settling_hooks_f64}, n, m, 0, 0, KQ_SETTLING_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+/** A freeze `name` for n states and m components with its storage, in static memory. */
+#define KQ_FREEZE_F32(name, n, m)                                                                \
+    static float name##_memory[KQ_FREEZE_LEN_F32(n)], name##_gain[(n) * (m)];                    \
+    static kq_freeze_f32 name = {                                                                \
+        {&kq_freeze_hooks_f32}, n, m, 0, 0, KQ_FREEZE_LEN_F32(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+#define KQ_FREEZE_F64(name, n, m)                                                                \
+    static double name##_memory[KQ_FREEZE_LEN_F64(n)], name##_gain[(n) * (m)];                   \
+    static kq_freeze_f64 name = {                                                                \
+        {&kq_freeze_hooks_f64}, n, m, 0, 0, KQ_FREEZE_LEN_F64(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
 /**
  * Sizes and memory known at run time only (the macros do the same at compile time).
- *   memory   KQ_SETTLING_LEN_<T>(n) words or more
+ *   memory   KQ_FREEZE_LEN_<T>(n) words or more
  *   gain     n x m numbers
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  */
-KQ_NODISCARD kq_status kq_settling_assign_f32(kq_settling_f32 *w, int n, int m, float *memory, size_t length,
+KQ_NODISCARD kq_status kq_freeze_assign_f32(kq_freeze_f32 *w, int n, int m, float *memory, size_t length,
                                  float *gain);
-KQ_NODISCARD kq_status kq_settling_assign_f64(kq_settling_f64 *w, int n, int m, double *memory, size_t length,
+KQ_NODISCARD kq_status kq_freeze_assign_f64(kq_freeze_f64 *w, int n, int m, double *memory, size_t length,
                                  double *gain);
 
 /**
  * Not settled, and when it will be.
- *   bits     1 .. KQ_SETTLED_BITS_MAX_<T>: when a step changes no row of the filtered root by more
+ *   bits     1 .. KQ_FREEZE_BITS_MAX_<T>: when a step changes no row of the filtered root by more
  *            than 2^-bits of the row's norm.  The gain is then within about 2^-bits / (1 - rho^2)
  *            of the steady one; 10 costs less than 1 % of the innovation's variance where rho is
  *            below 0.9
  * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or sizes never given), KQ_ERR_MEMORY.
  */
-KQ_NODISCARD kq_status kq_settling_init_f32(kq_settling_f32 *w, int bits);
-KQ_NODISCARD kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
+KQ_NODISCARD kq_status kq_freeze_init_f32(kq_freeze_f32 *w, int bits);
+KQ_NODISCARD kq_status kq_freeze_init_f64(kq_freeze_f64 *w, int bits);
 
 /*
  * From now on kq_step of f, by a sensor of m components, may rest on what has settled.  kq_predict and
  * kq_update by themselves are the filter's own, and unsettle it.
  *   f        with nothing attached but w itself, which then begins again.  w and f have to outlive each
  *            other until kq_detach.  kq_filter_init detaches f and does not tell w, which may be
- *            gone: a settling still has the filter that it was attached to, and goes to another one when
+ *            gone: a freeze still has the filter that it was attached to, and goes to another one when
  *            it is detached, or assigned anew where that filter is gone
  * A process is known again by its address and fingerprint (a const table has none: an assigned one is
  * not noticed), a sensor by its address and that of H: after new numbers in the same sensor, or in an
- * array without a call, call kq_settling_release.
+ * array without a call, call kq_freeze_release.
  * Cost: settled, n^2 + 2 n m multiplications and n^2 comparisons; otherwise that of kq_step and n^2
  * more, at the step where it settles also that of kq_gain.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (w, f), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (w has another filter, or
@@ -298,13 +298,13 @@ KQ_NODISCARD kq_status kq_settling_init_f64(kq_settling_f64 *w, int bits);
  */
 
 /** Did the last step move the mean alone?  0 for NULL. */
-int kq_settling_is_settled_f32(const kq_settling_f32 *w);
-int kq_settling_is_settled_f64(const kq_settling_f64 *w);
+int kq_freeze_is_active_f32(const kq_freeze_f32 *w);
+int kq_freeze_is_active_f64(const kq_freeze_f64 *w);
 
 /** Back to the full filter at the next step, until it has settled again: what has to be called where a
     sensor has got new numbers (above).  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
-KQ_NODISCARD kq_status kq_settling_release_f32(kq_settling_f32 *w);
-KQ_NODISCARD kq_status kq_settling_release_f64(kq_settling_f64 *w);
+KQ_NODISCARD kq_status kq_freeze_release_f32(kq_freeze_f32 *w);
+KQ_NODISCARD kq_status kq_freeze_release_f64(kq_freeze_f64 *w);
 
 /* ------------------------------------------------------------------ q31
  *
@@ -367,7 +367,7 @@ int32_t kq_steady_mean_low_q31(const kq_steady_q31 *st, int i);
 /** Rounded to words of the measurement, held at +-(2^31 - 1). */
 KQ_NODISCARD kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
 
-#define KQ_SETTLING_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
+#define KQ_FREEZE_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
 
 /* The fields are the library's. */
 typedef struct {
@@ -384,21 +384,21 @@ typedef struct {
     const kq_sensor_q31 *sensor;
     const kq_scaled_q31 *measurement;
     kq_filter_q31 *filter; /* attached to */
-} kq_settling_q31;
+} kq_freeze_q31;
 
-extern const struct kq_hooks_q31 kq_settling_hooks_q31;
+extern const struct kq_hooks_q31 kq_freeze_hooks_q31;
 
-#define KQ_SETTLING_Q31(name, n, m)                                                                \
-    static int32_t name##_memory[KQ_SETTLING_LEN_Q31(n)];                                          \
+#define KQ_FREEZE_Q31(name, n, m)                                                                \
+    static int32_t name##_memory[KQ_FREEZE_LEN_Q31(n)];                                          \
     static kq_scaled_q31 name##_gain[(n) * (m)];                                                   \
-    static kq_settling_q31 name = {                                                                \
-        {&kq_settling_hooks_q31}, n, m, 0, 0, KQ_SETTLING_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
+    static kq_freeze_q31 name = {                                                                \
+        {&kq_freeze_hooks_q31}, n, m, 0, 0, KQ_FREEZE_LEN_Q31(n), name##_memory, name##_gain, NULL, 0, NULL, NULL, NULL}
 
-KQ_NODISCARD kq_status kq_settling_assign_q31(kq_settling_q31 *w, int n, int m, int32_t *memory, size_t length,
+KQ_NODISCARD kq_status kq_freeze_assign_q31(kq_freeze_q31 *w, int n, int m, int32_t *memory, size_t length,
                                  kq_scaled_q31 *gain);
-KQ_NODISCARD kq_status kq_settling_init_q31(kq_settling_q31 *w, int bits);
-int kq_settling_is_settled_q31(const kq_settling_q31 *w);
-KQ_NODISCARD kq_status kq_settling_release_q31(kq_settling_q31 *w);
+KQ_NODISCARD kq_status kq_freeze_init_q31(kq_freeze_q31 *w, int bits);
+int kq_freeze_is_active_q31(const kq_freeze_q31 *w);
+KQ_NODISCARD kq_status kq_freeze_release_q31(kq_freeze_q31 *w);
 
 #ifdef __cplusplus
 }

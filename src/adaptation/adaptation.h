@@ -188,7 +188,7 @@ static void advance(scaled *v, int stride, const process *p)
 {
     scaled moved[KQ_SIZE_MAX];
     const int n = p->states;
-    for (int i = 0; i < n; i++) moved[i] = scaled_held(transition_times(p, i, v, stride));
+    for (int i = 0; i < n; i++) moved[i] = scaled_saturated(transition_times(p, i, v, stride));
     for (int i = 0; i < n; i++) v[i * stride] = moved[i];
 }
 
@@ -211,7 +211,7 @@ static void advance_covariance(scaled *D, const process *p)
             const scaled noise = root_product(p->noise_root, n, i, j);
             moved[j] = scaled_plus(transition_times(p, j, D + i * n, 1), noise);
         }
-        for (int j = i; j < n; j++) D[i * n + j] = scaled_held(moved[j]);
+        for (int j = i; j < n; j++) D[i * n + j] = scaled_saturated(moved[j]);
     }
     mirror(D, n);
 }
@@ -445,7 +445,7 @@ static void learn(adaptation *a, const lesson *l)
         moved_scale(a, a->sensor_scale, sensor_move, rule->sensor_least, rule->sensor_most);
 }
 
-/* Has a measurement, or a state that nothing measures, led out of the numbers? */
+/* Has a measurement, or a state that nothing measures, led beyond what can be represented? */
 static int is_lost(const adaptation *a, const lesson *l)
 {
     const int n = a->states;

@@ -1,7 +1,7 @@
 /*
  * What C11 cannot say.  How functions are compiled, by intent:
  *
- *                at -O2              at -Os              sizes constant (known_sizes/)
+ *                at -O2              at -Os              sizes constant (fixed_size/)
  *   KQ_INLINE    inline              inline              inline            for what it is called with
  *   KQ_KERNEL    inline              as it likes         inline            a kernel, for its sizes
  *   KQ_SHARED    one copy            one copy            as it likes       large, and called by many

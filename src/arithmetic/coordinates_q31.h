@@ -30,7 +30,7 @@ static inline wide coordinate_get(const int32_t *a, int n, int i) { return wide_
 /* Answers KQ_EVENT_SATURATED if it had to be held. */
 static inline unsigned coordinate_set(int32_t *a, int n, int i, wide value)
 {
-    return wide_set_held(a, n, i, value);
+    return wide_set_saturated(a, n, i, value);
 }
 
 static const int32_t coordinate_exponent = -40;
@@ -38,15 +38,15 @@ static const int32_t coordinate_exponent = -40;
 static inline scaled coordinate_scaled(wide a) { return scaled_of(a, coordinate_exponent); }
 
 /* *a <- value, held; answers as coordinate_set */
-static inline unsigned coordinate_hold(wide *a, int64_t value)
+static inline unsigned coordinate_saturate(wide *a, int64_t value)
 {
-    *a = wide_held(value);
+    *a = wide_saturated(value);
     return *a == value ? 0 : KQ_EVENT_SATURATED;
 }
 
 static inline unsigned coordinate_of(wide *a, scaled value)
 {
-    return coordinate_hold(a, wide_from(value.mantissa, value.exponent - coordinate_exponent, 56));
+    return coordinate_saturate(a, wide_from(value.mantissa, value.exponent - coordinate_exponent, 56));
 }
 
 /* c a in units of 2^-26 of a word of a */
@@ -74,7 +74,7 @@ static inline unsigned coordinate_turn(int32_t *a, int n, int i, wide *b, scaled
     const wide old = wide_get(a, n, i);
     const int64_t now = sum_of(coordinate_part(c, old), coordinate_part(s, *b), 60);
     const int64_t other = sum_of(coordinate_part(c, *b), -coordinate_part(s, old), 60);
-    const unsigned events = coordinate_hold(b, shift_down_rounded_wide(other, 2));
+    const unsigned events = coordinate_saturate(b, shift_down_rounded_wide(other, 2));
     return events | coordinate_set(a, n, i, shift_down_rounded_wide(now, 2));
 }
 
@@ -89,8 +89,8 @@ static inline unsigned reflect_back(int32_t *xi, int n, int first, wide alpha, c
         along = sum_of(along, wide_product(c, xi[k], xi[n + k]), 62);
     }
     const scaled share = {pq[1], -31};
-    unsigned events = coordinate_hold(&length, shift_down_rounded_wide(along, 2));
-    events |= coordinate_hold(&d, alpha - shift_down_rounded_wide(coordinate_part(share, length), 2));
+    unsigned events = coordinate_saturate(&length, shift_down_rounded_wide(along, 2));
+    events |= coordinate_saturate(&d, alpha - shift_down_rounded_wide(coordinate_part(share, length), 2));
     for (int k = first; k < n; k++) {
         const scaled c = {V[k - first], -30};
         const wide move = shift_down_rounded_wide(coordinate_part(c, d), 2);
@@ -132,7 +132,7 @@ static inline int64_t mean_moved(const int32_t *x, int n, int i, const scaled *r
 /* x_i += row i of the root times a, held */
 KQ_SHARED unsigned mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
 {
-    return wide_set_held(x, n, i, mean_moved(x, n, i, row, a));
+    return wide_set_saturated(x, n, i, mean_moved(x, n, i, row, a));
 }
 
 /* mean_move for an x that is no result yet: it may have carries. */
@@ -256,10 +256,10 @@ static inline int root_is_short(const int32_t *T, int n)
     return 0;
 }
 
-static inline unsigned smoothing_events(const scaled *A, const int32_t *x, const int32_t *predicted, const int32_t *smoothed,
+static inline unsigned smoothing_events(const scaled *A, const int32_t *x, const int32_t *root, const int32_t *smoothed,
                                         int n)
 {
-    (void)A, (void)x, (void)predicted, (void)smoothed, (void)n;
+    (void)A, (void)x, (void)root, (void)smoothed, (void)n;
     return 0;
 }
 

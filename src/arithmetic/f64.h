@@ -35,12 +35,12 @@ static const num num_most_condition = 0x1.8p103; /* of S, squared: above it roun
 static const num num_zero_variance = 0x1p-360; /* an innovation variance below it counts as 0 */
 static const num num_most_variance = 0x1p360;  /* fading raises no variance beyond it */
 static const num num_most_sigma = 0x1p500;     /* the largest of a state; a mean's is its square */
-static const num num_hold_unit = 0x1p600;     /* in units of it every square is a number */
-static const num num_sharp = 0x1p-44;          /* least share of noise where doubling begins */
+static const num num_saturation_unit = 0x1p600;     /* in units of it every square is a number */
+static const num num_low_noise = 0x1p-44;          /* least share of noise where doubling begins */
 static const num num_huge = 0x1p500;           /* and where it is given up */
 static const num num_growth = 1.25;            /* of a covariance that does not settle, a row */
 static const num num_unsettled = 0x1p-20;      /* a change beyond it is not rounding */
-enum { settled_bits_max = KQ_SETTLED_BITS_MAX_F64, num_refinements = 30 };
+enum { freeze_bits_max = KQ_FREEZE_BITS_MAX_F64, num_refinements = 30 };
 enum { num_digits = 53 }; /* of a number; doublings, too */
 static const num num_half = 0.5;
 static const num num_root_half = 0.70710678118654752;
@@ -93,10 +93,10 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
-static const uint32_t num_most_faint = UINT32_MAX; /* is not reached */
+static const uint32_t num_most_weak = UINT32_MAX; /* is not reached */
 
 /* It takes 1e13 measurements within the last bits of s before that shows. */
-static inline int is_faint(num r, num s)
+static inline int is_weak(num r, num s)
 {
     (void)r, (void)s;
     return 0;
@@ -114,7 +114,7 @@ static inline num num_upper(num a)
 }
 
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
-static inline num sharp_share(num s) { return s * 0x1p-48; }
+static inline num low_noise_share(num s) { return s * 0x1p-48; }
 static const num num_sure_share = 0x1p-47; /* twice that */
 
 typedef num score;
@@ -127,17 +127,17 @@ typedef num score;
 #define HISTORY_WORKSPACE_LEN KQ_PRIVATE_HISTORY_WORKSPACE_LEN
 #define STEADY_LEN KQ_STEADY_LEN_F64
 #define STEADY_SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
-#define SETTLING_LEN KQ_SETTLING_LEN_F64
+#define FREEZE_LEN KQ_FREEZE_LEN_F64
 #define MAP_LEN KQ_PRIVATE_MAP_LEN_F64
 #define ON_LINE_LEN KQ_PRIVATE_ON_LINE_LEN_F64
 #define LAG_LEN KQ_LAG_LEN_F64
 #define JACOBIANS_LEN KQ_JACOBIANS_LEN_F64
 #define INSTANT_LEN KQ_INSTANT_LEN_F64
-#define START_LEN KQ_START_LEN_F64
-#define START_RANGE_LEN 0
+#define DIFFUSE_LEN KQ_DIFFUSE_LEN_F64
+#define DIFFUSE_RANGE_LEN 0
 #define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
 #define EM_LEN KQ_EM_LEN_F64
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
-#define START_PAST_LEN KQ_PRIVATE_START_PAST_LEN_F64
+#define DIFFUSE_PAST_LEN KQ_PRIVATE_DIFFUSE_PAST_LEN_F64
 
 #endif

@@ -42,11 +42,11 @@ static inline int is_small(int64_t value)
     return ((uint32_t)(int32_t)(value >> 32) + (UINT32_C(1) << 22)) >> 23 == 0;
 }
 
-KQ_KERNEL unsigned steady_hold(steady_word *t, int64_t value)
+KQ_KERNEL unsigned steady_saturate(steady_word *t, int64_t value)
 {
     *t = value;
     if (KQ_MOSTLY(is_small(value))) return 0;
-    *t = wide_held(value);
+    *t = wide_saturated(value);
     return *t == value ? 0 : KQ_EVENT_SATURATED;
 }
 
@@ -86,13 +86,13 @@ KQ_KERNEL wide steady_dot(wide total, int n, const scaled *row, int first, const
 /* *t <- row'x, and with a drive in units of 2^-26 */
 KQ_KERNEL unsigned steady_row(steady_word *t, int n, const scaled *row, int first, const int32_t *x)
 {
-    return steady_hold(t, steady_dot(0, n, row, first, x));
+    return steady_saturate(t, steady_dot(0, n, row, first, x));
 }
 
 KQ_KERNEL unsigned steady_drive(steady_word *t, int n, const scaled *row, int first,
                                 const int32_t *x, int64_t drive)
 {
-    return steady_hold(t, steady_dot(shift_down_rounded_wide(drive, 2), n, row, first, x));
+    return steady_saturate(t, steady_dot(shift_down_rounded_wide(drive, 2), n, row, first, x));
 }
 
 /* An innovation: mantissa 2^(-24 - down), so that its product with a number of exponent E is to be
@@ -155,7 +155,7 @@ KQ_KERNEL unsigned steady_add(int32_t *x, steady_word t, int n, int i, const sca
         events |= steady_part(&part, p, e[c].down - row[c].exponent);
         total = sum_of(total, part, 63);
     }
-    events |= steady_hold(&t, total);
+    events |= steady_saturate(&t, total);
     wide_set(x, n, i, t);
     return events;
 }

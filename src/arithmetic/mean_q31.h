@@ -44,16 +44,16 @@ static inline void wide_set(int32_t *x, int n, int i, wide value)
     x[n + i] = (int32_t)(value & 0xffffff);
 }
 
-static inline wide wide_held(int64_t value)
+static inline wide wide_saturated(int64_t value)
 {
     return value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
 }
 
 /* Held within the word; answers whether it had to be.  The top word alone tells most. */
-KQ_SHARED unsigned wide_set_held(int32_t *x, int n, int i, int64_t value)
+KQ_SHARED unsigned wide_set_saturated(int32_t *x, int n, int i, int64_t value)
 {
     const int32_t top = (int32_t)(value >> 32), most = (INT32_C(1) << 23) - 1;
-    const wide held = top >= -most && top <= most ? value : wide_held(value);
+    const wide held = top >= -most && top <= most ? value : wide_saturated(value);
     wide_set(x, n, i, held);
     return held == value ? 0 : KQ_EVENT_SATURATED;
 }
@@ -75,7 +75,7 @@ KQ_NOINLINE static unsigned carried_set(int32_t *x, int n, int i, int64_t value)
     x[i] = (int32_t)(uint32_t)((uint64_t)held >> 24);
     x[n + i] = (int32_t)(carry << 24 | (uint32_t)(held & 0xffffff));
     if (held != value) return MEAN_WIDE | KQ_EVENT_SATURATED;
-    return wide_held(value) == value ? 0 : MEAN_WIDE;
+    return wide_saturated(value) == value ? 0 : MEAN_WIDE;
 }
 
 /* As it is, with a carry if need be; answers MEAN_WIDE then */
@@ -88,12 +88,12 @@ static inline unsigned wide_set_carried(int32_t *x, int n, int i, int64_t value)
 }
 
 /* The mean that a call leaves: within its word */
-static inline unsigned mean_hold(int32_t *x, int n, int i)
+static inline unsigned mean_saturate(int32_t *x, int n, int i)
 {
-    return wide_set_held(x, n, i, carried_get(x, n, i));
+    return wide_set_saturated(x, n, i, carried_get(x, n, i));
 }
 
-/* A mean that mean_hold has seen */
+/* A mean that mean_saturate has seen */
 static inline extent mean_extent(const int32_t *x, int n, int i)
 {
     (void)x, (void)n, (void)i;
@@ -175,7 +175,7 @@ KQ_SHARED extent mean_shift(int32_t *x, int n, const int32_t *d, const int32_t *
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
         const wide move = shift_up_wide(d[i], 24, 55) | (uint32_t)(low ? low[i] : 0);
-        events |= wide_set_held(x, n, i, sum_of(wide_get(x, n, i), move, 57));
+        events |= wide_set_saturated(x, n, i, sum_of(wide_get(x, n, i), move, 57));
     }
     return events;
 }
@@ -231,7 +231,7 @@ KQ_KERNEL extent mean_advance(int32_t *x, int n, int i, const scaled *row, int f
         if (row[k].mantissa == 0) continue;
         sum = sum_of(sum, wide_product(row[k], t[k], t[n + k]), 62);
     }
-    return wide_set_held(x, n, i, shift_down_rounded_wide(sum, 2));
+    return wide_set_saturated(x, n, i, shift_down_rounded_wide(sum, 2));
 }
 
 /*

@@ -58,7 +58,7 @@ static inline extent mean_shift(num *x, int n, const num *d, const num *low)
     return far;
 }
 
-static inline unsigned mean_hold(num *x, int n, int i)
+static inline unsigned mean_saturate(num *x, int n, int i)
 {
     (void)x, (void)n, (void)i;
     return 0;

@@ -35,19 +35,19 @@ static inline uint32_t num_bits(num a) { return (uint32_t)a; }
 static inline uint32_t num_folded(num a) { return (uint32_t)a; }
 
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
-static inline scaled sharp_share(scaled s) { return scaled_shift(s, -8); }
+static inline scaled low_noise_share(scaled s) { return scaled_shift(s, -8); }
 
-static const uint32_t num_most_faint = UINT32_C(1) << 24; /* after so many, sigma may be off by 1 % */
+static const uint32_t num_most_weak = UINT32_C(1) << 24; /* after so many, sigma may be off by 1 % */
 
 /* Is s above r > 0, by less than 64 of its last bits? */
-static inline int is_faint(scaled r, scaled s)
+static inline int is_weak(scaled r, scaled s)
 {
     return s.exponent == r.exponent && (uint32_t)(s.mantissa - r.mantissa) - 1 < 63;
 }
 
-static inline num num_nan(void) { return KQ_NOT_A_WORD_Q31; }
+static inline num num_nan(void) { return KQ_NOT_A_VALUE_Q31; }
 
-enum { settled_bits_max = KQ_SETTLED_BITS_MAX_Q31 };
+enum { freeze_bits_max = KQ_FREEZE_BITS_MAX_Q31 };
 
 typedef int64_t score;
 
@@ -58,15 +58,15 @@ typedef int64_t score;
 #define HISTORY_CHANGE_LEN KQ_PRIVATE_HISTORY_CHANGE_LEN_Q31
 #define HISTORY_WORKSPACE_LEN KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31
 #define STEADY_LEN KQ_STEADY_LEN_Q31
-#define SETTLING_LEN KQ_SETTLING_LEN_Q31
+#define FREEZE_LEN KQ_FREEZE_LEN_Q31
 #define MAP_LEN KQ_PRIVATE_MAP_LEN_Q31
 #define ON_LINE_LEN KQ_PRIVATE_ON_LINE_LEN_Q31
 #define LAG_LEN KQ_LAG_LEN_Q31
 #define JACOBIANS_LEN KQ_JACOBIANS_LEN_Q31
 #define INSTANT_LEN KQ_INSTANT_LEN_Q31
-#define START_LEN KQ_START_LEN_Q31
-#define START_RANGE_LEN SCALED_WORDS
+#define DIFFUSE_LEN KQ_DIFFUSE_LEN_Q31
+#define DIFFUSE_RANGE_LEN SCALED_WORDS
 #define ADAPTATION_LEN KQ_ADAPTATION_LEN_Q31
-#define START_PAST_LEN KQ_PRIVATE_START_PAST_LEN_Q31
+#define DIFFUSE_PAST_LEN KQ_PRIVATE_DIFFUSE_PAST_LEN_Q31
 
 #endif

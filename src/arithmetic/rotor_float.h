@@ -13,20 +13,20 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return r;
 }
 
-/* Is there nothing that the careful update is for: rounding, sharpness, overflow? */
+/* Is there nothing that the low-noise update is for: rounding, sharpness, overflow? */
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
-    return r >= sharp_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
+    return r >= low_noise_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
 }
 
 /* May a sensor without the careful path take it? */
-static inline int is_blunt(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+static inline int has_noise_enough(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
 
-/* Raises the noise r of a low-noise measurement to twice the least that is_blunt takes; s grows with r.
+/* Raises the noise r of a low-noise measurement to twice the least that has_noise_enough takes; s grows with r.
    Answers 0 where r is that large already: the measurement overflows. */
 static inline int raise_noise(scaled *r, scaled s)
 {
-    const num least = 2 * (sharp_share(s) + num_zero_variance);
+    const num least = 2 * (low_noise_share(s) + num_zero_variance);
     if (!(least > *r)) return 0;
     *r = least;
     return 1;
@@ -37,7 +37,7 @@ static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_varianc
 
 /* Is it ordinary, in one comparison that some ordinary ones fail, too?  r is not below twice its share of
    s, and e^2 / s is below 2^16 or, in double, 2^48. */
-static inline int is_surely_ordinary(scaled r, scaled s, scaled e)
+static inline int is_certainly_ordinary(scaled r, scaled s, scaled e)
 {
     return r > num_sure_share * (s + e * e);
 }

@@ -26,7 +26,7 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return scaled_is_less(r, least) ? least : r;
 }
 
-/* Is there nothing that the careful update is for: rounding, sharpness?  r >= 2^-8 s, and s above
+/* Is there nothing that the low-noise update is for: rounding, sharpness?  r >= 2^-8 s, and s above
    the variance that counts as 0 */
 static inline int is_ordinary(scaled r, scaled s, scaled e)
 {
@@ -36,13 +36,13 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
 
 /* May a sensor without the careful path take it?  It may where r >= 2^-16 s, and where r < 2^-17 s it
    may not: up to 9 more of 31 bits are lost than to what is ordinary. */
-static inline int is_blunt(scaled r, scaled s, scaled e)
+static inline int has_noise_enough(scaled r, scaled s, scaled e)
 {
     (void)e;
     return r.mantissa > 0 && r.exponent >= s.exponent - 16 && s.exponent > num_zero_variance.exponent;
 }
 
-/* Raises the noise r of a low-noise measurement to twice the least that is_blunt takes; s grows with r. */
+/* Raises the noise r of a low-noise measurement to twice the least that has_noise_enough takes; s grows with r. */
 static inline int raise_noise(scaled *r, scaled s)
 {
     const int counts = s.mantissa && s.exponent > num_zero_variance.exponent;
@@ -52,7 +52,7 @@ static inline int raise_noise(scaled *r, scaled s)
 
 static inline int noise_is_ordinary(scaled r) { return r.mantissa > 0; }
 
-static inline int is_surely_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+static inline int is_certainly_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
 
 /*
  * The state of Carlson's sums a_j = r + f_0^2 + ... + f_j^2.  All in units of 2^(2 exponent),

@@ -52,7 +52,7 @@ static inline int scaled_is_finite(scaled a) { return num_is_finite(a); }
 static inline scaled scaled_rounding(void) { return 16 * num_epsilon; }
 
 /* Within num_tiny .. 1 / num_tiny, so that squares of ratios stay numbers; below it, 0 */
-static inline scaled scaled_held(scaled a)
+static inline scaled scaled_saturated(scaled a)
 {
     const scaled size = num_magnitude(a), most = 1 / num_tiny;
     if (size < num_tiny) return 0;

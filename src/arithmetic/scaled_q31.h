@@ -164,7 +164,7 @@ static const int32_t low_exponent = -8192;
 static const int32_t high_exponent = 8192;
 
 /* An exponent that nothing lets grow without end */
-static inline scaled scaled_held(scaled a)
+static inline scaled scaled_saturated(scaled a)
 {
     if (a.exponent < low_exponent) return (scaled){0, 0};
     return (scaled){a.mantissa, a.exponent > high_exponent ? high_exponent : a.exponent};

@@ -8,7 +8,7 @@
 #include "compiler.h"
 #include "scaled.h"
 
-typedef T(kq_tally) tally;
+typedef T(kq_compensated) compensated;
 
 static num not_a_score(void) { return num_nan(); }
 
@@ -25,7 +25,7 @@ static void store_score(num *word, score a) { *word = a; }
 
 static score load_score(const num *word) { return *word; }
 
-static void tally_clear(tally *t)
+static void compensated_clear(compensated *t)
 {
     t->high = 0;
     t->sum = 0;
@@ -41,7 +41,7 @@ static num sum_rest(num a, num b, num total)
 
 /* Each part is left below the last bit of the part before it: nothing is lost that is not below the
    last bit of the third. */
-static void tally_add(tally *t, num a)
+static void compensated_add(compensated *t, num a)
 {
     const num some = t->sum + a, rest = t->low + sum_rest(t->sum, a, some);
     const num sum = some + rest, low = sum_rest(some, rest, sum);
@@ -51,23 +51,23 @@ static void tally_add(tally *t, num a)
     t->high = high;
 }
 
-static num tally_value(const tally *t) { return (t->low + t->sum) + t->high; }
+static num compensated_value(const compensated *t) { return (t->low + t->sum) + t->high; }
 
 /* c < 1; rounded at the increment, so that a long memory does not drift */
-static void tally_fade(tally *t, scaled c) { tally_add(t, (c - 1) * tally_value(t)); }
+static void compensated_forget(compensated *t, scaled c) { compensated_add(t, (c - 1) * compensated_value(t)); }
 
-static score tally_score(const tally *t) { return tally_value(t); }
+static score compensated_score(const compensated *t) { return compensated_value(t); }
 
-/* tally_add into the lower two parts alone, at a fifth of the additions: `a` loses what is below its
-   own last bit or that of `low`, an eps of it as long as tally_carry is called now and then. */
-KQ_KERNEL void tally_add_next(tally *t, num a)
+/* compensated_add into the lower two parts alone, at a fifth of the additions: `a` loses what is below its
+   own last bit or that of `low`, an eps of it as long as compensated_carry is called now and then. */
+KQ_KERNEL void compensated_add_next(compensated *t, num a)
 {
     const num low = t->low + a, sum = t->sum + low;
     t->low = low - (sum - t->sum);
     t->sum = sum;
 }
 
-KQ_KERNEL void tally_carry(tally *t)
+KQ_KERNEL void compensated_carry(compensated *t)
 {
     const num high = t->high + t->sum;
     t->sum -= high - t->high;

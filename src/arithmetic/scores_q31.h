@@ -14,13 +14,13 @@
 
 #include "kalmanq/port/integer.h"
 
-typedef T(kq_tally) tally;
+typedef T(kq_compensated) compensated;
 
 static score not_a_score(void) { return KQ_NOT_A_SCORE_Q31; }
 
 static const int64_t score_max = INT64_C(1) << 61; /* two of them add up below 2^63 */
 
-static int64_t score_held(int64_t a)
+static int64_t score_saturated(int64_t a)
 {
     return a > score_max ? score_max : a < -score_max ? -score_max : a;
 }
@@ -31,7 +31,7 @@ static int64_t score_of(scaled a)
     const int32_t shift = a.exponent + 24;
     if (shift <= 0) return shift_down_rounded_wide(a.mantissa, -shift);
     if (shift > 30) return a.mantissa < 0 ? -score_max : a.mantissa ? score_max : 0;
-    return score_held(shift_up_wide(a.mantissa, (int)shift, 61));
+    return score_saturated(shift_up_wide(a.mantissa, (int)shift, 61));
 }
 
 static scaled score_number(score a) { return scaled_of(a, -24); }
@@ -56,13 +56,13 @@ static score load_score(const num *word)
     return sum_of(shift_up_wide(word[0], 31, 61), word[1], 62);
 }
 
-static void tally_clear(tally *t) { t->sum = 0; }
+static void compensated_clear(compensated *t) { t->sum = 0; }
 
-static void tally_add(tally *t, score a) { t->sum = score_held(sum_of(t->sum, a, 62)); }
+static void compensated_add(compensated *t, score a) { t->sum = score_saturated(sum_of(t->sum, a, 62)); }
 
 /* c < 1: the upper and the lower bits of the sum apart.  One that was held stays where it is: it is
    no sum any more, and can be told from one. */
-static void tally_fade(tally *t, scaled c)
+static void compensated_forget(compensated *t, scaled c)
 {
     if (t->sum >= score_max) return;
     const int64_t high = product((num)(t->sum >> 31), c.mantissa);
@@ -70,6 +70,6 @@ static void tally_fade(tally *t, scaled c)
     t->sum = shift_down_rounded_wide(sum_of(high, low, 62), -31 - c.exponent);
 }
 
-static score tally_score(const tally *t) { return t->sum; }
+static score compensated_score(const compensated *t) { return t->sum; }
 
 #endif

@@ -172,7 +172,7 @@ static void em_spread(estimation *e, const em_places *w, const em_part *part, nu
     em_note_covariance(e, part);
 }
 
-/* New parameters of one part, not yet the caller's; refused where they are beyond the numbers */
+/* New parameters of one part, not yet the caller's; refused where they are not representable */
 KQ_NOINLINE static kq_status em_maximise_part(estimation *e, const em_places *w, int which)
 {
     const em_part part = em_part_of(e, w, which);

@@ -1,6 +1,6 @@
 /*
  * What is attached to a filter takes part in its steps: a history, a lag, an instant, a start, an adaptation, a
- * settling.  By reference, from its attach: a program links nothing of what it never attaches.
+ * freeze.  By reference, from its attach: a program links nothing of what it never attaches.
  */
 #ifndef KQ_SRC_FILTER_ATTACHED_H
 #define KQ_SRC_FILTER_ATTACHED_H

@@ -16,7 +16,7 @@
 #include "../model/units.h"
 #include "filter.h"
 #include "likelihood.h"
-#include "sharp.h"
+#include "low_noise.h"
 #include "update.h"
 
 KQ_COLD KQ_NOINLINE static void take_correlated(filter *f, const reading *z)

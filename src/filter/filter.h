@@ -26,12 +26,12 @@ static num *filter_root(const filter *f) { return f->memory + MEAN_PLANES * f->s
    sharp since the last predict.  WIDE: the mean has carries (mean_q31.h), until the call ends.
    OPEN: the call that will end it is the caller's.  NARROW: a sharp one had noise: what it tells has to
    outlive the next predict. */
-enum { FILTER_READY = 1, FILTER_SHARP = 2, FILTER_WIDE = 4, FILTER_OPEN = 8, FILTER_NARROW = 16 };
+enum { FILTER_READY = 1, FILTER_LOW_NOISE = 2, FILTER_WIDE = 4, FILTER_OPEN = 8, FILTER_NARROW = 16 };
 
 /* `plain` of a view (view.h), which is never ready: a mean and no root, or both */
 enum { VIEW_OF_MEAN = 64, VIEW_OF_STATE = 128 };
 
-/* plain is what the steps of known sizes look at. */
+/* plain is what the steps of compile-time sizes look at. */
 KQ_INLINE void filter_set_ready(filter *f, int ready)
 {
     f->ready = (uint8_t)ready;
@@ -52,18 +52,18 @@ KQ_KERNEL void filter_note_move(filter *f, unsigned events)
 }
 
 /* The mean that the call leaves is held within its words. */
-KQ_COLD KQ_NOINLINE static void filter_hold(filter *f)
+KQ_COLD KQ_NOINLINE static void filter_saturate(filter *f)
 {
     unsigned events = 0;
     if (f->ready & FILTER_OPEN) return;
-    for (int i = 0; i < f->states; i++) events |= mean_hold(f->memory, f->states, i);
+    for (int i = 0; i < f->states; i++) events |= mean_saturate(f->memory, f->states, i);
     filter_note(f, events);
     filter_set_ready(f, f->ready & ~FILTER_WIDE);
 }
 
 KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
 
-/* What a sharp measurement has told may be lost where S is rounded next, and later measurements bring that
+/* What a low-noise measurement has told may be lost where S is rounded next, and later measurements bring that
    into sigmas.  spare: scratch, n */
 KQ_COLD KQ_NOINLINE static void note_condition(filter *f, scaled *spare)
 {

@@ -17,7 +17,7 @@
 #include "../model/units.h"
 #include "filter.h"
 #include "match.h"
-#include "sharp.h"
+#include "low_noise.h"
 
 /*
  * The scalar gains k_c, each for the state as corrected by the ones before it, into the gain
@@ -54,9 +54,9 @@ KQ_COLD static void join_gains(scaled *K, const reading *z)
 KQ_COLD static void gain_of_root(filter *f, const reading *z, scaled *K)
 {
     const sensor *s = z->sensor;
-    scaled buffer[KQ_SIZE_MAX], memory[SHARP_PARTS * KQ_SIZE_MAX];
-    const sharp_work w = sharp_work_at(memory, f->states);
-    careful_scalar one;
+    scaled buffer[KQ_SIZE_MAX], memory[LOW_NOISE_PARTS * KQ_SIZE_MAX];
+    const low_noise_work w = low_noise_work_at(memory, f->states);
+    low_noise_scalar one;
     static const scaled zero;
     const int n = f->states, m = s->components;
     one.z = z;

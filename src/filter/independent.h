@@ -15,7 +15,7 @@
 #include "attached.h"
 #include "filter.h"
 #include "likelihood.h"
-#include "sharp.h"
+#include "low_noise.h"
 #include "update.h"
 
 /* The components present from c on, as long as there is nothing unusual about them.  Answers the first
@@ -66,7 +66,7 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
     likelihood_clear(&f->last);
     for (int c = 0; c < m; c++) {
         if (!(present >> c & 1)) continue;
-        if (filter_is_wide(f)) filter_hold(f);
+        if (filter_is_wide(f)) filter_saturate(f);
         if (take_component(f, &now, c, n, MODE_LEAN)) continue;
         refuse_overflow(f);
         if (f->attached) f->attached->hooks->record_nothing(f);

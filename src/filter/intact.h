@@ -30,12 +30,12 @@ KQ_COLD static int is_starting(const filter *f)
 /* Of a filter that is ready: `known` is whole, and a low-noise measurement is one (NARROW has SHARP). */
 KQ_COLD static int flags_are_possible(const filter *f)
 {
-    const int between = FILTER_READY | FILTER_SHARP | FILTER_NARROW;
+    const int between = FILTER_READY | FILTER_LOW_NOISE | FILTER_NARROW;
     const int plain = f->ready == FILTER_READY && !f->attached ? f->states : 0;
-    if ((f->plain && f->plain != plain) || f->events > ALL_EVENTS || f->faint > num_most_faint) return 0;
+    if ((f->plain && f->plain != plain) || f->events > ALL_EVENTS || f->weak > num_most_weak) return 0;
     if (!f->ready) return 1;
     if (!(f->ready & FILTER_READY) || f->ready & ~between || f->known != filter_all_known(f)) return 0;
-    return !(f->ready & FILTER_NARROW) || f->ready & FILTER_SHARP;
+    return !(f->ready & FILTER_NARROW) || f->ready & FILTER_LOW_NOISE;
 }
 
 /* Mean and root as a step may leave them */

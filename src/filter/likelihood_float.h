@@ -99,7 +99,7 @@ KQ_COLD static int likelihood_is_possible(const likelihood *p)
 
 static void likelihood_run_clear(likelihood_run *p)
 {
-    tally_clear(&p->sum);
+    compensated_clear(&p->sum);
     p->exponent = 0;
     p->determinant = 1;
     p->count = 0;
@@ -121,14 +121,14 @@ KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
         p->exponent += likelihood_powers;
         part -= (num)likelihood_powers * num_log_2;
     }
-    tally_add_next(&p->sum, part);
-    tally_carry(&p->sum);
+    compensated_add_next(&p->sum, part);
+    compensated_carry(&p->sum);
 }
 
 /* Answers whether 64 measurements have come since it last did. */
 KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)
 {
-    tally_add_next(&p->sum, last->nis);
+    compensated_add_next(&p->sum, last->nis);
     p->determinant = num_split(p->determinant * last->determinant, &p->exponent);
     p->exponent += last->exponent;
     const int32_t before = p->count >> 6;
@@ -147,11 +147,11 @@ KQ_COLD static int likelihood_run_is_possible(const likelihood_run *p)
 
 static num likelihood_run_log(const likelihood_run *p)
 {
-    tally sum = p->sum;
-    tally_add(&sum, (num)p->count * num_log_2_pi);
-    tally_add(&sum, (num)p->exponent * num_log_2);
-    tally_add(&sum, log_of(p->determinant, 0));
-    return 0 - num_half * tally_value(&sum);
+    compensated sum = p->sum;
+    compensated_add(&sum, (num)p->count * num_log_2_pi);
+    compensated_add(&sum, (num)p->exponent * num_log_2);
+    compensated_add(&sum, log_of(p->determinant, 0));
+    return 0 - num_half * compensated_value(&sum);
 }
 
 #endif

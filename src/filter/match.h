@@ -19,13 +19,13 @@ typedef struct {
     scaled *left;    /* what must be left of f */
     scaled *entries; /* a row of S */
     scaled *floor;   /* all but f, before they are needed */
-} sharp_work;
+} low_noise_work;
 
-enum { SHARP_PARTS = 5 };
+enum { LOW_NOISE_PARTS = 5 };
 
-static sharp_work sharp_work_at(scaled *memory, int n)
+static low_noise_work low_noise_work_at(scaled *memory, int n)
 {
-    return (sharp_work){.f = memory,
+    return (low_noise_work){.f = memory,
                         .b = memory + n,
                         .c = memory + 2 * n,
                         .left = memory + 3 * n,
@@ -45,7 +45,7 @@ static scaled square_of(const scaled *f, int n)
  *     f_j r / sqrt(a_{j-1} a_j),
  * in which nothing cancels.  Answers sqrt(s).
  */
-KQ_COLD static scaled turns_of(const sharp_work *w, scaled r, int n)
+KQ_COLD static scaled turns_of(const low_noise_work *w, scaled r, int n)
 {
     scaled variance = r, sigma = scaled_root(r);
     for (int j = 0; j < n; j++) {
@@ -74,7 +74,7 @@ static int mended_end(const scaled *part, int i, int n)
  * column lacks goes into the entry of the state that has most part in h'P h of those up to it.  That entry is
  * forgotten before where its last bit is beyond what will be left of it.
  */
-KQ_COLD static void match_root(num *S, const scaled *h, const sharp_work *w, int forgets, int n)
+KQ_COLD static void match_root(num *S, const scaled *h, const low_noise_work *w, int forgets, int n)
 {
     scaled *part = w->c, *rest = w->f; /* the rotations are done */
     for (int i = 0; i < n; i++) part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
@@ -106,7 +106,7 @@ KQ_COLD static void drop_rounding(num *S, scaled lost, int n, int i)
 
 /* By h with noise r, f being S'h; exact: the component has none */
 KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scaled r, int exact,
-                                                  const sharp_work *w, int sharp, int n)
+                                                  const low_noise_work *w, int sharp, int n)
 {
     const scaled sigma = turns_of(w, r, n);
     for (int i = 0; i < n; i++) {

@@ -23,20 +23,20 @@ num T(kq_measurement_low)(const filter *f, const sensor *s, int c)
     if (sensor_check_for(f, s) != KQ_OK || c < 0 || c >= s->components) return num_nan();
     const int n = f->states;
     const num *h = s->measurement + c * n;
-    tally rest;
-    tally_clear(&rest);
-    tally_add(&rest, -measured(f, s, c));
+    compensated rest;
+    compensated_clear(&rest);
+    compensated_add(&rest, -measured(f, s, c));
     for (int k = 0; k < n; k++) {
         const num x = mean_get(f->memory, n, k);
         const num x_upper = num_upper(x), x_lower = x - x_upper;
         const num h_upper = num_upper(h[k]), h_lower = h[k] - h_upper;
-        tally_add(&rest, h_upper * x_upper);
-        tally_add(&rest, h_upper * x_lower);
-        tally_add(&rest, h_lower * x_upper);
-        tally_add(&rest, h_lower * x_lower);
-        tally_add(&rest, h[k] * mean_low(f->memory, n, k));
+        compensated_add(&rest, h_upper * x_upper);
+        compensated_add(&rest, h_upper * x_lower);
+        compensated_add(&rest, h_lower * x_upper);
+        compensated_add(&rest, h_lower * x_lower);
+        compensated_add(&rest, h[k] * mean_low(f->memory, n, k));
     }
-    return tally_value(&rest);
+    return compensated_value(&rest);
 }
 
 #endif

@@ -17,7 +17,7 @@
 
 /* ------------------------------------------------------------------ prior */
 
-KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_misfit_q31 *misfit)
+KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_range_error_q31 *range_error)
 {
     if (!prior || !prior->state_format || !prior->mean || !prior->root) return KQ_ERR_NULL;
     if (prior->states != n) return KQ_ERR_MISMATCH;
@@ -25,8 +25,8 @@ KQ_COLD static kq_status prior_check(const kq_prior_table_q31 *prior, int n, kq_
     if (!status) status = root_check(prior->root, n);
     for (int i = 0; i < n && !status; i++) {
         status = ranges_check(prior->mean + i, prior->state_format + i, 1, 1);
-        if (!status || !misfit) continue;
-        *misfit = (kq_misfit_q31){.quantity = KQ_STATE, .component = i, .bits = 0};
+        if (!status || !range_error) continue;
+        *range_error = (kq_range_error_q31){.quantity = KQ_STATE, .component = i, .bits = 0};
     }
     return status;
 }

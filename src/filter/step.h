@@ -18,8 +18,8 @@
 
 /* ------------------------------------------------------------------ predict */
 
-/* After a sharp measurement */
-KQ_COLD KQ_NOINLINE static void predict_ends_sharp(filter *f)
+/* After a low-noise measurement */
+KQ_COLD KQ_NOINLINE static void predict_ends_low_noise(filter *f)
 {
     scaled spare[KQ_SIZE_MAX];
     note_condition(f, spare);
@@ -32,7 +32,7 @@ static unsigned predict_now(filter *f, const process *p, const num *u)
     const unsigned events =
         predict_state(f->memory, filter_root(f), p, p->controls ? u : 0, f->states, SHAPE_AS_FOUND);
     f->events = (uint16_t)(f->events | events);
-    if (f->ready != FILTER_READY) predict_ends_sharp(f);
+    if (f->ready != FILTER_READY) predict_ends_low_noise(f);
     return events;
 }
 

@@ -33,17 +33,17 @@ KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
 
 /* A measurement that is rounded off in part.  One takes no more than its last bits from P: it needs so many of
    them before the sum of that shows in a sigma. */
-enum { EVENT_FAINT = 0x4000 }; /* in a copy of a filter: to be counted, and told to nobody */
+enum { EVENT_WEAK = 0x4000 }; /* in a copy of a filter: to be counted, and told to nobody */
 
-KQ_COLD KQ_NOINLINE static void count_faint(filter *f)
+KQ_COLD KQ_NOINLINE static void count_weak(filter *f)
 {
-    if (f->faint < num_most_faint) f->faint++;
+    if (f->weak < num_most_weak) f->weak++;
     else f->events |= KQ_EVENT_PRECISION;
 }
 
 /* Takes component c of a reading, of row h, noise r and innovation e, into the filter.  selected: 1
    + the state that h takes alone, as it is, or 0.  Answers 0 where there is something unusual about
-   it (sharp.h), or, for a lean sensor, its variance overflows: then nothing has been done. */
+   it (low_noise.h), or, for a lean sensor, its variance overflows: then nothing has been done. */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
                           scaled r, scaled e, int n, int mode)
 {
@@ -51,13 +51,13 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     if (selected) project_selected(row, S, h[selected - 1], selected - 1, n);
     else project(row, S, h, n);
     scaled s;
-    while (s = add_square(r, row, n), mode == MODE_LEAN && !is_blunt(r, s, e)) {
+    while (s = add_square(r, row, n), mode == MODE_LEAN && !has_noise_enough(r, s, e)) {
         if (!raise_noise(&r, s)) return 0;
-        f->events |= KQ_EVENT_SHARP;
+        f->events |= KQ_EVENT_LOW_NOISE;
     }
     const int may_be_unusual = mode == MODE_GENERAL || (!is_general(mode) && mean_widens && c > 0);
     const int is_copy = !is_general(mode) && n <= states_in_registers;
-    const int surely = !is_general(mode) && KQ_MOSTLY(is_surely_ordinary(r, s, e));
+    const int surely = !is_general(mode) && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
     const int ordinary = mode == MODE_LEAN || surely || (!is_copy && is_ordinary(r, s, e));
     if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
     if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, row, 0, r, e, s);
@@ -69,9 +69,9 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     renormalise_if_strong(S, r, s, n);
     if (mode == MODE_BARE) return 1;
     likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
-    if (!is_faint(r, s)) return 1;
-    if (is_copy) f->events |= EVENT_FAINT;
-    else count_faint(f);
+    if (!is_weak(r, s)) return 1;
+    if (is_copy) f->events |= EVENT_WEAK;
+    else count_weak(f);
     return 1;
 }
 
@@ -79,7 +79,7 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
 KQ_INLINE void settle(filter *f, int n)
 {
     mean_settle(f->memory, n);
-    if (filter_is_wide(f)) filter_hold(f);
+    if (filter_is_wide(f)) filter_saturate(f);
     renormalise(f->memory + MEAN_PLANES * n, n);
 }
 

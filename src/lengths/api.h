@@ -40,11 +40,11 @@ kq_length T(kq_length)(kq_object object, int n, int m, size_t k, size_t l)
     case KQ_OBJECT_HISTORY: return is_count && is_recordable(m) ? (kq_length)HISTORY_LEN(n, m, k, l) : 0;
     case KQ_OBJECT_LAG: return is_count && m >= 1 ? (kq_length)LAG_LEN(n, m, k) : 0;
     case KQ_OBJECT_INSTANT: return m >= 1 ? (kq_length)INSTANT_LEN(n, m) : 0;
-    case KQ_OBJECT_START: return k < UINT16_MAX ? (kq_length)START_LEN(n, k) : 0;
+    case KQ_OBJECT_DIFFUSE: return k < UINT16_MAX ? (kq_length)DIFFUSE_LEN(n, k) : 0;
     case KQ_OBJECT_ADAPTATION: return (kq_length)ADAPTATION_LEN(n, m);
     case KQ_OBJECT_CONSISTENCY: return k >= 1 && k <= KQ_WINDOW_MAX ? (kq_length)CONSISTENCY_LEN(m, k) : 0;
     case KQ_OBJECT_STEADY: return (kq_length)STEADY_LEN(n);
-    case KQ_OBJECT_SETTLING: return (kq_length)SETTLING_LEN(n);
+    case KQ_OBJECT_FREEZE: return (kq_length)FREEZE_LEN(n);
     default: return length_of_own(object, n, m, k);
     }
 }
@@ -58,12 +58,12 @@ size_t T(kq_object_size)(kq_object object)
     case KQ_OBJECT_HISTORY: return sizeof(T(kq_history));
     case KQ_OBJECT_LAG: return sizeof(T(kq_lag));
     case KQ_OBJECT_INSTANT: return sizeof(T(kq_instant));
-    case KQ_OBJECT_START: return sizeof(T(kq_start));
+    case KQ_OBJECT_DIFFUSE: return sizeof(T(kq_diffuse));
     case KQ_OBJECT_ADAPTATION: return sizeof(T(kq_adaptation));
     case KQ_OBJECT_CONSISTENCY: return sizeof(T(kq_consistency));
     case KQ_OBJECT_LEAST_SQUARES: return sizeof(T(kq_least_squares));
     case KQ_OBJECT_STEADY: return sizeof(T(kq_steady));
-    case KQ_OBJECT_SETTLING: return sizeof(T(kq_settling));
+    case KQ_OBJECT_FREEZE: return sizeof(T(kq_freeze));
     case KQ_OBJECT_LOSS: return sizeof(T(kq_loss));
     default: return size_of_own(object);
     }

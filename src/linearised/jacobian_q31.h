@@ -2,7 +2,7 @@
  * What the process and the increment of a linearised predict are in fixed point.  The limits of A's rows are
  * those of the mean's sum (model/tables_q31.h).  A process whose A has not been held to them has no
  * noise_root, so that nothing else takes it: the root is where its B would be; neither a tape that has recorded it
- * before nor a step of known sizes knows it as it was.
+ * before nor a step of compile-time sizes knows it as it was.
  */
 #ifndef KQ_SRC_LINEARISED_JACOBIAN_Q31_H
 #define KQ_SRC_LINEARISED_JACOBIAN_Q31_H
@@ -60,7 +60,7 @@ static kq_status jacobian_check_mean(const process *p)
 static kq_status increment_check(const num *d, int n)
 {
     for (int i = 0; i < n; i++) {
-        if (d[i] == KQ_NOT_A_WORD_Q31) return KQ_ERR_RANGE;
+        if (d[i] == KQ_NOT_A_VALUE_Q31) return KQ_ERR_RANGE;
     }
     return KQ_OK;
 }
@@ -74,20 +74,20 @@ static int wrong_row(const scaled *M, int rows, int n)
     return -1;
 }
 
-static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity, kq_misfit_q31 *misfit)
+static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity, kq_range_error_q31 *range_error)
 {
     const int row = wrong_row(M, rows, n);
     if (row < 0) return KQ_OK;
-    if (misfit) *misfit = (kq_misfit_q31){.quantity = quantity, .component = row};
+    if (range_error) *range_error = (kq_range_error_q31){.quantity = quantity, .component = row};
     return KQ_ERR_COEFFICIENT;
 }
 
-KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_misfit_q31 *misfit)
+KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_range_error_q31 *range_error)
 {
     kq_status status = jacobian_is_ready(p);
     if (status) return status;
     if (!A) return KQ_ERR_NULL;
-    status = rows_check(A, p->states, p->states, KQ_STATE, misfit);
+    status = rows_check(A, p->states, p->states, KQ_STATE, range_error);
     if (status) return status;
     process own;
     own = *jacobian_process(p, &own);
@@ -99,20 +99,20 @@ KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_
     own.plain |= PROCESS_OF_JACOBIAN;
     own.fingerprint |= process_mixed;
     *p = own;
-    say_all_fit(misfit);
+    say_all_fit(range_error);
     return KQ_OK;
 }
 
-KQ_COLD kq_status T(kq_sensor_change_jacobian)(sensor *s, const scaled *H, kq_misfit_q31 *misfit)
+KQ_COLD kq_status T(kq_sensor_change_jacobian)(sensor *s, const scaled *H, kq_range_error_q31 *range_error)
 {
     kq_status status = sensor_check(s);
     if (status) return status;
     if (!H) return KQ_ERR_NULL;
-    status = rows_check(H, s->components, s->states, KQ_MEASUREMENT, misfit);
-    if (!status) status = measurement_check(H, s->components, s->states, misfit);
+    status = rows_check(H, s->components, s->states, KQ_MEASUREMENT, range_error);
+    if (!status) status = measurement_check(H, s->components, s->states, range_error);
     if (status) return status;
     sensor_set_measurement(s, H);
-    say_all_fit(misfit);
+    say_all_fit(range_error);
     return KQ_OK;
 }
 

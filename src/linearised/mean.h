@@ -5,7 +5,7 @@
 #include "kalmanq/status.h"
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/hold.h"
+#include "../arithmetic/saturate.h"
 #include "../arithmetic/mean.h"
 #include "../model/types.h"
 #include "../filter/attached.h"
@@ -27,13 +27,13 @@ static kq_status free_mean_check(const filter *f)
     return mean_is_free(f) ? KQ_OK : KQ_ERR_RECORDING;
 }
 
-/* x += d + low; low: NULL for none.  What is moved beyond the numbers is lost (arithmetic/hold.h), and what is
+/* x += d + low; low: NULL for none.  What is moved not representable is lost (arithmetic/saturate.h), and what is
    recorded ends. */
 static void move_by(filter *f, const num *d, const num *low)
 {
     num *x = f->memory;
     const int n = f->states;
-    const unsigned events = mean_held(x, filter_root(f), n, mean_shift(x, n, d, low));
+    const unsigned events = mean_saturated(x, filter_root(f), n, mean_shift(x, n, d, low));
     filter_note(f, events);
     if ((events & KQ_EVENT_OVERFLOW) && f->attached) f->attached->hooks->record_end(f);
 }

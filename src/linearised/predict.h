@@ -12,7 +12,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/hold.h"
+#include "../arithmetic/saturate.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/rows.h"
@@ -85,9 +85,9 @@ unsigned T(kq_predict_end)(filter *f, const num *d, extent of_root)
     const int n = f->states;
     const extent far = extent_join(of_root, mean_shift(f->memory, n, d, 0));
     renormalise(filter_root(f), n);
-    const unsigned events = state_held(f->memory, filter_root(f), n, far);
+    const unsigned events = state_saturated(f->memory, filter_root(f), n, far);
     filter_note(f, events);
-    predict_ends_sharp(f);
+    predict_ends_low_noise(f);
     return events;
 }
 

@@ -18,7 +18,7 @@ kq_status T(kq_update_check)(const filter *f, const sensor *s);
    how far it reaches. */
 extent T(kq_root_of_rows)(num *root, num *rows, const process *p, num *pq);
 
-/* Ends a predict, the root being predicted: x <- x + d, and what is beyond the numbers is held.  Answers the
+/* Ends a predict, the root being predicted: x <- x + d, and what is not representable is held.  Answers the
    events, which have been told. */
 unsigned T(kq_predict_end)(filter *f, const num *d, extent of_root);
 

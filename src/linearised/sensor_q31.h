@@ -13,21 +13,21 @@
 #include "../model/units.h"
 #include "innovation.h"
 
-KQ_COLD kq_status T(kq_sensor_init_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit)
+KQ_COLD kq_status T(kq_sensor_init_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
 {
-    const kq_status status = T(kq_sensor_init)(s, table, misfit);
+    const kq_status status = T(kq_sensor_init)(s, table, range_error);
     if (status) return status;
     return sensor_extend(s, sensor_is_correlated(s) ? &T(kq_sensor_correlated_extended) : &independent_extended, KQ_OK);
 }
 
-KQ_COLD kq_status T(kq_sensor_init_diagonal_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit)
+KQ_COLD kq_status T(kq_sensor_init_diagonal_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
 {
-    return sensor_extend(s, &independent_extended, T(kq_sensor_init_diagonal)(s, table, misfit));
+    return sensor_extend(s, &independent_extended, T(kq_sensor_init_diagonal)(s, table, range_error));
 }
 
-KQ_COLD kq_status T(kq_sensor_init_lean_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit)
+KQ_COLD kq_status T(kq_sensor_init_lean_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
 {
-    return sensor_extend(s, &lean_extended, T(kq_sensor_init_lean)(s, table, misfit));
+    return sensor_extend(s, &lean_extended, T(kq_sensor_init_lean)(s, table, range_error));
 }
 
 #endif

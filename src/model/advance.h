@@ -15,7 +15,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/hold.h"
+#include "../arithmetic/saturate.h"
 #include "../arithmetic/mean.h"
 #include "../arithmetic/reflector.h"
 #include "../arithmetic/rows.h"
@@ -218,7 +218,7 @@ KQ_KERNEL unsigned predict_with(num *x, num *S, const process *m, const num *u, 
     const extent of_root = shape == SHAPE_AS_FOUND ? predict_root(S, S, m, scratch, pq)
                                                   : predict_root_of(S, S, m, scratch, pq, n, shape);
     renormalise(S, n);
-    return state_held(x, S, n, extent_join(far, of_root));
+    return state_saturated(x, S, n, extent_join(far, of_root));
 }
 
 /* One text for all sizes of scratch, where sizes are known at run time */

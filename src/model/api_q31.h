@@ -20,7 +20,7 @@
 #include "types.h"
 
 KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *table,
-                                     kq_misfit_q31 *misfit)
+                                     kq_range_error_q31 *range_error)
 {
     if (!p || !table) return KQ_ERR_NULL;
     if (table->states < 1 || table->states > KQ_SIZE_MAX) return KQ_ERR_SIZE;
@@ -31,7 +31,7 @@ KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *tab
     kq_status status = formats_check(table->state_format, n);
     if (!status) status = formats_check(table->control_format, l);
     if (!status) status = root_check(table->noise_root, n);
-    if (!status) status = transition_check(table->transition, table->control, n, l, misfit);
+    if (!status) status = transition_check(table->transition, table->control, n, l, range_error);
     if (status) return status;
     *p = (process){.states = (uint8_t)n,
                    .controls = (uint8_t)l,
@@ -40,7 +40,7 @@ KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *tab
                    .control = l ? table->control : 0,
                    .noise_root = table->noise_root};
     process_set_transition(p, table->transition);
-    say_all_fit(misfit);
+    say_all_fit(range_error);
     return KQ_OK;
 }
 
@@ -56,22 +56,22 @@ KQ_COLD kq_status T(kq_process_change_transition)(process *p, const scaled *A)
 }
 
 KQ_COLD kq_status T(kq_sensor_init)(sensor *s, const kq_sensor_table_q31 *table,
-                                    kq_misfit_q31 *misfit)
+                                    kq_range_error_q31 *range_error)
 {
     const sensor_kind *kind =
         table && table->correlated ? &T(kq_sensor_correlated) : &T(kq_sensor_independent);
-    return sensor_init_table(s, table, kind, misfit);
+    return sensor_init_table(s, table, kind, range_error);
 }
 
 kq_status T(kq_sensor_init_diagonal)(sensor *s, const kq_sensor_table_q31 *table,
-                                     kq_misfit_q31 *misfit)
+                                     kq_range_error_q31 *range_error)
 {
-    return sensor_init_diagonal(s, table, &T(kq_sensor_independent), misfit);
+    return sensor_init_diagonal(s, table, &T(kq_sensor_independent), range_error);
 }
 
-kq_status T(kq_sensor_init_lean)(sensor *s, const kq_sensor_table_q31 *table, kq_misfit_q31 *misfit)
+kq_status T(kq_sensor_init_lean)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
 {
-    return sensor_init_diagonal(s, table, &T(kq_sensor_lean), misfit);
+    return sensor_init_diagonal(s, table, &T(kq_sensor_lean), range_error);
 }
 
 KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const scaled *H)

@@ -15,7 +15,7 @@
 
 #include "../arithmetic/arithmetic.h"
 #include "../arithmetic/compiler.h"
-#include "../arithmetic/hold.h"
+#include "../arithmetic/saturate.h"
 #include "../arithmetic/root.h"
 #include "../arithmetic/triangle.h"
 #include "advance.h"

@@ -40,7 +40,7 @@ KQ_COLD static kq_status covariance_check(const num *P, int n)
     return KQ_OK;
 }
 
-/* Of a process or a prior: no variance is beyond what predict holds (arithmetic/hold_float.h). */
+/* Of a process or a prior: no variance is beyond what predict holds (arithmetic/saturate_float.h). */
 KQ_COLD static kq_status largest_variance_check(const num *P, int n)
 {
     for (int i = 0; i < n; i++) {

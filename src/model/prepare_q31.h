@@ -74,7 +74,7 @@ kq_status kq_format_prepare_q31(kq_format_q31 *format, double range)
 }
 
 kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
-                                      kq_misfit_q31 *misfit)
+                                      kq_range_error_q31 *range_error)
 {
     kq_format_q31 best;
     if (!format) return KQ_ERR_NULL;
@@ -82,7 +82,7 @@ kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, doubl
     const kq_status status = kq_format_prepare_q31(&best, range);
     if (status) return status;
     if (best.fraction < fraction) {
-        if (misfit) *misfit = (kq_misfit_q31){.bits = fraction - best.fraction};
+        if (range_error) *range_error = (kq_range_error_q31){.bits = fraction - best.fraction};
         return KQ_ERR_RANGE;
     }
     const double word = scaled_double(range, fraction);
@@ -113,7 +113,7 @@ static int word_of_double(int32_t *made, double x, const kq_format_q31 *format)
 }
 
 kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
-                                const kq_format_q31 *format, kq_misfit_q31 *misfit)
+                                const kq_format_q31 *format, kq_range_error_q31 *range_error)
 {
     int32_t made[KQ_SIZE_MAX];
     if (!words || !x || !format) return KQ_ERR_NULL;
@@ -124,7 +124,7 @@ kq_status kq_vector_prepare_q31(int32_t *words, const double *x, int count,
     for (int i = 0; i < count; i++) {
         const int bits = word_of_double(&made[i], x[i], &format[i]);
         if (bits >= 0) {
-            if (misfit) *misfit = (kq_misfit_q31){.component = i, .bits = bits};
+            if (range_error) *range_error = (kq_range_error_q31){.component = i, .bits = bits};
             return KQ_ERR_RANGE;
         }
     }

@@ -77,7 +77,7 @@ static uint32_t scaled_fingerprint(const process *source, scaled c)
     return ((print ^ print >> 16) & ~process_mixed) | process_scaled;
 }
 
-/* n and what the steps of known sizes are told of A: is it upper triangular? */
+/* n and what the steps of compile-time sizes are told of A: is it upper triangular? */
 KQ_KERNEL int process_shape(const process *p) { return p->plain & ~PROCESS_ROUNDED; }
 
 /* What is known of A beforehand.  FULL: there is no A and no noise, only dense rows. */

@@ -82,7 +82,7 @@ struct T(kq_sensor_kind) {
     const scaled *(*row)(const reading *z, int c, scaled *buffer);
     void (*row_sizes)(const reading *z, int c, scaled *sizes);
     scaled (*innovation)(const filter *f, const reading *z, int c);
-    uint8_t plain;             /* do the steps of known sizes take it? */
+    uint8_t plain;             /* do the steps of compile-time sizes take it? */
     uint8_t takes_innovations; /* is it the beginning of an innovation_kind? */
 };
 
@@ -112,7 +112,7 @@ static const sensor_kind *base_kind(const sensor *s)
     return takes_innovations(s) ? innovation_kind_of(s)->base : s->kind;
 }
 
-/* What the steps of known sizes look at: is it of that kind, and no component free of noise? */
+/* What the steps of compile-time sizes look at: is it of that kind, and no component free of noise? */
 KQ_COLD static void sensor_set_plain(sensor *s)
 {
     int plain = s->kind->plain;
@@ -125,7 +125,7 @@ KQ_COLD static void sensor_set_plain(sensor *s)
    either. */
 enum { MODE_GENERAL, MODE_LEAN, MODE_PLAIN, MODE_BARE };
 
-/* Not by the steps of known sizes? */
+/* Not by the steps of compile-time sizes? */
 KQ_INLINE int is_general(int mode) { return mode == MODE_GENERAL || mode == MODE_LEAN; }
 
 /* The noise of one scalar measurement: decorrelated component c */

@@ -65,14 +65,14 @@ KQ_COLD static int64_t add_magnitude(int64_t total, scaled a)
  * not that of the component itself.
  */
 KQ_COLD static kq_status gain_check(int64_t own, int64_t others, kq_quantity quantity, int i,
-                            kq_misfit_q31 *misfit)
+                            kq_range_error_q31 *range_error)
 {
     const int64_t most = INT64_C(16) << 20;
     int32_t bits = 0;
     if (own > most) return KQ_ERR_COEFFICIENT;
     for (; own + others > most; others >>= 1) bits++;
     if (bits == 0) return KQ_OK;
-    if (misfit) *misfit = (kq_misfit_q31){.quantity = quantity, .component = i, .bits = bits};
+    if (range_error) *range_error = (kq_range_error_q31){.quantity = quantity, .component = i, .bits = bits};
     return KQ_ERR_RANGE;
 }
 
@@ -95,15 +95,15 @@ KQ_COLD static kq_status root_check(const num *S, int n)
 }
 
 /* What was found of a table that is taken */
-static void say_all_fit(kq_misfit_q31 *misfit)
+static void say_all_fit(kq_range_error_q31 *range_error)
 {
-    if (misfit) *misfit = (kq_misfit_q31){.quantity = KQ_ALL_FIT};
+    if (range_error) *range_error = (kq_range_error_q31){.quantity = KQ_NO_RANGE_ERROR};
 }
 
 /* ------------------------------------------------------------------ process */
 
 KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int n, int l,
-                                  kq_misfit_q31 *misfit)
+                                  kq_range_error_q31 *range_error)
 {
     kq_status status = coefficients_check(A, n * n);
     if (!status && l) status = coefficients_check(B, n * l);
@@ -114,20 +114,20 @@ KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int 
             if (k != i) others = add_magnitude(others, A[i * n + k]);
         }
         for (int k = 0; k < l; k++) others = add_magnitude(others, B[i * l + k]);
-        status = gain_check(own, others, KQ_STATE, i, misfit);
+        status = gain_check(own, others, KQ_STATE, i, range_error);
     }
     return status;
 }
 
 /* ------------------------------------------------------------------ sensor */
 
-KQ_COLD static kq_status measurement_check(const scaled *H, int m, int n, kq_misfit_q31 *misfit)
+KQ_COLD static kq_status measurement_check(const scaled *H, int m, int n, kq_range_error_q31 *range_error)
 {
     kq_status status = coefficients_check(H, m * n);
     for (int c = 0; c < m && !status; c++) {
         int64_t total = 0;
         for (int k = 0; k < n; k++) total = add_magnitude(total, H[c * n + k]);
-        status = gain_check(0, total, KQ_MEASUREMENT, c, misfit);
+        status = gain_check(0, total, KQ_MEASUREMENT, c, range_error);
     }
     return status;
 }
@@ -143,7 +143,7 @@ KQ_COLD static kq_status noise_check(const scaled *noise, int m, int correlated)
 }
 
 KQ_COLD static kq_status sensor_init_table(sensor *s, const kq_sensor_table_q31 *table,
-                                           const sensor_kind *kind, kq_misfit_q31 *misfit)
+                                           const sensor_kind *kind, kq_range_error_q31 *range_error)
 {
     if (!s || !table) return KQ_ERR_NULL;
     if (table->states < 1 || table->states > KQ_SIZE_MAX) return KQ_ERR_SIZE;
@@ -155,7 +155,7 @@ KQ_COLD static kq_status sensor_init_table(sensor *s, const kq_sensor_table_q31 
     kq_status status = formats_check(table->state_format, n);
     if (!status) status = formats_check(table->measurement_format, m);
     if (!status) status = noise_check(table->noise, m, table->correlated == 1);
-    if (!status) status = measurement_check(table->measurement, m, n, misfit);
+    if (!status) status = measurement_check(table->measurement, m, n, range_error);
     if (status) return status;
     *s = (sensor){.states = (uint8_t)n,
                   .components = (uint8_t)m,
@@ -166,15 +166,15 @@ KQ_COLD static kq_status sensor_init_table(sensor *s, const kq_sensor_table_q31 
                   .kind = kind};
     sensor_set_measurement(s, table->measurement);
     sensor_set_plain(s);
-    say_all_fit(misfit);
+    say_all_fit(range_error);
     return KQ_OK;
 }
 
 KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const kq_sensor_table_q31 *table,
-                                              const sensor_kind *kind, kq_misfit_q31 *misfit)
+                                              const sensor_kind *kind, kq_range_error_q31 *range_error)
 {
     if (!s || !table) return KQ_ERR_NULL;
-    return table->correlated ? KQ_ERR_TABLE : sensor_init_table(s, table, kind, misfit);
+    return table->correlated ? KQ_ERR_TABLE : sensor_init_table(s, table, kind, range_error);
 }
 
 /* R_jc = sum over k of U_jk D_k U_ck */

@@ -33,7 +33,7 @@ typedef struct {
     T(kq_function) *g;
     void *context;
     int rows;
-    kq_points rule;
+    kq_sigma_points rule;
 } sampling;
 
 /* What a rule is: pairs `h` sigma out, h^2 = `square`; of what bends E is `share`, less `common` of its mean */
@@ -99,8 +99,8 @@ static kq_status sample(const sampling *q, num *y, num *D, num *E)
     weights by = {3, num_root(3), num_root(2) / 6, 0};
     num none = 0;
     if (!q->g) return KQ_ERR_NULL;
-    if (q->rule != KQ_POINTS_CUBATURE && q->rule != KQ_POINTS_CENTRAL) return KQ_ERR_RANGE;
-    if (q->rule == KQ_POINTS_CUBATURE) {
+    if (q->rule != KQ_SIGMA_POINTS_CUBATURE && q->rule != KQ_SIGMA_POINTS_CENTRAL) return KQ_ERR_RANGE;
+    if (q->rule == KQ_SIGMA_POINTS_CUBATURE) {
         by.square = (num)n;
         by.h = num_root(by.square);
         by.share = num_half / by.h;
@@ -133,7 +133,7 @@ static void divide_by_root(num *D, const num *s, int rows, int n)
     }
 }
 
-kq_status T(kq_linearise)(const filter *at, T(kq_function) *g, void *context, int rows, kq_points rule, num *y,
+kq_status T(kq_linearise)(const filter *at, T(kq_function) *g, void *context, int rows, kq_sigma_points rule, num *y,
                           num *J, num *E)
 {
     const sampling q = {at, g, context, rows, rule};

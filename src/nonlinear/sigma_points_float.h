@@ -161,7 +161,7 @@ static void predict_by_rows(filter *f, const process *own, const num *y, num *D,
     T(kq_predict_end)(f, y, of_root);
 }
 
-kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_points rule,
+kq_status T(kq_predict_sigma_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_sigma_points rule,
                                num *work)
 {
     kq_status status = T(kq_predict_check)(f, p);
@@ -180,7 +180,7 @@ kq_status T(kq_predict_points)(filter *f, const process *p, T(kq_function) *incr
     return KQ_OK;
 }
 
-kq_status T(kq_update_points)(filter *f, const sensor *s, T(kq_function) *innovation, void *context, kq_points rule,
+kq_status T(kq_update_sigma_points)(filter *f, const sensor *s, T(kq_function) *innovation, void *context, kq_sigma_points rule,
                               num *work)
 {
     kq_status status = T(kq_update_check)(f, s);

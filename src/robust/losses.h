@@ -16,7 +16,7 @@
 #include "../model/sensor.h"
 #include "../model/types.h"
 #include "../filter/filter.h"
-#include "../filter/sharp.h"
+#include "../filter/low_noise.h"
 #include "../smoother/tape.h"
 #include "parameters.h"
 #include "robust.h"
@@ -90,8 +90,8 @@ KQ_NOINLINE static int may_be_raised(const filter *f, const reading *z, const ro
                                      scaled square)
 {
     scaled spare[FLOOR_PARTS * KQ_SIZE_MAX];
-    const careful_scalar half = careful_of(f, z, m, scaled_shift(square, -1), spare);
-    return !is_at_floor(f, &half, spare);
+    const low_noise_scalar half = low_noise_of(f, z, m, scaled_shift(square, -1), spare);
+    return !is_redundant(f, &half, spare);
 }
 
 /* S is scaled so that s = r + `square` becomes e^2, or as far as that goes. */

@@ -30,7 +30,7 @@
 #include "../filter/checks.h"
 #include "../filter/filter.h"
 #include "../filter/likelihood.h"
-#include "../filter/sharp.h"
+#include "../filter/low_noise.h"
 #include "../filter/update.h"
 #include "../smoother/tape.h"
 #include "parameters.h"
@@ -56,12 +56,12 @@ struct T(kq_loss_kind) {
     void (*raise)(filter *f, const reading *z, const robust_scalar *m, scaled square, scaled parameter);
 };
 
-/* A scalar measurement as the careful update has it (filter/sharp.h), s the variance of its innovation */
-static careful_scalar careful_of(const filter *f, const reading *z, const robust_scalar *m, scaled s,
+/* A scalar measurement as the low-noise update has it (filter/low_noise.h), s the variance of its innovation */
+static low_noise_scalar low_noise_of(const filter *f, const reading *z, const robust_scalar *m, scaled s,
                                  scaled *spare)
 {
     const scaled least = project_with_floor(f, z, m->component, m->h, spare);
-    return (careful_scalar){.z = z, .component = m->component, .h = m->h, .r = *m->noise, .e = m->e,
+    return (low_noise_scalar){.z = z, .component = m->component, .h = m->h, .r = *m->noise, .e = m->e,
                             .floor = least, .s = s};
 }
 
@@ -70,7 +70,7 @@ static careful_scalar careful_of(const filter *f, const reading *z, const robust
 KQ_NOINLINE static int plain_update_takes(filter *f, const reading *z, const robust_scalar *m, scaled s)
 {
     scaled spare[FLOOR_PARTS * KQ_SIZE_MAX];
-    const careful_scalar plain = careful_of(f, z, m, s, spare);
+    const low_noise_scalar plain = low_noise_of(f, z, m, s, spare);
     return innovation_counts(f, &plain, spare);
 }
 
@@ -107,7 +107,7 @@ static int robust_prepare(filter *f, const reading *z, const robust_scalar *m, c
 }
 
 /* What is told of one that was taken: that of noise r and variance s, as given.  What contradicts
-   (filter/sharp.h) is no less one for being clipped. */
+   (filter/low_noise.h) is no less one for being clipped. */
 static void robust_tell(filter *f, const reading *z, const robust_scalar *m, scaled r, scaled s)
 {
     const scaled nis = scaled_times(m->e, scaled_over(m->e, s));

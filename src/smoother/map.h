@@ -227,10 +227,10 @@ KQ_KERNEL void predict_by_map(filter *f, const process *p, const num *u, backwar
     const extent of_mean = predict_mean(f->memory, p, p->controls ? u : 0, v->W, n, SHAPE_AS_FOUND);
     const extent far = extent_join(of_mean, predict_root(S, S, p, v->W, v->pq));
     renormalise(S, n);
-    const unsigned events = state_held(f->memory, S, n, far);
+    const unsigned events = state_saturated(f->memory, S, n, far);
     f->events = (uint16_t)(f->events | events);
     if (!KQ_MOSTLY(!(events & KQ_EVENT_OVERFLOW))) f->attached->hooks->record_end(f);
-    if (f->ready != FILTER_READY) predict_ends_sharp(f);
+    if (f->ready != FILTER_READY) predict_ends_low_noise(f);
     map_set_predict(map, p, v, n);
 }
 

@@ -87,7 +87,7 @@ KQ_NOINLINE static unsigned smooth_process_noise(const process *m, const workspa
 }
 
 /* out = S_s (S Theta11 T)', S_s the smoothed root of the step after and the first n columns of M
-   holding Theta11 T.  S- T is S_s but for rounding, of terms that cancel where a sharp measurement came
+   holding Theta11 T.  S- T is S_s but for rounding, of terms that cancel where a low-noise measurement came
    between the two.  W is used up. */
 KQ_NOINLINE static void smooth_lag_one(scaled *out, const workspace *v, const num *S,
                                        const num *after, int n)
@@ -190,7 +190,10 @@ static void smooth_back(history *h, const process *p, undo_predict *undo, const 
     h->process = before;
     history_note(h, undo(m, S, after, &v, extras));
     if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, n));
+    const int is_short_now = !states_only && root_is_short(v.T, n);
+    if (is_short_now) copy(v.predicted, S, ROOT_LEN(n));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));
+    if (is_short_now) history_note(h, smoothing_events(m->transition, state, v.predicted, S, n));
     keep_state(h, state, n);
 }
 

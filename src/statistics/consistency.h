@@ -144,42 +144,42 @@ kq_status T(kq_consistency_nis)(const consistency *c, score q, score *nis, score
     status = quantile_check(q);
     if (status) return status;
     if (c->count == 0) return KQ_ERR_NOT_READY;
-    tally total;
+    compensated total;
     int32_t degrees = 0;
-    tally_clear(&total);
+    compensated_clear(&total);
     for (int k = 0; k < c->count; k++) {
         const num *entry = entry_of(c, k);
-        tally_add(&total, load_score(entry));
+        compensated_add(&total, load_score(entry));
         degrees += (int32_t)entry[SCORE_WORDS];
     }
-    *nis = score_of(scaled_over(score_number(tally_score(&total)), scaled_of_count(degrees)));
+    *nis = score_of(scaled_over(score_number(compensated_score(&total)), scaled_of_count(degrees)));
     chi_square_bounds(degrees, q, low, high);
     return KQ_OK;
 }
 
 /* Sums over the normalised innovations of one component */
 typedef struct {
-    tally total, square, along; /* of nu, nu^2 and nu_t nu_t-1 */
+    compensated total, square, along; /* of nu, nu^2 and nu_t nu_t-1 */
     int32_t count, pairs;       /* of nu, and of those one after the other */
 } unit_sums;
 
 static void sum_units(unit_sums *sums, const consistency *c, int component)
 {
     num before = num_nan();
-    tally_clear(&sums->total);
-    tally_clear(&sums->square);
-    tally_clear(&sums->along);
+    compensated_clear(&sums->total);
+    compensated_clear(&sums->square);
+    compensated_clear(&sums->along);
     sums->count = 0;
     sums->pairs = 0;
     for (int k = 0; k < c->count; k++) {
         const num unit = entry_of(c, k)[SCORE_WORDS + 1 + component];
         if (!unit_is_none(unit)) {
             sums->count++;
-            tally_add(&sums->total, unit_score(unit));
-            tally_add(&sums->square, unit_product(unit, unit));
+            compensated_add(&sums->total, unit_score(unit));
+            compensated_add(&sums->square, unit_product(unit, unit));
             if (!unit_is_none(before)) {
                 sums->pairs++;
-                tally_add(&sums->along, unit_product(unit, before));
+                compensated_add(&sums->along, unit_product(unit, before));
             }
         }
         before = unit;
@@ -203,9 +203,9 @@ kq_status T(kq_consistency_innovation)(const consistency *c, int component, scor
     if (sums.count == 0) return KQ_ERR_NOT_READY;
     const scaled count = scaled_of_count(sums.count), reach = score_number(q);
     const scaled spread = scaled_root(scaled_of_count(sums.pairs));
-    const scaled square = score_number(tally_score(&sums.square));
-    const scaled along = score_number(tally_score(&sums.along));
-    *mean = score_of(scaled_over(score_number(tally_score(&sums.total)), count));
+    const scaled square = score_number(compensated_score(&sums.square));
+    const scaled along = score_number(compensated_score(&sums.along));
+    *mean = score_of(scaled_over(score_number(compensated_score(&sums.total)), count));
     *mean_bound = score_of(scaled_over(reach, scaled_root(count)));
     *correlation = scaled_is_zero(square) ? 0 : score_of(scaled_over(along, square));
     *correlation_bound = score_of(scaled_over(scaled_times(reach, spread), count));

@@ -33,7 +33,7 @@ static kq_status lambda_check(scaled lambda)
 
 static int fades(scaled lambda) { return scaled_is_less(lambda, scaled_one); }
 
-static kq_status fade_check(const filter *f, scaled lambda)
+static kq_status forget_check(const filter *f, scaled lambda)
 {
     const kq_status status = filter_check(f);
     if (status) return status;
@@ -51,7 +51,7 @@ static int is_wound_up(const num *S, scaled lambda, int n)
 }
 
 /* S <- S / sqrt(lambda) = S + g S, where g = (1 - lambda) / (sqrt(lambda) + lambda) */
-static void fade_now(filter *f, scaled lambda)
+static void forget_now(filter *f, scaled lambda)
 {
     num *S = filter_root(f);
     const int n = f->states;
@@ -64,15 +64,15 @@ static void fade_now(filter *f, scaled lambda)
     renormalise(S, n);
 }
 
-kq_status T(kq_fade)(filter *f, scaled lambda)
+kq_status T(kq_forget)(filter *f, scaled lambda)
 {
     kq_status status = filter_check(f);
     if (status) return status;
     status = lambda_check(lambda);
     if (status) return status;
-    status = fade_check(f, lambda);
+    status = forget_check(f, lambda);
     if (status) return status;
-    if (fades(lambda)) fade_now(f, lambda);
+    if (fades(lambda)) forget_now(f, lambda);
     return KQ_OK;
 }
 
@@ -85,15 +85,15 @@ static kq_status least_squares_begin(least_squares *q, filter *f, scaled lambda)
     if (status) return status;
     q->filter = f;
     q->lambda = lambda;
-    tally_clear(&q->residual);
-    tally_clear(&q->weight);
+    compensated_clear(&q->residual);
+    compensated_clear(&q->weight);
     return KQ_OK;
 }
 
 static kq_status least_squares_check(const least_squares *q)
 {
     if (!q) return KQ_ERR_NULL;
-    return q->filter ? fade_check(q->filter, q->lambda) : KQ_ERR_NOT_READY;
+    return q->filter ? forget_check(q->filter, q->lambda) : KQ_ERR_NOT_READY;
 }
 
 /* A row of H as a sensor, which is good for as long as `row`, `memory` and h are */
@@ -108,14 +108,14 @@ static kq_status least_squares_take(least_squares *q, const sensor *row, num z)
 {
     filter *f = q->filter;
     if (fades(q->lambda)) {
-        fade_now(f, q->lambda);
-        tally_fade(&q->residual, q->lambda);
-        tally_fade(&q->weight, q->lambda);
+        forget_now(f, q->lambda);
+        compensated_forget(&q->residual, q->lambda);
+        compensated_forget(&q->weight, q->lambda);
     }
     const kq_status status = T(kq_update)(f, row, &z);
     if (status) return status;
-    tally_add(&q->residual, likelihood_nis(&f->last));
-    tally_add(&q->weight, score_of(scaled_of_count((int32_t)f->last.count)));
+    compensated_add(&q->residual, likelihood_nis(&f->last));
+    compensated_add(&q->weight, score_of(scaled_of_count((int32_t)f->last.count)));
     return KQ_OK;
 }
 
@@ -144,9 +144,9 @@ kq_status T(kq_least_squares_add)(least_squares *q, const scaled *h, num z, scal
     return T(kq_least_squares_add_all)(q, h, &z, &r, 1);
 }
 
-static score least_squares_score(const least_squares *q, const tally *sum)
+static score least_squares_score(const least_squares *q, const compensated *sum)
 {
-    return q && q->filter ? tally_score(sum) : not_a_score();
+    return q && q->filter ? compensated_score(sum) : not_a_score();
 }
 
 score T(kq_least_squares_residual)(const least_squares *q)

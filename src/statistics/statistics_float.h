@@ -16,7 +16,7 @@
 
 typedef T(kq_least_squares) least_squares;
 
-/* A normalised innovation as a word, or "none" where it is beyond the numbers */
+/* A normalised innovation as a word, or "none" where it is not representable */
 static num unit_word(scaled a) { return num_is_finite(a) ? a : num_nan(); }
 static int unit_is_none(num a) { return a != a; }
 static score unit_score(num a) { return a; }

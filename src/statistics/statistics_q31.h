@@ -20,7 +20,7 @@ typedef T(kq_least_squares) least_squares;
 
 /* A normalised innovation as a word in Q7.24 */
 static num unit_word(scaled a) { return word_of(scaled_shift(a, 24)); }
-static int unit_is_none(num a) { return a == KQ_NOT_A_WORD_Q31; }
+static int unit_is_none(num a) { return a == KQ_NOT_A_VALUE_Q31; }
 static score unit_score(num a) { return a; }
 static score unit_product(num a, num b) { return shift_down_rounded_wide(product(a, b), 24); }
 

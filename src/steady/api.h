@@ -3,7 +3,7 @@
 #define KQ_SRC_STEADY_API_H
 
 #include "riccati.h"
-#include "settling.h"
+#include "freeze.h"
 #include "steady.h"
 
 #endif

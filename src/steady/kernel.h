@@ -62,7 +62,7 @@ KQ_KERNEL unsigned steady_correct(num *x, const steady_word *t, const scaled *ga
     return events;
 }
 
-/* The filter's gain after this update.  The steps of known sizes wait for the last one. */
+/* The filter's gain after this update.  The steps of compile-time sizes wait for the last one. */
 static void steady_next_gain(steady *st)
 {
     if (st->left > 0) {

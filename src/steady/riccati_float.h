@@ -177,7 +177,7 @@ static void information(num *L, const sensor *s, const num *S, const steady_work
             for (int i = 0; i <= j; i++) part += h[i] * S[i * n + j];
             moved += part * part;
         }
-        if (noise < num_sharp * moved) noise = num_sharp * moved;
+        if (noise < num_low_noise * moved) noise = num_low_noise * moved;
         if (noise <= num_tiny) noise = 1; /* noise-free, of what does not move */
         const num root = num_root(noise);
         for (int i = 0; i < n; i++) w->wide[i * m + c] = h[i] / root;

@@ -210,19 +210,19 @@ static void steady(void)
 /* Settles within the steps, mostly; then lacks a measurement. */
 static void lazy(void)
 {
-    K(settling) lazy;
+    K(freeze) lazy;
     num z[C], memory[KQ_TRIANGLE(N)];
     begin();
-    put_status(K(settling_assign)(&lazy, M.n, M.m, memory, LENGTH(memory), gains));
-    put_status(K(settling_init)(&lazy, 4));
+    put_status(K(freeze_assign)(&lazy, M.n, M.m, memory, LENGTH(memory), gains));
+    put_status(K(freeze_init)(&lazy, 4));
     need(K(attach)(&filter, &lazy.attached));
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, 0);
-        if (t == STEPS + 4) put_status(K(settling_release)(&lazy));
+        if (t == STEPS + 4) put_status(K(freeze_release)(&lazy));
         const num *u = draw_control();
         put_status(t == STEPS + 1 ? K(predict)(&filter, &process, u)
                                   : K(step)(&filter, &process, u, &sensor, z));
-        put_word((uint32_t)K(settling_is_settled)(&lazy));
+        put_word((uint32_t)K(freeze_is_active)(&lazy));
         put_filter();
         if (t % 4 == 3) check("switch", t);
     }
@@ -333,7 +333,7 @@ static void fit(num lambda)
     K(least_squares) squares;
     num z[C], r[C] = {scale * scale, scale * scale / 4, 0};
     begin();
-    put_status(K(fade)(&filter, lambda));
+    put_status(K(forget)(&filter, lambda));
     put_status(K(least_squares_init)(&squares, &filter, lambda));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
@@ -370,7 +370,7 @@ static void consistency(void)
         put_status(K(consistency_record)(&window, &filter));
         put_word((uint32_t)K(consistency_count)(&window));
         put_window(&window);
-        put_status(K(fade)(&filter, (num)0.875));
+        put_status(K(forget)(&filter, (num)0.875));
         predict();
     }
     check("consistency", STEPS);
@@ -378,12 +378,12 @@ static void consistency(void)
 
 /* ------------------------------------------------------------------ the unknown start */
 
-static void put_start(const K(start) * s)
+static void put_start(const K(diffuse) * s)
 {
-    put_word((uint32_t)K(start_count)(s));
+    put_word((uint32_t)K(diffuse_count)(s));
     for (int i = 0; i < M.n; i++) {
-        put_word((uint32_t)K(start_is_determined)(s, i));
-        if (!K(start_is_determined)(s, i)) continue;
+        put_word((uint32_t)K(diffuse_is_determined)(s, i));
+        if (!K(diffuse_is_determined)(s, i)) continue;
         put(K(mean)(&filter, i));
         put(K(mean_low)(&filter, i));
         put(K(sigma)(&filter, i));
@@ -393,12 +393,12 @@ static void put_start(const K(start) * s)
     put_word(K(events)(&filter));
 }
 
-static void put_start_smoothed(K(start) * s)
+static void put_start_smoothed(K(diffuse) * s)
 {
-    put_status(K(start_smooth)(s));
-    for (size_t t = K(start_first)(s); t < STEPS; t++) {
+    put_status(K(diffuse_smooth)(s));
+    for (size_t t = K(diffuse_first)(s); t < STEPS; t++) {
         K(filter) view;
-        const kq_status shown = K(start_smoothed)(s, t, &view); /* refused: it reads NaN */
+        const kq_status shown = K(diffuse_smoothed)(s, t, &view); /* refused: it reads NaN */
         (void)shown;
         const kq_status status = K(covariance)(&view, out[0]);
         put_status(status);
@@ -412,11 +412,11 @@ static void put_start_smoothed(K(start) * s)
 /* All components unknown, or all but the last */
 static void start(uint32_t unknown)
 {
-    K(start) s;
+    K(diffuse) s;
     K(history) tape;
     num z[C];
-    put_status(K(start_assign)(&s, M.n, EARLY, early_memory, LENGTH(early_memory)));
-    put_status(K(start_init)(&s, &filter, M.x0, M.P0, unknown));
+    put_status(K(diffuse_assign)(&s, M.n, EARLY, early_memory, LENGTH(early_memory)));
+    put_status(K(diffuse_init)(&s, &filter, M.x0, M.P0, unknown));
     put_status(K(history_assign)(&tape, M.n, pool, LENGTH(pool)));
     put_status(K(attach)(&filter, &tape.attached));
     for (int t = 0; t < STEPS; t++) {

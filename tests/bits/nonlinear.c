@@ -37,7 +37,7 @@ static num sensor_memory[KQ_SENSOR_LEN(C)], found_memory[KQ_SENSOR_LEN(C)];
 static num filter_memory[FILTER_LEN(N)], at_memory[FILTER_LEN(N)];
 static num pool[LAG_LEN(N, C, LAG)]; /* of the history or the lag */
 static num kept_memory[JACOBIANS_LEN(N, STEPS, STEPS)];
-static num work[KQ_POINTS_LEN(N, C)];
+static num work[KQ_SIGMA_POINTS_LEN(N, C)];
 static num A[N * N], H[C * N], d[N], e[C], J[N * N], E[N * N], R[C * C];
 
 #define LENGTH(memory) (sizeof memory / sizeof memory[0])
@@ -229,16 +229,16 @@ static void run_lag(void)
 
 /* ------------------------------------------------------------------ by sigma points */
 
-static void run_points(int is_recorded, kq_points rule)
+static void run_points(int is_recorded, kq_sigma_points rule)
 {
     begin();
     if (is_recorded) record();
     for (int t = 0; t < STEPS; t++) {
         draw(t);
-        if (t) put_status(K(predict_points)(&filter, &process, increment, NULL, rule, work));
-        put_status(K(update_points)(&filter, &sensor, innovation, NULL, rule, work));
+        if (t) put_status(K(predict_sigma_points)(&filter, &process, increment, NULL, rule, work));
+        put_status(K(update_sigma_points)(&filter, &sensor, innovation, NULL, rule, work));
         put_filter(&filter);
-        check(rule == KQ_POINTS_CUBATURE ? "cubature" : "central differences", t);
+        check(rule == KQ_SIGMA_POINTS_CUBATURE ? "cubature" : "central differences", t);
     }
     if (is_recorded) smooth("by points, smoothed");
 }
@@ -250,7 +250,7 @@ static void run_parts(void)
     draw(0);
     put_status(K(filter_copy)(&at, &filter));
     for (int k = 0; k < 2; k++) {
-        put_status(K(linearise)(&at, innovation, NULL, M.m, KQ_POINTS_CUBATURE, e, J, E));
+        put_status(K(linearise)(&at, innovation, NULL, M.m, KQ_SIGMA_POINTS_CUBATURE, e, J, E));
         put_all(J, M.m * M.n);
         put_all(E, M.m * M.n);
         for (int i = 0; i < M.m * M.n; i++) H[i] = -J[i];
@@ -262,7 +262,7 @@ static void run_parts(void)
         put_status(K(update)(&at, &found, e));
         put_filter(&at);
     }
-    put_status(K(linearise)(&at, increment, NULL, M.n, KQ_POINTS_CENTRAL, d, A, E));
+    put_status(K(linearise)(&at, increment, NULL, M.n, KQ_SIGMA_POINTS_CENTRAL, d, A, E));
     for (int i = 0; i < M.n; i++) A[i * (M.n + 1)] += 1;
     put_status(K(process_linearise)(&own, &process, A, E));
     put_status(K(predict_extended)(&at, &own, d));
@@ -276,8 +276,8 @@ static void run(const model_case *c)
     prepare(c);
     run_extended();
     run_lag();
-    run_points(0, KQ_POINTS_CENTRAL);
-    run_points(1, KQ_POINTS_CUBATURE);
+    run_points(0, KQ_SIGMA_POINTS_CENTRAL);
+    run_points(1, KQ_SIGMA_POINTS_CUBATURE);
     run_parts();
     digest_end();
 }

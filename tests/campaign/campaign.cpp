@@ -7,7 +7,7 @@
 // It counts silent errors: beyond the tolerance of the arithmetic (sigmas of the exact result:
 // 1e-2 in f32, 1e-3 in q31, 1e-6 in f64) plus what its documented roundings make on this model
 // (allowance.hpp), with no event and no error status.  In q31 and f64 there must be none.  An
-// event that is right does not excuse an error: KQ_EVENT_FLOOR where the textbook leaves the same
+// event that is right does not excuse an error: KQ_EVENT_REDUNDANT where the textbook leaves the same
 // component out.  A step where the documented roundings alone come to a quarter of a sigma is
 // beyond the arithmetic; it is counted and not judged.  q31's ranges are 1.5 times the largest
 // exact state, so that it has no reason to saturate either.
@@ -67,7 +67,7 @@ std::size_t firstFlag(const Outcome &outcome, const Exact &exact)
             same = same && outcome.instants[t].updates[k].taken == exact[t].updates[k].taken;
         }
         const unsigned events = outcome.events[t];
-        if ((events & ~static_cast<unsigned>(KQ_EVENT_FLOOR)) || (events && !same)) return t;
+        if ((events & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT)) || (events && !same)) return t;
     }
     return outcome.smootherEvents ? outcome.instants.size() : SIZE_MAX;
 }

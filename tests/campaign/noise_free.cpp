@@ -176,7 +176,7 @@ Found find(const Sequence &sequence, reference::Library<T> &library, const Input
         found.worst = std::max(ofMean, ofP);
         found.at = t;
         found.isMean = ofMean > ofP;
-        found.isTold |= (outcome.events[t] & ~static_cast<unsigned>(KQ_EVENT_FLOOR)) != 0;
+        found.isTold |= (outcome.events[t] & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT)) != 0;
     }
     found.isToldOfPrecision = outcome.smootherEvents & KQ_EVENT_PRECISION;
     found.isTold |= outcome.smootherEvents != 0;

@@ -93,7 +93,7 @@ for library in -fshort-enums -fno-short-enums; do
     other=-fshort-enums
     [ $library = $other ] && other=-fno-short-enums
     objects=
-    for part in kq_filter_f64 kq_prepare_q31 kq_misfit_q31 kq_status; do
+    for part in kq_filter_f64 kq_prepare_q31 kq_range_error_q31 kq_status; do
         "$compiler" -std=c11 -O0 -w $library -I"$root/include" -c "$root/src/$part.c" \
             -o "$work/$part.o"
         objects="$objects $work/$part.o"

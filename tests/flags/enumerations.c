@@ -10,12 +10,12 @@ int main(void)
     const kq_format_q31 format = {1, 0};
     const double far = 1000;
     int32_t word = 0;
-    kq_misfit_q31 misfit;
+    kq_range_error_q31 range_error;
     char text[64];
-    memset(&misfit, 0xff, sizeof misfit);
-    const kq_status status = kq_vector_prepare_q31(&word, &far, 1, &format, &misfit);
-    if (status != KQ_ERR_RANGE || misfit.quantity != KQ_STATE) return 1;
-    kq_misfit_text_q31(&misfit, text, sizeof text);
+    memset(&range_error, 0xff, sizeof range_error);
+    const kq_status status = kq_vector_prepare_q31(&word, &far, 1, &format, &range_error);
+    if (status != KQ_ERR_RANGE || range_error.quantity != KQ_STATE) return 1;
+    kq_range_error_text_q31(&range_error, text, sizeof text);
     printf("%s: %s\n", kq_status_text(status), text);
     return strcmp(text, "state 0 is beyond its declared range") != 0;
 }

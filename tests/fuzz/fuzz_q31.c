@@ -89,10 +89,10 @@ static void check_sensor_readers(const kq_filter_q31 *f, const kq_sensor_q31 *s,
     check_scaled(S, m * m, "S: not normalised");
     for (int c = 0; c < m; c++) {
         demand(S[c * m + c].mantissa >= 0, "innovation variance < 0", c);
-        demand(e[c] != KQ_NOT_A_WORD_Q31, "measurement is not a word", c);
+        demand(e[c] != KQ_NOT_A_VALUE_Q31, "measurement is not a word", c);
     }
     must(kq_innovation_q31(f, s, z, e), "innovation");
-    for (int c = 0; c < m; c++) demand(e[c] != KQ_NOT_A_WORD_Q31, "innovation is not a word", c);
+    for (int c = 0; c < m; c++) demand(e[c] != KQ_NOT_A_VALUE_Q31, "innovation is not a word", c);
     free(K), free(S), free(e);
 }
 
@@ -181,7 +181,7 @@ static void check_smoothed(const run *r, size_t t)
     kq_filter_q31 view;
     must(kq_smoothed_q31(h, t, &view), "smoothed");
     for (int i = 0; i < n; i++) {
-        demand(kq_mean_q31(&view, i) != KQ_NOT_A_WORD_Q31, "smoothed mean", i);
+        demand(kq_mean_q31(&view, i) != KQ_NOT_A_VALUE_Q31, "smoothed mean", i);
         demand(kq_sigma_q31(&view, i) >= 0, "smoothed sigma", i);
     }
     must(kq_covariance_q31(&view, P), "smoothed covariance");
@@ -228,7 +228,7 @@ static void smooth_states(run *r)
         kq_filter_q31 view;
         must(kq_smoothed_q31(h, t, &view), "smoothed");
         for (int i = 0; i < r->m.n; i++) {
-            demand(kq_mean_q31(&view, i) != KQ_NOT_A_WORD_Q31, "smoothed mean", i);
+            demand(kq_mean_q31(&view, i) != KQ_NOT_A_VALUE_Q31, "smoothed mean", i);
         }
     }
     seen.calls++;

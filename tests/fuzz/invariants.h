@@ -124,7 +124,7 @@ static void check_readers(const kq_filter_q31 *f, int n)
 {
     for (int i = 0; i < n; i++) {
         const int32_t mean = kq_mean_q31(f, i), low = kq_mean_low_q31(f, i);
-        demand(mean != KQ_NOT_A_WORD_Q31, "the mean of a good filter is not a word", mean);
+        demand(mean != KQ_NOT_A_VALUE_Q31, "the mean of a good filter is not a word", mean);
         demand(llabs((long long)low) <= 1 << 24, "mean_low", low);
         demand(kq_sigma_q31(f, i) >= 0, "sigma < 0", kq_sigma_q31(f, i));
     }
@@ -135,7 +135,7 @@ static void check_readers(const kq_filter_q31 *f, int n)
 
 static void check_filter(kq_filter_q31 *f)
 {
-    const unsigned known = KQ_EVENT_SATURATED | KQ_EVENT_FLOOR | KQ_EVENT_HISTORY_FULL |
+    const unsigned known = KQ_EVENT_SATURATED | KQ_EVENT_REDUNDANT | KQ_EVENT_HISTORY_FULL |
                            KQ_EVENT_PRECISION | KQ_EVENT_CONTRADICTION |
                            KQ_EVENT_OVERFLOW;
     const int n = f->states;

@@ -11,8 +11,8 @@ import sys
 import tempfile
 
 # Left to right: a folder includes those before it.  Folders of one tuple don't include each other.
-LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("linearised", "robust", "start", "steady"),
-          ("adaptation", "em", "nonlinear", "statistics"), ("self_test", "messages", "known_sizes", "lengths")]
+LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("diffuse", "linearised", "robust", "steady"),
+          ("adaptation", "em", "nonlinear", "statistics"), ("self_test", "messages", "fixed_size", "lengths")]
 RANK = {folder: rank for rank, folders in enumerate(LAYERS) for folder in folders}
 COMPILE = ["cc", "-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iinclude"]
 LINES, FUNCTION_LINES, PARAMETERS = 300, 40, 8
@@ -53,7 +53,7 @@ class House:
 
     def check_guards(self):
         for name, text in self.headers.items():
-            if name.startswith("known_sizes/kq_"):  # a user's file: its guard is a public name
+            if name.startswith("fixed_size/kq_"):  # a user's file: its guard is a public name
                 continue
             guard = "KQ_SRC_" + re.sub(r"\W", "_", name).upper()
             if f"#ifndef {guard}\n#define {guard}\n" not in text:
@@ -83,7 +83,7 @@ class House:
             for other in self.included(name, text):
                 if self.public(other) and name.split("/")[0] != other.split("/")[0]:
                     self.fault(name, f"includes {other}, which defines {self.public(other)[0]}")
-                if other.endswith("/api.h") and not name.startswith("known_sizes/kq_"):
+                if other.endswith("/api.h") and not name.startswith("fixed_size/kq_"):
                     self.fault(name, f"includes {other}, which is for instances")
 
     def check_names(self):

@@ -18,9 +18,9 @@ pkg_config)
     # shellcheck disable=SC2046
     cc -std=c11 "$consumer/main.c" $(pkg-config --define-prefix --cflags --libs kalmanq) -o "$work/consumer"
     # shellcheck disable=SC2046
-    cc -std=c11 -O2 "$consumer/known_sizes.c" $(pkg-config --define-prefix --cflags --libs kalmanq) \
-        -o "$work/known_sizes"
-    "$work/known_sizes"
+    cc -std=c11 -O2 "$consumer/fixed_size.c" $(pkg-config --define-prefix --cflags --libs kalmanq) \
+        -o "$work/fixed_size"
+    "$work/fixed_size"
     ;;
 top_level) # the first thing one tries, on a machine that has a C compiler and no network
     cmake -S "$source" -B "$work/library" -DKALMANQ_UNITY_DIR="$work/none" -DCMAKE_BUILD_TYPE=Debug \

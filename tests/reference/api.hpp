@@ -39,7 +39,7 @@ template <> struct Api<float> {
     using Filter = kq_filter_f32;
     using History = kq_history_f32;
     using Extras = kq_smooth_extras_f32;
-    using Start = kq_start_f32;
+    using Start = kq_diffuse_f32;
     static constexpr const char *name = "f32";
 
     static constexpr std::size_t filterLength(int n)
@@ -98,15 +98,15 @@ template <> struct Api<float> {
     static std::size_t startLength(int n, std::size_t early)
     {
         const auto width = static_cast<std::size_t>(n);
-        return KQ_START_LEN_F32(width, early);
+        return KQ_DIFFUSE_LEN_F32(width, early);
     }
-    static constexpr auto startAssign = kq_start_assign_f32;
-    static constexpr auto startInit = kq_start_init_f32;
-    static constexpr auto startCount = kq_start_count_f32;
-    static constexpr auto startIsDetermined = kq_start_is_determined_f32;
-    static constexpr auto startSteps = kq_start_steps_f32;
-    static constexpr auto startSmooth = kq_start_smooth_f32;
-    static constexpr auto startSmoothed = kq_start_smoothed_f32;
+    static constexpr auto startAssign = kq_diffuse_assign_f32;
+    static constexpr auto startInit = kq_diffuse_init_f32;
+    static constexpr auto startCount = kq_diffuse_count_f32;
+    static constexpr auto startIsDetermined = kq_diffuse_is_determined_f32;
+    static constexpr auto startSteps = kq_diffuse_steps_f32;
+    static constexpr auto startSmooth = kq_diffuse_smooth_f32;
+    static constexpr auto startSmoothed = kq_diffuse_smoothed_f32;
 };
 
 template <> struct Api<double> {
@@ -118,7 +118,7 @@ template <> struct Api<double> {
     using Filter = kq_filter_f64;
     using History = kq_history_f64;
     using Extras = kq_smooth_extras_f64;
-    using Start = kq_start_f64;
+    using Start = kq_diffuse_f64;
     static constexpr const char *name = "f64";
 
     static constexpr std::size_t filterLength(int n)
@@ -177,15 +177,15 @@ template <> struct Api<double> {
     static std::size_t startLength(int n, std::size_t early)
     {
         const auto width = static_cast<std::size_t>(n);
-        return KQ_START_LEN_F64(width, early);
+        return KQ_DIFFUSE_LEN_F64(width, early);
     }
-    static constexpr auto startAssign = kq_start_assign_f64;
-    static constexpr auto startInit = kq_start_init_f64;
-    static constexpr auto startCount = kq_start_count_f64;
-    static constexpr auto startIsDetermined = kq_start_is_determined_f64;
-    static constexpr auto startSteps = kq_start_steps_f64;
-    static constexpr auto startSmooth = kq_start_smooth_f64;
-    static constexpr auto startSmoothed = kq_start_smoothed_f64;
+    static constexpr auto startAssign = kq_diffuse_assign_f64;
+    static constexpr auto startInit = kq_diffuse_init_f64;
+    static constexpr auto startCount = kq_diffuse_count_f64;
+    static constexpr auto startIsDetermined = kq_diffuse_is_determined_f64;
+    static constexpr auto startSteps = kq_diffuse_steps_f64;
+    static constexpr auto startSmooth = kq_diffuse_smooth_f64;
+    static constexpr auto startSmoothed = kq_diffuse_smoothed_f64;
 };
 
 template <> struct Api<Q31> {
@@ -197,7 +197,7 @@ template <> struct Api<Q31> {
     using Filter = kq_filter_q31;
     using History = kq_history_q31;
     using Extras = kq_smooth_extras_q31;
-    using Start = kq_start_q31;
+    using Start = kq_diffuse_q31;
     static constexpr const char *name = "q31";
 
     static constexpr std::size_t filterLength(int n)
@@ -252,15 +252,15 @@ template <> struct Api<Q31> {
     static std::size_t startLength(int n, std::size_t early)
     {
         const auto width = static_cast<std::size_t>(n);
-        return KQ_START_LEN_Q31(width, early);
+        return KQ_DIFFUSE_LEN_Q31(width, early);
     }
-    static constexpr auto startAssign = kq_start_assign_q31;
-    static constexpr auto startInit = kq_start_init_q31;
-    static constexpr auto startCount = kq_start_count_q31;
-    static constexpr auto startIsDetermined = kq_start_is_determined_q31;
-    static constexpr auto startSteps = kq_start_steps_q31;
-    static constexpr auto startSmooth = kq_start_smooth_q31;
-    static constexpr auto startSmoothed = kq_start_smoothed_q31;
+    static constexpr auto startAssign = kq_diffuse_assign_q31;
+    static constexpr auto startInit = kq_diffuse_init_q31;
+    static constexpr auto startCount = kq_diffuse_count_q31;
+    static constexpr auto startIsDetermined = kq_diffuse_is_determined_q31;
+    static constexpr auto startSteps = kq_diffuse_steps_q31;
+    static constexpr auto startSmooth = kq_diffuse_smooth_q31;
+    static constexpr auto startSmoothed = kq_diffuse_smoothed_q31;
 };
 
 inline void require(kq_status status, const char *what)

@@ -180,11 +180,11 @@ template <class T> class HistoryOwner : NotCopied
 // ------------------------------------------------------------------ q31
 
 /// Says whose range does not fit.
-inline void requireFit(kq_status status, const kq_misfit_q31 &misfit, const char *what)
+inline void requireFit(kq_status status, const kq_range_error_q31 &range_error, const char *what)
 {
     if (status != KQ_ERR_RANGE) return kq::require(status, what);
     char text[80];
-    kq_misfit_text_q31(&misfit, text, sizeof text);
+    kq_range_error_text_q31(&range_error, text, sizeof text);
     throw std::runtime_error(std::string(what) + ": " + text);
 }
 
@@ -214,8 +214,8 @@ template <> class ProcessOwner<Q31> : NotCopied
         const kq_process_table_q31 table = {
             states.count(),     controls_.count(),    states.data(), controls_.dataOrNull(),
             transition_.data(), dataOrNull(control_), root_.data()};
-        kq_misfit_q31 misfit{};
-        requireFit(kq_process_init_q31(&handle_, &table, &misfit), misfit, "process init");
+        kq_range_error_q31 range_error{};
+        requireFit(kq_process_init_q31(&handle_, &table, &range_error), range_error, "process init");
     }
 
     kq_process_q31 *get() { return &handle_; }
@@ -260,8 +260,8 @@ template <> class SensorOwner<Q31> : NotCopied
             states.count(), components_.count(), kind == Noise::diagonal ? 0 : 1,
             states.data(),  components_.data(),  measurement_.data(),
             noise_.data()};
-        kq_misfit_q31 misfit{};
-        requireFit(kq_sensor_init_q31(&handle_, &table, &misfit), misfit, "sensor init");
+        kq_range_error_q31 range_error{};
+        requireFit(kq_sensor_init_q31(&handle_, &table, &range_error), range_error, "sensor init");
     }
 
     kq_sensor_q31 *get() { return &handle_; }

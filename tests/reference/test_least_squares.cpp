@@ -28,7 +28,7 @@ template <> struct Squares<float> {
     using Object = kq_least_squares_f32;
     static constexpr auto add = kq_least_squares_add_f32;
     static constexpr auto residual = kq_least_squares_residual_f32;
-    static constexpr auto fade = kq_fade_f32;
+    static constexpr auto forget = kq_forget_f32;
     static float number(double a) { return static_cast<float>(a); }
 };
 
@@ -36,7 +36,7 @@ template <> struct Squares<double> {
     using Object = kq_least_squares_f64;
     static constexpr auto add = kq_least_squares_add_f64;
     static constexpr auto residual = kq_least_squares_residual_f64;
-    static constexpr auto fade = kq_fade_f64;
+    static constexpr auto forget = kq_forget_f64;
     static double number(double a) { return a; }
 };
 
@@ -44,7 +44,7 @@ template <> struct Squares<Q31> {
     using Object = kq_least_squares_q31;
     static constexpr auto add = kq_least_squares_add_q31;
     static constexpr auto residual = kq_least_squares_residual_q31;
-    static constexpr auto fade = kq_fade_q31;
+    static constexpr auto forget = kq_forget_q31;
     static kq_scaled_q31 number(double a)
     {
         const kq_format_q31 whole = {1, 0};
@@ -312,7 +312,7 @@ template <class T> Figures fadingRun(Random &random, double lambda)
         now.mean = now.mean + gain * (Quad(z) - now.mean(0));
         now.covariance = now.covariance - gain * gain.transpose() * S;
         compare<T>(figures, now, read(filter));
-        kq::require(Squares<T>::fade(filter.get(), Squares<T>::number(lambda)), "fade");
+        kq::require(Squares<T>::forget(filter.get(), Squares<T>::number(lambda)), "fade");
         kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
         now.mean = AQ * now.mean;
         now.covariance = AQ * now.covariance * AQ.transpose() / Quad(lambda) + Q;

@@ -465,10 +465,10 @@ void check(Verdict &verdict, const Case &data, const Figures &figures, const std
     verdict.expectAtMost(figures.P, goal, name + ": filtered P");
     verdict.expectGoal(figures.smoothedX, goal, limit, name + ": smoothed x");
     verdict.expectAtMost(figures.smoothedP, goal, name + ": smoothed P");
-    verdict.expect((figures.events & ~unsigned{KQ_EVENT_FLOOR}) == 0, name + ": a wrong event");
+    verdict.expect((figures.events & ~unsigned{KQ_EVENT_REDUNDANT}) == 0, name + ": a wrong event");
     if (!data.sharp) return;
-    const bool floor = (figures.events & KQ_EVENT_FLOOR) != 0;
-    verdict.expect(floor == hasRedundancy(data), name + ": KQ_EVENT_FLOOR is wrong");
+    const bool floor = (figures.events & KQ_EVENT_REDUNDANT) != 0;
+    verdict.expect(floor == hasRedundancy(data), name + ": KQ_EVENT_REDUNDANT is wrong");
     verdict.expect(figures.rankIsRight, name + ": not as many taken as there should be");
 }
 

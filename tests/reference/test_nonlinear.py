@@ -105,12 +105,12 @@ class Run:
         k, model, n = self.k, self.model, self.n
         if t:
             g = k.callback(lambda x: model.increment(x, t - 1), n, n)
-            k.call("predict_points", self.filter, self.process, g, None, ctypes.c_int(0), self.work)
+            k.call("predict_sigma_points", self.filter, self.process, g, None, ctypes.c_int(0), self.work)
         if model.measures(t):
             centre = self.mean()
             at = wrapped(model, z - np.real(model.h(centre, t))) + np.real(model.h(centre, t))
             g = k.callback(lambda x: at - np.real(unwrapped(model, x, centre, t)), self.m, n)
-            k.call("update_points", self.filter, self.sensor, g, None, ctypes.c_int(0), self.work)
+            k.call("update_sigma_points", self.filter, self.sensor, g, None, ctypes.c_int(0), self.work)
 
     def run(self, z, step):
         filtered = []
@@ -179,7 +179,7 @@ class Iterated(Run):
     def step_iterated(self, z, t):
         if t:
             g = self.k.callback(lambda x: self.model.increment(x, t - 1), self.n, self.n)
-            self.k.call("predict_points", self.filter, self.process, g, None, ctypes.c_int(0), self.work)
+            self.k.call("predict_sigma_points", self.filter, self.process, g, None, ctypes.c_int(0), self.work)
         if not self.model.measures(t):
             return
         self.k.call("filter_copy", self.trial, self.filter)

@@ -17,7 +17,7 @@
 #   $sources                       the library's files, without src/: all of them, on every core
 #   $floating                      the arithmetics in floating point that the core has
 #   $profile                       the flags that the library is built with, as CMakeLists.txt has them
-#   $user_profile                  those for functions of known sizes, in a user's own files
+#   $user_profile                  those for functions of compile-time sizes, in a user's own files
 #   $port                          the folder of port/ that is the core's, if there is one
 #
 # CORE+port, as m3+port, puts the headers of the core's own port before the portable ones, and

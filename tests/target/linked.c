@@ -19,9 +19,9 @@ static kq_status attach(void) { return kq_attach_f32(&cart, &past.attached); }
 KQ_INSTANT_F32(instant, 2, 1);
 static kq_status attach(void) { return kq_attach_f32(&cart, &instant.attached); }
 #elif defined(WITH_START)
-KQ_START_F32(start, 2, 0);
+KQ_DIFFUSE_F32(start, 2, 0);
 static const float P0[] = {100, 0, 0, 9};
-static kq_status attach(void) { return kq_start_init_f32(&start, &cart, x0, P0, 1); }
+static kq_status attach(void) { return kq_diffuse_init_f32(&start, &cart, x0, P0, 1); }
 #elif defined(WITH_ADAPTATION)
 KQ_ADAPTATION_F32(tuner, 2, 1);
 static const kq_adaptation_rule_f32 rule = {KQ_ADAPT_BOTH, 500, 0.125f, 0.001f, 1000, 0.001f, 1000};
@@ -31,10 +31,10 @@ static kq_status attach(void)
     return status ? status : kq_attach_f32(&cart, &tuner.attached);
 }
 #elif defined(WITH_SETTLING)
-KQ_SETTLING_F32(calm, 2, 1);
+KQ_FREEZE_F32(calm, 2, 1);
 static kq_status attach(void)
 {
-    const kq_status status = kq_settling_init_f32(&calm, 8);
+    const kq_status status = kq_freeze_init_f32(&calm, 8);
     return status ? status : kq_attach_f32(&cart, &calm.attached);
 }
 #else

@@ -10,7 +10,7 @@ core_select m4f gcc
 library=$1 work=$2/linked
 mkdir -p "$work"
 
-names='^(.*_hooks(_f32)?|history_.*|smooth.*|kq_(history|smooth|lag|instant|start|adaptation|settling|steady|em)_.*'
+names='^(.*_hooks(_f32)?|history_.*|smooth.*|kq_(history|smooth|lag|instant|diffuse|adaptation|freeze|steady|em)_.*'
 names="$names|kq_update_robust_f32|update_robust|huber_noise|student_noise|raise_for_jump|update_gated"
 names="$names|take_innovations|around_innovations"
 names="$names|take_correlated|begin_root|take_with_care)$"
@@ -46,4 +46,4 @@ expect_hooks 'kq_lag_hooks_f32 ' -DWITH_LAG
 expect_hooks 'kq_instant_hooks_f32 ' -DWITH_INSTANT
 expect_hooks 'kq_history_hooks_f32 start_hooks start_tape_hooks ' -DWITH_START
 expect_hooks 'kq_adaptation_hooks_f32 ' -DWITH_ADAPTATION
-expect_hooks 'kq_settling_hooks_f32 ' -DWITH_SETTLING
+expect_hooks 'kq_freeze_hooks_f32 ' -DWITH_SETTLING

@@ -53,7 +53,7 @@ check_object kq_filter_q31 "$integers"
 settling="predict|update_subset|step|gain|history_assign" # and the smoother's, on a history of its own
 check_object kq_steady_f32 "$floats|^kq_($settling|filter_assign)_f32$"
 check_object kq_steady_q31 "$integers|^kq_($settling)_q31$"
-check_object kq_misfit_q31 "$integers"
+check_object kq_range_error_q31 "$integers"
 check_object kq_statistics_q31 "$integers|^kq_(update|sensor_init)_q31$"
 check_object kq_adaptation_q31 "$integers|^kq_(predict|update|update_subset|sensor_independent)_q31$"
 check_object kq_self_test_q31 "$integers|^kq_((process|sensor|filter)_init|filter_assign|step|log_likelihood)_q31$"

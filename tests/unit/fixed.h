@@ -1,4 +1,4 @@
-/* The functions for known sizes, as tables: one row for every n and m of the tests. */
+/* The functions for compile-time sizes, as tables: one row for every n and m of the tests. */
 #ifndef KALMANQ_TESTS_FIXED_H
 #define KALMANQ_TESTS_FIXED_H
 

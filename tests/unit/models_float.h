@@ -19,16 +19,16 @@ typedef num word, entry, score;
 #define S_HISTORY HISTORY
 #define S_LAG LAG
 #define S_INSTANT INSTANT
-#define S_START START
+#define S_DIFFUSE DIFFUSE
 #define S_ADAPTATION ADAPTATION
 #define S_STEADY STEADY
-#define S_SETTLING SETTLING
+#define S_FREEZE FREEZE
 #define S_FILTER_LEN FILTER_LEN
 #define S_ROOT_LEN KQ_TRIANGLE
 #define S_HISTORY_LEN HISTORY_LEN
 #define S_LAG_LEN LAG_LEN
 #define S_INSTANT_LEN INSTANT_LEN
-#define S_START_LEN START_LEN
+#define S_DIFFUSE_LEN DIFFUSE_LEN
 #define S_SMOOTHED SMOOTHED
 
 /* What is refused as a measurement, and how */
@@ -124,9 +124,9 @@ static inline kq_status init_filter(K(filter) *f, const prior_model *p)
     return K(filter_init)(f, p->mean, p->covariance);
 }
 
-static inline kq_status init_start(K(start) *s, K(filter) *f, const prior_model *p, uint32_t unknown)
+static inline kq_status init_start(K(diffuse) *s, K(filter) *f, const prior_model *p, uint32_t unknown)
 {
-    return K(start_init)(s, f, p->mean, p->covariance, unknown);
+    return K(diffuse_init)(s, f, p->mean, p->covariance, unknown);
 }
 
 /* The number that a mean's or a sigma's word stands for */

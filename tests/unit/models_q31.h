@@ -21,16 +21,16 @@ typedef int64_t score;
 #define S_HISTORY KQ_HISTORY_Q31
 #define S_LAG KQ_LAG_Q31
 #define S_INSTANT KQ_INSTANT_Q31
-#define S_START KQ_START_Q31
+#define S_DIFFUSE KQ_DIFFUSE_Q31
 #define S_ADAPTATION KQ_ADAPTATION_Q31
 #define S_STEADY KQ_STEADY_Q31
-#define S_SETTLING KQ_SETTLING_Q31
+#define S_FREEZE KQ_FREEZE_Q31
 #define S_FILTER_LEN KQ_FILTER_LEN_Q31
 #define S_ROOT_LEN KQ_ROOT_LEN_Q31
 #define S_HISTORY_LEN KQ_HISTORY_LEN_Q31
 #define S_LAG_LEN KQ_LAG_LEN_Q31
 #define S_INSTANT_LEN KQ_INSTANT_LEN_Q31
-#define S_START_LEN KQ_START_LEN_Q31
+#define S_DIFFUSE_LEN KQ_DIFFUSE_LEN_Q31
 #define S_SMOOTHED SMOOTHED_Q31
 
 /* What is refused as a measurement, and how */
@@ -42,7 +42,7 @@ static inline int32_t bad_word(const kq_sensor_q31 *s, int k)
     return bad[k];
 }
 
-static inline int is_nothing(int32_t a) { return a == KQ_NOT_A_WORD_Q31; }
+static inline int is_nothing(int32_t a) { return a == KQ_NOT_A_VALUE_Q31; }
 static inline int is_no_score(int64_t a) { return a == KQ_NOT_A_SCORE_Q31; }
 
 #define ASSERT_SAME(a, b, n) ASSERT_SAME_Q31(a, b)
@@ -92,9 +92,9 @@ static inline kq_status init_filter(kq_filter_q31 *f, const prior_model *p)
     return kq_filter_init_q31(f, &p->table, NULL);
 }
 
-static inline kq_status init_start(kq_start_q31 *s, kq_filter_q31 *f, const prior_model *p, uint32_t unknown)
+static inline kq_status init_start(kq_diffuse_q31 *s, kq_filter_q31 *f, const prior_model *p, uint32_t unknown)
 {
-    return kq_start_init_q31(s, f, &p->table, unknown, NULL);
+    return kq_diffuse_init_q31(s, f, &p->table, unknown, NULL);
 }
 
 /* The number that a mean's or a sigma's word stands for */

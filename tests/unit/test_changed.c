@@ -17,7 +17,7 @@ HISTORY(right, 2, 1, STEPS, STEPS);
 LAG(past, 2, 1, STEPS);
 INSTANT(instant, 2, 1);
 static K(filter) past_view, instant_view;
-START(start, 2, 4);
+DIFFUSE(start, 2, 4);
 
 static K(process) apart[STEPS];
 static num apart_A[STEPS][4], apart_memory[STEPS][KQ_PROCESS_LEN(2)];
@@ -342,7 +342,7 @@ TEST(a_start_smooths_what_has_not_changed)
     for (int changed = 0; changed < 5; changed++) {
         set_up();
         ASSERT_OK(K(detach)(&tape.attached));
-        ASSERT_OK(K(start_init)(&start, &track, x0, NULL, 3));
+        ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
         ASSERT_OK(K(attach)(&track, &tape.attached));
         for (int t = 0; t < 5; t++) {
             const num z[] = {N(3 * sin(1.7 * t))};
@@ -350,10 +350,10 @@ TEST(a_start_smooths_what_has_not_changed)
             if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
             ASSERT_OK(K(update)(&track, &radar, z));
         }
-        const int early = (int)K(start_steps)(&start);
+        const int early = (int)K(diffuse_steps)(&start);
         TEST_ASSERT_EQUAL_INT(1, early);
-        if (changed > early + 1) ASSERT_REFUSED(KQ_ERR_CHANGED, K(start_smooth)(&start));
-        else ASSERT_OK(K(start_smooth)(&start));
+        if (changed > early + 1) ASSERT_REFUSED(KQ_ERR_CHANGED, K(diffuse_smooth)(&start));
+        else ASSERT_OK(K(diffuse_smooth)(&start));
     }
 }
 

@@ -214,14 +214,14 @@ static kq_status watched_step(void)
 /* A settled step judges no measurement: kq_nis is that of a step long ago. */
 TEST(a_settled_step_does_not_enter)
 {
-    S_SETTLING(lazy, 2, 2);
+    S_FREEZE(lazy, 2, 2);
     S_FILTER(copy, 2);
-    ASSERT_OK(S(settling_init)(&lazy, 10));
+    ASSERT_OK(S(freeze_init)(&lazy, 10));
     ASSERT_OK(S(attach)(&track, &lazy.attached));
-    for (int t = 0; t < 60 && !S(settling_is_settled)(&lazy); t++) {
+    for (int t = 0; t < 60 && !S(freeze_is_active)(&lazy); t++) {
         ASSERT_OK(S(step)(&track, &motion.process, NULL, &radar.sensor, z));
     }
-    TEST_ASSERT_EQUAL_INT(1, S(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, watched_step());
     ASSERT_REFUSED(KQ_ERR_NOT_READY, S(consistency_record)(&recent, &track));
     TEST_ASSERT_EQUAL_INT(0, S(consistency_count)(&recent));
@@ -233,7 +233,7 @@ TEST(a_settled_step_does_not_enter)
     copy.memory = copy_memory;
     memcpy(copy_memory, track_memory, sizeof copy_memory);
     for (int t = 0; t < 60; t++) ASSERT_OK(S(step)(&track, &motion.process, NULL, &radar.sensor, z));
-    TEST_ASSERT_EQUAL_INT(1, S(settling_is_settled)(&lazy));
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
     ASSERT_OK(S(consistency_watch)(&recent, &copy, &radar.sensor, z, ALL)); /* it is not settled */
     ASSERT_OK(S(update)(&copy, &radar.sensor, z));
     ASSERT_OK(S(consistency_record)(&recent, &copy));

@@ -4,7 +4,7 @@
 #include "losses.h"
 #include "unchanged.h"
 
-SETTLING(calm, 2, 2);
+FREEZE(calm, 2, 2);
 
 /* A range and a bearing of a target with the state position, velocity in a plane */
 #define N4 4
@@ -29,7 +29,7 @@ SENSOR(blank_sensor, 2, 1);
 FILTER(blank, 2);
 PROCESS(motion3, 3, 0);
 ADAPTATION(tuner, 2, 2);
-START(begin, 2, 0);
+DIFFUSE(begin, 2, 0);
 PROCESS(scaled, 2, 1);
 
 static const K(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, 0.5, 0.25, 4, 0.25, 4};
@@ -394,7 +394,7 @@ TEST(a_lean_sensor_says_what_it_takes_coarsely)
     const num before = K(sigma)(&track, 0);
     ASSERT_OK(K(update)(&track, &sharp, e));
     assert_shifted();
-    TEST_ASSERT_EQUAL_INT(KQ_EVENT_SHARP, K(events)(&track));
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_LOW_NOISE, K(events)(&track));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) < before);
 }
 
@@ -515,7 +515,7 @@ TEST(what_learns_from_the_mean_or_moves_it_is_refused)
         if (k == 0) ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
         if (k == 1) ASSERT_OK(K(adaptation_init)(&tuner, &motion, differs, &rule));
         if (k < 2) ASSERT_OK(K(attach)(&track, &tuner.attached));
-        if (k == 2) ASSERT_OK(K(settling_init)(&calm, 10));
+        if (k == 2) ASSERT_OK(K(freeze_init)(&calm, 10));
         if (k == 2) ASSERT_OK(K(attach)(&track, &calm.attached));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(update)(&track, differs, d));
@@ -545,14 +545,14 @@ TEST(a_history_that_keeps_no_jacobians_refuses_linearised_predicts)
 TEST(a_start_that_is_over_is_in_nobodys_way)
 {
     const num d[] = {1, 2};
-    ASSERT_OK(K(start_init)(&begin, &track, x0, P0, 3));
+    ASSERT_OK(K(diffuse_init)(&begin, &track, x0, P0, 3));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &changing, d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, of_innovations(&radar), d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, NULL, of_innovations(&radar), d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&track, of_innovations(&radar), d, 3, 9));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(update)(&track, &radar, d));
-    TEST_ASSERT_EQUAL_INT(0, K(start_count)(&begin));
+    TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&begin));
     ASSERT_OK(K(update)(&track, of_innovations(&radar), d));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
     ASSERT_OK(K(attach)(&track, &jacobians.attached));

@@ -140,11 +140,11 @@ static void prepare_steep(void)
 TEST(a_steep_jacobian_moves_the_root_alone)
 {
     const double d[] = {-20, 4};
-    kq_misfit_q31 misfit = {KQ_STATE, 7, 7};
+    kq_range_error_q31 range_error = {KQ_STATE, 7, 7};
     prepare_steep();
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, A_words));
-    ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, &misfit));
-    TEST_ASSERT_EQUAL_INT(KQ_ALL_FIT, misfit.quantity);
+    ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, &range_error));
+    TEST_ASSERT_EQUAL_INT(KQ_NO_RANGE_ERROR, range_error.quantity);
     ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
     ASSERT_OK(K(attach)(&track_f64, &jacobians_f64.attached));
     ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, words_of(d, 2, motion.state_format)));
@@ -195,24 +195,24 @@ TEST(a_process_of_a_jacobian_is_not_what_a_tape_has_recorded)
 
 /* ------------------------------------------------------------------ refusals */
 
-TEST(a_misfit_names_the_row)
+TEST(a_range_error_names_the_row)
 {
     static const double large[] = {1, 0, 90, 20};
-    kq_misfit_q31 misfit = {KQ_ALL_FIT, 0, 0};
+    kq_range_error_q31 range_error = {KQ_NO_RANGE_ERROR, 0, 0};
     ASSERT_OK(kq_matrix_prepare_q31(H_words, large, 2, 2, radar.measurement_format, radar.state_format));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &misfit));
-    TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, misfit.quantity);
-    TEST_ASSERT_EQUAL_INT(1, misfit.component);
-    TEST_ASSERT_TRUE(misfit.bits > 0);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &range_error));
+    TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, range_error.quantity);
+    TEST_ASSERT_EQUAL_INT(1, range_error.component);
+    TEST_ASSERT_TRUE(range_error.bits > 0);
     H_words[3].mantissa = 1;
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &misfit));
-    TEST_ASSERT_EQUAL_INT(1, misfit.component);
-    TEST_ASSERT_EQUAL_INT(0, misfit.bits);
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &range_error));
+    TEST_ASSERT_EQUAL_INT(1, range_error.component);
+    TEST_ASSERT_EQUAL_INT(0, range_error.bits);
     prepare_steep();
     A_words[2].mantissa = 1;
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_jacobian_q31(&motion.process, A_words, &misfit));
-    TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
-    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_jacobian_q31(&motion.process, A_words, &range_error));
+    TEST_ASSERT_EQUAL_INT(KQ_STATE, range_error.quantity);
+    TEST_ASSERT_EQUAL_INT(1, range_error.component);
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_jacobian_q31(&motion.process, A_words, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_jacobian_q31(NULL, A_words, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_jacobian_q31(&motion.process, NULL, NULL));
@@ -223,7 +223,7 @@ TEST(a_misfit_names_the_row)
 
 TEST(what_is_missing_or_beyond_its_range_is_refused)
 {
-    int32_t d[] = {1, 2}, no_word[] = {1, KQ_NOT_A_WORD_Q31}, e[] = {0, radar.measurement_format[1].range};
+    int32_t d[] = {1, 2}, no_word[] = {1, KQ_NOT_A_VALUE_Q31}, e[] = {0, radar.measurement_format[1].range};
     ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, &motion.process, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, NULL, d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_extended_q31(&track, &blank_process, d));

@@ -5,9 +5,9 @@
 #include "arithmetic.h"
 
 #ifdef KQ_TEST_F32
-#include "known_sizes/kq_fixed_f32.h"
+#include "fixed_size/kq_fixed_f32.h"
 #else
-#include "known_sizes/kq_fixed_f64.h"
+#include "fixed_size/kq_fixed_f64.h"
 #endif
 
 #include "fixed.h"
@@ -274,7 +274,7 @@ TEST(a_lean_sensor_is_left_to_the_library)
             ASSERT_OK(dense[k].step(&ours.filter, &process_of, NULL, &sensor_of, z));
             ASSERT_OK(K(step)(&theirs.filter, &process_of, NULL, &sensor_of, z));
             ASSERT_SAME();
-            TEST_ASSERT_EQUAL_UINT(sharp ? KQ_EVENT_SHARP : 0, K(events)(&ours.filter));
+            TEST_ASSERT_EQUAL_UINT(sharp ? KQ_EVENT_LOW_NOISE : 0, K(events)(&ours.filter));
         }
     }
 }
@@ -571,40 +571,40 @@ TEST(a_settling_settles)
 {
     static num memory[2][KQ_TRIANGLE(STATES)], gain[2][STATES * COMPONENTS];
     own_filter *filters[] = {&ours, &theirs};
-    K(settling) w[2];
+    K(freeze) w[2];
     for (size_t k = 0; k < COUNT(dense); k++) {
         const fixed_size *size = &dense[k];
         begin(size->n, size->m, 0);
         for (int i = 0; i < size->n * size->n; i++) A[i] /= 2;
         ASSERT_OK(K(process_init)(&process_of, A, B, Q));
         for (int i = 0; i < 2; i++) {
-            ASSERT_OK(K(settling_assign)(&w[i], size->n, size->m, memory[i], COUNT(memory[i]),
+            ASSERT_OK(K(freeze_assign)(&w[i], size->n, size->m, memory[i], COUNT(memory[i]),
                                          gain[i]));
-            ASSERT_OK(K(settling_init)(&w[i], 4));
+            ASSERT_OK(K(freeze_init)(&w[i], 4));
             ASSERT_OK(K(attach)(&filters[i]->filter, &w[i].attached));
         }
         compare_attached(size);
         compare_steps(size, NULL, STEPS, 1);
-        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&w[0]));
-        TEST_ASSERT_EQUAL_INT(1, K(settling_is_settled)(&w[1]));
+        TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&w[0]));
+        TEST_ASSERT_EQUAL_INT(1, K(freeze_is_active)(&w[1]));
     }
 }
 
 TEST(an_unknown_start_becomes_known)
 {
-    static num memory[2][START_LEN(STATES, 0)];
+    static num memory[2][DIFFUSE_LEN(STATES, 0)];
     own_filter *filters[] = {&ours, &theirs};
-    K(start) s[2];
+    K(diffuse) s[2];
     for (size_t k = 0; k < COUNT(dense); k++) {
         const fixed_size *size = &dense[k];
         begin(size->n, size->m, 0);
         for (int i = 0; i < 2; i++) {
-            ASSERT_OK(K(start_assign)(&s[i], size->n, 0, memory[i], COUNT(memory[i])));
-            ASSERT_OK(K(start_init)(&s[i], &filters[i]->filter, x0, NULL, UINT32_MAX));
+            ASSERT_OK(K(diffuse_assign)(&s[i], size->n, 0, memory[i], COUNT(memory[i])));
+            ASSERT_OK(K(diffuse_init)(&s[i], &filters[i]->filter, x0, NULL, UINT32_MAX));
         }
         compare_attached(size);
-        TEST_ASSERT_EQUAL_INT(0, K(start_count)(&s[0]));
-        TEST_ASSERT_EQUAL_INT(0, K(start_count)(&s[1]));
+        TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&s[0]));
+        TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&s[1]));
     }
 }
 

@@ -5,7 +5,7 @@
 #include "kalmanq/prepare.h"
 #include "suite.h"
 
-#include "known_sizes/kq_fixed_q31.h"
+#include "fixed_size/kq_fixed_q31.h"
 
 #include "fixed.h"
 
@@ -35,7 +35,7 @@ typedef struct {
     int32_t memory[KQ_FILTER_LEN_Q31(STATES)];
 } own_filter;
 
-static own_filter ours, theirs; /* of known sizes, and of run-time sizes */
+static own_filter ours, theirs; /* of compile-time sizes, and of run-time sizes */
 static kq_process_q31 process_of;
 static kq_sensor_q31 sensor_of;
 static kq_format_q31 state_format[STATES], measurement_format[COMPONENTS], control_format[1];
@@ -309,17 +309,17 @@ TEST(a_settling_settles)
     static int32_t memory[2][KQ_ROOT_LEN_Q31(STATES)];
     static kq_scaled_q31 gain[2][STATES * COMPONENTS];
     own_filter *filters[] = {&ours, &theirs};
-    kq_settling_q31 w[2];
+    kq_freeze_q31 w[2];
     begin(3, 2, 0);
     for (int i = 0; i < 2; i++) {
-        ASSERT_OK(kq_settling_assign_q31(&w[i], 3, 2, memory[i],
+        ASSERT_OK(kq_freeze_assign_q31(&w[i], 3, 2, memory[i],
                                          sizeof memory[i] / sizeof memory[i][0], gain[i]));
-        ASSERT_OK(kq_settling_init_q31(&w[i], 6));
+        ASSERT_OK(kq_freeze_init_q31(&w[i], 6));
         ASSERT_OK(kq_attach_q31(&filters[i]->filter, &w[i].attached));
     }
     compare_attached(&dense[2]);
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&w[0]));
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&w[1]));
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&w[0]));
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&w[1]));
 }
 
 static void set_up(void) { seed = 1; }

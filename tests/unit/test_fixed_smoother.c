@@ -1,16 +1,16 @@
-/* The smoother's step for known sizes: the bits of kq_smooth_step, and what it hands on to it. */
+/* The smoother's step for compile-time sizes: the bits of kq_smooth_step, and what it hands on to it. */
 #include <string.h>
 
 #if defined(KQ_TEST_F32)
-#include "known_sizes/kq_fixed_f32.h"
+#include "fixed_size/kq_fixed_f32.h"
 #define K(name) kq_##name##_f32
 #define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F32
 #elif defined(KQ_TEST_F64)
-#include "known_sizes/kq_fixed_f64.h"
+#include "fixed_size/kq_fixed_f64.h"
 #define K(name) kq_##name##_f64
 #define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
 #else
-#include "known_sizes/kq_fixed_q31.h"
+#include "fixed_size/kq_fixed_q31.h"
 #include "kalmanq/prepare.h"
 #define K(name) kq_##name##_q31
 #define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_Q31

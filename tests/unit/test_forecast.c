@@ -140,11 +140,11 @@ TEST(a_history_of_the_filter_ahead_is_detached)
 
 TEST(a_copy_is_the_filter)
 {
-    track.events = KQ_EVENT_FLOOR;
+    track.events = KQ_EVENT_REDUNDANT;
     watch_the_source();
     ASSERT_OK_UNCHANGED(K(filter_copy)(&ahead, &track));
     ASSERT_SAME_BITS(track_memory, ahead_memory);
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&ahead));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&ahead));
     TEST_ASSERT_TRUE(K(log_likelihood)(&track) == K(log_likelihood)(&ahead));
     TEST_ASSERT_TRUE(K(nis)(&track) == K(nis)(&ahead));
     TEST_ASSERT_EQUAL_INT(1, K(taken)(&ahead));

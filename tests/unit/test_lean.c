@@ -103,7 +103,7 @@ TEST(what_is_sharp_is_taken_coarsely)
         }
         TEST_ASSERT_TRUE(K(sigma)(&twin, 0) < N(1.01) * N(sqrt((double)(COARSE * variance_of(0)))));
         TEST_ASSERT_EQUAL_INT(3, K(taken)(&twin));
-        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SHARP, K(events)(&twin));
+        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_LOW_NOISE, K(events)(&twin));
         K(events_clear)(&twin);
         TEST_ASSERT_EQUAL_UINT(0, K(events)(&twin));
     }
@@ -121,7 +121,7 @@ TEST(where_sharp_begins)
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     sharpen(0, s * share * N(0.99));
     ASSERT_OK(K(update_subset)(&track, &lean, z, 1));
-    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SHARP, K(events)(&track));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_LOW_NOISE, K(events)(&track));
 }
 
 /* At the same instant, and at every one: another sensor's noise-free measurement shuts nothing out. */

@@ -126,7 +126,7 @@ TEST(what_is_sharp_is_taken_coarsely)
         ASSERT_OK(kq_update_q31(&twin, &lean.sensor, measured(z)));
         ASSERT_LIKE(&track_f64, &twin, 0x1p-15);
         TEST_ASSERT_EQUAL_INT(2, kq_taken_q31(&twin));
-        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SHARP, kq_events_q31(&twin));
+        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_LOW_NOISE, kq_events_q31(&twin));
         kq_events_clear_q31(&twin);
         TEST_ASSERT_EQUAL_UINT(0, kq_events_q31(&twin));
     }
@@ -148,7 +148,7 @@ TEST(where_sharp_begins)
         set_up();
         put_sensors(0x1p-10 * coarse[k], 1);
         ASSERT_OK(kq_update_subset_q31(&twin, &lean.sensor, measured(z), 1));
-        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SHARP, kq_events_q31(&twin));
+        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_LOW_NOISE, kq_events_q31(&twin));
     }
 }
 
@@ -160,7 +160,7 @@ TEST(a_variance_of_0)
     put_sensors(0, 1);
     begin();
     ASSERT_OK(kq_update_q31(&twin, &lean.sensor, measured(z)));
-    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SHARP, kq_events_q31(&twin));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_LOW_NOISE, kq_events_q31(&twin));
     for (int i = 0; i < 2; i++) TEST_ASSERT_EQUAL_INT(kq_mean_q31(&track, i), kq_mean_q31(&twin, i));
 }
 

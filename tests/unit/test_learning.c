@@ -426,7 +426,7 @@ TEST(refusals_of_attach)
 {
     S_LAG(lag, 2, 2, 2);
     S_INSTANT(point, 2, 2);
-    S_START(start, 2, 0);
+    S_DIFFUSE(start, 2, 0);
     S_ADAPTATION(other, 2, 2);
     ASSERT_OK(S(adaptation_init)(&other, &motion.process, &radar.sensor, &rule));
     WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);

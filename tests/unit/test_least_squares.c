@@ -42,7 +42,7 @@ TEST(fading_divides_the_covariance)
 {
     num before[4], after[4];
     ASSERT_OK(K(covariance)(&line, before));
-    ASSERT_OK(K(fade)(&line, N(0.75)));
+    ASSERT_OK(K(forget)(&line, N(0.75)));
     ASSERT_OK(K(covariance)(&line, after));
     for (int k = 0; k < 4; k++) ASSERT_CLOSE((double)before[k] / 0.75, after[k], 4);
     for (int i = 0; i < 2; i++) ASSERT_WITHIN(0, x0[i], K(mean)(&line, i));
@@ -51,9 +51,9 @@ TEST(fading_divides_the_covariance)
 
 TEST(fading_by_1_changes_nothing)
 {
-    ASSERT_OK_UNCHANGED(K(fade)(&line, 1));
+    ASSERT_OK_UNCHANGED(K(forget)(&line, 1));
     ASSERT_OK(K(attach)(&line, &tape.attached));
-    ASSERT_OK_UNCHANGED(K(fade)(&line, 1));
+    ASSERT_OK_UNCHANGED(K(forget)(&line, 1));
 }
 
 /* P- = A P A' / lambda + Q, here of P = I */
@@ -62,7 +62,7 @@ TEST(fade_and_predict_is_a_fading_predict)
     static const num identity[] = {1, 0, 0, 1};
     num P[4];
     ASSERT_OK(K(filter_init)(&line, x0, identity));
-    ASSERT_OK(K(fade)(&line, N(0.5)));
+    ASSERT_OK(K(forget)(&line, N(0.5)));
     ASSERT_OK(K(predict)(&line, &motion, NULL));
     ASSERT_OK(K(covariance)(&line, P));
     ASSERT_CLOSE(2 * 1.25 + 0.25, P[0], 4);
@@ -75,17 +75,17 @@ TEST(many_small_fades_do_not_drift)
 {
     const double lambda = 1 - 0x1p-10;
     const double expected = exp(-2048 * log(lambda)) * sqrt(2);
-    for (int k = 0; k < 4096; k++) ASSERT_OK(K(fade)(&line, N(1 - 0x1p-10)));
+    for (int k = 0; k < 4096; k++) ASSERT_OK(K(forget)(&line, N(1 - 0x1p-10)));
     ASSERT_WITHIN(256 * EPS * expected, expected, K(sigma)(&line, 0));
 }
 
 TEST(fading_stops_before_the_numbers_end)
 {
-    for (int k = 0; k < 3000; k++) ASSERT_OK(K(fade)(&line, N(0.5)));
+    for (int k = 0; k < 3000; k++) ASSERT_OK(K(forget)(&line, N(0.5)));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&line));
     const double sigma = (double)K(sigma)(&line, 0);
     TEST_ASSERT_TRUE(sigma > LARGE_SIGMA / 2 && sigma <= LARGE_SIGMA);
-    ASSERT_OK(K(fade)(&line, FLT_MIN)); /* the smallest lambda */
+    ASSERT_OK(K(forget)(&line, FLT_MIN)); /* the smallest lambda */
     ASSERT_WITHIN(0, sigma, K(sigma)(&line, 0));
     ASSERT_OK(K(least_squares_add)(&fit, H, z[0], r[0]));
     TEST_ASSERT_TRUE(isfinite(K(mean)(&line, 0)));
@@ -95,15 +95,15 @@ TEST(fading_stops_before_the_numbers_end)
 TEST(fade_refuses)
 {
     static const num bad[] = {0, -0.5, -1, 1 + (num)EPS, 2};
-    ASSERT_REFUSED(KQ_ERR_NULL, K(fade)(NULL, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(fade)(&blank, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, (num)NAN));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, endless));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(fade)(&line, -endless));
-    for (int k = 0; k < COUNT(bad); k++) ASSERT_REFUSED(KQ_ERR_RANGE, K(fade)(&line, bad[k]));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(forget)(NULL, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forget)(&blank, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(forget)(&line, (num)NAN));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(forget)(&line, endless));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(forget)(&line, -endless));
+    for (int k = 0; k < COUNT(bad); k++) ASSERT_REFUSED(KQ_ERR_RANGE, K(forget)(&line, bad[k]));
     ASSERT_OK(K(attach)(&line, &tape.attached));
     WATCH(tape), WATCH(tape_memory);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(fade)(&line, N(0.5)));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(forget)(&line, N(0.5)));
 }
 
 /* ------------------------------------------------------------ the solution */
@@ -202,7 +202,7 @@ TEST(what_is_not_taken_does_not_weigh)
 {
     static const num nothing[] = {0, 0};
     ASSERT_OK(K(least_squares_add)(&fit, nothing, 1, 0));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&line));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&line));
     ASSERT_WITHIN(0, 0, K(least_squares_weight)(&fit));
     ASSERT_WITHIN(0, 0, K(least_squares_residual)(&fit));
 }

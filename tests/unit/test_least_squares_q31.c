@@ -90,17 +90,17 @@ TEST(fading_divides_the_covariance)
     static const double lambdas[] = {0.5, 0.4, 0.01, 0.75, 0x1p-40, 1 - 0x1p-20};
     for (int l = 0; l < COUNT(lambdas); l++) {
         begin(1);
-        ASSERT_OK(kq_fade_q31(&line, number(lambdas[l])));
-        ASSERT_OK(K(fade)(&line_f64, lambdas[l]));
+        ASSERT_OK(kq_forget_q31(&line, number(lambdas[l])));
+        ASSERT_OK(K(forget)(&line_f64, lambdas[l]));
         ASSERT_LIKE(&line_f64, &line, 0x1p-27);
     }
 }
 
 TEST(fading_by_1_changes_nothing)
 {
-    ASSERT_OK_UNCHANGED(kq_fade_q31(&line, one));
+    ASSERT_OK_UNCHANGED(kq_forget_q31(&line, one));
     ASSERT_OK(kq_attach_q31(&line, &tape.attached));
-    ASSERT_OK_UNCHANGED(kq_fade_q31(&line, one));
+    ASSERT_OK_UNCHANGED(kq_forget_q31(&line, one));
 }
 
 /* Rounded to nearest, each of 4096 times; a factor rounded once would be off by 4096 units. */
@@ -109,7 +109,7 @@ TEST(many_small_fades_do_not_drift)
     const double lambda = 1 - 0x1p-10;
     const double expected = exp(-4096 * log(lambda)) * 2;
     double P[4];
-    for (int k = 0; k < 4096; k++) ASSERT_OK(kq_fade_q31(&line, number(lambda)));
+    for (int k = 0; k < 4096; k++) ASSERT_OK(kq_forget_q31(&line, number(lambda)));
     covariance_values(&line, start.state_format, P);
     ASSERT_WITHIN(256 * 0x1p-29 * expected, expected, P[0]);
 }
@@ -117,11 +117,11 @@ TEST(many_small_fades_do_not_drift)
 TEST(fading_stops_before_the_numbers_end)
 {
     kq_scaled_q31 P[4], later[4];
-    for (int k = 0; k < 400; k++) ASSERT_OK(kq_fade_q31(&line, half));
+    for (int k = 0; k < 400; k++) ASSERT_OK(kq_forget_q31(&line, half));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, kq_events_q31(&line));
     ASSERT_OK(kq_covariance_q31(&line, P));
     TEST_ASSERT_INT_WITHIN(1, 200 - 31, P[0].exponent);
-    ASSERT_OK(kq_fade_q31(&line, (kq_scaled_q31){INT32_C(1) << 30, -1000}));
+    ASSERT_OK(kq_forget_q31(&line, (kq_scaled_q31){INT32_C(1) << 30, -1000}));
     ASSERT_OK(kq_covariance_q31(&line, later));
     TEST_ASSERT_EQUAL_MEMORY(P, later, sizeof P);
     ASSERT_OK(kq_least_squares_add_q31(&fit, h, z, r));
@@ -160,12 +160,12 @@ TEST(lambda_is_checked)
     static const kq_scaled_q31 out[] = {
         {0, 0}, {-(1 << 30), -30}, {(1 << 30) + 1, -30}, {1 << 30, -29}, {1 << 30, 900}};
     for (int k = 0; k < COUNT(unfit); k++) {
-        ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_fade_q31(&line, unfit[k]));
+        ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_forget_q31(&line, unfit[k]));
         ASSERT_REFUSED(KQ_ERR_COEFFICIENT,
                        kq_least_squares_init_q31(&fit, &line, unfit[k], measured_format));
     }
     for (int k = 0; k < COUNT(out); k++) {
-        ASSERT_REFUSED(KQ_ERR_RANGE, kq_fade_q31(&line, out[k]));
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_forget_q31(&line, out[k]));
         ASSERT_REFUSED(KQ_ERR_RANGE,
                        kq_least_squares_init_q31(&fit, &line, out[k], measured_format));
     }
@@ -173,11 +173,11 @@ TEST(lambda_is_checked)
 
 TEST(fade_refuses)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_fade_q31(NULL, half));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_fade_q31(&blank, half));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_forget_q31(NULL, half));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_forget_q31(&blank, half));
     ASSERT_OK(kq_attach_q31(&line, &tape.attached));
     WATCH(tape), WATCH(tape_memory);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_fade_q31(&line, half));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_forget_q31(&line, half));
 }
 
 TEST(init_refuses)

@@ -52,9 +52,9 @@ TEST(those_of_sizes_are_the_macros)
     for (int n = 1; n <= KQ_SIZE_MAX; n++) {
         ASSERT_LENGTH(LEN(FILTER)(n), OF(FILTER, n, 0, 0, 0));
         ASSERT_LENGTH(LEN(STEADY)(n), OF(STEADY, n, 0, 0, 0));
-        ASSERT_LENGTH(LEN(SETTLING)(n), OF(SETTLING, n, 0, 0, 0));
-        ASSERT_LENGTH(LEN(START)(n, 0), OF(START, n, 0, 0, 0));
-        ASSERT_LENGTH(LEN(START)(n, (size_t)65534), OF(START, n, 0, 65534, 0));
+        ASSERT_LENGTH(LEN(FREEZE)(n), OF(FREEZE, n, 0, 0, 0));
+        ASSERT_LENGTH(LEN(DIFFUSE)(n, 0), OF(DIFFUSE, n, 0, 0, 0));
+        ASSERT_LENGTH(LEN(DIFFUSE)(n, (size_t)65534), OF(DIFFUSE, n, 0, 65534, 0));
         ASSERT_LENGTH(LEN(CONSISTENCY)(n, KQ_WINDOW_MAX), OF(CONSISTENCY, 0, n, KQ_WINDOW_MAX, 0));
         for (int m = 1; m <= KQ_SIZE_MAX; m++) {
             ASSERT_LENGTH(LEN(ADAPTATION)(n, m), OF(ADAPTATION, n, m, 0, 0));
@@ -87,9 +87,9 @@ TEST(a_size_that_is_none_has_no_length)
         ASSERT_NONE(OF(HISTORY, n, 1, 1, 0));
         ASSERT_NONE(OF(LAG, n, 1, 1, 0));
         ASSERT_NONE(OF(INSTANT, n, 1, 0, 0));
-        ASSERT_NONE(OF(START, n, 0, 0, 0));
+        ASSERT_NONE(OF(DIFFUSE, n, 0, 0, 0));
         ASSERT_NONE(OF(STEADY, n, 0, 0, 0));
-        ASSERT_NONE(OF(SETTLING, n, 0, 0, 0));
+        ASSERT_NONE(OF(FREEZE, n, 0, 0, 0));
         ASSERT_NONE(OF(ADAPTATION, n, 1, 0, 0));
         ASSERT_NONE(OF(ADAPTATION, 1, n, 0, 0));
         ASSERT_NONE(OF(CONSISTENCY, 0, n, 1, 0));
@@ -111,13 +111,13 @@ TEST(nor_has_a_count)
         ASSERT_NONE(OF(LAG, 1, 1, no_count[k], 0));
         /* these have bounds of their own, which may be above all counts of a small part */
         if (no_count[k] >= UINT16_MAX) {
-            ASSERT_NONE(OF(START, 1, 0, no_count[k], 0));
+            ASSERT_NONE(OF(DIFFUSE, 1, 0, no_count[k], 0));
         }
         if (no_count[k] > KQ_WINDOW_MAX) {
             ASSERT_NONE(OF(CONSISTENCY, 0, 1, no_count[k], 0));
         }
     }
-    ASSERT_NONE(OF(START, 1, 0, UINT16_MAX, 0));
+    ASSERT_NONE(OF(DIFFUSE, 1, 0, UINT16_MAX, 0));
     ASSERT_NONE(OF(CONSISTENCY, 0, 1, 0, 0));
     ASSERT_NONE(OF(CONSISTENCY, 0, 1, KQ_WINDOW_MAX + 1, 0));
 #if INT_MAX > 65535 /* a step records no more: with all steps that there may be the length would wrap */
@@ -167,10 +167,10 @@ TEST(an_object_has_its_size)
 {
 #define ASSERT_SIZE(object, name) TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_##object) == sizeof(S(name)))
     ASSERT_SIZE(PROCESS, process); ASSERT_SIZE(SENSOR, sensor); ASSERT_SIZE(FILTER, filter);
-    ASSERT_SIZE(HISTORY, history); ASSERT_SIZE(LAG, lag); ASSERT_SIZE(INSTANT, instant); ASSERT_SIZE(START, start);
+    ASSERT_SIZE(HISTORY, history); ASSERT_SIZE(LAG, lag); ASSERT_SIZE(INSTANT, instant); ASSERT_SIZE(DIFFUSE, diffuse);
     ASSERT_SIZE(ADAPTATION, adaptation); ASSERT_SIZE(CONSISTENCY, consistency);
     ASSERT_SIZE(LEAST_SQUARES, least_squares); ASSERT_SIZE(STEADY, steady);
-    ASSERT_SIZE(SETTLING, settling); ASSERT_SIZE(LOSS, loss);
+    ASSERT_SIZE(FREEZE, freeze); ASSERT_SIZE(LOSS, loss);
 }
 
 SUITE(lengths, NULL)

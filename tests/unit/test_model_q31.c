@@ -7,7 +7,7 @@
 static process_model motion;
 static sensor_model radar;
 static prior_model start;
-static kq_misfit_q31 misfit;
+static kq_range_error_q31 range_error;
 static kq_process_q31 blank_process;
 static kq_sensor_q31 blank_sensor;
 KQ_FILTER_Q31(track, 2);
@@ -24,23 +24,23 @@ static void set_up(void)
     put_prior(&start, 2, range, x0, P0);
     ASSERT_OK(kq_filter_assign_q31(&track, 2, track_memory, COUNT(track_memory)));
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    misfit = (kq_misfit_q31){KQ_CONTROL, 7, 7};
+    range_error = (kq_range_error_q31){KQ_CONTROL, 7, 7};
     watch_nothing();
-    WATCH(motion), WATCH(radar), WATCH(start), WATCH(misfit), WATCH(track), WATCH(track_memory);
+    WATCH(motion), WATCH(radar), WATCH(start), WATCH(range_error), WATCH(track), WATCH(track_memory);
     WATCH(blank_process), WATCH(blank_sensor);
 }
 
 static kq_status init_process(void)
 {
-    return kq_process_init_q31(&motion.process, &motion.table, &misfit);
+    return kq_process_init_q31(&motion.process, &motion.table, &range_error);
 }
 
 static kq_status init_sensor(void)
 {
-    return kq_sensor_init_q31(&radar.sensor, &radar.table, &misfit);
+    return kq_sensor_init_q31(&radar.sensor, &radar.table, &range_error);
 }
 
-static kq_status init_filter(void) { return kq_filter_init_q31(&track, &start.table, &misfit); }
+static kq_status init_filter(void) { return kq_filter_init_q31(&track, &start.table, &range_error); }
 
 typedef kq_status initialise(void);
 
@@ -122,8 +122,8 @@ static void assert_root_is_checked(int32_t *root, initialise *init)
 TEST(process_refuses_null)
 {
     const kq_process_table_q31 good = motion.table;
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(NULL, &motion.table, &misfit));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(&motion.process, NULL, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(NULL, &motion.table, &range_error));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(&motion.process, NULL, &range_error));
     motion.table.state_format = NULL;
     ASSERT_REFUSED(KQ_ERR_NULL, init_process());
     motion.table = good, motion.table.control_format = NULL;
@@ -166,14 +166,14 @@ static kq_scaled_q31 coefficient(double a)
 }
 
 /* Row 1 of A with a large coefficient: `bits` more integer bits, and not one less, make it fit. */
-static void assert_state_misfit(double large, int bits)
+static void assert_state_range_error(double large, int bits)
 {
     motion.transition[2] = coefficient(large);
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_init_q31(&motion.process, &motion.table, NULL));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
-    TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
-    TEST_ASSERT_EQUAL_INT(1, misfit.component);
-    TEST_ASSERT_EQUAL_INT(bits, misfit.bits);
+    TEST_ASSERT_EQUAL_INT(KQ_STATE, range_error.quantity);
+    TEST_ASSERT_EQUAL_INT(1, range_error.component);
+    TEST_ASSERT_EQUAL_INT(bits, range_error.bits);
     motion.transition[2] = coefficient(ldexp(large, 1 - bits));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
     motion.transition[2] = coefficient(ldexp(large, -bits));
@@ -183,15 +183,15 @@ static void assert_state_misfit(double large, int bits)
 TEST(the_overflow_check_names_component_and_bits)
 {
     motion.control[1] = coefficient(0);
-    assert_state_misfit(15.01, 1);
-    assert_state_misfit(29.99, 1);
-    assert_state_misfit(30.01, 2);
-    assert_state_misfit(1e6, 17);
+    assert_state_range_error(15.01, 1);
+    assert_state_range_error(29.99, 1);
+    assert_state_range_error(30.01, 2);
+    assert_state_range_error(1e6, 17);
     motion.transition[2] = coefficient(14.9999);
     ASSERT_OK(init_process());
 }
 
-/* In doubles: a speed in too small a word.  The format with the bits that the misfit names does. */
+/* In doubles: a speed in too small a word.  The format with the bits that the range_error names does. */
 TEST(a_format_with_the_bits_named_fits)
 {
     static const double fast[] = {1, 0, 1000, 1};
@@ -201,9 +201,9 @@ TEST(a_format_with_the_bits_named_fits)
     motion.table.controls = 0;
     ASSERT_OK(kq_matrix_prepare_q31(motion.transition, fast, 2, 2, format, format));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
-    TEST_ASSERT_EQUAL_INT(1, misfit.component);
+    TEST_ASSERT_EQUAL_INT(1, range_error.component);
     for (int less = 1; less >= 0; less--) {
-        format[1].fraction = 24 - misfit.bits + less;
+        format[1].fraction = 24 - range_error.bits + less;
         ASSERT_OK(kq_matrix_prepare_q31(motion.transition, fast, 2, 2, format, format));
         TEST_ASSERT_EQUAL_INT(less ? KQ_ERR_RANGE : KQ_OK,
                               kq_process_init_q31(&motion.process, &motion.table, NULL));
@@ -214,9 +214,9 @@ TEST(a_control_counts_as_a_part_of_its_state)
 {
     motion.control[0] = coefficient(15.5);
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
-    TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
-    TEST_ASSERT_EQUAL_INT(0, misfit.component);
-    TEST_ASSERT_EQUAL_INT(1, misfit.bits);
+    TEST_ASSERT_EQUAL_INT(KQ_STATE, range_error.quantity);
+    TEST_ASSERT_EQUAL_INT(0, range_error.component);
+    TEST_ASSERT_EQUAL_INT(1, range_error.bits);
 }
 
 /* No format makes A_ii smaller. */
@@ -226,16 +226,16 @@ TEST(a_state_cannot_grow_beyond_16_times_itself)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, init_process());
 }
 
-/* Also where the misfit was never written, or told of another table */
+/* Also where the range_error was never written, or told of another table */
 TEST(what_fits_is_said_to_fit)
 {
     static kq_status (*const init[])(void) = {init_process, init_sensor, init_filter};
     char text[40];
     for (int k = 0; k < 3; k++) {
-        misfit = (kq_misfit_q31){KQ_STATE, 0, 0};
+        range_error = (kq_range_error_q31){KQ_STATE, 0, 0};
         ASSERT_OK(init[k]());
-        TEST_ASSERT_EQUAL_INT(KQ_ALL_FIT, misfit.quantity);
-        TEST_ASSERT_EQUAL_INT(15, kq_misfit_text_q31(&misfit, text, sizeof text));
+        TEST_ASSERT_EQUAL_INT(KQ_NO_RANGE_ERROR, range_error.quantity);
+        TEST_ASSERT_EQUAL_INT(15, kq_range_error_text_q31(&range_error, text, sizeof text));
         TEST_ASSERT_EQUAL_STRING("all formats fit", text);
     }
     ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
@@ -274,8 +274,8 @@ TEST(change_transition_moves_otherwise)
 TEST(sensor_refuses_null)
 {
     const kq_sensor_table_q31 good = radar.table;
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(NULL, &radar.table, &misfit));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(&radar.sensor, NULL, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(NULL, &radar.table, &range_error));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(&radar.sensor, NULL, &range_error));
     radar.table.state_format = NULL;
     ASSERT_REFUSED(KQ_ERR_NULL, init_sensor());
     radar.table = good, radar.table.measurement_format = NULL;
@@ -340,9 +340,9 @@ TEST(a_measurement_without_enough_bits_is_named)
         radar.measurement[3] = coefficient(large[k]);
         ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
         TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_sensor());
-        TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, misfit.quantity);
-        TEST_ASSERT_EQUAL_INT(1, misfit.component);
-        TEST_ASSERT_EQUAL_INT(bits[k], misfit.bits);
+        TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, range_error.quantity);
+        TEST_ASSERT_EQUAL_INT(1, range_error.component);
+        TEST_ASSERT_EQUAL_INT(bits[k], range_error.bits);
         radar.measurement[3] = coefficient(ldexp(large[k], -bits[k]));
         ASSERT_OK(init_sensor());
     }
@@ -381,8 +381,8 @@ TEST(assign_refuses)
 TEST(filter_refuses_null)
 {
     const kq_prior_table_q31 good = start.table;
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(NULL, &start.table, &misfit));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(&track, NULL, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(NULL, &start.table, &range_error));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(&track, NULL, &range_error));
     start.table.state_format = NULL;
     ASSERT_REFUSED(KQ_ERR_NULL, init_filter());
     start.table = good, start.table.mean = NULL;
@@ -396,7 +396,7 @@ TEST(filter_checks_its_prior)
     kq_filter_q31 bare;
     memset(&bare, 0, sizeof bare);
     WATCH(bare);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_filter_init_q31(&bare, &start.table, &misfit));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_filter_init_q31(&bare, &start.table, &range_error));
     for (int k = 0; k < COUNT(bad_sizes); k++) {
         start.table.states = bad_sizes[k];
         ASSERT_REFUSED(KQ_ERR_MISMATCH, init_filter());
@@ -414,8 +414,8 @@ TEST(a_mean_out_of_its_range_is_refused)
         start.mean[1] = bad[k];
         ASSERT_REFUSED(KQ_ERR_RANGE, kq_filter_init_q31(&track, &start.table, NULL));
         TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_filter());
-        TEST_ASSERT_EQUAL_INT(KQ_STATE, misfit.quantity);
-        TEST_ASSERT_EQUAL_INT(1, misfit.component);
+        TEST_ASSERT_EQUAL_INT(KQ_STATE, range_error.quantity);
+        TEST_ASSERT_EQUAL_INT(1, range_error.component);
     }
     start.mean[1] = -(10 << 27);
     ASSERT_OK(init_filter());
@@ -472,6 +472,7 @@ TEST(check_finds_every_bit)
     ASSERT_ALL_FOUND(track.known, check_filter);
     ASSERT_ALL_FOUND(track.memory, check_filter);
     ASSERT_ALL_FOUND(track.state_format, check_filter);
+    TEST_ASSERT_GREATER_THAN_INT(32 - 23, BITS_FOUND(track.run.determinant.exponent, check_filter));
     TEST_ASSERT_GREATER_THAN_INT(2 * 8 + 2 * 18, BITS_FOUND(track_memory, check_filter)); /* low words, exponents */
 }
 

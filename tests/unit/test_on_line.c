@@ -418,7 +418,7 @@ TEST_BOTH(a_measurement_that_was_not_taken_is_nothing, 3)
             ASSERT_OK(S(update_subset)(&track, &radar.sensor, measured(&radar.sensor, z), both ? 3 : 1));
         }
         read(&answer[both]);
-        TEST_ASSERT_EQUAL_HEX(both ? KQ_EVENT_FLOOR : 0, S(events)(&track));
+        TEST_ASSERT_EQUAL_HEX(both ? KQ_EVENT_REDUNDANT : 0, S(events)(&track));
     }
     ASSERT_SAME_BITS(answer[0], answer[1]);
 }
@@ -586,13 +586,13 @@ TEST_BOTH(an_assigned_copy_goes_on_alone, 1)
 /* Of a start it takes the place once nothing is unknown, not before. */
 TEST_BOTH(a_start_goes_before, 1)
 {
-    S_START(unknown, 2, 2);
+    S_DIFFUSE(unknown, 2, 2);
     ASSERT_OK(S(detach)(object()));
     ASSERT_OK(init_start(&unknown, &track, &prior, 3));
     WATCH(unknown), WATCH(unknown_memory);
     ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, object()));
     ASSERT_OK(S(update)(&track, &radar.sensor, z_of(1)));
-    TEST_ASSERT_EQUAL_INT(0, S(start_count)(&unknown));
+    TEST_ASSERT_EQUAL_INT(0, S(diffuse_count)(&unknown));
     ASSERT_OK(S(attach)(&track, object()));
     drive(&track, 1);
     ASSERT_OK(show(&shown));

@@ -4,7 +4,7 @@
 #include "unchanged.h"
 
 static kq_format_q31 format[2];
-static kq_misfit_q31 misfit;
+static kq_range_error_q31 range_error;
 static kq_scaled_q31 table[4];
 static int32_t root[KQ_ROOT_LEN_Q31(2)], words[2];
 
@@ -12,12 +12,12 @@ static int32_t root[KQ_ROOT_LEN_Q31(2)], words[2];
 static void set_up(void)
 {
     for (int i = 0; i < 2; i++) format[i] = (kq_format_q31){.range = INT32_MAX, .fraction = 0};
-    misfit = (kq_misfit_q31){KQ_CONTROL, 7, 7};
+    range_error = (kq_range_error_q31){KQ_CONTROL, 7, 7};
     memset(table, 0x5A, sizeof table);
     memset(root, 0x5A, sizeof root);
     memset(words, 0x5A, sizeof words);
     watch_nothing();
-    WATCH(format), WATCH(misfit), WATCH(table), WATCH(root), WATCH(words);
+    WATCH(format), WATCH(range_error), WATCH(table), WATCH(root), WATCH(words);
 }
 
 static const double not_finite[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
@@ -65,10 +65,10 @@ TEST(a_format_needs_a_range_that_it_can_hold)
 
 TEST(a_named_format_is_the_one_named)
 {
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, &misfit));
+    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, &range_error));
     TEST_ASSERT_EQUAL_INT32(100 << 15, format[0].range);
     TEST_ASSERT_EQUAL_INT32(15, format[0].fraction);
-    TEST_ASSERT_EQUAL_INT(7, misfit.bits);
+    TEST_ASSERT_EQUAL_INT(7, range_error.bits);
     ASSERT_OK(kq_format_prepare_named_q31(&format[0], 0, 0.75, NULL));
     TEST_ASSERT_EQUAL_INT32(1, format[0].range);
     ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 65535, NULL));
@@ -76,16 +76,16 @@ TEST(a_named_format_is_the_one_named)
     TEST_ASSERT_EQUAL_INT32(1250000000, format[0].range);
 }
 
-/* The bits of the misfit are those that it takes. */
-static void assert_misfit(int fraction, double range, int bits)
+/* The bits of the range_error are those that it takes. */
+static void assert_range_error(int fraction, double range, int bits)
 {
     WATCH(format);
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], fraction, range, NULL));
     const kq_format_q31 before = format[0];
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE,
-                          kq_format_prepare_named_q31(&format[0], fraction, range, &misfit));
+                          kq_format_prepare_named_q31(&format[0], fraction, range, &range_error));
     ASSERT_SAME_BITS(before, format[0]);
-    TEST_ASSERT_EQUAL_INT(bits, misfit.bits);
+    TEST_ASSERT_EQUAL_INT(bits, range_error.bits);
     ASSERT_OK(kq_format_prepare_named_q31(&format[1], fraction - bits, range, NULL));
     TEST_ASSERT_EQUAL_INT(
         KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[1], fraction - bits + 1, range, NULL));
@@ -93,59 +93,59 @@ static void assert_misfit(int fraction, double range, int bits)
 
 TEST(a_named_format_says_how_many_bits_are_missing)
 {
-    assert_misfit(15, 65536, 1);
-    assert_misfit(15, 65535.99999, 1);
-    assert_misfit(15, 1e6, 4);
-    assert_misfit(30, 100, 6);
-    assert_misfit(31, 1, 1);
-    assert_misfit(0, 1e12, 9);
+    assert_range_error(15, 65536, 1);
+    assert_range_error(15, 65535.99999, 1);
+    assert_range_error(15, 1e6, 4);
+    assert_range_error(30, 100, 6);
+    assert_range_error(31, 1, 1);
+    assert_range_error(0, 1e12, 9);
 }
 
 TEST(a_named_format_refuses)
 {
     static const int bad[] = {KQ_FRACTION_MIN_Q31 - 1, KQ_FRACTION_MAX_Q31 + 1, INT_MAX, INT_MIN};
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_named_q31(NULL, 15, 1, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_named_q31(NULL, 15, 1, &range_error));
     for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, kq_format_prepare_named_q31(&format[0], bad[k], 1, &misfit));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_format_prepare_named_q31(&format[0], bad[k], 1, &range_error));
     }
     for (int k = 0; k < COUNT(not_finite); k++) {
         ASSERT_REFUSED(KQ_ERR_NOT_FINITE,
-                       kq_format_prepare_named_q31(&format[0], 15, not_finite[k], &misfit));
+                       kq_format_prepare_named_q31(&format[0], 15, not_finite[k], &range_error));
     }
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0, &misfit));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, -1, &misfit));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0x1p-17, &misfit));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0, &range_error));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, -1, &range_error));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0x1p-17, &range_error));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 65,
-                                                             0x1.fffffffffffffp-65, &misfit));
+                                                             0x1.fffffffffffffp-65, &range_error));
 }
 
-/* ------------------------------------------------------------------------------ misfit */
+/* ------------------------------------------------------------------------------ range_error */
 
 static void assert_text(const char *expected, kq_quantity quantity, int component, int bits)
 {
-    const kq_misfit_q31 m = {quantity, component, bits};
+    const kq_range_error_q31 m = {quantity, component, bits};
     char text[64];
     memset(text, '?', sizeof text);
-    TEST_ASSERT_EQUAL_INT(strlen(expected), kq_misfit_text_q31(&m, text, sizeof text));
+    TEST_ASSERT_EQUAL_INT(strlen(expected), kq_range_error_text_q31(&m, text, sizeof text));
     TEST_ASSERT_EQUAL_STRING(expected, text);
 }
 
-TEST(a_misfit_in_words)
+TEST(a_range_error_in_words)
 {
     assert_text("state 2 needs 3 more integer bits", KQ_STATE, 2, 3);
     assert_text("control 0 needs 1 more integer bit", KQ_CONTROL, 0, 1);
     assert_text("measurement 15 needs 31 more integer bits", KQ_MEASUREMENT, 15, 31);
 }
 
-TEST(a_misfit_is_cut_where_there_is_no_room)
+TEST(a_range_error_is_cut_where_there_is_no_room)
 {
     static const char whole[] = "state 2 needs 3 more integer bits";
-    const kq_misfit_q31 m = {KQ_STATE, 2, 3};
+    const kq_range_error_q31 m = {KQ_STATE, 2, 3};
     for (size_t room = 0; room <= sizeof whole + 1; room++) {
         char text[64];
         const size_t kept = room > sizeof whole ? sizeof whole - 1 : room ? room - 1 : 0;
         memset(text, '?', sizeof text);
-        TEST_ASSERT_EQUAL_INT(sizeof whole - 1, kq_misfit_text_q31(&m, text, room));
+        TEST_ASSERT_EQUAL_INT(sizeof whole - 1, kq_range_error_text_q31(&m, text, room));
         if (kept) TEST_ASSERT_EQUAL_MEMORY(whole, text, kept);
         if (room == 0) TEST_ASSERT_EQUAL_INT('?', text[0]);
         else TEST_ASSERT_EQUAL_INT(0, text[kept]);
@@ -153,14 +153,14 @@ TEST(a_misfit_is_cut_where_there_is_no_room)
     }
 }
 
-TEST(no_misfit_has_no_words)
+TEST(no_range_error_has_no_words)
 {
-    const kq_misfit_q31 m = {KQ_STATE, 2, 3};
+    const kq_range_error_q31 m = {KQ_STATE, 2, 3};
     char text[4] = "???";
-    TEST_ASSERT_EQUAL_INT(0, kq_misfit_text_q31(NULL, text, sizeof text));
+    TEST_ASSERT_EQUAL_INT(0, kq_range_error_text_q31(NULL, text, sizeof text));
     TEST_ASSERT_EQUAL_STRING("", text);
-    TEST_ASSERT_EQUAL_INT(33, kq_misfit_text_q31(&m, NULL, 100));
-    TEST_ASSERT_EQUAL_INT(0, kq_misfit_text_q31(NULL, NULL, 0));
+    TEST_ASSERT_EQUAL_INT(33, kq_range_error_text_q31(&m, NULL, 100));
+    TEST_ASSERT_EQUAL_INT(0, kq_range_error_text_q31(NULL, NULL, 0));
 }
 
 /* ------------------------------------------------------------------------------ vector */
@@ -168,12 +168,12 @@ TEST(no_misfit_has_no_words)
 TEST(words_are_rounded_to_nearest)
 {
     static const double x[] = {1.49, -1.51};
-    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &range_error));
     TEST_ASSERT_EQUAL_INT32(1, words[0]);
     TEST_ASSERT_EQUAL_INT32(-2, words[1]);
     format[0].fraction = 16;
     format[1].fraction = -1;
-    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &range_error));
     TEST_ASSERT_EQUAL_INT32(97649, words[0]);
     TEST_ASSERT_EQUAL_INT32(-1, words[1]);
 }
@@ -204,15 +204,15 @@ TEST(words_refuse)
 {
     static const int bad[] = {0, -1, 17, INT_MAX, INT_MIN};
     double x[] = {1, 2};
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(NULL, x, 2, format, &misfit));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(words, NULL, 2, format, &misfit));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(words, x, 2, NULL, &misfit));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(NULL, x, 2, format, &range_error));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(words, NULL, 2, format, &range_error));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_vector_prepare_q31(words, x, 2, NULL, &range_error));
     for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, kq_vector_prepare_q31(words, x, bad[k], format, &misfit));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_vector_prepare_q31(words, x, bad[k], format, &range_error));
     }
     for (int k = 0; k < COUNT(not_finite); k++) {
         x[1] = not_finite[k];
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_vector_prepare_q31(words, x, 2, format, &misfit));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_vector_prepare_q31(words, x, 2, format, &range_error));
     }
     x[1] = 1001;
     format[1].range = 1000;
@@ -224,11 +224,11 @@ TEST(words_refuse)
 TEST(words_out_of_range_name_their_component)
 {
     static const double x[] = {1, 0x1p33};
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, &misfit));
-    TEST_ASSERT_EQUAL_INT(1, misfit.component);
-    TEST_ASSERT_EQUAL_INT(3, misfit.bits);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 2, format, &range_error));
+    TEST_ASSERT_EQUAL_INT(1, range_error.component);
+    TEST_ASSERT_EQUAL_INT(3, range_error.bits);
     format[1] = (kq_format_q31){.range = INT32_MAX, .fraction = -3};
-    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &misfit));
+    ASSERT_OK(kq_vector_prepare_q31(words, x, 2, format, &range_error));
 }
 
 /* Every function of prepare.h comes back for every size of number, in formats of any fraction. */
@@ -240,7 +240,7 @@ TEST(every_finite_number_is_taken_or_refused)
             const double a = ldexp(-1, exponent), P[] = {-a, 0, 0, -a}, R[] = {-a, a / 2, a / 2, -a};
             const double F[] = {a, a, -a, a};
             format[0] = format[1] = (kq_format_q31){.range = 1000, .fraction = fraction[k]};
-            const kq_status status = kq_vector_prepare_q31(words, &a, 1, format, &misfit);
+            const kq_status status = kq_vector_prepare_q31(words, &a, 1, format, &range_error);
             TEST_ASSERT_EQUAL_INT(exponent + fraction[k] > 9 ? KQ_ERR_RANGE : KQ_OK, status);
             TEST_ASSERT_TRUE(kq_matrix_prepare_q31(table, F, 2, 2, format, format) <= 0);
             TEST_ASSERT_TRUE(kq_noise_prepare_q31(table, R, 2, format) <= 0);
@@ -262,8 +262,8 @@ TEST(words_far_out_of_range_say_how_many_bits)
     const double x[] = {1e308};
     format[0].fraction = 24;
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, NULL));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, &misfit));
-    TEST_ASSERT_EQUAL_INT(1024 + 24 - 31, misfit.bits);
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x, 1, format, &range_error));
+    TEST_ASSERT_EQUAL_INT(1024 + 24 - 31, range_error.bits);
 }
 
 /* With as many integer bits more the word fits, with one less it does not: also where rounding makes
@@ -275,8 +275,8 @@ TEST(the_bits_that_are_missing_are_enough)
     for (int k = 0; k < COUNT(x); k++) {
         format[0].fraction = 20;
         ASSERT_REFUSED(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, NULL));
-        TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, &misfit));
-        format[0].fraction -= misfit.bits - 1;
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, &range_error));
+        format[0].fraction -= range_error.bits - 1;
         TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, kq_vector_prepare_q31(words, x + k, 1, format, NULL));
         format[0].fraction--;
         ASSERT_OK(kq_vector_prepare_q31(words, x + k, 1, format, NULL));

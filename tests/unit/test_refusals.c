@@ -24,12 +24,12 @@ S_HISTORY(unused, 2, 2, STEPS, 0);
 S_HISTORY(tape3, 3, 1, STEPS, 0);
 S_LAG(lag, 2, 2, 1);
 S_INSTANT(instant, 2, 2);
-S_START(start, 2, 0);
-S_START(blank_start, 2, 0);
+S_DIFFUSE(start, 2, 0);
+S_DIFFUSE(blank_start, 2, 0);
 S_ADAPTATION(tuner, 2, 2);
 S_ADAPTATION(blank_tuner, 2, 2);
-S_SETTLING(calm, 2, 2);
-S_SETTLING(blank_calm, 2, 2);
+S_FREEZE(calm, 2, 2);
+S_FREEZE(blank_calm, 2, 2);
 S_STEADY(steady, 2, 2);
 S_STEADY(blank_steady, 2, 2);
 static S(loss) loss, no_loss;
@@ -41,7 +41,7 @@ static int states = 2, bad_states[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
 static size_t count = 1, no_count = 0, too_many = KQ_COUNT_MAX + 1, negative = SIZE_MAX;
 static size_t filter_length = S_FILTER_LEN(2), short_filter = S_FILTER_LEN(2) - 1;
 static size_t history_length = S_HISTORY_LEN(2, 1, 1, 0), short_history = S_HISTORY_LEN(2, 0, 1, 0) - 1;
-static size_t early = 0, no_early = UINT16_MAX, start_length = S_START_LEN(2, 0), short_start = S_START_LEN(2, 0) - 1;
+static size_t early = 0, no_early = UINT16_MAX, start_length = S_DIFFUSE_LEN(2, 0), short_start = S_DIFFUSE_LEN(2, 0) - 1;
 static size_t short_memory = 0;
 
 /* ------------------------------------------------------- what an argument may be instead */
@@ -118,16 +118,16 @@ CALL_OF(smooth, a[0])
 CALL_OF(smooth_states, a[0])
 CALL_OF(smooth_step, a[0], a[1], NULL)
 CALL_OF(smoothed, a[0], *(size_t *)a[1], a[2])
-CALL_OF(start_assign, a[0], *(int *)a[1], *(size_t *)a[2], a[3], *(size_t *)a[4])
-CALL_OF(start_smooth, a[0])
-CALL_OF(start_smoothed, a[0], 0, a[1])
+CALL_OF(diffuse_assign, a[0], *(int *)a[1], *(size_t *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(diffuse_smooth, a[0])
+CALL_OF(diffuse_smoothed, a[0], 0, a[1])
 CALL_OF(adaptation_init, a[0], a[1], a[2], a[3])
 CALL_OF(steady_init, a[0], a[1], a[2], mean, a[3], *(size_t *)a[4])
 CALL_OF(steady_predict, a[0], a[1])
 CALL_OF(steady_update, a[0], a[1])
 CALL_OF(steady_step, a[0], a[1], a[2])
 CALL_OF(steady_innovation, a[0], a[1], a[2])
-CALL_OF(settling_release, a[0])
+CALL_OF(freeze_release, a[0])
 
 #ifdef KQ_TEST_Q31
 CALL_OF(log_likelihood_scaled, a[0], a[1])
@@ -182,14 +182,14 @@ static const row calls[] = {
     ROW(smooth, {&recorded, of_history}),
     ROW(smooth_states, {&recorded, of_history}),
     ROW(smooth_step, {&recorded, of_history}, {NULL, of_nothing}),
-    ROW(start_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory), {&start_length, of_start_length}),
+    ROW(diffuse_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory), {&start_length, of_start_length}),
     ROW(adaptation_init, AN_OUTPUT(&tuner), A_PROCESS, A_SENSOR, AN_OUTPUT(&rule)),
     ROW(steady_init, AN_OUTPUT(&steady), A_PROCESS, A_SENSOR, AN_OUTPUT(gains), {&count, of_gains}),
     ROW(steady_predict, {&steady, of_steady}, A_CONTROL),
     ROW(steady_update, {&steady, of_steady}, A_MEASUREMENT),
     ROW(steady_step, {&steady, of_steady}, A_CONTROL, A_MEASUREMENT),
     ROW(steady_innovation, {&steady, of_steady}, A_MEASUREMENT, AN_OUTPUT(mean)),
-    ROW(settling_release, {&calm, of_settling}),
+    ROW(freeze_release, {&calm, of_settling}),
 #ifdef KQ_TEST_Q31
     ROW(log_likelihood_scaled, {&track, of_source}, AN_OUTPUT(out)),
 #endif
@@ -200,7 +200,7 @@ static const row showings[] = {ROW(smoothed, AN_OUTPUT(&recorded), {&no_count, o
 static const row smoothings[] = {ROW(smooth_step, {&recorded, of_history}, {&motion.process, of_smoothing_process})};
 
 /* Smoothing of a start that has not been recorded is empty, not refused for its arguments. */
-static const row of_starts[] = {ROW(start_smooth, {&start, of_start}), ROW(start_smoothed, {&start, of_start}, {&view, of_nothing})};
+static const row of_starts[] = {ROW(diffuse_smooth, {&start, of_start}), ROW(diffuse_smoothed, {&start, of_start}, {&view, of_nothing})};
 
 /* --------------------------------------------------------------------------------- driver */
 
@@ -239,7 +239,7 @@ static void set_up(void)
     ASSERT_OK(S(gain)(&track, &radar.sensor, gains));
     ASSERT_OK(S(steady_init)(&steady, &motion.process, &radar.sensor, mean, gains, 1));
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
-    ASSERT_OK(S(settling_init)(&calm, 8));
+    ASSERT_OK(S(freeze_init)(&calm, 8));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(twin), WATCH(twin_memory), WATCH(track3), WATCH(bare), WATCH(blank);
     WATCH(z), WATCH(u), WATCH(mean), WATCH(out), WATCH(recorded), WATCH(recorded_memory), WATCH(tape);
@@ -322,10 +322,10 @@ TEST(steps_refuse_with_a_settling)
     ASSERT_OK(S(attach)(&track, &calm.attached));
     ASSERT_ROWS(steps, 0);
     for (int k = 0; k < 100; k++) ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
-    TEST_ASSERT_EQUAL_INT(1, S(settling_is_settled)(&calm));
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&calm));
     ASSERT_ROWS(steps, 0);
     ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
-    TEST_ASSERT_EQUAL_INT(1, S(settling_is_settled)(&calm));
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&calm));
 }
 
 /* All unknown, and nothing */
@@ -333,7 +333,7 @@ TEST(steps_and_smoothing_refuse_with_a_start)
 {
     WATCH(start), WATCH(start_memory), WATCH(blank_start);
     for (uint32_t unknown = 0; unknown < 4; unknown += 3) {
-        ASSERT_OK(S(start_assign)(&start, 2, 0, start_memory, COUNT(start_memory)));
+        ASSERT_OK(S(diffuse_assign)(&start, 2, 0, start_memory, COUNT(start_memory)));
         ASSERT_OK(init_start(&start, &track, &prior, unknown));
         ASSERT_ROWS(of_starts, 0);
         ASSERT_ROWS(steps, 1);

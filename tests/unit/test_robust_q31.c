@@ -274,7 +274,7 @@ TEST(what_the_plain_update_does_not_take_no_robust_one_takes)
         ASSERT_OK(updates[k % COUNT(updates)](&track, &twins.sensor, seen(value[0], value[1]), ALL,
                                               number(3)));
         TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&track));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, kq_events_q31(&track));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, kq_events_q31(&track));
         TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof twin_memory);
     }
 }

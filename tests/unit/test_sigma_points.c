@@ -3,7 +3,7 @@
 #include "sizes.h"
 #include "unchanged.h"
 
-#define WORK KQ_POINTS_LEN(2, 2)
+#define WORK KQ_SIGMA_POINTS_LEN(2, 2)
 
 FILTER(trial, 2);
 FILTER(blank, 2);
@@ -22,7 +22,7 @@ static K(filter) past_view;
 
 static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static num work[GUARDED(WORK)], y[16], J[32], E[32], noise_of[4];
-static const kq_points rules[] = {KQ_POINTS_CUBATURE, KQ_POINTS_CENTRAL};
+static const kq_sigma_points rules[] = {KQ_SIGMA_POINTS_CUBATURE, KQ_SIGMA_POINTS_CENTRAL};
 
 static void set_up(void)
 {
@@ -140,11 +140,11 @@ TEST(what_a_linear_function_leaves_is_the_bend)
 {
     const num mean[] = {3}, variance_of[] = {4};
     ASSERT_OK(K(filter_init)(&one, mean, variance_of));
-    ASSERT_OK(K(linearise)(&one, square_of_one, NULL, 1, KQ_POINTS_CENTRAL, y, J, E));
+    ASSERT_OK(K(linearise)(&one, square_of_one, NULL, 1, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
     ASSERT_CLOSE(13, y[0], 32);
     ASSERT_CLOSE(6, J[0], 32);
     ASSERT_CLOSE(32, E[0] * E[0], 128);
-    ASSERT_OK(K(linearise)(&one, square_of_one, NULL, 1, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(linearise)(&one, square_of_one, NULL, 1, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
     ASSERT_CLOSE(13, y[0], 32);
     ASSERT_CLOSE(0, E[0], 32);
 }
@@ -164,7 +164,7 @@ TEST(the_covariance_is_that_of_the_points)
     for (int k = 0; k < 4; k++) {
         for (int c = 0; c < 4; c++) cov[c] += (g[k][c / 2] - mean[c / 2]) * (g[k][c % 2] - mean[c % 2]) / 4;
     }
-    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
     for (int c = 0; c < 2; c++) {
         ASSERT_CLOSE(mean[c], y[c], 32);
         for (int d = 0; d < 2; d++) {
@@ -204,16 +204,16 @@ static void assert_like(const K(filter) * expected, const K(filter) * actual)
     ASSERT_CLOSE(a.run, b.run, 400);
 }
 
-static void drive_by_points(int step, kq_points rule)
+static void drive_by_points(int step, kq_sigma_points rule)
 {
     const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
     log_of_calls log = {.z = z, .u = control_of(step)};
     num *inside = guard(work, COUNT(work));
     ASSERT_OK(K(predict)(&twin, &motion, control_of(step)));
-    ASSERT_OK(K(predict_points)(&track, &motion, linear_increment, &log, rule, inside));
+    ASSERT_OK(K(predict_sigma_points)(&track, &motion, linear_increment, &log, rule, inside));
     assert_guards(work, WORK, COUNT(work));
     ASSERT_OK(K(update)(&twin, &radar, z));
-    ASSERT_OK(K(update_points)(&track, &radar, linear_innovation, &log, rule, inside));
+    ASSERT_OK(K(update_sigma_points)(&track, &radar, linear_innovation, &log, rule, inside));
     assert_guards(work, WORK, COUNT(work));
     assert_like(&twin, &track);
 }
@@ -242,7 +242,7 @@ TEST(linear_functions_give_the_plain_filter_and_its_smoothers)
     }
 }
 
-/* kq_predict_points and kq_update_points are kq_linearise and what follows it. */
+/* kq_predict_sigma_points and kq_update_sigma_points are kq_linearise and what follows it. */
 TEST(the_steps_in_one_call_are_their_parts)
 {
     const num z[] = {1, 2};
@@ -251,14 +251,14 @@ TEST(the_steps_in_one_call_are_their_parts)
     for (int recorded = 0; recorded < 2; recorded++) {
         begin_drive();
         if (recorded) ASSERT_OK(K(attach)(&track, &jacobians.attached));
-        ASSERT_OK(K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CENTRAL, work));
-        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        ASSERT_OK(K(predict_sigma_points)(&track, &motion, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
         J[0] += 1, J[3] += 1;
         ASSERT_OK(K(process_linearise)(&found, &motion, J, E));
         ASSERT_OK(K(predict_extended)(&twin, &found, y));
         assert_like(&twin, &track);
-        ASSERT_OK(K(update_points)(&track, &radar, squares, &log, KQ_POINTS_CENTRAL, work));
-        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        ASSERT_OK(K(update_sigma_points)(&track, &radar, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
         for (int k = 0; k < 4; k++) H_found[k] = -J[k];
         ASSERT_OK(K(sensor_linearise)(&at, &radar, H_found, E, noise_of));
         ASSERT_OK(K(update)(&twin, &at, y));
@@ -320,11 +320,11 @@ TEST(an_echo_of_the_same_noise_says_nothing)
         begin_drive();
         ASSERT_OK(K(sensor_init)(&single, direction, of_one));
         ASSERT_OK(K(sensor_init)(&at, H, both));
-        ASSERT_OK(K(update_points)(&twin, &single, heard_twice, &of, KQ_POINTS_CUBATURE, work));
+        ASSERT_OK(K(update_sigma_points)(&twin, &single, heard_twice, &of, KQ_SIGMA_POINTS_CUBATURE, work));
         of.rows = 2;
-        ASSERT_OK(K(update_points)(&track, &at, heard_twice, &of, KQ_POINTS_CUBATURE, work));
+        ASSERT_OK(K(update_sigma_points)(&track, &at, heard_twice, &of, KQ_SIGMA_POINTS_CUBATURE, work));
         assert_state_like(&twin, &track);
-        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_FLOOR, K(events)(&track));
+        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_REDUNDANT, K(events)(&track));
     }
 }
 
@@ -335,10 +335,10 @@ TEST(a_state_that_is_known_exactly_stays_so)
     log_of_calls log = {.z = x0};
     ASSERT_OK(K(filter_init)(&track, x0, singular));
     ASSERT_OK(K(process_init)(&motion, A, B, none));
-    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
     for (int k = 0; k < 4; k++) TEST_ASSERT_TRUE(J[k] - J[k] == 0);
-    ASSERT_OK(K(predict_points)(&track, &motion, linear_increment, &log, KQ_POINTS_CUBATURE, work));
-    ASSERT_OK(K(update_points)(&track, &radar, linear_innovation, &log, KQ_POINTS_CUBATURE, work));
+    ASSERT_OK(K(predict_sigma_points)(&track, &motion, linear_increment, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+    ASSERT_OK(K(update_sigma_points)(&track, &radar, linear_innovation, &log, KQ_SIGMA_POINTS_CUBATURE, work));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) > 0);
     ASSERT_CLOSE(0.5, K(sigma)(&track, 1) / K(sigma)(&track, 0) * 2, 4); /* A's column: 1, -1/4 */
 }
@@ -358,7 +358,7 @@ static void update_iterated(int iterations, num z)
     num H_found[2], e[1];
     ASSERT_OK(K(filter_copy)(&trial, &track));
     for (int k = 0; k < iterations; k++) {
-        ASSERT_OK(K(linearise)(&trial, range_of, &z, 1, KQ_POINTS_CENTRAL, e, J, E));
+        ASSERT_OK(K(linearise)(&trial, range_of, &z, 1, KQ_SIGMA_POINTS_CENTRAL, e, J, E));
         for (int i = 0; i < 2; i++) {
             H_found[i] = -J[i];
             e[0] += J[i] * (K(mean)(&track, i) - K(mean)(&trial, i));
@@ -384,7 +384,7 @@ TEST(a_root_of_little_rank_is_as_good)
 {
     static const num x[] = {N(100.3), N(30.7), N(18.1)}, h[] = {1, 1, 1}, r[] = {N(0.1)}, z[] = {150};
     static const num S[] = {64 * (num)EPS, N(0.5), (num)EPS / 4, N(0.01), 1, 1};
-    static num words[KQ_POINTS_LEN(3, 1)];
+    static num words[KQ_SIGMA_POINTS_LEN(3, 1)];
     FILTER(plain, 3);
     FILTER(by_points, 3);
     SENSOR(total, 3, 1);
@@ -393,7 +393,7 @@ TEST(a_root_of_little_rank_is_as_good)
         ASSERT_OK(K(filter_init_root)(&plain, x, S));
         ASSERT_OK(K(filter_init_root)(&by_points, x, S));
         ASSERT_OK(K(update)(&plain, &total, z));
-        ASSERT_OK(K(update_points)(&by_points, &total, sum_of_three, NULL, (kq_points)rule, words));
+        ASSERT_OK(K(update_sigma_points)(&by_points, &total, sum_of_three, NULL, (kq_sigma_points)rule, words));
         for (int i = 0; i < 3; i++) {
             const double sigma = (double)K(sigma)(&plain, i);
             ASSERT_WITHIN(1e-3 * sigma, (double)K(mean)(&plain, i), K(mean)(&by_points, i));
@@ -422,7 +422,7 @@ TEST(iterating_finds_where_a_sharp_range_leads)
 TEST(what_is_missing_or_not_ready_is_refused)
 {
     log_of_calls log = {.z = x0};
-    const kq_points rule = KQ_POINTS_CUBATURE;
+    const kq_sigma_points rule = KQ_SIGMA_POINTS_CUBATURE;
     ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(NULL, squares, &log, 2, rule, y, J, E));
     ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, NULL, &log, 2, rule, y, J, E));
     ASSERT_REFUSED(KQ_ERR_NULL, K(linearise)(&track, squares, &log, 2, rule, NULL, J, E));
@@ -431,35 +431,35 @@ TEST(what_is_missing_or_not_ready_is_refused)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&blank, squares, &log, 2, rule, y, J, E));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, squares, &log, 0, rule, y, J, E));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(linearise)(&track, squares, &log, 17, rule, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(linearise)(&track, squares, &log, 2, (kq_points)2, y, J, E));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(NULL, &motion, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, NULL, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, NULL, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_points)(&track, &motion, squares, &log, rule, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(predict_points)(&track, &motion, squares, &log, (kq_points)-1, work));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&blank, &motion, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_points)(&track, &blank_process, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_points)(&track, &motion3, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(NULL, &radar, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, NULL, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, NULL, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_points)(&track, &radar, squares, &log, rule, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_points)(&track, &blank_sensor, squares, &log, rule, work));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_points)(&track3, &radar, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(linearise)(&track, squares, &log, 2, (kq_sigma_points)2, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_sigma_points)(NULL, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_sigma_points)(&track, NULL, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_sigma_points)(&track, &motion, NULL, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_sigma_points)(&track, &motion, squares, &log, rule, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(predict_sigma_points)(&track, &motion, squares, &log, (kq_sigma_points)-1, work));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_sigma_points)(&blank, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_sigma_points)(&track, &blank_process, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_sigma_points)(&track, &motion3, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_sigma_points)(NULL, &radar, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_sigma_points)(&track, NULL, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_sigma_points)(&track, &radar, NULL, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_sigma_points)(&track, &radar, squares, &log, rule, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_sigma_points)(&track, &blank_sensor, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update_sigma_points)(&track3, &radar, squares, &log, rule, work));
     TEST_ASSERT_EQUAL_INT(0, log.calls);
     ASSERT_OK(K(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_points)(&track, &motion, squares, &log, rule, work));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_sigma_points)(&track, &motion, squares, &log, rule, work));
 }
 
 TEST(values_that_are_not_finite_change_nothing)
 {
     for (int bad = 1; bad <= 5; bad++) {
         log_of_calls log = {.bad = bad};
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_points)(&track, &motion, squares, &log, KQ_POINTS_CUBATURE, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion, squares, &log, KQ_SIGMA_POINTS_CUBATURE, work));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_points)(&track, &radar, squares, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
     }
 }
 
@@ -467,11 +467,11 @@ TEST(what_is_not_written_is_no_number)
 {
     for (int bad = 1; bad <= 5; bad++) {
         log_of_calls log = {.bad = bad};
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, forgetful, &log, 2, KQ_POINTS_CENTRAL, y, J, E));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, forgetful, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_points)(&track, &motion, forgetful, &log, KQ_POINTS_CUBATURE, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion, forgetful, &log, KQ_SIGMA_POINTS_CUBATURE, work));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_points)(&track, &radar, forgetful, &log, KQ_POINTS_CENTRAL, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar, forgetful, &log, KQ_SIGMA_POINTS_CENTRAL, work));
     }
 }
 
@@ -480,7 +480,7 @@ TEST(what_bends_beyond_the_numbers_is_refused)
 {
     const num most = MOST_SIGMA, still = N(0x1p40);
     num far = 32 * most, beyond[] = {1, 0, most, 0};
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_points)(&track, &radar, spread, &far, KQ_POINTS_CENTRAL, work));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_sigma_points)(&track, &radar, spread, &far, KQ_SIGMA_POINTS_CENTRAL, work));
     for (int k = 0; k < 4; k++) E[k] = beyond[k];
     ASSERT_OK(K(sensor_linearise)(&at, &radar, H, E, noise_of));
     ASSERT_OK(K(process_linearise)(&found, &motion, A, E));
@@ -538,14 +538,14 @@ TEST(what_is_smoothed_can_be_linearised_at)
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(smooth)(&record));
     ASSERT_OK(K(smoothed)(&record, 0, &view));
-    ASSERT_OK(K(linearise)(&view, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_OK(K(linearise)(&view, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
     ASSERT_OK(K(filter_copy)(&trial, &view));
-    ASSERT_OK(K(linearise)(&trial, squares, &log, 2, KQ_POINTS_CUBATURE, y, of_copy, E));
+    ASSERT_OK(K(linearise)(&trial, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, of_copy, E));
     ASSERT_SAME_BITS(J, of_copy);
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     ASSERT_OK(K(smooth_states)(&record));
     ASSERT_OK(K(smoothed)(&record, 0, &view));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&view, squares, &log, 2, KQ_POINTS_CUBATURE, y, J, E));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(linearise)(&view, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
 }
 
 SUITE(sigma_points, set_up)

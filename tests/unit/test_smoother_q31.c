@@ -256,7 +256,7 @@ TEST(a_step_gives_extras)
         }
         assert_noises();
         assert_means(t), assert_covariance(t);
-        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_WORD_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
+        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
 }

@@ -43,7 +43,7 @@ _Static_assert(KQ_HISTORY_LEN_Q31(16, 16, MOST, 0) > 400 * (kq_length)MOST, "q31
 _Static_assert(LAG_LEN(1, 1, MOST) > 4 * (kq_length)MOST, "lag");
 _Static_assert(LAG_LEN(1, MOST, 1) > MOST && INSTANT_LEN(1, MOST) > MOST, "on line");
 _Static_assert(KQ_LAG_LEN_Q31(1, 1, MOST) > MOST && KQ_INSTANT_LEN_Q31(1, MOST) > MOST, "on line");
-_Static_assert(START_LEN(16, MOST) > MOST && KQ_START_LEN_Q31(16, MOST) > MOST, "start");
+_Static_assert(DIFFUSE_LEN(16, MOST) > MOST && KQ_DIFFUSE_LEN_Q31(16, MOST) > MOST, "start");
 _Static_assert(KQ_EM_LEN_F32(1, 1, MOST) > MOST && KQ_EM_LEN_F64(1, 1, MOST) > MOST, "EM");
 _Static_assert(KQ_CONSISTENCY_LEN_F32(16, MOST) > MOST, "consistency");
 _Static_assert(KQ_CONSISTENCY_LEN_Q31(16, MOST) > MOST, "consistency");
@@ -57,7 +57,7 @@ _Static_assert(KQ_EM_LEN_F32(16, 16, 1) <= 0xffff, "16 bits");
 /* Figures of the manual: size.h, and the headers of the objects */
 #define F32_BYTES(length, a, b, c) (4 * length(2, 1) == a && 4 * length(4, 2) == b && 4 * length(9, 3) == c)
 #define LAG_OF_10(n, m) KQ_LAG_LEN_F32(n, m, 10)
-#define START_OF_0(n, m) KQ_START_LEN_F32(n, 0)
+#define START_OF_0(n, m) KQ_DIFFUSE_LEN_F32(n, 0)
 #define FILTER_OF(n, m) KQ_FILTER_LEN_F32(n)
 #define HISTORY_STEP_OF(n, m) KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m)
 #define HISTORY_WORKSPACE_OF(n, m) KQ_PRIVATE_HISTORY_WORKSPACE_LEN(n)
@@ -66,7 +66,7 @@ _Static_assert(F32_BYTES(HISTORY_STEP_OF, 44, 116, 376), "size.h, smoother.h");
 _Static_assert(F32_BYTES(HISTORY_WORKSPACE_OF, 104, 336, 1476), "size.h");
 _Static_assert(F32_BYTES(LAG_OF_10, 912, 2912, 12600), "size.h, lag.h");
 _Static_assert(F32_BYTES(KQ_INSTANT_LEN_F32, 260, 824, 3492), "size.h");
-_Static_assert(F32_BYTES(START_OF_0, 76, 244, 1084), "size.h, start.h");
+_Static_assert(F32_BYTES(START_OF_0, 76, 244, 1084), "size.h, diffuse.h");
 _Static_assert(F32_BYTES(KQ_ADAPTATION_LEN_F32, 56, 188, 720), "size.h, adaptation.h");
 _Static_assert(KQ_STEADY_SOLVE_LEN_F32(4, 2) == 200, "steady.h");
 
@@ -138,7 +138,7 @@ TEST(a_number_that_is_no_status_has_a_text_too)
 
 TEST(events_are_separate_bits)
 {
-    static const unsigned bits[] = {KQ_EVENT_FLOOR,     KQ_EVENT_OVERFLOW, KQ_EVENT_HISTORY_FULL,
+    static const unsigned bits[] = {KQ_EVENT_REDUNDANT,     KQ_EVENT_OVERFLOW, KQ_EVENT_HISTORY_FULL,
                                     KQ_EVENT_SATURATED, KQ_EVENT_GATED,    KQ_EVENT_REJECTIONS,
                                     KQ_EVENT_JUMP};
     unsigned seen = 0;

@@ -460,7 +460,7 @@ TEST(a_redundant_noise_free_component_is_not_taken)
     const K(sensor) *s = sensor_of(twice, free_of_noise, 2);
     z[1] = z[0];
     ASSERT_OK(K(update)(&track, s, z));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
     ASSERT_OK(K(update_subset)(&twin, s, z, 1));
     ASSERT_SAME_STATE(&twin, &track, 2);
@@ -503,7 +503,7 @@ static void assert_redundancy(double r)
         ASSERT_OK(K(update)(&three, &five, values));
         ASSERT_OK(K(update)(&other, &plain, values));
         TEST_ASSERT_EQUAL_INT(2, K(taken)(&three));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&three));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&three));
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&other));
         ASSERT_SAME_STATE(&other, &three, 3);
     }
@@ -538,7 +538,7 @@ TEST(multiples_of_one_noisy_component_are_left_out)
         ASSERT_OK(K(update)(&track, &three, values));
         ASSERT_OK(K(update)(&twin, sensor_of(rows + 4, &variance, 1), values + 2));
         TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
         ASSERT_SAME_STATE(&twin, &track, 2);
         ASSERT_CLOSE(K(log_likelihood)(&twin), K(log_likelihood)(&track), 1);
     }
@@ -560,7 +560,7 @@ TEST(noise_free_components_may_come_again)
     for (int step = 1; step <= 40; step++) {
         ASSERT_OK(K(update)(&four, &constraints, nothing));
         TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, K(taken)(&four));
-        TEST_ASSERT_EQUAL_HEX(step == 1 ? 0 : KQ_EVENT_FLOOR, K(events)(&four));
+        TEST_ASSERT_EQUAL_HEX(step == 1 ? 0 : KQ_EVENT_REDUNDANT, K(events)(&four));
         K(events_clear)(&four);
         ASSERT_OK(K(update)(&four, &third, measured));
         /* x2 has the variance 2 before, of x3's and its own */
@@ -638,7 +638,7 @@ TEST(a_noise_free_state_may_come_again)
     ASSERT_OK(K(filter_copy)(&copy, &three));
     ASSERT_OK(K(update)(&three, &first, again));
     TEST_ASSERT_EQUAL_INT(0, K(taken)(&three));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&three));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&three));
     ASSERT_SAME_STATE(&copy, &three, 3);
 }
 
@@ -660,7 +660,7 @@ TEST(a_noise_free_measurement_of_a_known_state_is_not_taken)
     ASSERT_OK(K(filter_init)(&track, x0, exact));
     ASSERT_OK(K(filter_init)(&twin, x0, exact));
     ASSERT_OK(K(update)(&track, sensor_of(H, free_of_noise, 2), z));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
     ASSERT_SAME_STATE(&twin, &track, 2);
     ASSERT_CLOSE(0, K(log_likelihood)(&track), 0);
@@ -692,7 +692,7 @@ TEST(events_stay_until_they_are_cleared)
     ASSERT_OK(K(update)(&track, sensor_of(twice, free_of_noise, 2), z));
     ASSERT_OK(K(predict)(&track, &motion, u));
     ASSERT_OK(K(update)(&track, &radar, z));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_FLOOR, K(events)(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
     reading before, after;
     read_filter(&before, &track, 2);
     K(events_clear)(&track);
@@ -709,7 +709,7 @@ FILTER(two, 2);
 PROCESS(still, 2, 0);
 SENSOR(fine, 2, 1);
 
-/* A sharp measurement, and a predict that mixes what it told with what it did not */
+/* A low-noise measurement, and a predict that mixes what it told with what it did not */
 static unsigned events_of_sharpness(double share)
 {
     static const num zero[] = {0, 0}, P[] = {1, 0, 0, 1}, A[] = {1, 1, 0, 1}, none[] = {0, 0, 0, 0};
@@ -747,13 +747,13 @@ TEST(many_measurements_that_say_too_little_are_an_event)
     static const double shares[] = {1, 20, 12, 2, 0};
     const unsigned most = EPS > 1e-10 ? KQ_EVENT_PRECISION : 0;
     for (int k = 0; k < COUNT(shares); k++) {
-        const int is_faint = k == 2 || k == 3;
+        const int is_weak = k == 2 || k == 3;
         TEST_ASSERT_EQUAL_HEX(0, events_of_share(k ? shares[k] * EPS : 1));
-        level.faint = (UINT32_C(1) << 19) - 2;
+        level.weak = (UINT32_C(1) << 19) - 2;
         ASSERT_OK(K(update)(&level, &gauge, zero));
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
         for (int more = 0; more < 2; more++) ASSERT_OK(K(update)(&level, &gauge, zero));
-        TEST_ASSERT_EQUAL_HEX(is_faint ? most : 0, K(events)(&level));
+        TEST_ASSERT_EQUAL_HEX(is_weak ? most : 0, K(events)(&level));
     }
 }
 

@@ -10,15 +10,15 @@ KQ_HISTORY_Q31(tape, 2, 2, 16, 16);
 KQ_LAG_Q31(lag, 2, 2, 3);
 KQ_INSTANT_Q31(point, 2, 2);
 static kq_filter_q31 lag_view, point_view;
-KQ_START_Q31(start, 2, 16);
-KQ_SETTLING_Q31(settling, 2, 2);
+KQ_DIFFUSE_Q31(start, 2, 16);
+KQ_FREEZE_Q31(settling, 2, 2);
 
 /* the same in double */
 PROCESS(trend_f64, 2, 0);
 SENSOR(line_f64, 2, 1);
 FILTER(track_f64, 2);
 HISTORY(tape_f64, 2, 1, 16, 0);
-START(start_f64, 2, 16);
+DIFFUSE(start_f64, 2, 16);
 
 /* The states' words end at 128. */
 static const double range[] = {100, 100}, measured_range[] = {20000, 20000};
@@ -248,12 +248,12 @@ TEST(a_settled_filter_is_held_at_the_end_of_a_step)
 {
     static const double Q[] = {1e4, 0, 0, 1};
     put_process(&still, 2, 0, range, NULL, identity, NULL, Q);
-    ASSERT_OK(kq_settling_init_q31(&settling, 8));
+    ASSERT_OK(kq_freeze_init_q31(&settling, 8));
     ASSERT_OK(kq_attach_q31(&track, &settling.attached));
     for (int t = 0; t < 40; t++) {
         ASSERT_OK(kq_step_q31(&track, &still.process, NULL, &independent.sensor, inside()));
     }
-    TEST_ASSERT_EQUAL_INT(1, kq_settling_is_settled_q31(&settling));
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&settling));
     for (int sign = -1; sign <= 1; sign += 2) {
         const double z[] = {605 * sign, 5 * sign};
         int32_t words[2];
@@ -279,11 +279,11 @@ static double draw(void)
 
 static void begin_trend(void)
 {
-    ASSERT_OK(kq_start_assign_q31(&start, 2, 16, start_memory, COUNT(start_memory)));
-    ASSERT_OK(kq_start_init_q31(&start, &track, &level_prior.table, 3, NULL));
+    ASSERT_OK(kq_diffuse_assign_q31(&start, 2, 16, start_memory, COUNT(start_memory)));
+    ASSERT_OK(kq_diffuse_init_q31(&start, &track, &level_prior.table, 3, NULL));
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
-    ASSERT_OK(K(start_assign)(&start_f64, 2, 16, start_f64_memory, COUNT(start_f64_memory)));
-    ASSERT_OK(K(start_init)(&start_f64, &track_f64, x0, identity, 3));
+    ASSERT_OK(K(diffuse_assign)(&start_f64, 2, 16, start_f64_memory, COUNT(start_f64_memory)));
+    ASSERT_OK(K(diffuse_init)(&start_f64, &track_f64, x0, identity, 3));
     ASSERT_OK(K(attach)(&track_f64, &tape_f64.attached));
 }
 
@@ -313,8 +313,8 @@ static int run_trend(double noise, int from)
         ASSERT_OK(K(update)(&track_f64, &line_f64, z));
         within &= is_within();
     }
-    const kq_status smoothed = kq_start_smooth_q31(&start);
-    ASSERT_OK(K(start_smooth)(&start_f64));
+    const kq_status smoothed = kq_diffuse_smooth_q31(&start);
+    ASSERT_OK(K(diffuse_smooth)(&start_f64));
     for (size_t t = 0; t < 16; t++) {
         within &= fabs(K(mean)(START_SMOOTHED(&start_f64, t), 0)) < 85;
         within &= fabs(K(mean)(START_SMOOTHED(&start_f64, t), 1)) < 85;

@@ -12,10 +12,10 @@
         (void)status;                                                                              \
         return view;                                                                               \
     }                                                                                              \
-    static inline kq_filter_##T start_smoothed_view_##T(const kq_start_##T *s, size_t t)           \
+    static inline kq_filter_##T start_smoothed_view_##T(const kq_diffuse_##T *s, size_t t)           \
     {                                                                                              \
         kq_filter_##T view;                                                                        \
-        const kq_status status = kq_start_smoothed_##T(s, t, &view);                               \
+        const kq_status status = kq_diffuse_smoothed_##T(s, t, &view);                               \
         (void)status;                                                                              \
         return view;                                                                               \
     }

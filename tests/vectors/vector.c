@@ -8,7 +8,7 @@
 #include <kalmanq/lag.h>
 #include <kalmanq/least_squares.h>
 #include <kalmanq/robust.h>
-#include <kalmanq/start.h>
+#include <kalmanq/diffuse.h>
 #include <kalmanq/steady.h>
 
 enum { SLOTS = 2, NUMBERS = 1024, MOST = KQ_SIZE_MAX };
@@ -45,12 +45,12 @@ static struct {
     kq_steady_q31 steady;
     const kq_scaled_q31 *gains; /* of the updates */
     size_t gain_count;
-    kq_settling_q31 lazy;
+    kq_freeze_q31 lazy;
     kq_loss_q31 gate;
     kq_least_squares_q31 fit;
     kq_format_q31 fit_format;
     kq_consistency_q31 window;
-    kq_start_q31 start;
+    kq_diffuse_q31 start;
     kq_adaptation_q31 adaptation;
     kq_scaled_q31 out[3][MOST * MOST];
 } machine;
@@ -234,7 +234,7 @@ static void put_filter_unknown(const vector_sink *sink, const kq_filter_q31 *f)
     put_word(sink, "events", (int32_t)kq_events_q31(f));
     put_word(sink, "taken", -1);
     put_score(sink, "NIS", KQ_NOT_A_SCORE_Q31);
-    for (int i = 0; i < machine.n; i++) sink->put(sink->to, "sigma", i, KQ_NOT_A_WORD_Q31);
+    for (int i = 0; i < machine.n; i++) sink->put(sink->to, "sigma", i, KQ_NOT_A_VALUE_Q31);
     put_memory(sink, f);
 }
 
@@ -256,10 +256,10 @@ static void put_status(const vector_sink *sink, kq_status status)
     put_word(sink, "status", status);
 }
 
-static void put_misfit(const vector_sink *sink, const kq_misfit_q31 *misfit)
+static void put_range_error(const vector_sink *sink, const kq_range_error_q31 *range_error)
 {
-    const int32_t words[3] = {(int32_t)misfit->quantity, misfit->component, misfit->bits};
-    put_words(sink, "misfit", words, 3);
+    const int32_t words[3] = {(int32_t)range_error->quantity, range_error->component, range_error->bits};
+    put_words(sink, "range_error", words, 3);
 }
 
 /* ------------------------------------------------------------------ models */
@@ -294,7 +294,7 @@ static int set_process(words_in *in, const vector_sink *sink)
     if (!is_complete(in)) return -1;
     for (int k = 0; k < KQ_ROOT_LEN_Q31(n); k++) slot->noise_root[k] = root[k];
     slot->controls = l;
-    kq_misfit_q31 misfit = {KQ_STATE, 0, 0};
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
     put_status(sink, kq_process_init_q31(
                          &slot->process,
                          &(kq_process_table_q31){.states = n,
@@ -304,8 +304,8 @@ static int set_process(words_in *in, const vector_sink *sink)
                                                  .transition = slot->transition,
                                                  .control = l ? control : 0,
                                                  .noise_root = slot->noise_root},
-                         &misfit));
-    put_misfit(sink, &misfit);
+                         &range_error));
+    put_range_error(sink, &range_error);
     return 0;
 }
 
@@ -319,7 +319,7 @@ static int set_sensor(words_in *in, const vector_sink *sink)
     kq_scaled_q31 *noise = keep_scaled(in, correlated ? KQ_TRIANGLE(m) : m);
     if (!is_complete(in)) return -1;
     slot->components = m;
-    kq_misfit_q31 misfit = {KQ_STATE, 0, 0};
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
     put_status(sink, kq_sensor_init_q31(
                          &slot->sensor,
                          &(kq_sensor_table_q31){.states = n,
@@ -329,8 +329,8 @@ static int set_sensor(words_in *in, const vector_sink *sink)
                                                 .measurement_format = slot->measurement_format,
                                                 .measurement = slot->measurement,
                                                 .noise = noise},
-                         &misfit));
-    put_misfit(sink, &misfit);
+                         &range_error));
+    put_range_error(sink, &range_error);
     return 0;
 }
 
@@ -339,7 +339,7 @@ static int set_prior(words_in *in, const vector_sink *sink)
     const int n = machine.n;
     const int32_t *mean = take(in, (size_t)n), *root = take(in, (size_t)KQ_ROOT_LEN_Q31(n));
     if (!is_complete(in)) return -1;
-    kq_misfit_q31 misfit = {KQ_STATE, 0, 0};
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
     kq_filter_q31 *f = &machine.filter;
     kq_status status = kq_filter_assign_q31(f, n, machine.filter_memory, KQ_FILTER_LEN_Q31(MOST));
     if (!status) {
@@ -347,10 +347,10 @@ static int set_prior(words_in *in, const vector_sink *sink)
             f,
             &(kq_prior_table_q31){
                 .states = n, .state_format = machine.state_format, .mean = mean, .root = root},
-            &misfit);
+            &range_error);
     }
     put_status(sink, status);
-    put_misfit(sink, &misfit);
+    put_range_error(sink, &range_error);
     if (!status) put_filter(sink, f);
     machine.step = 0;
     return 0;
@@ -652,7 +652,7 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 #include "operations_extended.inc"
 #include "operations_on_line.inc"
 #include "operations_robust.inc"
-#include "operations_start.inc"
+#include "operations_diffuse.inc"
 #include "operations_statistics.inc"
 #include "operations_steady.inc"
 

@@ -108,7 +108,7 @@ def library_sources(place: Place, arithmetic: str) -> list[Path]:
         path
         for path in sorted((place.source / "src").glob("*.c"))
         if path.name in (f"kq_{part}_{arithmetic}.c" for part in PARTS)
-        or path.name in ("kq_status.c", "kq_misfit_q31.c")
+        or path.name in ("kq_status.c", "kq_range_error_q31.c")
     ]
 
 

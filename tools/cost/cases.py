@@ -93,7 +93,7 @@ class Program:
         return own + tuple(each for each in HIDDEN if each not in left_out)
 
     def smooths(self, n: int) -> bool:
-        """Not at known sizes where the smoother's unrolled code is no sensible size."""
+        """Not at compile-time sizes where the smoother's unrolled code is no sensible size."""
         return self.sizes == RUNTIME or (self.arithmetic != "q31" and n <= 6)
 
 

@@ -3,7 +3,7 @@
 
     compiled_fit.py FOLDER --fit FITTED.csv... --check CHECKED.csv... -o costs.csv
 
-tests/desk/compiled_plans.py has written FOLDER, with the operations of each filter, and compiled.py --csv what was
+tests/tools/compiled_plans.py has written FOLDER, with the operations of each filter, and compiled.py --csv what was
 measured of FOLDER/fit and of FOLDER/check.  Printed: how far off the sums are for those that were fitted, and for
 others, with the worst one's name, and for the five models.  What is farther off than MOST_OFF has no row: it is not
 estimated.

@@ -31,7 +31,7 @@ class Toolchain:
     compiler: list[str]
     linker: list[str]  # gcc's
     profile: list[str]  # the library's own flags
-    user_profile: list[str]  # and those for functions of known sizes
+    user_profile: list[str]  # and those for functions of compile-time sizes
     port: str  # folder of port/ whose headers replace the portable ones, if there is one
 
     @property

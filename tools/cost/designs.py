@@ -65,7 +65,7 @@ def measured(place: Place, core: Core, folder: Path) -> dict[str, Any]:
     what = json.loads((folder / "design.json").read_text(encoding="utf-8"))
     work = place.work / f"{core.name}-{folder.name}"
     work.mkdir()
-    include = (*SAME_BITS, f"-I{folder}", f"-I{place.source / 'src' / 'known_sizes'}")
+    include = (*SAME_BITS, f"-I{folder}", f"-I{place.source / 'src' / 'fixed_size'}")
     written = work / "written.o"
     compiled(place, core, build.GCC, folder / f"{what['name']}.c", written, (*include, *STRICT),
              is_user=what["way"] == "sizes")

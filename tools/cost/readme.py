@@ -229,7 +229,7 @@ MODULE_ROWS = (
     ("step", RUNTIME, "`kq_step`"),
     ("steady", RUNTIME, "`kq_steady_step`"),
     ("steady", FIXED, "`kq_fixed_steady_step`"),
-    ("settling", RUNTIME, "`kq_step`, a settled `kq_settling` attached"),
+    ("settling", RUNTIME, "`kq_step`, a settled `kq_freeze` attached"),
     ("update", RUNTIME, "`kq_update`"),
     ("gated", RUNTIME, "`kq_update_robust`, a gate that accepts"),
     ("huber", RUNTIME, "`kq_update_robust`, Huber"),
@@ -245,7 +245,7 @@ MODULE_ROWS = (
     ("extended_predict", RUNTIME, "`kq_predict_extended`"),
     ("extended_update", RUNTIME, "`kq_update` by an innovation"),
     ("extended", RUNTIME, "an extended step, f and h in it, another A and another H"),
-    ("points", RUNTIME, "`kq_predict_points` and `kq_update_points`, 4n + 2 calls in it"),
+    ("points", RUNTIME, "`kq_predict_sigma_points` and `kq_update_sigma_points`, 4n + 2 calls in it"),
 )
 
 NONLINEAR = ("changed", "extended", "points")

@@ -16,13 +16,13 @@ renew_table() {
 
 # designs are written and fitted where the package is installed, and measured where the emulators are
 renew_designs() {
-    local work desk=$root/build/test/tests/desk/clean/bin/python
-    "$root/tools/test.sh" desk.wheel
+    local work tools_python=$root/build/test/tests/tools/clean/bin/python
+    "$root/tools/test.sh" tools.wheel
     work=$(mktemp -d)
     trap "rm -rf '$work'" EXIT
-    PYTHONPATH=$root/tools/cost "$desk" -B "$root/tools/cost/design_models.py" "$work/designs"
+    PYTHONPATH=$root/tools/cost "$tools_python" -B "$root/tools/cost/design_models.py" "$work/designs"
     "$KQ_PYTHON" -B "$root/tools/cost/designs.py" "$work/designs" --csv "$work/measured.csv"
-    PYTHONPATH=$root/tools/cost "$desk" -B "$root/tools/cost/design_fit.py" "$work/measured.csv" \
+    PYTHONPATH=$root/tools/cost "$tools_python" -B "$root/tools/cost/design_fit.py" "$work/measured.csv" \
         "$(dirname "$(find "$root/tools/kalmanq" -name stacks.csv)")"
 }
 

@@ -35,7 +35,7 @@ static kq_history_f32 tape;
 KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, STEPS); /* sigma points give each step a noise of its own */
 
 static float A[N * N];
-static float work[KQ_POINTS_LEN(N, M)];
+static float work[KQ_SIGMA_POINTS_LEN(N, M)];
 static int is_by_points;
 
 typedef struct {
@@ -84,7 +84,7 @@ kq_status gps_imu_move(float acceleration, float rate)
     imu reading = {acceleration, rate};
     float x[N], d[N];
     if (is_by_points) {
-        return kq_predict_points_f32(&vehicle, &motion, increment, &reading, KQ_POINTS_CUBATURE,
+        return kq_predict_sigma_points_f32(&vehicle, &motion, increment, &reading, KQ_SIGMA_POINTS_CUBATURE,
                                      work);
     }
     for (int i = 0; i < N; i++) x[i] = kq_mean_f32(&vehicle, i);

@@ -20,7 +20,7 @@ KQ_FILTER_F32(trial, N);
 KQ_HISTORY_F32(tape, N, M, STEPS, 0);
 
 static float H[M * N];
-static float work[KQ_POINTS_LEN(N, M)];
+static float work[KQ_SIGMA_POINTS_LEN(N, M)];
 static track_method how;
 
 /* z - h(x), for sigma points, too */
@@ -96,7 +96,7 @@ kq_status track_measure(const float z[M])
 {
     float given[] = {z[0], z[1]};
     if (how == TRACK_BY_POINTS) {
-        return kq_update_points_f32(&target, &radar, innovation, given, KQ_POINTS_CUBATURE, work);
+        return kq_update_sigma_points_f32(&target, &radar, innovation, given, KQ_SIGMA_POINTS_CUBATURE, work);
     }
     return update(given, how == TRACK_ITERATED ? ITERATIONS : 1);
 }

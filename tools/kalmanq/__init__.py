@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it i
     from kalmanq.model import Gaps, Model, Quantity
     from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
     from kalmanq.run.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
-    from kalmanq.run.following import PointSmoother, SettlingFilter
+    from kalmanq.run.following import InstantSmoother, FrozenGainFilter
     from kalmanq.run.results import Run
     from kalmanq.run.reweighting import ReweightedSmoother
     from kalmanq.run.statistics import Consistency, LeastSquares
@@ -29,7 +29,7 @@ _PLACES = {
     "model": "Gaps Model Quantity",
     "nonlinear": "NonlinearFilter NonlinearModel NonlinearSmoother",
     "run.filters": "AdaptiveFilter Filter LagSmoother Robust Smoother run_many",
-    "run.following": "PointSmoother SettlingFilter",
+    "run.following": "InstantSmoother FrozenGainFilter",
     "run.results": "Run",
     "run.reweighting": "ReweightedSmoother",
     "run.statistics": "Consistency LeastSquares",

@@ -17,18 +17,18 @@ from kalmanq.errors import KalmanqError, KalmanqWarning
 __all__ = ["ARITHMETICS", "Arithmetic", "EVENTS", "arithmetic_of", "ffi", "lib", "require", "warn_of"]
 
 EVENTS = {
-    lib.KQ_EVENT_FLOOR: ("floor", "a measurement was not taken: its innovation variance is rounding"),
-    lib.KQ_EVENT_OVERFLOW: ("overflow", "a variance or a mean has grown beyond the numbers"),
+    lib.KQ_EVENT_REDUNDANT: ("redundant", "a measurement was not taken: its innovation variance is rounding"),
+    lib.KQ_EVENT_OVERFLOW: ("overflow", "a variance or a mean has grown not representable"),
     lib.KQ_EVENT_HISTORY_FULL: ("history_full", "a recording ended before its run did"),
     lib.KQ_EVENT_SATURATED: ("saturated", "a state was held at the end of its word"),
     lib.KQ_EVENT_GATED: ("gated", "a measurement was rejected by the gate"),
     lib.KQ_EVENT_REJECTIONS: ("rejections", "so many measurements in a row were rejected that one was taken"),
     lib.KQ_EVENT_JUMP: ("jump", "the state was taken to have jumped"),
     lib.KQ_EVENT_PRECISION: ("precision", "precision lost: a sigma may be wrong by more than 5 %"),
-    lib.KQ_EVENT_SHARP: ("sharp", "a lean sensor took a low-noise measurement coarsely: its noise was raised"),
+    lib.KQ_EVENT_LOW_NOISE: ("low noise", "a lean sensor took a low-noise measurement coarsely: its noise was raised"),
     lib.KQ_EVENT_CONTRADICTION: ("contradiction", "a low-noise measurement contradicts what was known"),
 }
-NOT_A_WORD = np.iinfo(np.int32).min  # KQ_NOT_A_WORD_Q31
+NOT_A_VALUE = np.iinfo(np.int32).min  # KQ_NOT_A_VALUE_Q31
 # what the user asked for is no surprise
 ASKED_FOR = lib.KQ_EVENT_GATED | lib.KQ_EVENT_REJECTIONS | lib.KQ_EVENT_JUMP
 
@@ -50,7 +50,7 @@ def names_of(events: int) -> list[str]:
     return [name for bit, (name, _) in EVENTS.items() if events & bit]
 
 
-_LENGTH_OF = {"sensor": "m", "start": "nk", "consistency": "mk"}  # arguments of kq_length; others: n, m, k, l
+_LENGTH_OF = {"sensor": "m", "diffuse": "nk", "consistency": "mk"}  # arguments of kq_length; others: n, m, k, l
 
 
 class Arithmetic:
@@ -105,7 +105,7 @@ class Arithmetic:
         if low is not None:
             made += low * 2.0**-24
         made = np.ldexp(made, -np.asarray(fractions, int))
-        made[words == NOT_A_WORD] = np.nan
+        made[words == NOT_A_VALUE] = np.nan
         return made
 
     def numbers(self, given: np.ndarray, scale: Any = 0) -> np.ndarray:
@@ -114,7 +114,7 @@ class Arithmetic:
             return given.astype(np.float64, copy=False)
         mantissa, exponent = given["mantissa"], given["exponent"]
         made = np.ldexp(mantissa.astype(np.float64), exponent - np.asarray(scale))
-        made[mantissa == NOT_A_WORD] = np.nan
+        made[mantissa == NOT_A_VALUE] = np.nan
         return made
 
     def scores(self, given: np.ndarray) -> np.ndarray:
@@ -174,7 +174,7 @@ class Arithmetic:
         ranges = np.array([formats[k].range for k in range(len(quantities))], float)
         rounded = nearest(np.ldexp(given, fractions))
         _refuse_rows(np.abs(rounded) > ranges, given, quantities, f"{what}: beyond the declared range")
-        return np.where(np.isnan(rounded), NOT_A_WORD, rounded).astype(np.int32)
+        return np.where(np.isnan(rounded), NOT_A_VALUE, rounded).astype(np.int32)
 
 
 def nearest(values: np.ndarray) -> np.ndarray:

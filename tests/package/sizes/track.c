@@ -1,7 +1,7 @@
 /* See track.h. */
 #include "track.h"
 
-#include "kq_fixed_f32.h" /* in src/known_sizes of the library */
+#include "kq_fixed_f32.h" /* in src/fixed_size of the library */
 
 /* A, n x n */
 static const float transition[16] = {

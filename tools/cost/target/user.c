@@ -7,11 +7,11 @@
 #ifdef KQ_COST_FIXED
 
 #if defined(KQ_COST_f32)
-#include "known_sizes/kq_fixed_f32.h"
+#include "fixed_size/kq_fixed_f32.h"
 #elif defined(KQ_COST_f64)
-#include "known_sizes/kq_fixed_f64.h"
+#include "fixed_size/kq_fixed_f64.h"
 #elif defined(KQ_COST_q31)
-#include "known_sizes/kq_fixed_q31.h"
+#include "fixed_size/kq_fixed_q31.h"
 #endif
 
 /* not before: the library's headers have an M of their own */

@@ -207,7 +207,7 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
                       str(one.cost.flash), str(one.cost.ram), str(one.cost.stack), "yes" if one.fits else "no",
                       f"{one.trial.worst.max(initial=0):.1e}")
     console.print(table)
-    ways = "; sizes: -Isrc/known_sizes, too" if any(one.way == "sizes" for one in made.ways) else ""
+    ways = "; sizes: -Isrc/fixed_size, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
                   f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.", markup=False)
     if chosen:

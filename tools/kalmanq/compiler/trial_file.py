@@ -1,4 +1,4 @@
-"""NAME_test.c: a program that ends with OK where a filter, on any core, does what it did at the desk."""
+"""NAME_test.c: a program that ends with OK where a filter, on any core, does what it did on the host."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ FLOAT_ROOM = 8  # times the error of a record, that two contractions may differ
 def trial(plan: Plan, track: Track, error: float, worst: Optional[Worst]) -> str:
     """track: of ROWS rows, printed; error: of a mean, in sigma"""
     ends = "; then the worst input keeps within its words." if worst else "."
-    lines = [*comment(plan, [f"{plan.name}_test: {ROWS} rows come to the words that they came to at the desk; then the "
+    lines = [*comment(plan, [f"{plan.name}_test: {ROWS} rows come to the words that they came to on the host; then the "
                              "covariance settles", f"to its constants{ends}"]),
              "#include <stdio.h>", "", f'#include "{plan.name}.h"', "", *rows_of(plan, track), *near(plan, error)]
     lines += compares(plan, track) + (settles(plan) if plan.carries_covariance else [])
     if worst:
         lines += worst.lines(plan)
-    tests = ["as_at_the_desk", *(["settles"] if plan.carries_covariance else []), *(["keeps_within"] if worst else [])]
+    tests = ["as_on_the_host", *(["settles"] if plan.carries_covariance else []), *(["keeps_within"] if worst else [])]
     lines += ["int main(void)", "{", *indented([
         f"const int wrong = {' + '.join(f'{test}()' for test in tests)};",
         f'printf("{plan.name}: %d wrong\\n", wrong);', 'if (wrong == 0) puts("OK");', "return wrong != 0;"]), "}", ""]
@@ -87,7 +87,7 @@ def compares(plan: Plan, track: Track) -> list[str]:
             differences.append(f"wrong += !is_near({apart}, {variance});")
     other = [f"else {name}_step_some(&f{u}, rows[t].z, rows[t].present);"] if plan.partial else \
         [f"else if (rows[t].is_missing) {name}_predict(&f{u});", f"else {name}_step(&f{u}, rows[t].z);"]
-    return ["static int as_at_the_desk(void)", "{", *indented([
+    return ["static int as_on_the_host(void)", "{", *indented([
         f"{plan.type} f;", "int wrong = 0;", f"{name}_start(&f);",
         f"for (unsigned t = 0; t < {len(track.lines)}; t++) {{", *indented([
             f"if (t == 0) {name}_update(&f, rows[t].z);", *other, *differences]), "}",

@@ -147,7 +147,7 @@ class _Table:
             values[values == missing] = np.nan
         wrong = np.isinf(values)
         if np.any(wrong):
-            raise TableError(self._source, "is beyond the numbers", self._line + int(np.argmax(wrong)), one.name)
+            raise TableError(self._source, "is not representable", self._line + int(np.argmax(wrong)), one.name)
         if one.range is not None:
             self._look_at_range(one, values, one.range)
         return values

@@ -190,7 +190,7 @@ def _ranges(w: Writer) -> list[str]:
 
 CONVERSIONS = """\
 /* A value in its unit as a raw value: rounded to the nearest one, saturated at +-(2^31 - 1).  NaN becomes
-   KQ_NOT_A_WORD_Q31, which an update refuses, as it does what is beyond the declared range. */
+   KQ_NOT_A_VALUE_Q31, which an update refuses, as it does what is beyond the declared range. */
 static inline int32_t {name}_to_raw(double value, double scale)
 {{
     const double raw = value * scale;
@@ -200,13 +200,13 @@ static inline int32_t {name}_to_raw(double value, double scale)
         const double rest = raw - (double)whole;
         return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
     }}
-    return raw <= -2147483647.0 ? -INT32_MAX : KQ_NOT_A_WORD_Q31;
+    return raw <= -2147483647.0 ? -INT32_MAX : KQ_NOT_A_VALUE_Q31;
 }}
 
-/* And back: of means, sigmas and measurements; KQ_NOT_A_WORD_Q31 becomes NaN. */
+/* And back: of means, sigmas and measurements; KQ_NOT_A_VALUE_Q31 becomes NaN. */
 static inline double {name}_to_value(int32_t raw, double last_bit)
 {{
-    return raw == KQ_NOT_A_WORD_Q31 ? (double)NAN : (double)raw * last_bit;
+    return raw == KQ_NOT_A_VALUE_Q31 ? (double)NAN : (double)raw * last_bit;
 }}
 """
 
@@ -226,11 +226,11 @@ def _conversions(w: Writer) -> list[str]:
 def _text(w: Writer) -> str:
     lines = [f"/* See {w.name}.h. */", f'#include "{w.name}.h"', ""]
     if w.way == "sizes":
-        lines += [f'#include "kq_fixed_{w.T}.h" /* in src/known_sizes of the library */', ""]
+        lines += [f'#include "kq_fixed_{w.T}.h" /* in src/fixed_size of the library */', ""]
     lines += (_tables_fixed if w.is_fixed else _tables_float)(w)
     lines += ["", f"KQ_FILTER_{w.T.upper()}(model_filter, {w.model.n});"]
     if w.is_unknown:
-        lines.append(f"KQ_START_{w.T.upper()}(model_start, {w.model.n}, 0);")
+        lines.append(f"KQ_DIFFUSE_{w.T.upper()}(model_start, {w.model.n}, 0);")
     lines += [*(_objects_constant if w.is_constant else _objects)(w), ""]
     lines += [*_init(w), "", *_predict(w), "", *_update(w), "", *_step(w), "",
               f"kq_filter_{w.T} *{w.name}_filter(void) {{ return &model_filter; }}", ""]
@@ -398,10 +398,10 @@ def _init_fixed(w: Writer) -> list[str]:
 def _init_filter(w: Writer) -> str:
     unknown = sum(1 << int(i) for i in np.flatnonzero(w.model.unknown))
     if w.is_fixed:
-        return (f"kq_start_init_q31(&model_start, &model_filter, &prior, UINT32_C(0x{unknown:x}), NULL)" if unknown else
+        return (f"kq_diffuse_init_q31(&model_start, &model_filter, &prior, UINT32_C(0x{unknown:x}), NULL)" if unknown else
                 "kq_filter_init_q31(&model_filter, &prior, NULL)")
     if unknown:
-        return f"kq_start_init_f32(&model_start, &model_filter, first_mean, first_covariance, UINT32_C(0x{unknown:x}))"
+        return f"kq_diffuse_init_f32(&model_start, &model_filter, first_mean, first_covariance, UINT32_C(0x{unknown:x}))"
     if w.is_constant:
         return "kq_filter_init_root_f32(&model_filter, first_mean, first_root)"
     return "kq_filter_init_f32(&model_filter, first_mean, first_covariance)"

@@ -43,7 +43,7 @@ def flags(core: str) -> str:
 
 def include_path(core: str, way: str) -> str:
     folders = [f"port/{PORTS[core]}"] if core in PORTS else []
-    return " ".join(f"-I{one}" for one in [*folders, "include", *(["src/known_sizes"] if way == "sizes" else [])])
+    return " ".join(f"-I{one}" for one in [*folders, "include", *(["src/fixed_size"] if way == "sizes" else [])])
 
 
 def shape(model: Model) -> dict[str, int]:

@@ -29,8 +29,8 @@ DRAWN, DRAWN_SEEDS = 4000, range(100, 103)  # rows and seeds of records beside t
 SETTLED = 100  # rows before the outage
 WORTH = 0.9  # fewer instructions than that share are worth more code
 START_UP = 1024  # bytes of flash that a program has beside all this
-WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_PRECISION | lib.KQ_EVENT_SHARP
-         | lib.KQ_EVENT_FLOOR | lib.KQ_EVENT_CONTRADICTION)
+WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_PRECISION | lib.KQ_EVENT_LOW_NOISE
+         | lib.KQ_EVENT_REDUNDANT | lib.KQ_EVENT_CONTRADICTION)
 # kB of flash and RAM of a part as one would take it; --flash and --ram say otherwise
 PARTS = {"m0": (32, 4), "m3": (128, 20), "m4f": (256, 64), "m7": (512, 128), "m33": (256, 64), "rv32": (128, 32),
          "avr": (32, 2)}

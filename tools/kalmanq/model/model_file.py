@@ -215,7 +215,7 @@ def quantities(which: str, given: Mapping[str, Any], size: int, default: Optiona
     for one in columns["ranges"]:
         if one is not None and not 0 < one <= LARGEST:
             raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not above 0" if not one > LARGEST else
-                             "ranges: one is beyond the numbers")
+                             "ranges: one is not representable")
     for one in columns["fractions"]:
         if one is not None and abs(one) > FRACTION_MAX:
             raise ModelError(which, f"fractions: {str(one)[:SHOWN]} is beyond {FRACTION_MAX} bits")

@@ -5,9 +5,9 @@
 #ifndef KQ_NATIVE_CALM_FIND_H
 #define KQ_NATIVE_CALM_FIND_H
 
-#include "known_sizes.h"
+#include "fixed_size.h"
 
-#include "known_sizes/steps.h"
+#include "fixed_size/steps.h"
 
 #include <string.h>
 
@@ -19,7 +19,7 @@ static int calm_keep(T(kq_calm) *k, num *S, const sensor *s, int c)
     num *f = k->directions + c * n;
     project(f, S, h, n);
     const scaled variance = add_square(r, f, n);
-    if (!is_surely_ordinary(r, variance, 0)) return 0;
+    if (!is_certainly_ordinary(r, variance, 0)) return 0;
     rotate_root(S, f, r, variance, n);
     k->variances[c] = variance;
     likelihood_add(&k->last, 0, physical_variance(s, c, variance));

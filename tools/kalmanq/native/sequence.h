@@ -236,13 +236,13 @@ static kq_status K(refine)(K(sequence) *q, size_t t)
 {
     K(filter) view = {0};
     kq_status status = KQ_OK;
-    if (!q->point_follows && t == q->point_row) {
-        status = K(attach)(q->filter, &q->point->attached);
-        q->point_follows = !status;
+    if (!q->instant_follows && t == q->instant_row) {
+        status = K(attach)(q->filter, &q->instant->attached);
+        q->instant_follows = !status;
     }
-    if (q->point_follows) status = K(instant_smooth)(q->point, &view);
-    (void)K(read_view)(&view, q->filter->states, t, q->point_mean, q->point_low, q->point_sigma, q->point_variance,
-                       q->point_covariance);
+    if (q->instant_follows) status = K(instant_smooth)(q->instant, &view);
+    (void)K(read_view)(&view, q->filter->states, t, q->instant_mean, q->instant_low, q->instant_sigma, q->instant_variance,
+                       q->instant_covariance);
     return status;
 }
 
@@ -254,7 +254,7 @@ static kq_status K(settle)(K(sequence) *q, size_t t)
         status = K(attach)(q->filter, &q->settling->attached);
         q->is_settling = !status;
     }
-    if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(settling_is_settled)(q->settling));
+    if (q->settled) q->settled[t] = (uint8_t)(q->is_settling && K(freeze_is_active)(q->settling));
     return status == KQ_ERR_NOT_READY ? KQ_OK : status;
 }
 
@@ -262,7 +262,7 @@ static kq_status K(settle)(K(sequence) *q, size_t t)
 static kq_status K(follow)(K(sequence) *q, size_t t)
 {
     kq_status status = q->lag && q->lagged ? K(look_back)(q, t) : KQ_OK;
-    if (!status && q->point) status = K(refine)(q, t);
+    if (!status && q->instant) status = K(refine)(q, t);
     if (!status && q->settling) status = K(settle)(q, t);
     return status;
 }
@@ -285,7 +285,7 @@ kq_status K(sequence_run)(K(sequence) *q)
     const size_t n = q->filter->states, m = q->sensor->components;
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
-    r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->point &&
+    r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->instant &&
                  !q->settling && !q->adaptation && !q->filter->attached;
     for (q->done = 0; q->done < q->steps; q->done++) {
         r.t = q->done;
@@ -317,12 +317,12 @@ kq_status K(history_read)(const K(history) *h, size_t first, size_t steps, num *
     return KQ_OK;
 }
 
-kq_status K(start_read)(const K(start) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
+kq_status K(diffuse_read)(const K(diffuse) *s, size_t first, size_t steps, num *mean, num *mean_low, num *sigma,
                         number *variance, number *covariance)
 {
     for (size_t t = 0; t < steps; t++) {
         K(filter) view;
-        kq_status status = K(start_smoothed)(s, first + t, &view);
+        kq_status status = K(diffuse_smoothed)(s, first + t, &view);
         if (!status || status == KQ_ERR_NOT_READY) { /* not determined by all rows, or there was no room for it */
             status = K(read_view)(&view, s->states, t, mean, mean_low, sigma, variance, covariance);
         }

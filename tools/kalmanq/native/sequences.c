@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "known_sizes.h"
+#include "fixed_size.h"
 
 /* mean_words, root_words: of a filter's memory, which has the mean and after it the root */
 
@@ -57,7 +57,7 @@ static int count_of(uint32_t present)
 #undef mean_words
 #undef root_words
 
-/* A mantissa that no number has: NaN at the desk */
+/* A mantissa that no number has: NaN on the host */
 static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 
 #define K(name) kq_##name##_q31
@@ -65,8 +65,8 @@ static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 #define num int32_t
 #define number kq_scaled_q31
 #define score int64_t
-#define lost KQ_NOT_A_WORD_Q31
-#define is_lost(word) ((word) == KQ_NOT_A_WORD_Q31)
+#define lost KQ_NOT_A_VALUE_Q31
+#define is_lost(word) ((word) == KQ_NOT_A_VALUE_Q31)
 #define double_of(number) ldexp((number).mantissa, (number).exponent)
 #define no_score KQ_NOT_A_SCORE_Q31
 #define mean_words(n) (2 * (n))

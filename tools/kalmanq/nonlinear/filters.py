@@ -7,7 +7,7 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.core import NOT_A_WORD, require, warn_of
+from kalmanq.core import NOT_A_VALUE, require, warn_of
 from kalmanq.data.rows import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import methods
@@ -116,7 +116,7 @@ class NonlinearFilter(Readable):
         prepared = self.way.update(self, z, self.row, u)
         variances = self._variances(prepared.sensor)
         words = self.steps.update(self._handle, prepared, z)
-        lost = NOT_A_WORD if self.arithmetic.is_fixed else np.nan
+        lost = NOT_A_VALUE if self.arithmetic.is_fixed else np.nan
         return np.where(there, words, lost), np.where(there, variances, np.nan)
 
     def _variances(self, sensor: Any) -> np.ndarray:
@@ -139,7 +139,7 @@ class NonlinearFilter(Readable):
         if "variance" in out.any_size:
             out.any_size["variance"][row] = np.diag(full)
         no_score = np.iinfo(np.int64).min if self.arithmetic.is_fixed else np.nan
-        out.numbers["innovation"][row] = NOT_A_WORD if self.arithmetic.is_fixed else np.nan
+        out.numbers["innovation"][row] = NOT_A_VALUE if self.arithmetic.is_fixed else np.nan
         out.scores["nis"][row] = no_score
         if taken is not None:
             out.numbers["innovation"][row], variances[row] = taken

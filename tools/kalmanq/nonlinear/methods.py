@@ -11,7 +11,7 @@ NonlinearFilter = Any  # of filters.py, which imports this file
 
 class Update:
     """An update that has been prepared: its sensor and its innovation.  by_points: takes all components of z into the
-    filter as kq_update_points does, which forms no Jacobian."""
+    filter as kq_update_sigma_points does, which forms no Jacobian."""
 
     def __init__(self, sensor: Any, e: np.ndarray, by_points: Optional[Callable[[], None]] = None):
         self.sensor, self.e, self.by_points = sensor, e, by_points

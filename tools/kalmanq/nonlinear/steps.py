@@ -13,7 +13,7 @@ from kalmanq.nonlinear.callbacks import Answer
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.run.parts import Parts, doubles
 
-RULES = {"cubature": lib.KQ_POINTS_CUBATURE, "central": lib.KQ_POINTS_CENTRAL}
+RULES = {"cubature": lib.KQ_SIGMA_POINTS_CUBATURE, "central": lib.KQ_SIGMA_POINTS_CENTRAL}
 
 
 class Steps:
@@ -81,13 +81,13 @@ class Steps:
 
     def predict_points(self, filter_: Any, increment: Callable[[np.ndarray], np.ndarray], rule: str) -> None:
         answer = Answer(self.arithmetic, self.model.n, self.model.n, increment)
-        answer.require(self._function("predict_points")(
+        answer.require(self._function("predict_sigma_points")(
             filter_, self.parts.process, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
             "predict")
 
     def update_points(self, filter_: Any, innovation: Callable[[np.ndarray], np.ndarray], rule: str) -> None:
         answer = Answer(self.arithmetic, self.model.n, self.model.m, innovation)
-        answer.require(self._function("update_points")(
+        answer.require(self._function("update_sigma_points")(
             filter_, self.parts.sensor, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
             "update")
 
@@ -133,14 +133,14 @@ class Steps:
         """The coefficients in words of their formats; what does not fit is refused by name."""
         r, n = given.shape
         formats = self.parts.formats
-        misfit = ffi.new("kq_misfit_q31 *")
+        range_error = ffi.new("kq_range_error_q31 *")
         status = lib.kq_matrix_prepare_q31(table, doubles(given), r, n, formats[rows], formats["states"])
         if status == lib.KQ_OK:
-            status = change(of, table, misfit)
-        if status == lib.KQ_ERR_RANGE and misfit.quantity == lib.KQ_MEASUREMENT and misfit.bits:
-            one = self.model.measurements[misfit.component]
-            raise KalmanqError(f"{what}: {one.name} needs {misfit.bits} more integer bits: a range of "
-                               f"{one.range * 2.0**misfit.bits:g} has them", status)
+            status = change(of, table, range_error)
+        if status == lib.KQ_ERR_RANGE and range_error.quantity == lib.KQ_MEASUREMENT and range_error.bits:
+            one = self.model.measurements[range_error.component]
+            raise KalmanqError(f"{what}: {one.name} needs {range_error.bits} more integer bits: a range of "
+                               f"{one.range * 2.0**range_error.bits:g} has them", status)
         if status == lib.KQ_ERR_COEFFICIENT:
             with np.errstate(divide="ignore"):
                 bits = np.log2(np.abs(given)) + np.subtract.outer(*map(self.parts.fractions, (rows, "states")))

@@ -72,7 +72,7 @@ class Filter(Readable):
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
         self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
         if np.any(model.unknown):
-            self._start = self._object("start", model.n, 0, sizes=(model.n, 0))
+            self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0))
             self.parts.init_start(self._start, self._handle)
         else:
             self.parts.init_filter(self._handle)
@@ -97,9 +97,9 @@ class Filter(Readable):
         self.predict(u)
         self.update(z)
 
-    def fade(self, forgetting: float) -> None:
+    def forget(self, forgetting: float) -> None:
         """Fading memory: P / forgetting, 0 < forgetting <= 1; before predict."""
-        require(self._call("fade", self.arithmetic.parameter(forgetting)), "fade")
+        require(self._call("forget", self.arithmetic.parameter(forgetting)), "forget")
 
     def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
         """The state so many rows ahead, as a filter; u: steps x l."""
@@ -340,7 +340,7 @@ class _Recording(Filter):
         self.is_unknown = bool(np.any(model.unknown))
         if self.is_unknown:
             early = rows_to_know(model, parts, z, u)
-            self._start = self._object("start", n, early, sizes=(n, early))
+            self._start = self._object("diffuse", n, early, sizes=(n, early))
             self.parts.init_start(self._start, self._handle)
         self._history = self._object("history", n, sizes=(n, m, rows, 0))
         self._attach(self._history, "history")
@@ -349,7 +349,7 @@ class _Recording(Filter):
         if not len(run):
             return
         self._smooth(means_only)
-        what = "start" if self.is_unknown else "history"
+        what = "diffuse" if self.is_unknown else "history"
         self.read_smoothed(run, what, self._start if self.is_unknown else self._history, covariance, means_only)
         run.events |= self.smoothing_events(self._history)
 
@@ -358,10 +358,10 @@ class _Recording(Filter):
         if not self.is_unknown or means_only:
             require(a.function("smooth_states" if means_only else "smooth")(self._history), "smoother")
         if self.is_unknown:
-            require(a.function("start_smooth")(self._start), "smoother")
+            require(a.function("diffuse_smooth")(self._start), "smoother")
 
 
-EARLY_MAX = 65534  # kq_start_assign
+EARLY_MAX = 65534  # kq_diffuse_assign
 
 
 def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]) -> int:
@@ -370,7 +370,7 @@ def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarr
     for first in range(0, len(z), block):
         rows = slice(first, first + block)
         trial.run(z[rows], None if u is None else u[rows])
-        if parts.arithmetic.function("start_count")(trial._start) == 0 or first + block > EARLY_MAX:
+        if parts.arithmetic.function("diffuse_count")(trial._start) == 0 or first + block > EARLY_MAX:
             return min(first + block, EARLY_MAX)
     return min(len(z) + 1, EARLY_MAX)
 

@@ -112,9 +112,9 @@ class Parts:
     def init_filter(self, filter_: Any) -> None:
         """The state before the first measurement, where all of it is known."""
         if self.arithmetic.is_fixed:
-            misfit = ffi.new("kq_misfit_q31 *")
-            status = lib.kq_filter_init_q31(filter_, self.prior, misfit)
-            require_fit(status, misfit, "the start", self.model)
+            range_error = ffi.new("kq_range_error_q31 *")
+            status = lib.kq_filter_init_q31(filter_, self.prior, range_error)
+            require_fit(status, range_error, "the start", self.model)
         else:
             x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
             require(self.arithmetic.function("filter_init")(filter_, x0, P0), "P0")
@@ -123,12 +123,12 @@ class Parts:
         """The state before the first measurement, in part unknown."""
         unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
         if self.arithmetic.is_fixed:
-            misfit = ffi.new("kq_misfit_q31 *")
-            status = lib.kq_start_init_q31(start, filter_, self.prior, unknown, misfit)
-            require_fit(status, misfit, "the start", self.model)
+            range_error = ffi.new("kq_range_error_q31 *")
+            status = lib.kq_diffuse_init_q31(start, filter_, self.prior, unknown, range_error)
+            require_fit(status, range_error, "the start", self.model)
         else:
             x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
-            require(self.arithmetic.function("start_init")(start, filter_, x0, P0, unknown), "P0")
+            require(self.arithmetic.function("diffuse_init")(start, filter_, x0, P0, unknown), "P0")
 
 
 def ways_of(parts: Parts) -> list[str]:
@@ -187,9 +187,9 @@ def _fixed_point(parts: Parts) -> None:
                     lambda out: lib.kq_root_prepare_q31(out, doubles(known_prior(model)), n, states))
     parts.prior = ffi.new("kq_prior_table_q31 *", {
         "states": n, "state_format": states, "mean": mean, "root": root})
-    misfit = ffi.new("kq_misfit_q31 *")
-    require_fit(lib.kq_process_init_q31(parts.process, parts.process_table, misfit), misfit, "A, B, Q", model)
-    require_fit(lib.kq_sensor_init_q31(parts.sensor, parts.sensor_table, misfit), misfit, "H, R", model)
+    range_error = ffi.new("kq_range_error_q31 *")
+    require_fit(lib.kq_process_init_q31(parts.process, parts.process_table, range_error), range_error, "A, B, Q", model)
+    require_fit(lib.kq_sensor_init_q31(parts.sensor, parts.sensor_table, range_error), range_error, "H, R", model)
 
 
 def doubles(array: np.ndarray) -> Any:
@@ -213,10 +213,10 @@ def prepare_formats(model: Model, which: str) -> Any:
         if quantity.fraction is None:
             status = lib.kq_format_prepare_q31(made + k, quantity.range)
         else:
-            misfit = ffi.new("kq_misfit_q31 *")
-            status = lib.kq_format_prepare_named_q31(made + k, quantity.fraction, quantity.range, misfit)
-            if status == lib.KQ_ERR_RANGE and misfit.bits:
-                raise ModelError(which, f"{quantity.name} needs {misfit.bits} more integer bits for its range")
+            range_error = ffi.new("kq_range_error_q31 *")
+            status = lib.kq_format_prepare_named_q31(made + k, quantity.fraction, quantity.range, range_error)
+            if status == lib.KQ_ERR_RANGE and range_error.bits:
+                raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range")
         require(status, f"the format of {quantity.name}")
     return made
 
@@ -250,9 +250,9 @@ def sensor_noise(parts: Parts, measurements: Any) -> Any:
 def prior_mean(parts: Parts, states: Any) -> Any:
     model = parts.model
     words = ffi.new("int32_t[]", model.n)
-    misfit = ffi.new("kq_misfit_q31 *")
-    status = lib.kq_vector_prepare_q31(words, doubles(model.x0), model.n, states, misfit)
-    require_fit(status, misfit, "x0", model)
+    range_error = ffi.new("kq_range_error_q31 *")
+    status = lib.kq_vector_prepare_q31(words, doubles(model.x0), model.n, states, range_error)
+    require_fit(status, range_error, "x0", model)
     parts.kept.append(words)
     return words
 
@@ -263,13 +263,13 @@ def known_prior(model: Model) -> np.ndarray:
     return model.P0 * np.outer(known, known)
 
 
-def require_fit(status: int, misfit: Any, what: str, model: Model) -> None:
+def require_fit(status: int, range_error: Any, what: str, model: Model) -> None:
     """As `require`, a range that does not fit with the name of whose it is."""
-    if status == lib.KQ_ERR_RANGE and misfit.quantity != lib.KQ_ALL_FIT:
+    if status == lib.KQ_ERR_RANGE and range_error.quantity != lib.KQ_NO_RANGE_ERROR:
         which = {lib.KQ_STATE: "states", lib.KQ_CONTROL: "controls", lib.KQ_MEASUREMENT: "measurements"}
-        quantities = getattr(model, which[misfit.quantity])
-        name = quantities[misfit.component].name
-        needs = f"needs {misfit.bits} more integer bits" if misfit.bits else "is beyond its declared range"
+        quantities = getattr(model, which[range_error.quantity])
+        name = quantities[range_error.component].name
+        needs = f"needs {range_error.bits} more integer bits" if range_error.bits else "is beyond its declared range"
         raise KalmanqError(f"{what}: {name} {needs}", status)
     require(status, what)
 

@@ -119,10 +119,10 @@ class _Streamed(_Recording):
             if k % 65536 == 65535:
                 self.tape.drop()
         if self.is_unknown:
-            require(self.arithmetic.function("start_smooth")(self._start), "smoother")
+            require(self.arithmetic.function("diffuse_smooth")(self._start), "smoother")
 
     def read(self, run: Run, first: int) -> None:
-        what, source = ("start", self._start) if self.is_unknown else ("history", self._history)
+        what, source = ("diffuse", self._start) if self.is_unknown else ("history", self._history)
         self.read_smoothed(run, what, source, False, first=first)
         run.events |= self.smoothing_events(self._history) | self.events
         self.tape.drop()

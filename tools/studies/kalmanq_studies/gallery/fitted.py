@@ -95,7 +95,7 @@ def _by_builder(entry: Entry, data: Data) -> tuple[dict[str, Any], bool]:
     def cost(point: np.ndarray) -> float:
         try:
             return -log_likelihood(entry.model(parameters(point)), data)
-        except KalmanqError:  # not stationary, or beyond the numbers
+        except KalmanqError:  # not stationary, or not representable
             return REFUSED
 
     start = np.concatenate([np.log(np.ravel(entry.start[name])) if name in POSITIVE else np.ravel(entry.start[name])

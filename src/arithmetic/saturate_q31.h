@@ -1,0 +1,45 @@
+/* The limit of a state that grows without end, in fixed point: renormalise holds the exponents of the
+   root before it moves the mantissas up by less than 32 bits, and here that is seen.  saturate_float.h is
+   the twin. */
+#ifndef KQ_SRC_ARITHMETIC_SATURATE_Q31_H
+#define KQ_SRC_ARITHMETIC_SATURATE_Q31_H
+
+#include <stdint.h>
+
+#include "kalmanq/size.h"
+#include "kalmanq/status.h"
+
+#include "q31.h"
+#include "compiler.h"
+#include "rows.h"
+#include "scaled.h"
+
+static inline unsigned state_saturate(int32_t *x, int32_t *S, int n)
+{
+    (void)x, (void)S, (void)n;
+    return 0;
+}
+
+KQ_INLINE unsigned mean_saturated(int32_t *x, int32_t *S, int n, extent far)
+{
+    (void)x, (void)S, (void)n;
+    return far;
+}
+
+/* Is there nothing to hold in what predict made of the state? */
+KQ_INLINE int state_is_within(const int32_t *S, int n, extent far)
+{
+    int32_t top = lowest_exponent;
+    (void)far;
+    KQ_UNROLL
+    for (int i = 0; i < n; i++) top = S[KQ_TRIANGLE(n) + i] > top ? S[KQ_TRIANGLE(n) + i] : top;
+    return top <= high_exponent - 32;
+}
+
+KQ_INLINE unsigned state_saturated(int32_t *x, int32_t *S, int n, extent far)
+{
+    (void)x; /* held at its word by mean_advance */
+    return far | (state_is_within(S, n, far) ? 0 : KQ_EVENT_OVERFLOW);
+}
+
+#endif

@@ -1,0 +1,48 @@
+/*
+ * The unknown start within declared ranges.  delta is counted in the ranges of the unknown states, so
+ * that x^, which is as near to x0 as the measurements allow, is as near in shares of the ranges.  A
+ * direction of delta has sigma range_sigma, which is a third, by the ranges alone.  Where a measurement
+ * would tell less of it than half of that, it is given this prior, and the measurement is then
+ * an ordinary one: the exact estimate would be beyond the words.  ranges_float.h is the twin.
+ */
+#ifndef KQ_SRC_DIFFUSE_RANGES_Q31_H
+#define KQ_SRC_DIFFUSE_RANGES_Q31_H
+
+#include <stdint.h>
+
+#include "../arithmetic/q31.h"
+#include "../arithmetic/coordinates.h"
+#include "../arithmetic/scaled.h"
+#include "../model/types.h"
+#include "../filter/likelihood.h"
+#include "unknown.h"
+
+static const scaled range_sigma = {INT32_C(0x55555555), -32}; /* 1/3 */
+
+static void ranges_clear(const start *s) { store_scaled(diffuse_memory_of(s).ranges, scaled_one); }
+
+/* The range of state i in words.  What its unit is in it is kept, squared, of all together. */
+static scaled unknown_unit(const start *s, const filter *f, int i)
+{
+    num *kept = diffuse_memory_of(s).ranges;
+    const scaled range = scaled_of_word(f->state_format[i].range);
+    const scaled share = scaled_over(scaled_shift(scaled_one, f->state_format[i].fraction), range);
+    const scaled shares = scaled_times(load_scaled(kept), scaled_times(share, share));
+    store_scaled(kept, scaled_saturated(shares));
+    return range;
+}
+
+/* Of a direction that a measurement of that variance sees by phi */
+static int range_says_more(scaled phi, scaled variance)
+{
+    const scaled seen = scaled_shift(scaled_times(phi, range_sigma), -1);
+    return scaled_is_less(scaled_times(seen, seen), variance);
+}
+
+/* From the ranges of all that was unknown to its units */
+static void likelihood_to_units(const start *s, likelihood *p)
+{
+    likelihood_multiply(p, load_scaled(diffuse_memory_of(s).ranges));
+}
+
+#endif

@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# compiled.sh TOOLS_PYTHON PYTHON WORK: five models compiled in f32 and q31.  On the emulated cores each does what it did
+# on the host, with gcc at -Os and -O2 and on one with clang, and costs no more than it may.
+set -euo pipefail
+tools_python=$1 python=$2 work=$3
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+rm -rf "$work"
+mkdir -p "$work"
+"$tools_python" -B "$here/compiled_table.py" "$work/filters" others
+cc -O2 "$root/port/boards/avr_emulator.c" -lsimavr -o "$work/avr_emulator"
+export KQ_AVR_EMULATOR="$work/avr_emulator" KQ_TIME_LIMIT=60
+. "$root/tests/target/cores.sh"
+
+strict="-std=c11 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror"
+tried() { # COMPILER: $name of $folder on $core
+    for file in "$name" "${name}_test"; do
+        # shellcheck disable=SC2086
+        $1 $strict -$level -ffp-contract=$contract -c "$folder/$file.c" -o "$work/$file.o"
+    done
+    # shellcheck disable=SC2086
+    $linker "$work/$name.o" "$work/${name}_test.o" $libraries -o "$work/$name.$core"
+    sh "$root/tests/target/run.sh" "$core" "$work/$name.$core" >"$work/log" || { cat "$work/log"; exit 1; }
+}
+
+for folder in "$work"/filters/*; do
+    name=$(basename "$folder") && name=${name%_*}
+    for core in m0 m3 m4f m33 rv32 avr; do
+        case $core:$name in # what fits its memory
+            avr:m21 | avr:m42 | avr:apart | avr:gain | avr:options | avr:root) ;;
+            avr:*) continue ;;
+        esac
+        core_select "$core"
+        case $core in m4f | m33) contract=fast ;; *) contract=off ;; esac
+        for level in Os O2; do
+            tried "$gcc"
+        done
+        echo "$(basename "$folder") on $core: as on the host"
+    done
+    if command -v clang >/dev/null; then
+        # shellcheck disable=SC2086
+        clang $strict -O2 -c "$folder/$name.c" -o "$work/clang.o"
+        core_select m3 clang && contract=off level=O2
+        tried "$compiler"
+        echo "$(basename "$folder") on $core by clang: as on the host"
+    fi
+done
+"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_f32 --core m4f --level O2 --level Os
+"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_q31 --core m3 --core m0
+echo "all compiled filters are as on the host"

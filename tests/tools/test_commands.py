@@ -1,0 +1,376 @@
+"""The command line, as a user has it: results, and one line for what is wrong."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kalmanq as kalmanq_package
+from kalmanq import Filter, LagSmoother, Smoother
+from kalmanq.data import tables
+from kalmanq.model import model_file
+from kalmanq.pages import pictures
+from kalmanq.run.simulation import simulate
+
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
+NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def kalmanq(*arguments, folder=None, **options):
+    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments)], cwd=folder,
+                          capture_output=True, text=True, **options)
+
+
+def rows_of(path):
+    with open(path, newline="") as text:
+        return list(csv.DictReader(text))
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_run_writes_what_the_twin_says(arithmetic, tmp_path):
+    out, plot = tmp_path / "out.csv", tmp_path / "out.png"
+    done = kalmanq("run", MODEL, NILE, "--arith", arithmetic, "--smooth", "--forecast", 5, "--out", out, "--plot", plot,
+                   "--json")
+    assert done.returncode == 0, done.stderr
+    said, rows = json.loads(done.stdout), rows_of(out)
+    z = np.loadtxt(NILE, delimiter=",", skiprows=5)[:, 1]
+    run = Smoother(model_file.read(MODEL), arithmetic).run(z)
+    assert list(rows[0]) == ["step", "level_mean", "level_sigma", "level_smoothed", "level_smoothed_sigma",
+                             "flow_innovation", "nis", "loglik"]
+    assert [float(row["level_smoothed"]) for row in rows] == run.smoothed[:, 0].tolist()
+    assert rows[0]["flow_innovation"] == "" and rows[99]["step"] == "99"
+    assert said["rows"] == 100 and len(said["forecast"]) == 5
+    assert abs(said["log_likelihood"] - -633.4646) < 1e-3
+    assert plot.read_bytes()[:8] == PNG
+
+
+def test_run_in_blocks_is_run_at_once(tmp_path):
+    data, out = tmp_path / "data.csv", tmp_path / "out.csv"
+    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 70000, "--seed", 3, "--out", data).returncode == 0
+    assert kalmanq("run", EXAMPLES / "track.toml", data, "--arith", "f32", "--out", out).returncode == 0
+    z = np.array([[float(row["east"]), float(row["north"])] for row in rows_of(data)])
+    last = rows_of(out)[-1]
+    run = Filter(model_file.read(EXAMPLES / "track.toml"), "f32").run(z)
+    assert float(last["vy_mean"]) == run.mean[-1, 3] and last["step"] == "69999"
+
+
+def test_lag_robust_and_an_unknown_start(tmp_path):
+    out = tmp_path / "out.csv"
+    done = kalmanq("run", MODEL, NILE, "--lag", 3, "--robust", "huber", "--out", out)
+    assert done.returncode == 0, done.stderr
+    rows = rows_of(out)
+    assert [row["level_lagged"] == "" for row in rows[:5]] == [True, True, True, False, False]
+
+
+@pytest.mark.parametrize("arithmetic, way", [("q31", "lean"), ("q31", "tables"), ("f32", "lean"), ("q31", "sizes")])
+def test_run_as_a_design_has_its_very_words(arithmetic, way, tmp_path):
+    """With gaps and rows in part; of q31 lean not those of init."""
+    model, data, out = model_file.read(EXAMPLES / "track.toml"), tmp_path / "data.csv", tmp_path / "out.csv"
+    z = simulate(model, 300, 1)[1]
+    z[40:60], z[5::7, 0] = np.nan, np.nan
+    data.write_text("\n".join([",".join(one.name for one in model.measurements), *(",".join(
+        "" if np.isnan(value) else repr(float(value)) for value in row) for row in z)]))
+    done = kalmanq("run", EXAMPLES / "track.toml", data, "--arith", arithmetic, "--as", way, "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    columns = [f"{state.name}_{what}" for what in ("mean", "sigma") for state in model.states]
+    written = np.array([[float(row[name]) for name in columns] for row in rows_of(out)])
+    read = tables.measurements_and_controls(data, model)[0]
+    runs = [Filter(model, arithmetic, way=one).run(read) for one in (way, "init")]
+    expected, of_init = (np.hstack([run.mean, run.sigma]) for run in runs)
+    assert written.tolist() == expected.tolist()
+    assert ((arithmetic, way) == ("q31", "lean")) == bool(np.any(expected != of_init))
+    assert json.loads(done.stdout)["way"] == way
+
+
+def test_the_picture_of_a_lag_has_the_lagged_estimate(tmp_path):
+    """At the rows that it is of: where it is drawn, later rows have been taken."""
+    kalmanq("simulate", EXAMPLES / "track.toml", "-n", 60, "--seed", 2, "--out", tmp_path / "z.csv")
+    pictures_of = [tmp_path / name for name in ("plain.png", "lag.png")]
+    for path, options in zip(pictures_of, ((), ("--lag", 7))):
+        assert kalmanq("run", EXAMPLES / "track.toml", tmp_path / "z.csv", *options, "--plot", path).returncode == 0
+    assert pictures_of[0].read_bytes() != pictures_of[1].read_bytes()
+    model = model_file.read(EXAMPLES / "track.toml")
+    z, _ = tables.measurements_and_controls(tmp_path / "z.csv", model)
+    run = LagSmoother(model, 7).run(z)
+    axis = pictures.draw_run(run, z).axes[1]
+    line = next(line for line in axis.get_lines() if line.get_label() == "7 rows later, 95 %")
+    assert np.array_equal(line.get_xdata(), np.arange(53)) and np.array_equal(line.get_ydata(), run.lagged[7:, 1])
+    pictures.draw_run(LagSmoother(model, 60).run(z), z)  # nothing is known that late
+
+
+def test_two_columns_that_measure_one_level(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("fine,coarse,other\n1.0,2.0,a\n,2.5,b\n1.2,,c\n")
+    done = kalmanq("run", EXAMPLES / "two_gauges.toml", data, "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["taken"] == 4 and said["missing"] == 2
+
+
+def test_fit_simulate_compare_steady_check(tmp_path):
+    guess, fitted = tmp_path / "guess.toml", tmp_path / "fitted.toml"
+    guess.write_text(MODEL.read_text().replace('P0 = "unknown"', "P0 = [[1e7]]"))
+    done = kalmanq("fit", guess, NILE, "--out", fitted, "--plot", tmp_path / "fit.png", "--json")
+    assert done.returncode == 0, done.stderr
+    assert abs(json.loads(done.stdout)["R"][0][0] / 15099.69 - 1) < 1e-3
+    assert abs(model_file.read(fitted).Q[0, 0] / 1468.5 - 1) < 1e-2
+    compared = json.loads(kalmanq("compare", MODEL, NILE, "--json").stdout)
+    assert 0 < compared["q31"]["mean_error_in_sigma"] < 1e-6 < 1
+    assert 0 < compared["f32"]["mean_error_in_sigma"] < 1e-4
+    steady = json.loads(kalmanq("steady", MODEL, "--json").stdout)
+    assert 0 < steady["gain"][0][0] < 1
+    assert kalmanq("check", MODEL).returncode == 0
+    hidden = tmp_path / "hidden.toml"
+    hidden.write_text("[model]\nA=[[1.0,0.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[1.0,1.0]\n")
+    checked = kalmanq("check", hidden)
+    assert checked.returncode == 1 and "never measured" in checked.stdout
+    assert "prior" not in kalmanq("check", MODEL).stdout  # nothing is known of it
+    for sigma, code, said in ((40, 0, "3 sigma are within"), (60, 0, "3 sigma reach beyond"), (130, 1, "beyond its range")):
+        hidden.write_text(f"[model]\nA=1.0\nH=1.0\nQ=1.0\nR=1.0\nP0={sigma**2}.0\n[states]\nranges=[125]\n"
+                          "[measurements]\nranges=[900]\n")
+        checked = kalmanq("check", hidden)
+        assert checked.returncode == code and said in checked.stdout
+    one, two = (kalmanq("simulate", MODEL, "--seed", 5).stdout for _ in range(2))
+    assert one == two and one != kalmanq("simulate", MODEL, "--seed", 6).stdout
+
+
+BAD_DATA = {
+    "no such file": None, "empty": "", "there is no column flow": "year,level\n1,2\n", "no data": "flow\n",
+    "'ten' is not a number": "flow\n1\nten\n", "2 fields, not 1": "flow\n1\n2,3\n", "not representable": "flow\ninf\n",
+    "--separator says which": "a,b;c\n1,2;3\n", "twice": "flow,flow\n1,2\n", "row 3, column flow": "flow\n1\nx\n",
+    "decimal point": 'a,flow\n1,"2,500"\n', "1 field, not 2": "a,flow\n1,2\n3\n",
+}
+
+
+@pytest.mark.parametrize("said", BAD_DATA)
+def test_bad_data_is_one_line_and_no_file(said, tmp_path):
+    data, out, plot = tmp_path / "data.csv", tmp_path / "out.csv", tmp_path / "out.png"
+    if BAD_DATA[said] is not None:
+        data.write_text(BAD_DATA[said])
+    for command in (("run", MODEL, data, "--out", out, "--plot", plot), ("compare", MODEL, data, "--plot", plot)):
+        refused(kalmanq(*command), said, tmp_path)
+
+
+def refused(done, said, folder):
+    assert done.returncode == 1, done.stdout
+    assert done.stdout == "" and said in done.stderr
+    assert done.stderr.count("\n") == 1 and done.stderr.startswith("kalmanq: ")
+    assert [path.name for path in folder.iterdir() if path.name.startswith((".", "out"))] == []
+
+
+@pytest.mark.parametrize("options, said", [
+    (["--out", "none/out.csv"], "no such folder"),
+    (["--plot", "none/out.png"], "no such folder"),
+    (["--smooth", "--lag", "3"], "one of them"),
+    (["--smooth", "--robust", "gate"], "plain updates"),
+    (["--lag", "2", "--robust", "jump"], "a lag cannot follow"),
+    (["--as", "init"], "--as init and --arith f64"),
+    (["--as", "init", "--arith", "q31", "--smooth"], "--as init and --smooth"),
+    (["--as", "init", "--arith", "f32", "--lag", "0"], "--as init and --lag"),
+    (["--as", "lean", "--arith", "q31"], "cannot run as lean, but as init, sizes"),
+])
+def test_bad_options_are_one_line(options, said, tmp_path):
+    refused(kalmanq("run", MODEL, NILE, *options, folder=tmp_path), said, tmp_path)
+
+
+def test_an_input_is_never_overwritten(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("flow\n1\n2\n")
+    refused(kalmanq("run", MODEL, data, "--out", data), "is an input", tmp_path)
+    assert data.read_text() == "flow\n1\n2\n"
+
+
+def test_a_range_is_refused_with_its_row(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("flow\n1000\n5000\n")
+    refused(kalmanq("run", MODEL, data, "--arith", "q31", "--out", tmp_path / "out.csv"), "data.csv: row 3: flow = 5000", tmp_path)
+
+
+def test_an_interrupt_leaves_nothing(tmp_path):
+    data, out = tmp_path / "data.csv", tmp_path / "out.csv"
+    data.write_text("flow\n" + "1000.5\n" * 2_000_000)
+    running = subprocess.Popen([sys.executable, "-m", "kalmanq.command_line", "run", str(MODEL), str(data), "--out", str(out)],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while running.poll() is None and not list(tmp_path.glob(".out*")):
+        time.sleep(0.02)
+    os.kill(running.pid, signal.SIGINT)
+    _, said = running.communicate()
+    assert running.returncode == 130 and said == "kalmanq: interrupted\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["data.csv"]
+
+
+def test_help_reads_well():
+    said = kalmanq("--help")
+    assert said.returncode == 0
+    for command in ("run", "check", "steady", "simulate", "compare", "report", "fit"):
+        assert command in said.stdout and kalmanq(command, "--help").returncode == 0
+
+
+# ------------------------------------------------------------------------------ outputs and names of all kinds
+
+
+def test_an_output_may_be_a_link_a_pipe_or_a_device(tmp_path):
+    (tmp_path / "link.csv").symlink_to(tmp_path / "real.csv")
+    (tmp_path / "real.csv").write_text("old")
+    (tmp_path / "real.csv").chmod(0o600)
+    assert kalmanq("run", MODEL, NILE, "--out", tmp_path / "link.csv").returncode == 0
+    assert (tmp_path / "link.csv").is_symlink() and (tmp_path / "real.csv").stat().st_mode & 0o777 == 0o600
+    assert len((tmp_path / "real.csv").read_text().splitlines()) == 101
+    os.mkfifo(tmp_path / "pipe")
+    reader = subprocess.Popen(["cat", str(tmp_path / "pipe")], stdout=subprocess.PIPE, text=True)
+    assert kalmanq("run", MODEL, NILE, "--out", tmp_path / "pipe").returncode == 0
+    assert reader.communicate()[0] == (tmp_path / "real.csv").read_text()
+    full = Path("/dev/full")
+    if full.is_char_device():
+        done = kalmanq("run", MODEL, NILE, "--out", full)
+        assert done.returncode == 1 and "/dev/full: No space left" in done.stderr and full.is_char_device()
+
+
+@pytest.mark.parametrize("command", [["run", MODEL, NILE, "--out", "."], ["run", MODEL, NILE, "--plot", "/"],
+                                     ["simulate", MODEL, "--out", "."], ["fit", EXAMPLES / "nile_guess.toml", NILE, "--out", "."]])
+def test_a_folder_is_no_output(command):
+    done = kalmanq(*command)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "is a folder" in done.stderr
+
+
+def test_names_are_no_markup(tmp_path):
+    model = tmp_path / "m.toml"
+    model.write_text('[model]\nname = "[/x]"\nA = [[1.0]]\nH = [1.0]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [1.0]\n'
+                     '[states]\nnames = ["speed [m/s]"]\n[measurements]\nnames = ["[/z]"]\n')
+    data = tmp_path / "d.csv"
+    data.write_text("[/z]\n1\n2\n")
+    done = kalmanq("run", model, data)
+    assert done.returncode == 0 and "speed [m/s]" in done.stdout, done.stderr
+    assert kalmanq("check", model).returncode == 0
+
+
+def test_what_is_beyond_names_its_file_and_row(tmp_path):
+    data = tmp_path / "d.csv"
+    data.write_text("year,flow\n1,1000\n2,1e300\n")
+    done = kalmanq("run", MODEL, data, "--arith", "f32")
+    assert done.returncode == 1 and f"{data}: row 3: flow = 1e+300" in done.stderr
+
+
+def test_all_missing_with_an_unknown_start_is_a_run_of_nothing(tmp_path):
+    data, out = tmp_path / "d.csv", tmp_path / "o.csv"
+    data.write_text("year,flow\n1,\n2,\n")
+    model = tmp_path / "m.toml"
+    model.write_text('[model]\nA = [[1.0]]\nH = [1.0]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = "unknown"\n'
+                     '[measurements]\nnames = ["flow"]\n')
+    done = kalmanq("run", model, data, "--out", out, "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["covariance"] == [[None]] and not done.stderr
+
+
+@pytest.mark.parametrize("arguments, said", [
+    (["simulate", MODEL, "--gap", 3, 1], "--gap 3 1"), (["fit", EXAMPLES / "nile_guess.toml", NILE, "--free", ""], "--free: names nothing")])
+def test_options_that_say_nothing_are_refused(arguments, said):
+    done = kalmanq(*arguments)
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1
+
+
+# ------------------------------------------------------------------------------ simulate: controls, and who reads it
+
+CART = EXAMPLES / "cart.toml"
+
+
+def pushed(tmp_path, rows):
+    path = tmp_path / "u.csv"
+    u = np.round(np.random.default_rng(3).normal(size=rows), 3)
+    path.write_text("other;push [m/s2]\n" + "".join(f"x;{value}\n" for value in u))
+    return path, u
+
+
+def test_simulated_controls_are_those_of_a_file(tmp_path):
+    path, u = pushed(tmp_path, 120)
+    done = kalmanq("simulate", CART, "--controls", path, "--truth", "--seed", 4, "--out", tmp_path / "z.csv")
+    assert done.returncode == 0, done.stderr
+    rows = rows_of(tmp_path / "z.csv")
+    model = model_file.read(CART)
+    name = model.controls[0].name
+    assert [float(row[name]) for row in rows] == u.tolist()  # as many rows as the file has
+    x, z = simulate(model, 120, 4, u[:, None])
+    assert [float(row[model.measurements[0].name]) for row in rows] == z[:, 0].tolist()
+    assert np.abs(x - simulate(model, 120, 4)[0]).max() > 0.1  # or there is nothing to see here
+    run = kalmanq("run", CART, tmp_path / "z.csv", "--json")
+    assert run.returncode == 0 and 0.5 < json.loads(run.stdout)["nis_per_measurement"] < 1.5
+
+
+def test_controls_of_runs_and_of_nonlinear_models(tmp_path):
+    path, u = pushed(tmp_path, 100)
+    one, other = tmp_path / "one.csv", tmp_path / "other.csv"
+    assert kalmanq("simulate", CART, "--controls", path, "--seed", 2, "--runs", 3, "--workers", 1, "--out", one).returncode == 0
+    assert kalmanq("simulate", CART, "-n", 100, "--seed", 2, "--runs", 3, "--workers", 1, "--out", other).returncode == 0
+    model, nis = model_file.read(CART), [[float(row["nis"]) for row in rows_of(path)] for path in (one, other)]
+    assert np.allclose(nis[0], nis[1])  # the filter knows of them
+    (tmp_path / "current.csv").write_text("current\n" + "0.5\n" * 30)
+    done = kalmanq("simulate", EXAMPLES / "battery.py", "--controls", tmp_path / "current.csv")
+    assert done.returncode == 0 and done.stdout.count(",0.5\n") == 30
+    assert model.l == 1
+
+
+@pytest.mark.parametrize("model, options, said", [
+    (MODEL, [], "the model has no controls"), (CART, ["-n", 200], "u.csv: has 100 rows, fewer than the 200 of -n"),
+    (CART, ["--out", "u.csv"], "u.csv: is an input"), (CART, ["--rename", "push=no"], "there is no column no"),
+])
+def test_controls_that_do_not_fit_are_one_line(model, options, said, tmp_path):
+    pushed(tmp_path, 100)
+    refused(kalmanq("simulate", model, "--controls", "u.csv", *options, folder=tmp_path), said, tmp_path)
+
+
+def test_simulate_goes_into_run_and_head(tmp_path):
+    command = f"{sys.executable} -m kalmanq.command_line"
+    piped = subprocess.run(f"{command} simulate {MODEL} -n 300 | {command} run {MODEL} - --json", shell=True,
+                           capture_output=True, text=True)
+    assert json.loads(piped.stdout)["rows"] == 300 and not piped.stderr
+    for what in (f"simulate {MODEL} -n 100000", f"run {MODEL} {NILE} --json", "--help"):
+        head = subprocess.run(f"{command} {what} | head -1 >/dev/null; echo ${{PIPESTATUS[0]}}", shell=True,
+                              capture_output=True, text=True, executable="/bin/bash")
+        assert not head.stderr and head.stdout in ("0\n", "1\n" if what == "--help" else "141\n")
+    closed = subprocess.run(f"({command} simulate {MODEL} -n 100000; echo $? >&2) | true", shell=True,
+                            capture_output=True, text=True)
+    assert closed.stderr == "141\n"
+
+
+def test_two_outputs_are_two_files(tmp_path):
+    refused(kalmanq("run", MODEL, NILE, "--out", "out.png", "--plot", "./out.png", folder=tmp_path),
+            "out.png: --out and --plot are one file; give two names", tmp_path)
+
+
+@pytest.mark.parametrize("missing, command, extra", [
+    ("matplotlib", ["run", MODEL, NILE, "--plot", "out.png"], "plots"), ("matplotlib", ["report", MODEL, NILE, "-o", "o.html"], "plots"),
+    ("scipy", ["fit", MODEL, NILE], "fitting"), ("scipy", ["design", MODEL, "--core", "m3"], "fitting")])
+def test_what_an_extra_of_the_package_has_is_named(missing, command, extra, tmp_path):
+    program = (f"import sys; sys.modules[{missing!r}] = None\nfrom kalmanq.__main__ import main\n"
+               f"sys.argv = {['kalmanq', *map(str, command)]}\nmain()")
+    done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert f"this needs {missing}" in done.stderr and f"[{extra}]" in done.stderr and not list(tmp_path.iterdir())
+
+
+def test_help_imports_no_numbers():
+    """So that it is there at once"""
+    program = ("import sys\nfrom kalmanq.__main__ import main\nsys.argv = ['kalmanq', '--help']\n"
+               "try:\n    main()\nfinally:\n    print([name for name in ('numpy', 'scipy', 'kalmanq._core') if name in sys.modules])")
+    done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.rstrip().endswith("[]") and "gallery" in done.stdout
+    again = subprocess.run([sys.executable, "-B", "-m", "kalmanq", "--help"], capture_output=True, text=True)
+    assert again.returncode == 0 and "gallery" in again.stdout
+
+
+def test_every_public_name_is_there():
+    """They are imported when they are used; folders and modules are, too."""
+    assert len(kalmanq_package.__all__) == 31 and set(kalmanq_package.__all__) <= set(dir(kalmanq_package))
+    assert all(getattr(kalmanq_package, name).__module__.startswith("kalmanq.") for name in kalmanq_package.__all__)
+    assert kalmanq_package.nonlinear.read and kalmanq_package.core.lib
+    with pytest.raises(AttributeError, match="no attribute 'Fliter'"):
+        kalmanq_package.Fliter

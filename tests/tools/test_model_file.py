@@ -1,0 +1,181 @@
+"""Model files: what is written reads back to the same bits, and what is wrong is told with its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import models
+from kalmanq import Model
+from kalmanq.model import builders, model_file
+from kalmanq.model.model_file import ModelFileError
+
+EXAMPLES = sorted((Path(model_file.__file__).parents[1] / "examples").glob("*.toml"))
+FIELDS = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "unknown")
+
+
+def same(a: Model, b: Model) -> bool:
+    arrays = all(np.array_equal(getattr(a, name), getattr(b, name)) for name in FIELDS if getattr(a, name) is not None)
+    return arrays and (a.states, a.measurements, a.controls, a.gaps, a.name) == (
+        b.states, b.measurements, b.controls, b.gaps, b.name)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_read_and_come_back(path, tmp_path):
+    model = model_file.read(path)
+    copy = tmp_path / "copy.toml"
+    copy.write_text(model_file.text_of(model), encoding="utf-8")
+    assert same(model, model_file.read(copy))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_models_come_back_bit_for_bit(seed, tmp_path):
+    draw = np.random.default_rng(seed)
+    n, m = draw.integers(1, 6, 2)
+    root = draw.normal(size=(n, n)) * 10.0 ** draw.integers(-9, 9, (n, 1))
+    model = Model(draw.normal(size=(n, n)), draw.normal(size=(m, n)), draw.random(m), root @ root.T,
+                  x0=draw.normal(size=n), P0=draw.random(n), name='a "name" \\ and é')
+    path = tmp_path / "model.toml"
+    path.write_text(model_file.text_of(model), encoding="utf-8")
+    assert same(model, model_file.read(path))
+
+
+LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0]]\n'
+
+
+@pytest.mark.parametrize("text, said", [
+    ("", "no section [model]"),
+    ("[model]\nA = [[1.0\n", "line "),
+    (LEVEL.replace("A = [[1.0]]", "A = [[1.0, 2.0]]"), "line 2: A: is 1 x 2, not square"),
+    (LEVEL.replace("R = [[1.0]]", "R = [[-1.0]]"), "line 5: R: has a negative variance"),
+    (LEVEL.replace("Q = [[1.0]]", 'Q = "one"'), "line 4: Q: is not an array of numbers"),
+    (LEVEL.replace("Q = [[1.0]]", "Q = [[nan]]"), "line 4: Q: has an entry that is not finite"),
+    (LEVEL.replace("Q = [[1.0]]", "Q = [[1.0], 2]"), "line 4: Q: is not an array"),
+    (LEVEL.replace("P0", "PO"), "line 6: PO: no such key in [model]; P0?"),
+    (LEVEL.replace("P0 = [[1.0]]\n", ""), "P0: is missing"),
+    (LEVEL.replace("[[1.0]]\n", "[[1.0]]\n", 1) + "[state]\nnames = ['a']\n", "line 7: state: no such section; states?"),
+    (LEVEL + "[states]\nnames = ['a', 'b']\n", "line 7: states: names has 2 entries; there are 1"),
+    (LEVEL + "[states]\nranges = [-1]\n", "line 7: states: ranges: -1 is not above 0"),
+    (LEVEL + "[states]\nranges = ['wide']\n", "line 7: states: ranges is not a list of numbers"),
+    (LEVEL + "[gaps]\nmax_gap = -1\n", "gaps: max_gap is at least 0"),
+    ('[model]\nbuilder = "levle"\n', "line 2: builder: there is no 'levle'; level?"),
+    ('[model]\nbuilder = "level"\ndrift = 1\nnoise = 1\n', "variance: is missing: a number"),
+    ('[model]\nbuilder = "level"\ndrift = 1\nnoize = 1\nvariance = 1\n', "line 4: noize: level has no such parameter; noise?"),
+    ('[model]\nbuilder = "level"\ndrift = -1\nnoise = 1\nvariance = 1\n',
+     "line 2: builder: level: a covariance is not positive semi-definite"),
+    ('[model]\nbuilder = "trend"\ndrift = [1]\nnoise = 1\nvariance = [1, 1]\n', "line 3: drift: has 1 numbers, not 2"),
+    ('[model]\nbuilder = "ar"\nphi = [1.1]\nvariance = 1\n', "stationary"),
+])
+def test_what_is_wrong_is_one_line(text, said, tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ModelFileError) as refused:
+        model_file.read(path)
+    assert said in str(refused.value) and "\n" not in str(refused.value)
+    assert str(refused.value).startswith(f"{path}: ")
+
+
+def test_files_that_are_none(tmp_path):
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(ModelFileError):
+            model_file.read(path)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ModelFileError, match="UTF-8"):
+        model_file.read(binary)
+
+
+def test_a_start_that_is_in_part_unknown(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text('[model]\nA=[[1.0,1.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[4.0,"unknown"]\n')
+    model = model_file.read(path)
+    assert model.unknown.tolist() == [False, True] and model.P0[0, 0] == 4
+    assert models.textbook  # the module is found beside this one
+
+
+# ------------------------------------------------------------------------------ builders, and numbers of any length
+
+BUILT = {
+    "level": "drift = 1\nnoise = 1\n", "trend": "drift = [1, 1]\nnoise = 1\n", "season": "seasons = 4\ndrift = 1\nnoise = 1\n",
+    "trend_season": "seasons = 4\ndrift = [1, 1, 1]\nnoise = 1\n", "ar": "phi = [0.5, 0.1]\nvariance = 1\n",
+    "ma": "theta = [0.5]\nvariance = 1\n", "arma": "phi = [0.5]\ntheta = [0.5]\nvariance = 1\n",
+    "regression": "regressors = [1, 2]\ndrift = [0, 0]\nnoise = 1\n", "constant_velocity": "dt = 1\ndensity = [1, 1]\nnoise = [1, 1]\n",
+    "constant_acceleration": "dt = 1\ndensity = 1\nnoise = 1\n",
+    "factor": "loadings = [[1], [1]]\ntransition = [[0.5]]\nnoise = [1, 1]\n",
+}
+
+
+@pytest.mark.parametrize("builder", builders.BUILDERS)
+def test_a_builder_with_p0_needs_no_variances_before_it(builder, tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(f'[model]\nbuilder = "{builder}"\n{BUILT[builder]}P0 = "unknown"\n')
+    assert np.all(model_file.read(path).unknown)
+
+
+def test_a_new_builder_is_in_one_table(tmp_path, monkeypatch):
+    monkeypatch.setitem(builders.BUILDERS, "slope", builders.BUILDERS["trend"])
+    path = tmp_path / "model.toml"
+    path.write_text(f'[model]\nbuilder = "slope"\n{BUILT["trend"]}P0 = [4, 9]\n')
+    assert np.array_equal(model_file.read(path).P0, np.diag([4.0, 9.0]))
+
+
+LONG = "1" * 400
+ODD = {
+    f"P0 = {LONG}": "line 6: P0: has a number with too many digits", f"P0 = {'1' * 5000}": "a number has too many digits",
+    f"P0 = {'[' * 5000}1{']' * 5000}": "nested too deeply", f"P0 = {'[' * 900}1{']' * 900}": "",
+    f"P0 = 1\n[states]\nranges = [{LONG}]": "states: ranges: one is not representable",
+    f"P0 = 1\n[states]\nranges = [9]\nfractions = [{LONG}]": "states: fractions: ",
+    "P0 = 1\n[gaps]\nmax_gap = 100000000000000000000": "line 7: gaps: max_gap is at most 100000000",
+    "P0 = 1\n[gaps]\nmax_gap = 1e20": "right: max_gap is a whole number",
+    f"P0 = 1\n[gaps]\nmin_run = {LONG}": "gaps: min_run is at most 100000000",
+}
+
+
+@pytest.mark.parametrize("text", ODD, ids=range(len(ODD)))
+def test_numbers_of_any_length_are_one_line(text, tmp_path):
+    test_what_is_wrong_is_one_line(f"[model]\nA = 1\nH = 1\nQ = 1\nR = 1\n{text}\n", ODD[text], tmp_path)
+
+
+@pytest.mark.parametrize("text", [f"seasons = {LONG}", "seasons = 1000000000", f"seasons = 4\nmean = [{LONG}]"])
+def test_a_builder_s_numbers_of_any_length_are_one_line(text, tmp_path):
+    test_what_is_wrong_is_one_line(f'[model]\nbuilder = "season"\ndrift = 1\nnoise = 1\nP0 = "unknown"\n{text}\n', "", tmp_path)
+
+
+PRIORS = {"variance = [1, 4]": np.diag([1.0, 4.0]), "P0 = [2, 3]": np.diag([2.0, 3.0]), 'P0 = "unknown"': None,
+          "P0 = [[2, 1], [1, 3]]": np.array([[2.0, 1], [1, 3]]), "": "variance: is missing"}
+
+
+@pytest.mark.parametrize("prior", PRIORS)
+def test_a_new_builder_is_one_row_of_the_table(prior, tmp_path, monkeypatch):
+    """Its prior may come from its variances, or from the file's P0, which then needs none"""
+    Parameter = builders.Parameter
+    row = builders.Builder((Parameter("drift", "number"), Parameter("variance", "vector", is_prior=True)), lambda of: {
+        "A": np.eye(2), "H": np.ones((1, 2)), "R": np.ones(1), "Q": of["drift"] * np.eye(2),
+        "P0": np.diag(of["variance"]), "states": ["left", "right"]})
+    monkeypatch.setitem(builders.BUILDERS, "pair", row)
+    path = tmp_path / "pair.toml"
+    path.write_text(f'[model]\nbuilder = "pair"\ndrift = 0.5\n{prior}\n')
+    if isinstance(PRIORS[prior], str):
+        with pytest.raises(ModelFileError, match=PRIORS[prior]):
+            model_file.read(path)
+        return
+    model = model_file.read(path)
+    assert [one.name for one in model.states] == ["left", "right"] and model.Q[1, 1] == 0.5
+    assert np.all(model.unknown) if PRIORS[prior] is None else np.array_equal(model.P0, PRIORS[prior])
+    again = model_file.text_of_builder("pair", {"drift": 0.5, "variance": [1, 4]}, model)
+    path.write_text(again)
+    assert np.array_equal(model_file.read(path).unknown, model.unknown)
+
+
+@pytest.mark.parametrize("name", builders.BUILDERS)
+def test_every_builder_takes_a_prior_of_its_own(name, tmp_path):
+    """From its annotated example, without the variances, and with nothing known"""
+    text = next(path for path in EXAMPLES if path.stem == name).read_text()
+    priors = [one.name for one in builders.BUILDERS[name].parameters if one.is_prior]
+    lines = [line for line in text.splitlines() if line.split("=")[0].strip() not in (*priors, "P0")]
+    end = next((k for k, line in enumerate(lines[1:], 1) if line.startswith("[") and line != "[model]"), len(lines))
+    path = tmp_path / "model.toml"
+    path.write_text("\n".join([*lines[:end], 'P0 = "unknown"', *lines[end:]]))
+    assert np.all(model_file.read(path).unknown)

@@ -1,0 +1,863 @@
+/* The unknown start: what is determined when, by hand; what it refuses. */
+#include "losses.h"
+#include "reading.h"
+#include "sizes.h"
+#include "unchanged.h"
+
+#define STEPS 8
+#define EARLY 4
+
+PROCESS(trend, 2, 0);
+PROCESS(still, 2, 0);
+PROCESS(reset, 2, 0);
+SENSOR(level, 2, 1);
+SENSOR(both, 2, 2);
+SENSOR(exact_sum, 2, 2);
+FILTER(track, 2);
+FILTER(twin, 2);
+static K(filter) view;
+HISTORY(tape, 2, 2, STEPS, STEPS);
+DIFFUSE(start, 2, EARLY);
+DIFFUSE(plain, 2, 0);
+
+/* never initialised, and of another size */
+FILTER(blank, 2);
+PROCESS(blank_process, 2, 0);
+SENSOR(blank_sensor, 2, 1);
+DIFFUSE(blank_start, 2, 1);
+HISTORY(blank_tape, 2, 1, 1, 0);
+FILTER(track3, 3);
+PROCESS(motion3, 3, 0);
+SENSOR(sensor3, 3, 1);
+DIFFUSE(start3, 3, 0);
+HISTORY(tape3, 3, 1, 2, 0);
+
+static const num A[] = {1, 1, 0, 1}, Q[] = {0.25, 0, 0, 0.5}, identity[] = {1, 0, 0, 1}, zero[4];
+static const num H[] = {1, 0}, R[] = {2};
+static const num H2[] = {1, 0, 1, 1}, R2[] = {0.5, 0.25, 0.25, 1}, sum[] = {1, 1, 2, 2};
+static const num x0[] = {1, -2}, P0[] = {4, 0, 0, 9};
+static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero3[3];
+static const double log_2_pi = 1.8378770664093454836;
+
+static void set_up(void)
+{
+    ASSERT_OK(K(process_init)(&trend, A, NULL, Q));
+    ASSERT_OK(K(process_init)(&still, identity, NULL, zero));
+    ASSERT_OK(K(process_init)(&reset, zero, NULL, Q));
+    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
+    ASSERT_OK(K(sensor_init)(&level, H, R));
+    ASSERT_OK(K(sensor_init)(&both, H2, R2));
+    ASSERT_OK(K(sensor_init)(&exact_sum, sum, zero));
+    ASSERT_OK(K(sensor_init)(&sensor3, zero3, R));
+    ASSERT_OK(K(diffuse_assign)(&start, 2, EARLY, start_memory, COUNT(start_memory)));
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
+    ASSERT_OK(K(diffuse_init)(&start3, &track3, zero3, NULL, 7));
+    ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    watch_nothing();
+    WATCH(start), WATCH(start_memory), WATCH(track), WATCH(track_memory), WATCH(tape);
+    WATCH(blank_start), WATCH(blank_start_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(blank_tape), WATCH(start3), WATCH(start3_memory), WATCH(tape3);
+}
+
+static void update(double z)
+{
+    const num word = N(z);
+    ASSERT_OK(K(update)(&track, &level, &word));
+}
+
+static void predict(const K(process) * p) { ASSERT_OK(K(predict)(&track, p, NULL)); }
+
+/* Count and what is determined, as bits */
+static void assert_open(int count, int bits, UNITY_LINE_TYPE line)
+{
+    UNITY_TEST_ASSERT_EQUAL_INT(count, K(diffuse_count)(&start), line, "count");
+    for (int i = 0; i < 2; i++) {
+        const int is = bits >> i & 1;
+        UNITY_TEST_ASSERT_EQUAL_INT(is, K(diffuse_is_determined)(&start, i), line, "determined");
+        UNITY_TEST_ASSERT(isnan(K(mean)(&track, i)) == !is, line, "mean");
+        UNITY_TEST_ASSERT(isnan(K(mean_low)(&track, i)) == !is, line, "mean low");
+        UNITY_TEST_ASSERT(isnan(K(sigma)(&track, i)) == !is, line, "sigma");
+    }
+    num P[4];
+    const kq_status status = count > 0 ? KQ_ERR_NOT_READY : KQ_OK;
+    UNITY_TEST_ASSERT_EQUAL_INT(status, K(covariance)(&track, P), line, "covariance");
+    UNITY_TEST_ASSERT(!isnan(K(log_likelihood)(&track)), line, "likelihood");
+    UNITY_TEST_ASSERT(!isnan(K(log_likelihood_last)(&track)), line, "likelihood, last");
+    UNITY_TEST_ASSERT(!isnan(K(nis)(&track)), line, "NIS");
+    UNITY_TEST_ASSERT(K(taken)(&track) >= 0, line, "taken");
+}
+
+#define ASSERT_OPEN(count, bits) assert_open(count, bits, __LINE__)
+
+static void assert_state(const double *x, double p00, double p01, double p11, UNITY_LINE_TYPE line)
+{
+    num P[4];
+    ASSERT_OK(K(covariance)(&track, P));
+    const double size = p00 + p11 + fabs(x[0]) + fabs(x[1]);
+    for (int i = 0; i < 2; i++) {
+        assert_within(TOLERANCE * size, x[i], whole_mean(&track, i), line);
+        assert_within(TOLERANCE * size, x[i], (double)K(mean)(&track, i), line);
+    }
+    assert_within(TOLERANCE * size, p00, (double)P[0], line);
+    assert_within(TOLERANCE * size, p01, (double)P[1], line);
+    assert_within(TOLERANCE * size, p11, (double)P[3], line);
+    assert_within(TOLERANCE * size, sqrt(p11), (double)K(sigma)(&track, 1), line);
+}
+
+#define ASSERT_STATE(x0, x1, p00, p01, p11)                                                        \
+    assert_state((const double[]){x0, x1}, p00, p01, p11, __LINE__)
+
+/* ---------------------------------------------------------------------- what is determined */
+
+TEST(two_measurements_determine_a_trend)
+{
+    ASSERT_OPEN(2, 0);
+    update(10);
+    ASSERT_OPEN(1, 1);
+    ASSERT_CLOSE(10, K(mean)(&track, 0), 10);
+    ASSERT_CLOSE(sqrt(2), K(sigma)(&track, 0), 1);
+    ASSERT_CLOSE(-log_2_pi / 2, K(log_likelihood)(&track), 1);
+    predict(&trend);
+    ASSERT_OPEN(1, 0);
+    update(13);
+    ASSERT_OPEN(0, 3);
+    /* slope at 1: z1 - z0 - w0 - v1 + v0 + w1 */
+    ASSERT_STATE(13, 3, 2, 2, 2 + 2 + 0.25 + 0.5);
+    ASSERT_CLOSE(-log_2_pi, K(log_likelihood)(&track), 1);
+    ASSERT_CLOSE(-log_2_pi / 2, K(log_likelihood_last)(&track), 1);
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
+}
+
+TEST(phi_counts_in_the_likelihood)
+{
+    static const num h[] = {3, 4}, z = 10;
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(update)(&track, &level, &z));
+    ASSERT_OPEN(1, 0);
+    ASSERT_CLOSE(-(log_2_pi + log(25)) / 2, K(log_likelihood)(&track), 4);
+    ASSERT_OK(K(update)(&track, &level, &z)); /* the same again: ordinary, S = 2 r */
+    ASSERT_OPEN(1, 0);
+    ASSERT_CLOSE(-(log_2_pi + log(4)) / 2, K(log_likelihood_last)(&track), 4);
+}
+
+TEST(the_known_rest_correlates_with_what_is_determined)
+{
+    static const num z[] = {5, 0};
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 1));
+    ASSERT_OPEN(1, 2);
+    ASSERT_CLOSE(-2, K(mean)(&track, 1), 2);
+    ASSERT_CLOSE(3, K(sigma)(&track, 1), 3);
+    ASSERT_OK(K(update_subset)(&track, &both, z + 1, 0)); /* nothing */
+    ASSERT_OPEN(1, 2);
+    static const num h[] = {1, 1};
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(update)(&track, &level, z)); /* x0 = z - x1 - v */
+    ASSERT_OPEN(0, 3);
+    ASSERT_STATE(7, -2, 9 + 2, -9, 9);
+}
+
+TEST(what_is_not_known_of_the_prior_is_not_looked_at)
+{
+    num P[] = {(num)NAN, 7, -3, 9};
+    const num x[] = {1e6, -2}, z = 5;
+    ASSERT_OK(K(diffuse_init)(&start, &track, x, P, 1 | 4));
+    ASSERT_OPEN(1, 2);
+    ASSERT_OK(K(update)(&track, &level, &z));
+    ASSERT_STATE(5, -2, 2, 0, 9);
+}
+
+TEST(correlated_components_determine_at_once)
+{
+    static const num z[] = {4, 1};
+    ASSERT_OK(K(update)(&track, &both, z));
+    ASSERT_OPEN(0, 3);
+    /* x = H^-1 z, P = H^-1 R H^-T, H^-1 = [1 0; -1 1], det H = 1 */
+    ASSERT_STATE(4, -3, 0.5, -0.25, 1);
+    ASSERT_CLOSE(-log_2_pi, K(log_likelihood)(&track), 1);
+    TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
+}
+
+TEST(one_of_two_correlated_components)
+{
+    static const num z[] = {4, 1};
+    ASSERT_OK(K(update_subset)(&track, &both, z, 2));
+    ASSERT_OPEN(1, 0);
+    ASSERT_OK(K(update_subset)(&track, &both, z, 1));
+    ASSERT_STATE(4, -3, 0.5, -0.5, 1.5);
+}
+
+TEST(noise_free_measurements)
+{
+    static const num z[] = {4, 8}, h[] = {1, 0, 0, 1}, more[] = {1, 6};
+    ASSERT_OK(K(update)(&track, &exact_sum, z)); /* the second says nothing new */
+    ASSERT_OPEN(1, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_REDUNDANT, K(events)(&track));
+    K(events_clear)(&track);
+    ASSERT_OK(K(sensor_change_measurement)(&exact_sum, h));
+    ASSERT_OK(K(update_subset)(&track, &exact_sum, more, 1));
+    ASSERT_STATE(1, 3, 0, 0, 0);
+    TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
+}
+
+TEST(what_is_not_seen_stays_unknown)
+{
+    static const num h[] = {1, 1};
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    for (int t = 0; t < 200; t++) {
+        update(t % 7);
+        predict(&still);
+    }
+    ASSERT_OPEN(1, 0);
+    ASSERT_OK(K(sensor_change_measurement)(&level, H));
+    update(1);
+    ASSERT_OPEN(0, 3);
+}
+
+TEST(a_long_wait_costs_nothing)
+{
+    for (int t = 0; t < 2000; t++) predict(&still);
+    ASSERT_OPEN(2, 0);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    ASSERT_CLOSE(5, K(mean)(&track, 0), 5);
+}
+
+TEST(a_turning_state_is_known_when_it_has_been_seen_twice)
+{
+    const num c = N(0.8), s = N(0.6), turn[] = {c, s, -s, c};
+    ASSERT_OK(K(process_init)(&trend, turn, NULL, zero));
+    for (int t = 0; t < 100; t++) predict(&trend);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    predict(&trend);
+    ASSERT_OPEN(1, 0);
+    update(5);
+    ASSERT_OPEN(0, 3);
+}
+
+TEST(a_transition_may_forget_it)
+{
+    predict(&reset);
+    ASSERT_OPEN(0, 3);
+    ASSERT_STATE(0, 0, 0.25, 0, 0.5);
+    ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
+}
+
+TEST(it_decays_into_nothing)
+{
+    static const num half[] = {1, 0, 0, 0.5};
+    ASSERT_OK(K(process_init)(&trend, half, NULL, Q));
+    for (int t = 0; t < 100; t++) predict(&trend);
+    ASSERT_OPEN(2, 0);
+    for (int t = 0; t < 400; t++) predict(&trend);
+    ASSERT_OPEN(1, 2);
+}
+
+TEST(a_measurement_beyond_the_numbers_is_not_taken)
+{
+    static const num h[] = {(num)0x1p-60, 0}, z = NUM_MAX;
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(update)(&track, &level, &z));
+    ASSERT_OPEN(2, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_OVERFLOW, K(events)(&track));
+    ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
+}
+
+TEST(the_filter_goes_on_as_it_would)
+{
+    static const num z[] = {4, 1}, more[] = {3, 2};
+    ASSERT_OK(K(update)(&track, &both, z));
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    for (int t = 0; t < 3; t++) {
+        ASSERT_OK(K(predict)(&track, &trend, NULL));
+        ASSERT_OK(K(predict)(&twin, &trend, NULL));
+        ASSERT_OK(K(update)(&track, &both, more));
+        ASSERT_OK(K(update)(&twin, &both, more));
+        ASSERT_OK(K(update_subset)(&track, &both, more, 2));
+        ASSERT_OK(K(update_subset)(&twin, &both, more, 2));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+TEST(nothing_unknown_is_an_ordinary_start)
+{
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OPEN(0, 3);
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+TEST(sizes_from_1_to_16)
+{
+    static num P[256], z[16], big_memory[FILTER_LEN(16)], H16[256], r[16];
+    static num work[DIFFUSE_LEN(16, 1)], process_memory[KQ_PROCESS_LEN(16)], sensor_memory[16];
+    static num history_memory[HISTORY_LEN(16, 16, 2, 0)];
+    static num x[16], I[256], Z[256];
+    K(diffuse) s;
+    K(filter) f;
+    K(process) p;
+    K(sensor) by;
+    K(history) h;
+    for (int n = 1; n <= 16; n += n < 3 ? 1 : 13) {
+        for (int k = 0; k < n * n; k++) H16[k] = I[k] = k % (n + 1) ? 0 : 1;
+        for (int i = 0; i < n; i++) {
+            for (int j = i + 1; j < n; j++) H16[i * n + j] = N(0.125);
+            z[i] = N(i - 3);
+            r[i] = 1;
+        }
+        ASSERT_OK(K(filter_assign)(&f, n, big_memory, COUNT(big_memory)));
+        ASSERT_OK(K(diffuse_assign)(&s, n, 1, work, (size_t)DIFFUSE_LEN((size_t)n, 1)));
+        ASSERT_OK(K(history_assign)(&h, n, history_memory, COUNT(history_memory)));
+        ASSERT_OK(K(process_assign)(&p, n, 0, process_memory, COUNT(process_memory)));
+        ASSERT_OK(K(process_init)(&p, I, NULL, Z));
+        ASSERT_OK(K(sensor_assign)(&by, n, n, sensor_memory, COUNT(sensor_memory)));
+        ASSERT_OK(K(sensor_init_diagonal)(&by, H16, r));
+        ASSERT_OK(K(diffuse_init)(&s, &f, x, NULL, UINT32_MAX));
+        ASSERT_OK(K(attach)(&f, &h.attached));
+        TEST_ASSERT_EQUAL_INT(n, K(diffuse_count)(&s));
+        ASSERT_OK(K(predict)(&f, &p, NULL));
+        ASSERT_OK(K(update)(&f, &by, z));
+        TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&s));
+        ASSERT_OK(K(covariance)(&f, P));
+        for (int i = 0; i < n; i++) { /* H x = z, H P H' = I */
+            double back = 0;
+            for (int j = 0; j < n; j++) back += (double)H16[i * n + j] * whole_mean(&f, j);
+            ASSERT_CLOSE(i - 3, back, 40);
+            double variance = 0;
+            for (int j = 0; j < n; j++) {
+                for (int k = 0; k < n; k++) {
+                    variance += (double)(H16[i * n + j] * H16[i * n + k] * P[j * n + k]);
+                }
+            }
+            ASSERT_CLOSE(1, variance, 20);
+        }
+        ASSERT_OK(K(diffuse_smooth)(&s));
+        for (int i = 0; i < n; i++) {
+            ASSERT_CLOSE(whole_mean(&f, i), K(mean)(START_SMOOTHED(&s, 0), i), 40);
+            ASSERT_CLOSE(K(sigma)(&f, i), K(sigma)(START_SMOOTHED(&s, 0), i), 20);
+        }
+    }
+}
+
+/* -------------------------------------------------------------------------------- smoother */
+
+/* A constant, seen k times with noise 2 and before that not at all */
+TEST(smoothed_constant_is_the_mean_of_all)
+{
+    static const double z[] = {3, 8, -2, 5};
+    num P[4];
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    for (int t = 0; t < 3; t++) predict(&still);
+    static const num h[2][2] = {{1, 0}, {0, 1}};
+    for (int t = 0; t < 4; t++) {
+        ASSERT_OK(K(sensor_change_measurement)(&level, h[0]));
+        update(z[t]);
+        if (t > 0) ASSERT_OK(K(sensor_change_measurement)(&level, h[1]));
+        if (t > 0) update(2 * z[t]);
+        predict(&still);
+    }
+    TEST_ASSERT_EQUAL_UINT(4, K(diffuse_steps)(&start));
+    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_first)(&start));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 0), 0));
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    for (size_t t = 0; t < 8; t++) {
+        ASSERT_CLOSE(3.5, K(mean)(START_SMOOTHED(&start, t), 0), 10);
+        ASSERT_CLOSE(22 / 3.0,
+                     (double)K(mean)(START_SMOOTHED(&start, t), 1) +
+                         (double)K(mean_low)(START_SMOOTHED(&start, t), 1),
+                     20);
+        ASSERT_CLOSE(sqrt(0.5), K(sigma)(START_SMOOTHED(&start, t), 0), 1);
+        ASSERT_OK(K(covariance)(START_SMOOTHED(&start, t), P));
+        ASSERT_CLOSE(0.5, P[0], 2);
+        ASSERT_CLOSE(0, P[1], 2);
+        ASSERT_CLOSE(0, P[2], 2);
+        ASSERT_CLOSE(2 / 3.0, P[3], 2);
+    }
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 8), 0));
+    ASSERT_NAN(K(sigma)(START_SMOOTHED(&start, 0), 2));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+}
+
+static const num trend_data[] = {10, 13, 14, 18};
+
+static void run_trend(void)
+{
+    for (int t = 0; t < 4; t++) {
+        update((double)trend_data[t]);
+        predict(&trend);
+    }
+}
+
+TEST(smoothed_in_slices_or_at_once)
+{
+    num all[4], sliced[4];
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    run_trend();
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    const num mean = K(mean)(START_SMOOTHED(&start, 0), 1);
+    ASSERT_OK(K(covariance)(START_SMOOTHED(&start, 0), all));
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    run_trend();
+    ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+    for (size_t k = 1; k < K(history_steps)(&tape); k++) {
+        ASSERT_OK(K(smooth_step)(&tape, NULL, NULL));
+    }
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    TEST_ASSERT_TRUE(mean == K(mean)(START_SMOOTHED(&start, 0), 1));
+    ASSERT_OK(K(covariance)(START_SMOOTHED(&start, 0), sliced));
+    ASSERT_SAME_BITS(all, sliced);
+    TEST_ASSERT_TRUE(K(mean)(START_SMOOTHED(&start, 2), 0) == K(mean)(SMOOTHED(&tape, 1), 0));
+}
+
+TEST(means_alone)
+{
+    num P[4];
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    run_trend();
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    const double mean = (double)K(mean)(START_SMOOTHED(&start, 0), 1);
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    run_trend();
+    ASSERT_OK(K(smooth_states)(&tape));
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    ASSERT_CLOSE(mean, K(mean)(START_SMOOTHED(&start, 0), 1), 10);
+    ASSERT_NAN(K(sigma)(START_SMOOTHED(&start, 0), 1));
+    WATCH(P);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, 0), P));
+}
+
+TEST(the_latest_steps_are_kept)
+{
+    num P[4];
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    for (int t = 0; t < 6; t++) predict(&still);
+    update(1);
+    ASSERT_OK(K(sensor_change_measurement)(&level, H2 + 2));
+    update(4);
+    TEST_ASSERT_EQUAL_UINT(6, K(diffuse_steps)(&start));
+    TEST_ASSERT_EQUAL_UINT(2, K(diffuse_first)(&start));
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    WATCH(P);
+    for (size_t t = 0; t < 2; t++) {
+        ASSERT_NAN(K(mean)(START_SMOOTHED(&start, t), 0));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, t), P));
+    }
+    for (size_t t = 2; t < 7; t++) {
+        ASSERT_CLOSE(1, K(mean)(START_SMOOTHED(&start, t), 0), 4);
+        ASSERT_CLOSE(3, K(mean)(START_SMOOTHED(&start, t), 1), 4);
+        ASSERT_CLOSE(2, K(sigma)(START_SMOOTHED(&start, t), 1), 4);
+    }
+}
+
+TEST(what_all_the_data_do_not_determine)
+{
+    num P[4];
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    update(3);
+    predict(&still);
+    update(5);
+    ASSERT_OPEN(1, 1);
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    TEST_ASSERT_EQUAL_UINT(2, K(diffuse_steps)(&start));
+    WATCH(P);
+    for (size_t t = 0; t < 2; t++) {
+        ASSERT_CLOSE(4, K(mean)(START_SMOOTHED(&start, t), 0), 5);
+        ASSERT_CLOSE(1, K(sigma)(START_SMOOTHED(&start, t), 0), 1);
+        ASSERT_NAN(K(mean)(START_SMOOTHED(&start, t), 1));
+        ASSERT_NAN(K(mean_low)(START_SMOOTHED(&start, t), 1));
+        ASSERT_NAN(K(sigma)(START_SMOOTHED(&start, t), 1));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, t), P));
+    }
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 2), 0));
+    update(1); /* goes on, and is not recorded */
+    ASSERT_CLOSE(4, K(mean)(START_SMOOTHED(&start, 0), 0), 5);
+}
+
+TEST(what_was_forgotten_stays_unknown)
+{
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    update(3);
+    predict(&reset);
+    update(1);
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    ASSERT_CLOSE(3, K(mean)(START_SMOOTHED(&start, 0), 0), 5);
+    ASSERT_CLOSE(sqrt(2), K(sigma)(START_SMOOTHED(&start, 0), 0), 2);
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 0), 1));
+    ASSERT_CLOSE(1 / 9.0, K(mean)(START_SMOOTHED(&start, 1), 0), 1);
+    ASSERT_CLOSE(0, K(mean)(START_SMOOTHED(&start, 1), 1), 1);
+}
+
+/* Then the start has nothing to do with it. */
+TEST(a_determined_start_is_recorded_by_the_history)
+{
+    static const num z[] = {4, 1};
+    ASSERT_OK(K(update)(&track, &both, z));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    predict(&trend);
+    update(4);
+    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_steps)(&start));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+    ASSERT_OK(K(smooth)(&tape));
+    TEST_ASSERT_FALSE(isnan(K(mean)(SMOOTHED(&tape, 0), 1)));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(&start, 0), 1));
+}
+
+/* The early steps do not belong to what it records from there on. */
+TEST(a_history_that_begins_anew_is_no_longer_the_starts)
+{
+    for (int smoothed = 0; smoothed < 2; smoothed++) {
+        ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
+        run_trend();
+        if (smoothed) ASSERT_OK(K(diffuse_smooth)(&start));
+        const num early = K(mean)(START_SMOOTHED(&start, 0), 0);
+        ASSERT_OK(K(attach)(&track, &tape.attached));
+        predict(&trend);
+        update(20);
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+        ASSERT_OK(K(smooth)(&tape));
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+        for (size_t t = K(diffuse_steps)(&start); t < 8; t++) {
+            ASSERT_NAN(K(mean)(START_SMOOTHED(&start, t), 0));
+        }
+        const num now = K(mean)(START_SMOOTHED(&start, 0), 0);
+        TEST_ASSERT_TRUE(smoothed ? now == early : !!isnan(now));
+    }
+}
+
+TEST(nothing_unknown_is_recorded_from_the_beginning)
+{
+    HISTORY(plain_tape, 2, 2, STEPS, STEPS);
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &plain_tape.attached));
+    run_trend();
+    for (int t = 0; t < 4; t++) {
+        const num z = trend_data[t];
+        ASSERT_OK(K(update)(&twin, &level, &z));
+        ASSERT_OK(K(predict)(&twin, &trend, NULL));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    ASSERT_OK(K(smooth)(&plain_tape));
+    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_steps)(&start));
+    TEST_ASSERT_EQUAL_UINT(5, K(history_steps)(&tape));
+    for (size_t t = 0; t < 5; t++) {
+        reading expected, now;
+        read_smoothed(&expected, &plain_tape, t, 2);
+        read_smoothed(&now, &tape, t, 2);
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &now, sizeof now);
+        TEST_ASSERT_TRUE(expected.mean[1] == K(mean)(START_SMOOTHED(&start, t), 1));
+    }
+}
+
+TEST(a_history_that_has_gone_elsewhere)
+{
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    update(1);
+    predict(&trend);
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&twin, &tape.attached));
+    ASSERT_OK(K(detach)(&tape.attached));
+    ASSERT_OK(K(attach)(&twin, &tape.attached));
+    update(2);
+    ASSERT_OPEN(0, 3);
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(smooth)(&tape));
+}
+
+/* Then it may be gone, too: nothing of it is looked at. */
+TEST(a_history_that_was_detached)
+{
+    for (int measurements = 0; measurements <= 3; measurements++) {
+        ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, UINT32_MAX));
+        ASSERT_OK(K(attach)(&track, &tape.attached));
+        for (int k = 0; k < measurements; k++) {
+            predict(&trend);
+            update(1);
+        }
+        ASSERT_OK(K(detach)(&tape.attached));
+        ASSERT_OK(K(detach)(&tape.attached));
+        watch_nothing();
+        memset(&tape, 0xa5, sizeof tape);
+        WATCH(tape), WATCH(tape_memory);
+        watched_store();
+        predict(&trend);
+        for (int k = 0; k < 3; k++) {
+            update(1);
+            predict(&trend);
+        }
+        ASSERT_OPEN(0, 3);
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+        ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, UINT32_MAX));
+        watched_assert_unchanged(__LINE__);
+        ASSERT_OK(K(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
+    }
+    ASSERT_REFUSED(KQ_ERR_NULL, K(detach)(NULL));
+    ASSERT_OK_UNCHANGED(K(detach)(&blank_tape.attached));
+}
+
+/* ---------------------------------------------------------------------------------- errors */
+
+/* What needs all of the state */
+TEST(what_is_not_ready)
+{
+    static const num z[] = {1};
+    num P[4], weights[1];
+    LAG(lag, 2, 2, 2);
+    INSTANT(point, 2, 2);
+    update(1);
+    WATCH(P), WATCH(weights), WATCH(lag), WATCH(lag_memory), WATCH(point), WATCH(point_memory);
+    WATCH(twin), WATCH(twin_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(&track, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(measurement)(&track, &level, weights, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(innovation)(&track, &level, z, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(gain)(&track, &level, P));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forecast)(&track, &trend, NULL, 1, &twin));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(filter_copy)(&twin, &track));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_huber(&track, &level, z, 1, 2, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_student(&track, &level, z, 1, 4, weights));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&track, &level, z, 1, 9));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &lag.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &point.attached));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth)(&tape));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(smooth_step)(&tape, NULL, NULL));
+}
+
+TEST(assign_refuses)
+{
+    static const int bad[] = {0, -1, 17, 258, INT_MAX, INT_MIN};
+    static num memory[DIFFUSE_LEN(2, 3)];
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_assign)(NULL, 2, 0, memory, COUNT(memory)));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_assign)(&start, 2, 0, NULL, COUNT(memory)));
+    for (int k = 0; k < COUNT(bad); k++) {
+        ASSERT_REFUSED(KQ_ERR_SIZE, K(diffuse_assign)(&start, bad[k], 0, memory, SIZE_MAX));
+    }
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(diffuse_assign)(&start, 2, UINT16_MAX, memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(diffuse_assign)(&start, 2, SIZE_MAX, memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(diffuse_assign)(&start, 2, UINT16_MAX - 1, memory, 1000));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(diffuse_assign)(&start, 2, 3, memory, DIFFUSE_LEN(2, 3) - 1));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(diffuse_assign)(&start, 2, 0, memory, DIFFUSE_LEN(2, 0) - 1));
+    ASSERT_OK(K(diffuse_assign)(&start, 2, 3, memory, DIFFUSE_LEN(2, 3)));
+    TEST_ASSERT_EQUAL_INT((int)DIFFUSE_LEN(2, EARLY), COUNT(start_memory));
+    ASSERT_OK(K(diffuse_init)(&plain, &track, x0, NULL, 3));
+}
+
+TEST(init_refuses)
+{
+    static num bad[] = {1, 2}, C[] = {1, 2, 3, 4};
+    bad[1] = (num)INFINITY;
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_init)(NULL, &track, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_init)(&start, NULL, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_init)(&start, &track, NULL, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_init)(&start, &track, x0, NULL, 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(diffuse_init)(&start, &track3, x0, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(diffuse_init)(&start, &track, bad, P0, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, K(diffuse_init)(&start, &track, x0, C, 0));
+    C[3] = -1;
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(diffuse_init)(&start, &track, x0, C, 1));
+    K(diffuse) none;
+    memset(&none, 0, sizeof none);
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(diffuse_init)(&none, &track, x0, P0, 1));
+    none.states = 2;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(diffuse_init)(&none, &track, x0, P0, 1));
+    K(filter) no_filter;
+    memset(&no_filter, 0, sizeof no_filter);
+    no_filter.states = 2;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(diffuse_init)(&start, &no_filter, x0, P0, 1));
+}
+
+TEST(steps_refuse)
+{
+    static const num z[] = {1, 2}, bad[] = {(num)NAN, 1};
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(NULL, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&blank, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&track, &blank_process, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict)(&track, &motion3, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&blank, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update)(&track, &sensor3, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update)(&track, &level, bad));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update_subset)(NULL, &level, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, &both, bad, 3));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(NULL, &trend, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, NULL, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &trend, NULL, NULL, z));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(step)(&track, &trend, NULL, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &blank_process, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &trend, NULL, &blank_sensor, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &motion3, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &trend, NULL, &sensor3, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(step)(&track, &trend, NULL, &level, bad));
+    ASSERT_OK(K(update_subset)(&track, &both, bad, 2));
+}
+
+/* A step from the unknown, and through the instant at which all is known */
+TEST(a_step_is_a_predict_and_an_update)
+{
+    static num other_memory[DIFFUSE_LEN(2, EARLY)];
+    HISTORY(other_tape, 2, 2, STEPS, STEPS);
+    K(diffuse) other;
+    ASSERT_OK(K(diffuse_assign)(&other, 2, EARLY, other_memory, COUNT(other_memory)));
+    ASSERT_OK(K(diffuse_init)(&other, &twin, x0, NULL, 3));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_OK(K(attach)(&twin, &other_tape.attached));
+    for (int t = 0; t < 5; t++) {
+        const num z = N(3 * t - 1);
+        predict(&trend);
+        ASSERT_OK(K(update)(&track, &level, &z));
+        ASSERT_OK(K(step)(&twin, &trend, NULL, &level, &z));
+        TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
+        TEST_ASSERT_EQUAL_INT(K(diffuse_count)(&start), K(diffuse_count)(&other));
+        TEST_ASSERT_TRUE(K(log_likelihood)(&track) == K(log_likelihood)(&twin));
+    }
+    ASSERT_SAME_FILTER(&track, &twin, 2);
+    ASSERT_OK(K(diffuse_smooth)(&start));
+    ASSERT_OK(K(diffuse_smooth)(&other));
+    for (size_t t = 0; t < 6; t++) {
+        TEST_ASSERT_TRUE(K(mean)(START_SMOOTHED(&start, t), 1) ==
+                         K(mean)(START_SMOOTHED(&other, t), 1));
+    }
+}
+
+/* The start is that of the filter it was made for: a copy has no half of it. */
+TEST(a_copied_filter_has_no_start)
+{
+    static const num z[] = {3, 1};
+    update(10);
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    WATCH(twin), WATCH(twin_memory);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&twin, &trend, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&twin, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&twin, &level, z, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&twin, &trend, NULL, &level, z));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&twin, &tape.attached));
+    TEST_ASSERT_TRUE(K(mean)(&twin, 0) == K(mean)(&track, 0)); /* what is known can be read */
+    TEST_ASSERT_TRUE(K(sigma)(&twin, 0) == K(sigma)(&track, 0));
+    ASSERT_NAN(K(mean)(&twin, 1));
+    ASSERT_CLOSE(10, K(mean)(&track, 0), 10);
+    /* one of which nothing is unknown goes on by itself, and so does its filter */
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 0));
+    memcpy(twin_memory, track_memory, sizeof twin_memory);
+    twin = track;
+    twin.memory = twin_memory;
+    for (int t = 0; t < 3; t++) {
+        update(t);
+        ASSERT_OK(K(update)(&twin, &level, (const num[]){N(t)}));
+        predict(&trend);
+        ASSERT_OK(K(predict)(&twin, &trend, NULL));
+    }
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+/* Nothing being unknown, it is in nobody's way: of what is attached, or of a step that is refused. */
+TEST(a_start_of_nothing_unknown_gives_way)
+{
+    static const num z[] = {3};
+    LAG(lag, 2, 2, 2);
+    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 0));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(predict)(&track, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, &level, NULL));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(step)(&track, &trend, NULL, &sensor3, z));
+    ASSERT_OK(K(attach)(&track, &lag.attached));
+    ASSERT_OK(K(step)(&track, &trend, NULL, &level, z));
+    TEST_ASSERT_EQUAL_INT(1, K(lag_steps)(&lag));
+    ASSERT_OK(K(lagged)(&lag, 1, &view));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+}
+
+/* Nothing refers to the start any more. */
+TEST(a_filter_that_begins_anew_has_no_start)
+{
+    update(10);
+    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(K(filter_init)(&twin, x0, P0));
+    memset(&start, 0xa5, sizeof start);
+    ASSERT_OK(K(predict)(&track, &trend, NULL));
+    ASSERT_OK(K(predict)(&twin, &trend, NULL));
+    ASSERT_SAME_FILTER(&twin, &track, 2);
+}
+
+TEST(attach_and_smooth_refuse)
+{
+    num P[4];
+    K(history) none;
+    memset(&none, 0, sizeof none);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &tape3.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &none.attached));
+    none.attached.hooks = tape.attached.hooks;
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(attach)(&track, &none.attached));
+    none.states = 2;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(attach)(&track, &none.attached));
+    none.memory = tape_memory;
+    none.length = HISTORY_LEN(2, 1, 1, 0) - 1;
+    ASSERT_REFUSED(KQ_ERR_MEMORY, K(attach)(&track, &none.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_smooth)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(diffuse_smooth)(&blank_start));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
+    WATCH(P);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_smoothed)(NULL, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(diffuse_smoothed)(&blank_start, 0, &view));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(diffuse_smoothed)(&start, 0, &view));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    predict(&still);
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(covariance)(START_SMOOTHED(&start, 0), P));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(diffuse_smoothed)(&start, 0, NULL));
+    /* without room an undetermined run has nothing to smooth */
+    ASSERT_OK(K(diffuse_init)(&plain, &track, x0, NULL, 3));
+    ASSERT_OK(K(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&plain));
+}
+
+TEST(a_full_history_is_refused)
+{
+    static num memory[HISTORY_LEN(2, 1, 1, 0)];
+    K(history) small;
+    ASSERT_OK(K(history_assign)(&small, 2, memory, COUNT(memory)));
+    ASSERT_OK(K(attach)(&track, &small.attached));
+    run_trend();
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_HISTORY_FULL, K(events)(&track));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(diffuse_smooth)(&start));
+}
+
+TEST(readings_of_what_is_bad)
+{
+    TEST_ASSERT_EQUAL_INT(-1, K(diffuse_count)(NULL));
+    TEST_ASSERT_EQUAL_INT(-1, K(diffuse_count)(&blank_start));
+    TEST_ASSERT_EQUAL_INT(0, K(diffuse_is_determined)(NULL, 0));
+    TEST_ASSERT_EQUAL_INT(0, K(diffuse_is_determined)(&start, -1));
+    TEST_ASSERT_EQUAL_INT(0, K(diffuse_is_determined)(&start, 2));
+    ASSERT_NAN(K(mean)(NULL, 0));
+    ASSERT_NAN(K(mean_low)(&track, 2));
+    ASSERT_NAN(K(sigma)(&blank, 0));
+    ASSERT_NAN(K(log_likelihood)(NULL));
+    ASSERT_NAN(K(log_likelihood_last)(&blank));
+    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_steps)(NULL));
+    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_first)(&blank_start));
+    ASSERT_NAN(K(mean)(START_SMOOTHED(NULL, 0), 0));
+    ASSERT_NAN(K(mean_low)(START_SMOOTHED(&blank_start, 0), 0));
+    ASSERT_NAN(K(sigma)(START_SMOOTHED(NULL, 0), 0));
+}
+
+SUITE(diffuse, set_up)
+#include "diffuse.tests"

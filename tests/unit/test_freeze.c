@@ -1,0 +1,480 @@
+/* The filter of gains given and the settling filter, in all arithmetics; the equation is test_steady.c's. */
+#include "models.h"
+#include "unchanged.h"
+
+enum { N = 2, M = 2, GAINS = 30, RUN = 200 };
+
+#ifdef KQ_TEST_Q31
+#define BITS 14
+#define BITS_MAX KQ_FREEZE_BITS_MAX_Q31
+#define SETTLES_WITHIN 60
+#define ROUNDING_OF_STEPS 2e-6 /* half a word of z and of u, and coefficients of 31 bits */
+#else
+#define BITS 12
+#define BITS_MAX (sizeof(num) == sizeof(float) ? KQ_FREEZE_BITS_MAX_F32 : KQ_FREEZE_BITS_MAX_F64)
+#define SETTLES_WITHIN 30
+#define ROUNDING_OF_STEPS (256 * EPS)
+#endif
+#define SETTLED ldexp(1, -BITS)
+
+static process_model motion;
+static sensor_model radar;
+static prior_model prior;
+S_FILTER(track, N);
+S_FILTER(other, N);
+S_FILTER(blank, N);
+S_HISTORY(tape, N, M, RUN, 0);
+S_STEADY(steady, N, M);
+S_STEADY(blank_steady, N, M);
+S_FREEZE(lazy, N, M);
+S_FREEZE(blank_lazy, N, M);
+
+static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
+static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, x0[] = {1, -2};
+static const num P0[] = {4, 1, 1, 3}, Q[] = {N(0.3), 0, 0, N(0.3)}, R[] = {0.5, 0.25, 0.25, 0.75};
+static const num range[] = {100, 100, 100}, drive_range[] = {10}, measured_range[] = {200, 200};
+
+static entry gains[GAINS * N * M];
+static word u[1], z[M];
+static num exact_z[M];
+static uint32_t seed;
+
+/* -1 .. 1 in steps that no rounding changes */
+static num draw(void)
+{
+    seed = seed * 1664525 + 1013904223;
+    return (num)((int)(seed >> 20) - 2048) / 2048;
+}
+
+static void draw_step(void)
+{
+    const num push = draw();
+    memcpy(u, driven(&motion.process, &push, 1), sizeof u);
+    for (int c = 0; c < M; c++) exact_z[c] = 3 * draw();
+    memcpy(z, measured(&radar.sensor, exact_z), sizeof z);
+}
+
+static void put_motion(const num *noise_of) { put_process(&motion, N, 1, range, drive_range, A, B, noise_of); }
+
+/* The gains of the first updates behind the prior */
+static void make_gains(void)
+{
+    ASSERT_OK(init_filter(&other, &prior));
+    for (int t = 0; t < GAINS; t++) {
+        ASSERT_OK(S(gain)(&other, &radar.sensor, gains + t * N * M));
+        ASSERT_OK(S(update)(&other, &radar.sensor, measured(&radar.sensor, x0)));
+        ASSERT_OK(S(predict)(&other, &motion.process, NULL));
+    }
+}
+
+static void set_up(void)
+{
+    A[0] = 0.5;
+    seed = 1;
+    put_motion(Q);
+    put_sensor(&radar, N, M, range, measured_range, H, R);
+    put_prior(&prior, N, range, x0, P0);
+    ASSERT_OK(init_filter(&track, &prior));
+    make_gains();
+    ASSERT_OK(init_filter(&other, &prior));
+    ASSERT_OK(S(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
+    ASSERT_OK(S(steady_init)(&steady, &motion.process, &radar.sensor, prior.mean, gains, GAINS));
+    ASSERT_OK(S(freeze_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(S(freeze_init)(&lazy, BITS));
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+    watch_nothing();
+}
+
+static double mean_of_steady(int i)
+{
+    return word_value(&prior, S(steady_mean)(&steady, i), i);
+}
+
+/* ------------------------------------------------------------------ the filter */
+
+/* The mean is that of the full filter, up to the gain that has settled to 2^-BITS and to rounding */
+TEST(the_scheduled_filter_is_the_full_one)
+{
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        if (t > 0) {
+            ASSERT_OK(S(predict)(&track, &motion.process, u));
+            ASSERT_OK(S(steady_predict)(&steady, u));
+        }
+        ASSERT_OK(S(update)(&track, &radar.sensor, z));
+        ASSERT_OK(S(steady_update)(&steady, z));
+        const double gain_left = t < GAINS ? 0 : SETTLED / (1 - 0.7);
+        for (int i = 0; i < N; i++) {
+            ASSERT_WITHIN(6 * gain_left + ROUNDING_OF_STEPS, shown_mean(&track, &prior, i), mean_of_steady(i));
+        }
+    }
+}
+
+TEST(a_step_is_a_predict_and_an_update)
+{
+    static word memory[COUNT(steady_memory)];
+    static S(steady) second;
+    ASSERT_OK(S(steady_assign)(&second, N, M, memory, COUNT(memory)));
+    ASSERT_OK(S(steady_init)(&second, &motion.process, &radar.sensor, prior.mean, gains, GAINS));
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        const word *const drive_of = t % 2 ? u : NULL;
+        ASSERT_OK(S(steady_step)(&steady, drive_of, z));
+        ASSERT_OK(S(steady_predict)(&second, drive_of));
+        ASSERT_OK(S(steady_update)(&second, z));
+        ASSERT_SAME_BITS(steady_memory, memory);
+    }
+}
+
+TEST(the_innovation_is_that_of_the_mean)
+{
+    word e[M], same[M];
+    draw_step();
+    WATCH(steady), WATCH(steady_memory), WATCH(z);
+    ASSERT_OK_UNCHANGED(S(steady_innovation)(&steady, z, e));
+    for (int c = 0; c < M; c++) {
+        const double expected = (double)exact_z[c] - (double)H[c * N] * (double)x0[0] - (double)H[c * N + 1] * (double)x0[1];
+        ASSERT_WITHIN(ROUNDING_OF_STEPS, expected, measured_value(&radar.sensor, e[c], c));
+    }
+    memcpy(same, z, sizeof z);
+    ASSERT_OK(S(steady_innovation)(&steady, same, same));
+    ASSERT_SAME_BITS(e, same);
+}
+
+/* ------------------------------------------------------------------ settling */
+
+static void freeze_steps(int count)
+{
+    for (int t = 0; t < count; t++) {
+        draw_step();
+        ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
+        ASSERT_OK(S(step)(&other, &motion.process, u, &radar.sensor, z));
+    }
+}
+
+static void assert_near(UNITY_LINE_TYPE line)
+{
+    reading now, full;
+    read_now(&now, &track, N);
+    read_now(&full, &other, N);
+    for (int i = 0; i < N; i++) {
+        assert_within(8 * SETTLED / (1 - 0.5), whole(&full, i), whole(&now, i), line);
+        assert_within(8 * SETTLED / (1 - 0.5), (double)full.P[3 * i], (double)now.P[3 * i], line);
+    }
+}
+
+#define ASSERT_NEAR() assert_near(__LINE__)
+
+TEST(it_settles_and_stays_near_the_full_filter)
+{
+    int began = 0;
+    for (int t = 0; t < RUN; t++) {
+        freeze_steps(1);
+        if (!S(freeze_is_active)(&lazy)) TEST_ASSERT_EQUAL_INT(0, began);
+        else if (!began) began = t;
+        ASSERT_NEAR();
+    }
+    TEST_ASSERT_TRUE(began > 2 && began < SETTLES_WITHIN);
+}
+
+/* Until it has settled it is the full filter, bit for bit. */
+TEST(before_that_it_is_the_full_filter)
+{
+    while (!S(freeze_is_active)(&lazy)) {
+        ASSERT_SAME_BITS(track_memory, other_memory);
+        freeze_steps(1);
+    }
+}
+
+TEST(the_root_rests_while_it_is_settled)
+{
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    watch(track_memory + S_FILTER_LEN(N) - S_ROOT_LEN(N), S_ROOT_LEN(N) * sizeof(word));
+    WATCH(track.last), WATCH(track.run);
+    draw_step();
+    ASSERT_OK_UNCHANGED(S(step)(&track, &motion.process, u, &radar.sensor, z));
+}
+
+TEST(a_missing_measurement_unsettles_it)
+{
+    freeze_steps(60);
+    for (int t = 0; t < 3; t++) {
+        draw_step();
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+        ASSERT_OK(S(predict)(&other, &motion.process, u));
+        TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+        ASSERT_NEAR();
+    }
+    freeze_steps(2);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+}
+
+TEST(another_model_unsettles_it)
+{
+    static const num slow[] = {0.75, 0, 0, 0.5};
+    freeze_steps(60);
+    ASSERT_OK(change_transition(&motion, N, slow));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+    ASSERT_OK(change_measurement(&radar, N, M, slow));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    ASSERT_NEAR();
+}
+
+/* Another Q in the same object, another A in the same array: the process says so (its fingerprint). */
+TEST(new_numbers_of_the_process_unsettle_it)
+{
+    static const num noisy[] = {3, 0, 0, 3};
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    put_motion(noisy);
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+    A[0] = 0.75;
+    ASSERT_OK(change_transition(&motion, N, A));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    put_motion(noisy); /* as it was */
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+}
+
+/* A sensor has no fingerprint: new numbers in the same object and array are to be told. */
+TEST(new_numbers_of_the_sensor_are_told_by_a_release)
+{
+    static const num noisy[] = {5, 0, 0, 5};
+    freeze_steps(60);
+    put_sensor(&radar, N, M, range, measured_range, H, noisy);
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_OK(S(freeze_release)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+}
+
+TEST(the_full_filter_may_go_on_at_any_time)
+{
+    freeze_steps(60);
+    draw_step();
+    ASSERT_OK(S(update)(&track, &radar.sensor, z)); /* one more measurement at the same instant */
+    ASSERT_OK(S(update)(&other, &radar.sensor, z));
+    ASSERT_NEAR();
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_OK(S(freeze_release)(&lazy));
+    freeze_steps(1);
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+}
+
+/* It gets every step; then the settling begins anew. */
+TEST(a_history_takes_its_place)
+{
+    freeze_steps(60);
+    WATCH(tape);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &tape.attached));
+    ASSERT_OK(S(detach)(&lazy.attached));
+    ASSERT_OK(S(attach)(&track, &tape.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &lazy.attached));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_UINT(61, S(history_steps)(&tape));
+    ASSERT_OK(S(smooth)(&tape));
+    ASSERT_OK(S(detach)(&tape.attached));
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEAR();
+}
+
+/* The last step before it settles is a step of the full filter, and so is a predict and an update. */
+TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
+{
+    for (int t = 0; t < 4; t++) {
+        draw_step();
+        ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
+        ASSERT_OK(S(predict)(&other, &motion.process, u));
+        ASSERT_OK(S(update)(&other, &radar.sensor, z));
+        TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+        ASSERT_SAME_BITS(other_memory, track_memory);
+        TEST_ASSERT_TRUE(S(log_likelihood)(&other) == S(log_likelihood)(&track));
+    }
+    for (int t = 0; t < 40; t++) { /* called apart they are the full filter's, and it never settles */
+        draw_step();
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+        ASSERT_OK(S(update)(&track, &radar.sensor, z));
+        ASSERT_OK(S(step)(&other, &motion.process, u, &radar.sensor, z));
+        TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+        ASSERT_SAME_BITS(other_memory, track_memory);
+    }
+}
+
+/* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
+TEST(a_copied_filter_goes_on_by_itself)
+{
+    S_FILTER(copy, N);
+    for (int assigned = 0; assigned < 2; assigned++) {
+        freeze_steps(60);
+        ASSERT_OK(S(filter_copy)(&other, &track));
+        ASSERT_OK(S(filter_copy)(&copy, &track));
+        if (assigned) {
+            copy = track;
+            copy.memory = copy_memory;
+        }
+        const S(freeze) before = lazy;
+        for (int t = 0; t < 5; t++) {
+            draw_step();
+            if (t % 2) ASSERT_OK(S(step)(&copy, &motion.process, u, &radar.sensor, z));
+            if (t % 2 == 0) ASSERT_OK(S(predict)(&copy, &motion.process, u));
+            if (t % 2 == 0) ASSERT_OK(S(update)(&copy, &radar.sensor, z));
+            ASSERT_OK(S(step)(&other, &motion.process, u, &radar.sensor, z));
+            ASSERT_SAME_BITS(other_memory, copy_memory);
+        }
+        TEST_ASSERT_EQUAL_INT(before.phase, lazy.phase);
+        TEST_ASSERT_EQUAL_PTR(before.process, lazy.process);
+        TEST_ASSERT_EQUAL_HEX32(before.fingerprint, lazy.fingerprint);
+        TEST_ASSERT_EQUAL_PTR(before.filter, lazy.filter);
+        freeze_steps(1);
+        TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    }
+}
+
+TEST(a_detached_filter_is_the_full_filter)
+{
+    freeze_steps(60);
+    ASSERT_OK(S(detach)(&lazy.attached));
+    ASSERT_OK(S(detach)(&lazy.attached));
+    ASSERT_OK(S(filter_copy)(&other, &track));
+    for (int t = 0; t < 5; t++) {
+        freeze_steps(1);
+        ASSERT_SAME_BITS(other_memory, track_memory);
+    }
+    /* one that was initialised anew, too: nothing is looked at that may be gone */
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_OK(init_filter(&other, &prior));
+    const S(freeze) kept = lazy;
+    memset(&lazy, 0xa5, sizeof lazy);
+    freeze_steps(5);
+    ASSERT_SAME_BITS(other_memory, track_memory);
+    lazy = kept;
+    /* and where the settling was assigned anew */
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+    ASSERT_OK(
+        S(freeze_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
+    freeze_steps(60);
+    ASSERT_SAME_BITS(other_memory, track_memory);
+}
+
+/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
+TEST(a_settling_has_one_filter)
+{
+    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
+    freeze_steps(60);
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&other, &lazy.attached));
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_OK(S(attach)(&track, &lazy.attached)); /* to its own once more: it begins again */
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&other, &lazy.attached));
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+    ASSERT_OK(S(detach)(&lazy.attached));
+    ASSERT_OK(S(attach)(&other, &lazy.attached));
+    ASSERT_OK(S(freeze_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
+    ASSERT_OK(S(freeze_init)(&lazy, BITS));
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+}
+
+TEST(attach_refuses_what_is_wrong)
+{
+    S_FREEZE(second, N, M);
+    S_FREEZE(wide, N + 1, M);
+    S_FREEZE(tall, N, M + 1);
+    S_DIFFUSE(start, N, 0);
+    ASSERT_OK(S(freeze_init)(&second, BITS));
+    ASSERT_OK(S(freeze_init)(&wide, BITS));
+    ASSERT_OK(S(freeze_init)(&tall, BITS));
+    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
+    WATCH(blank_lazy), WATCH(second), WATCH(wide), WATCH(tall), WATCH(other), WATCH(blank);
+    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(NULL, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, &blank_lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&blank, &lazy.attached));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&other, &wide.attached));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &second.attached));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(detach)(NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(detach)(&blank_lazy.attached));
+    ASSERT_OK(init_start(&start, &other, &prior, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&other, &second.attached));
+    ASSERT_OK(init_start(&start, &other, &prior, 0));
+    ASSERT_OK(S(attach)(&other, &second.attached)); /* nothing was unknown */
+    ASSERT_OK(S(detach)(&lazy.attached));
+    ASSERT_OK(S(attach)(&track, &tall.attached)); /* for sensors of other components */
+    draw_step();
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(step)(&track, &motion.process, u, &radar.sensor, z));
+}
+
+TEST(what_is_read_of_nothing_is_no_number)
+{
+    ASSERT_NOTHING(S(steady_mean)(NULL, 0));
+    ASSERT_NOTHING(S(steady_mean)(&blank_steady, 0));
+    ASSERT_NOTHING(S(steady_mean)(&steady, -1));
+    ASSERT_NOTHING(S(steady_mean)(&steady, N));
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(NULL));
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&blank_lazy));
+}
+
+/* Beside the table of test_refusals.c */
+TEST(what_is_wrong_is_refused)
+{
+    S(steady) empty_steady;
+    S(freeze) empty;
+    entry gain[N * M];
+    const size_t words = COUNT(lazy_memory);
+    memset(&empty_steady, 0, sizeof empty_steady);
+    memset(&empty, 0, sizeof empty);
+    WATCH(steady), WATCH(steady_memory), WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(S(steady_init)(&empty_steady, &motion.process, &radar.sensor, prior.mean, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(steady_init)(&steady, &motion.process, &radar.sensor, NULL, gains, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(steady_assign)(NULL, N, M, steady_memory, COUNT(steady_memory)));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(steady_assign)(&steady, N, M, NULL, N));
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(steady_assign)(&steady, 0, M, steady_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(steady_assign)(&steady, N, 17, steady_memory, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory) - 1));
+    ASSERT_REFUSED_SIZE_OR_MEMORY(S(freeze_init)(&empty, BITS));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(freeze_init)(NULL, BITS));
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(freeze_init)(&lazy, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(freeze_init)(&lazy, BITS_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(freeze_assign)(NULL, N, M, lazy_memory, words, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(freeze_assign)(&lazy, N, M, NULL, words, gain));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(freeze_assign)(&lazy, N, M, lazy_memory, words, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(freeze_assign)(&lazy, 17, M, lazy_memory, words, gain));
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(freeze_assign)(&lazy, N, 0, lazy_memory, words, gain));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(freeze_assign)(&lazy, N, M, lazy_memory, words - 1, gain));
+    ASSERT_OK(S(detach)(&lazy.attached));
+    ASSERT_OK(S(freeze_assign)(&lazy, N, M, lazy_memory, words, lazy_gain));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(freeze_release)(&lazy));
+}
+
+SUITE(freeze, set_up)
+#include "freeze.tests"
