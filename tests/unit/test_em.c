@@ -690,6 +690,13 @@ TEST(test_init_refuses_numbers)
     assert_entries_must_be_finite(factor, 2, init);
 }
 
+TEST(what_is_behind_a_recording_is_not_read)
+{
+    recordings[0].steps = recordings[1].steps = STEPS - 1;
+    z[2 * STEPS - 2] = z[2 * STEPS - 1] = u[STEPS - 2] = (num)NAN;
+    ASSERT_OK(init());
+}
+
 TEST(test_init_refuses_too_few_measurements)
 {
     memset(present, 0, sizeof present);

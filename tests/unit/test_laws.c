@@ -749,7 +749,7 @@ TEST(the_order_of_the_states_does_not_matter)
 static void round_data(numbers *s)
 {
     for (int t = 0; t < STEPS; t++) {
-        for (int c = 0; c < 3; c++) s->z[t][c] = N(ldexp(rint(ldexp((double)s->z[t][c], 12)), -12));
+        for (int c = 0; c < 3; c++) s->z[t][c] = N(ldexp(floor(ldexp((double)s->z[t][c], 12) + 0.5), -12));
     }
 }
 

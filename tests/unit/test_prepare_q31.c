@@ -438,9 +438,11 @@ TEST(variances_are_exact_where_the_numbers_are)
 {
     static const double r[] = {0.25, 0.01};
     format[0].fraction = 10;
+    table[2] = (kq_scaled_q31){77, 7};
     ASSERT_OK(kq_noise_prepare_diagonal_q31(table, r, 2, format));
     assert_scaled(1 << 30, -32 + 20, table[0]);
     assert_scaled((int32_t)(0.01 * 0x1p37 + 0.5), -37, table[1]);
+    assert_scaled(77, 7, table[2]); /* not written behind the last one */
 }
 
 /* [5 2; 2 1] = U D U' with U = [1 2; 0 1], D = I */

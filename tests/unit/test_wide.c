@@ -1,21 +1,43 @@
 /*
  * Sixteen states: independent scalars y = T x, seen through the rotation T, are what each of them is alone by the
- * formulas of one state: the filter, the smoother and both smoothers on line, in all arithmetics.
+ * formulas of one state: the filter, the smoother and both smoothers on line, in all arithmetics, between guards.
  */
 #define MAX 16
 
 #include "models.h"
 #include "sizes.h"
 
-enum { STEPS = 6, LAST = STEPS - 1, KEPT = 3 };
+enum { STEPS = 5, LAST = STEPS - 1, KEPT = 3 };
 
 static process_model motion;
 static sensor_model sensor;
 static prior_model prior;
 S_FILTER(wide, 16);
-S_LAG(lag, 16, 16, KEPT);
-S_INSTANT(instant, 16, 16);
-S_HISTORY(tape, 16, 16, STEPS, 0);
+static S(lag) lag;
+static S(instant) instant;
+static S(history) tape;
+
+enum { GUARD = 4, TAPE = S_HISTORY_LEN(16, 16, STEPS, 0), LAG_WORDS = S_LAG_LEN(16, 16, KEPT) };
+
+static word room[(TAPE > LAG_WORDS ? TAPE : LAG_WORDS) + 2 * GUARD];
+
+/* The memory inside, between guards */
+static word *guarded(void)
+{
+    memset(room, GUARD_BYTE, sizeof room);
+    return room + GUARD;
+}
+
+static void assert_guarded(kq_length length)
+{
+    assert_guard_bytes(room, sizeof room, GUARD * sizeof(word), (size_t)length * sizeof(word));
+}
+
+static void attach_lag(void)
+{
+    ASSERT_OK(S(lag_assign)(&lag, 16, 16, KEPT, guarded(), LAG_WORDS));
+    ASSERT_OK(S(attach)(&wide, &lag.attached));
+}
 
 /* One of them: its mean and variance at each step, filtered, predicted, smoothed */
 typedef struct {
@@ -104,29 +126,34 @@ static void assert_rotated(const S(filter) *view, int t)
 
 TEST(the_filter_and_its_smoother)
 {
+    ASSERT_OK(S(history_assign)(&tape, 16, guarded(), TAPE));
     ASSERT_OK(S(attach)(&wide, &tape.attached));
     run();
     assert_rotated(&wide, LAST);
     ASSERT_OK(S(smooth)(&tape));
     for (int i = 0; i < 16; i++) smooth_scalar(&y[i]);
     for (int t = 0; t < STEPS; t++) assert_rotated(S_SMOOTHED(&tape, (size_t)t), t);
+    assert_guarded(TAPE);
 }
 
 TEST(the_smoothers_on_line)
 {
     S(filter) view;
     for (int i = 0; i < 16; i++) smooth_scalar(&y[i]);
-    ASSERT_OK(S(attach)(&wide, &lag.attached));
+    attach_lag();
     run();
     for (int k = 0; k <= KEPT; k++) {
         ASSERT_OK(S(lagged)(&lag, (size_t)k, &view));
         assert_rotated(&view, LAST - k);
     }
+    assert_guarded(LAG_WORDS);
     ASSERT_OK(init_filter(&wide, &prior));
+    ASSERT_OK(S(instant_assign)(&instant, 16, 16, guarded(), S_INSTANT_LEN(16, 16)));
     ASSERT_OK(S(attach)(&wide, &instant.attached));
     run();
     ASSERT_OK(S(instant_smooth)(&instant, &view));
     assert_rotated(&view, 0);
+    assert_guarded(S_INSTANT_LEN(16, 16));
 }
 
 TEST(what_is_independent_stays_so_bit_for_bit)
@@ -134,7 +161,7 @@ TEST(what_is_independent_stays_so_bit_for_bit)
     S(filter) view;
     entry P[256];
     begin(0);
-    ASSERT_OK(S(attach)(&wide, &lag.attached));
+    attach_lag();
     run();
     ASSERT_OK(S(lagged)(&lag, KEPT, &view));
     ASSERT_OK(S(covariance)(&view, P));
@@ -147,22 +174,6 @@ TEST(what_is_independent_stays_so_bit_for_bit)
 }
 
 /* ------------------------------------------------------------------------------ all sizes */
-
-enum { GUARD = 4 };
-
-static word room[S_LAG_LEN(16, 16, KEPT) + 2 * GUARD]; /* the longest */
-
-/* The memory inside, between guards */
-static word *guarded(void)
-{
-    memset(room, GUARD_BYTE, sizeof room);
-    return room + GUARD;
-}
-
-static void assert_guarded(kq_length length)
-{
-    assert_guard_bytes(room, sizeof room, GUARD * sizeof(word), (size_t)length * sizeof(word));
-}
 
 /* Three steps, one change of process, one measurement a step, and all that can be read */
 static void record(S(history) *h, int n)
@@ -204,24 +215,6 @@ TEST(no_size_of_a_history_writes_outside_its_memory)
         record(&h, n);
         assert_guarded(length);
     }
-}
-
-TEST(the_smoothers_on_line_write_no_word_beyond_their_memory)
-{
-    S(lag) a;
-    S(instant) b;
-    S(filter) view;
-    ASSERT_OK(S(lag_assign)(&a, 16, 16, KEPT, guarded(), S_LAG_LEN(16, 16, KEPT)));
-    ASSERT_OK(S(attach)(&wide, &a.attached));
-    run();
-    ASSERT_OK(S(lagged)(&a, KEPT, &view));
-    assert_guarded(S_LAG_LEN(16, 16, KEPT));
-    ASSERT_OK(init_filter(&wide, &prior));
-    ASSERT_OK(S(instant_assign)(&b, 16, 16, guarded(), S_INSTANT_LEN(16, 16)));
-    ASSERT_OK(S(attach)(&wide, &b.attached));
-    run();
-    ASSERT_OK(S(instant_smooth)(&b, &view));
-    assert_guarded(S_INSTANT_LEN(16, 16));
 }
 
 SUITE(wide, set_up)
