@@ -7,9 +7,7 @@
 #define STEPS 200
 
 KQ_ADAPTATION_Q31(tuner, 2, 2);
-KQ_ADAPTATION_Q31(blank, 2, 2);
 KQ_FILTER_Q31(track, 2);
-KQ_FILTER_Q31(twin, 2);
 static process_model motion, motion3, finer, another;
 static sensor_model radar, coupled, single;
 static prior_model start, start3;
@@ -54,7 +52,6 @@ static void set_up(void)
     put_prior(&start, 2, range, x0, P0);
     put_prior(&start3, 3, range, x0, identity3);
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
     rule = (kq_adaptation_rule_q31){KQ_ADAPT_BOTH, 50,        power(-3), power(-4),
                                     power(4),      power(-3), power(3)};
     ASSERT_OK(kq_adaptation_assign_q31(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory), tuner_root));
@@ -62,7 +59,7 @@ static void set_up(void)
     ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
     watch_nothing();
     WATCH(motion), WATCH(radar), WATCH(track), WATCH(track_memory), WATCH(tuner);
-    WATCH(tuner_memory), WATCH(tuner_root), WATCH(blank), WATCH(rule);
+    WATCH(tuner_memory), WATCH(tuner_root), WATCH(rule);
 }
 
 static uint32_t present_at(int t)

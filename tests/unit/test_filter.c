@@ -12,7 +12,6 @@ FILTER(blank, 2); /* never initialised */
 
 /* a model of three states, to mismatch */
 PROCESS(motion3, 3, 0);
-SENSOR(radar3, 3, 1);
 
 static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
@@ -32,7 +31,6 @@ static void set_up(void)
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(process_init)(&motion3, A3, NULL, Q3));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
-    ASSERT_OK(K(sensor_init)(&radar3, A3, R));
     ASSERT_OK(K(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     watch_nothing();

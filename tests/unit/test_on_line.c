@@ -15,7 +15,6 @@ static prior_model prior, prior3;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
 S_FILTER(blank, 2);
-S_FILTER(track3, 3);
 S_LAG(past, 2, MOST, LONGEST);
 S_LAG(unused_lag, 2, 1, 2);
 S_LAG(past3, 3, 1, 2);
@@ -71,12 +70,11 @@ static void set_up(void)
     put_prior(&prior, 2, range, x0, P0);
     put_prior(&prior3, 3, range, zero, identity3);
     ASSERT_OK(init_filter(&twin, &prior));
-    ASSERT_OK(init_filter(&track3, &prior3));
     attach_as(LAGGED, 5);
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(past), WATCH(instant), WATCH(motion.process);
     WATCH(blank), WATCH(blank_memory), WATCH(unused_lag), WATCH(unused_instant), WATCH(past3), WATCH(instant3);
-    WATCH(past3_memory), WATCH(instant3_memory), WATCH(track3), WATCH(track3_memory);
+    WATCH(past3_memory), WATCH(instant3_memory);
 }
 
 /* A test of both, the lag of at most `most` steps */

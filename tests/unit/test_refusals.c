@@ -200,7 +200,11 @@ static const row showings[] = {ROW(smoothed, AN_OUTPUT(&recorded), {&no_count, o
 static const row smoothings[] = {ROW(smooth_step, {&recorded, of_history}, {&motion.process, of_smoothing_process})};
 
 /* Smoothing of a start that has not been recorded is empty, not refused for its arguments. */
-static const row of_starts[] = {ROW(diffuse_smooth, {&start, of_start}), ROW(diffuse_smoothed, {&start, of_start}, {&view, of_nothing})};
+static const row of_starts[] = {
+    ROW(diffuse_smooth, {&start, of_start}),
+    ROW(diffuse_smoothed, {&start, of_start}, {&view, of_nothing}),
+    ROW(attach, {&track, of_source}, {&tape.attached, of_recorder}),
+};
 
 /* --------------------------------------------------------------------------------- driver */
 

@@ -10,9 +10,6 @@ static process_model motion, other, three;
 static sensor_model radar;
 static prior_model start, start3;
 KQ_FILTER_Q31(track, 2);
-KQ_FILTER_Q31(twin, 2);
-KQ_FILTER_Q31(blank, 2);
-KQ_FILTER_Q31(track3, 3);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 
 /* the same in double */
@@ -43,8 +40,6 @@ static void set_up(void)
     put_prior(&start, 2, range, x0, P0);
     put_prior(&start3, 3, range, x0, identity3);
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
-    ASSERT_OK(kq_filter_init_q31(&track3, &start3.table, NULL));
     ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory)));
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_OK(K(process_init)(&motion_f64, A, B, Q));
@@ -53,7 +48,7 @@ static void set_up(void)
     ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
     ASSERT_OK(K(attach)(&track_f64, &tape_f64.attached));
     watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory), WATCH(tape);
+    WATCH(track), WATCH(track_memory), WATCH(tape);
     WATCH(out), WATCH(more), WATCH(vector);
 }
 

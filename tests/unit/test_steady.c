@@ -28,9 +28,7 @@ STEADY(steady, N, M);
 /* never initialised, and of other sizes */
 PROCESS(blank_process, N, 1);
 SENSOR(blank_sensor, N, M);
-PROCESS(motion1, 1, 0);
 SENSOR(radar1, 1, 1);
-SENSOR(single, N, 1);
 
 static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
 static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, one[] = {1};
@@ -74,8 +72,6 @@ static void set_up(void)
     seed = 1;
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
-    ASSERT_OK(K(sensor_init)(&single, H, R));
-    ASSERT_OK(K(process_init)(&motion1, one, NULL, one));
     ASSERT_OK(K(sensor_init)(&radar1, one, one));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     make_gains();

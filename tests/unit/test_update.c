@@ -11,7 +11,6 @@ FILTER(twin, 2);
 
 /* never initialised, and of another size */
 FILTER(blank, 2);
-PROCESS(motion3, 3, 0);
 SENSOR(radar3, 3, 1);
 
 static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
@@ -32,7 +31,6 @@ static void set_up(void)
     memcpy(z, measured, sizeof z);
     u[0] = 4;
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
-    ASSERT_OK(K(process_init)(&motion3, identity3, NULL, identity3));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
     ASSERT_OK(K(sensor_init)(&radar3, identity3, identity3));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
