@@ -248,7 +248,8 @@ static inline kq_status read_innovation(const kq_filter_q31 *f, const kq_sensor_
 }
 
 /* The last step writes no extras: they are read as 0. */
-static inline kq_status step_back(kq_history_q31 *h, const prior_model *p, double *lag_one, double *mean, double *covariance)
+static inline kq_status step_back(kq_history_q31 *h, const prior_model *p, double *lag_one, double *mean,
+                                  double *covariance)
 {
     kq_scaled_q31 lag[MAX * MAX] = {{0, 0}}, noise[MAX] = {{0, 0}}, spread[MAX * MAX] = {{0, 0}};
     const kq_smooth_extras_q31 extras = {lag, noise, spread};

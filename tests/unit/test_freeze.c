@@ -1,4 +1,5 @@
-/* The filter of gains given and the settling filter, in all arithmetics; the equation is test_steady.c's. */
+/* The filter of gains that are given, and the one that freezes its gain once it is steady, in all arithmetics; the
+   equation of the steady state is test_steady.c's. */
 #include "models.h"
 #include "unchanged.h"
 
@@ -133,7 +134,8 @@ TEST(the_innovation_is_that_of_the_mean)
     WATCH(steady), WATCH(steady_memory), WATCH(z);
     ASSERT_OK_UNCHANGED(S(steady_innovation)(&steady, z, e));
     for (int c = 0; c < M; c++) {
-        const double expected = (double)exact_z[c] - (double)H[c * N] * (double)x0[0] - (double)H[c * N + 1] * (double)x0[1];
+        const num *h = H + c * N;
+        const double expected = (double)exact_z[c] - (double)h[0] * (double)x0[0] - (double)h[1] * (double)x0[1];
         ASSERT_WITHIN(ROUNDING_OF_STEPS, expected, measured_value(&radar.sensor, e[c], c));
     }
     memcpy(same, z, sizeof z);
@@ -141,7 +143,7 @@ TEST(the_innovation_is_that_of_the_mean)
     ASSERT_SAME_BITS(e, same);
 }
 
-/* ------------------------------------------------------------------ settling */
+/* ------------------------------------------------------------------ a gain that is frozen */
 
 static void freeze_steps(int count)
 {

@@ -118,7 +118,7 @@ static void assert_intact(instance *i, process_model *p, sensor_model *s)
 }
 
 /* A failure names the numbers and the step. */
-static void describe_step(const numbers *s, int t) { describe("a law", "seed of its numbers", (int)s->seed, "step", t); }
+static void describe_step(const numbers *s, int t) { describe("numbers", "seed", (int)s->seed, "step", t); }
 
 static void take(instance *i, sensor_model *s, const num *z)
 {

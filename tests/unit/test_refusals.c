@@ -41,7 +41,8 @@ static int states = 2, bad_states[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
 static size_t count = 1, no_count = 0, too_many = KQ_COUNT_MAX + 1, negative = SIZE_MAX;
 static size_t filter_length = S_FILTER_LEN(2), short_filter = S_FILTER_LEN(2) - 1;
 static size_t history_length = S_HISTORY_LEN(2, 1, 1, 0), short_history = S_HISTORY_LEN(2, 0, 1, 0) - 1;
-static size_t early = 0, no_early = UINT16_MAX, start_length = S_DIFFUSE_LEN(2, 0), short_start = S_DIFFUSE_LEN(2, 0) - 1;
+static size_t early = 0, no_early = UINT16_MAX;
+static size_t start_length = S_DIFFUSE_LEN(2, 0), short_start = S_DIFFUSE_LEN(2, 0) - 1;
 static size_t short_memory = 0;
 
 /* ------------------------------------------------------- what an argument may be instead */
@@ -168,7 +169,8 @@ static const row steps_of_others[] = {
 static const row calls[] = {
     ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&loss, of_loss}),
     ROW(forecast, {&track, of_filter}, A_PROCESS, A_CONTROL, {&count, of_count}, {&twin, of_target}),
-    ROW(filter_assign, AN_OUTPUT(&twin), {&states, of_states}, AN_OUTPUT(twin_memory), {&filter_length, of_filter_length}),
+    ROW(filter_assign, AN_OUTPUT(&twin), {&states, of_states}, AN_OUTPUT(twin_memory),
+        {&filter_length, of_filter_length}),
     ROW(filter_copy, {&twin, of_target}, {&track, of_source}),
     ROW(filter_check, {&track, of_source}),
     ROW(covariance, {&track, of_source}, AN_OUTPUT(out)),
@@ -178,11 +180,13 @@ static const row calls[] = {
     ROW(move, {&track, of_source}, {z, of_increment}),
     ROW(attach, {&track, of_source}, {&tape.attached, of_recorder}),
     ROW(detach, {&tape.attached, of_attached}),
-    ROW(history_assign, AN_OUTPUT(&tape), {&states, of_states}, AN_OUTPUT(tape_memory), {&history_length, of_history_length}),
+    ROW(history_assign, AN_OUTPUT(&tape), {&states, of_states}, AN_OUTPUT(tape_memory),
+        {&history_length, of_history_length}),
     ROW(smooth, {&recorded, of_history}),
     ROW(smooth_states, {&recorded, of_history}),
     ROW(smooth_step, {&recorded, of_history}, {NULL, of_nothing}),
-    ROW(diffuse_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory), {&start_length, of_start_length}),
+    ROW(diffuse_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory),
+        {&start_length, of_start_length}),
     ROW(adaptation_init, AN_OUTPUT(&tuner), A_PROCESS, A_SENSOR, AN_OUTPUT(&rule)),
     ROW(steady_init, AN_OUTPUT(&steady), A_PROCESS, A_SENSOR, AN_OUTPUT(gains), {&count, of_gains}),
     ROW(steady_predict, {&steady, of_steady}, A_CONTROL),
