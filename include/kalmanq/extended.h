@@ -247,15 +247,6 @@ KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q
 KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
                                          kq_range_error_q31 *range_error);
 
-/**
- * kq_sensor_change_measurement_q31, and says what does not fit.
- *   range_error   written: KQ_NO_RANGE_ERROR; or the component that is refused and the integer bits that its format lacks
- *            (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
- */
-KQ_NODISCARD kq_status kq_sensor_change_jacobian_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
-                                        kq_range_error_q31 *range_error);
-
 KQ_NODISCARD kq_status kq_sensor_init_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
                                                kq_range_error_q31 *range_error);

@@ -336,15 +336,6 @@ KQ_NODISCARD kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_senso
 KQ_NODISCARD kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *z, double *S);
 
 /**
- * What is left of component c of that z^: z^_c + low is H_c x, of the whole word of the mean, to
- * about 2^-44 (f32) or 2^-100 (f64) of its terms' sizes.  z^ alone is good to 2^-24 of them, which
- * may be many sigma.  NaN where f, s or c is bad.
- * Cost: about 100 n additions.
- */
-float kq_measurement_low_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, int c);
-double kq_measurement_low_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, int c);
-
-/**
  * e = z - H x, from the whole word of the mean.  Call it before the update.
  *   z        m
  *   e        m, written; may be z
@@ -557,10 +548,6 @@ KQ_NODISCARD kq_status kq_measurement_q31(const kq_filter_q31 *f, const kq_senso
                              kq_scaled_q31 *S);
 KQ_NODISCARD kq_status kq_gain_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, kq_scaled_q31 *K);
 
-/** What is left of component c of that z, in 2^-24 of a word: -2^23 .. 2^23, beyond it only where z
-    is held at the word's end.  KQ_NOT_A_VALUE_Q31 where f, s or c is bad. */
-int32_t kq_measurement_low_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int c);
-
 /** As in f32; e is held at +-(2^31 - 1) words. */
 KQ_NODISCARD kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
                             int32_t *e);
@@ -570,15 +557,6 @@ KQ_NODISCARD kq_status kq_innovation_q31(const kq_filter_q31 *f, const kq_sensor
 int64_t kq_nis_q31(const kq_filter_q31 *f);
 int64_t kq_log_likelihood_last_q31(const kq_filter_q31 *f);
 int64_t kq_log_likelihood_q31(const kq_filter_q31 *f);
-
-/**
- * The run's log-likelihood as a number of any size, to 30 bits.  As a score it ends at 2^61, which
- * is 1.4e11 (at 10 kHz and 3 a measurement, after 53 days); the filter itself goes on counting,
- * beyond 100 years.
- *   value    written
- * KQ_ERR_NULL, KQ_ERR_NOT_READY.
- */
-KQ_NODISCARD kq_status kq_log_likelihood_scaled_q31(const kq_filter_q31 *f, kq_scaled_q31 *value);
 
 int kq_taken_q31(const kq_filter_q31 *f);
 unsigned kq_events_q31(const kq_filter_q31 *f);

@@ -58,6 +58,9 @@ typedef struct {
 #define KQ_FRACTION_MIN_Q31 (-64)
 #define KQ_FRACTION_MAX_Q31 94
 
+/** In the place of a fraction: the most fraction bits that hold the range (kq_format_prepare_q31). */
+#define KQ_FRACTION_BEST_Q31 1000
+
 /** What a reading of the library gives for a bad argument (f32 and f64: NaN). */
 #define KQ_NOT_A_VALUE_Q31 INT32_MIN
 #define KQ_NOT_A_SCORE_Q31 INT64_MIN

@@ -29,17 +29,13 @@ extern "C" {
  *   range    > 0, in the component's unit
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (0 or negative, or outside 2^-64 .. (2^31 - 1) 2^64,
  * which no format holds).
- */
-KQ_NODISCARD kq_status kq_format_prepare_q31(kq_format_q31 *format, double range);
-
-/**
  * The format Qm.fraction, m = 31 - fraction, for the range declared.
  *   range_error   written if the range does not fit: bits more integer bits are needed; the caller
  *            fills in whose format it is.  Or NULL.
  * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_SIZE (fraction), KQ_ERR_RANGE (it does not fit, is not
  * positive, is below half of the last bit or outside 2^-64 .. (2^31 - 1) 2^64).
  */
-KQ_NODISCARD kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
+KQ_NODISCARD kq_status kq_format_prepare_q31(kq_format_q31 *format, int fraction, double range,
                                       kq_range_error_q31 *range_error);
 
 /**

@@ -241,7 +241,8 @@ KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_t
  * As kq_process_change_transition_f32; A in words, checked as by init.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
-KQ_NODISCARD kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A);
+KQ_NODISCARD kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
+    kq_range_error_q31 *range_error);
 
 /** As kq_process_check_f32. */
 KQ_NODISCARD kq_status kq_process_check_q31(kq_process_q31 *p);

@@ -272,7 +272,8 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
  * As kq_sensor_change_measurement_f32; H in words, checked as by init.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
  */
-KQ_NODISCARD kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
+KQ_NODISCARD kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
+    kq_range_error_q31 *range_error);
 
 /** As kq_sensor_check_f32; the noise is where its table has it. */
 KQ_NODISCARD kq_status kq_sensor_check_q31(kq_sensor_q31 *s);

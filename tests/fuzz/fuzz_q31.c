@@ -162,12 +162,12 @@ static void change_models(run *r)
 {
     model *m = &r->m;
     const kq_status process =
-        kq_process_change_transition_q31(&m->process[0], m->process_table[1].transition);
+        kq_process_change_transition_q31(&m->process[0], m->process_table[1].transition, NULL);
     demand(process == KQ_OK || process == KQ_ERR_RANGE || process == KQ_ERR_COEFFICIENT,
            "change_transition", process);
     kq_sensor_q31 *last = &m->sensor[m->sensors - 1];
     if (last->components > m->sensor[0].components) return;
-    must(kq_sensor_change_measurement_q31(last, m->sensor[0].measurement), "change_measurement");
+    must(kq_sensor_change_measurement_q31(last, m->sensor[0].measurement, NULL), "change_measurement");
 }
 
 /* ------------------------------------------------------------------ smoothing */

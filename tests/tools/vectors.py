@@ -289,7 +289,7 @@ class Replay:
         self.kept.append(table)
         assert words == pairs(table, self.n**2)
         self.tell("changes")
-        return [lib.kq_process_change_transition_q31(parts.process, table)]
+        return [lib.kq_process_change_transition_q31(parts.process, table, ffi.NULL)]
 
     def measurement(self, given: Inputs) -> list[int]:
         parts = self.parts(0, given.word())
@@ -299,7 +299,7 @@ class Replay:
         self.kept.append(table)
         assert words == pairs(table, m * self.n)
         self.tell("changes")
-        return [lib.kq_sensor_change_measurement_q31(parts.sensor, table)]
+        return [lib.kq_sensor_change_measurement_q31(parts.sensor, table, ffi.NULL)]
 
     # ------------------------------------------------------------------ what goes in and what comes out
 

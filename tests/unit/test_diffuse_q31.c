@@ -226,7 +226,7 @@ static void what_says_less_than_the_ranges_takes_their_prior(void)
 {
     static const double z[] = {100};
     static const kq_scaled_q31 small[] = {{INT32_C(1) << 30, -60}, {0, 0}};
-    ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small, NULL));
     ASSERT_OK(
         kq_update_q31(&track, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
     TEST_ASSERT_EQUAL_INT(0, kq_events_q31(&track));
@@ -253,7 +253,7 @@ static void it_decays_without_end(void)
 {
     static kq_scaled_q31 half[4];
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -31};
-    ASSERT_OK(kq_process_change_transition_q31(&still.process, half));
+    ASSERT_OK(kq_process_change_transition_q31(&still.process, half, NULL));
     for (int t = 0; t < 5000; t++) {
         ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     }
@@ -263,7 +263,7 @@ static void it_decays_without_end(void)
     }
     TEST_ASSERT_EQUAL_INT(0, kq_diffuse_count_q31(&start));
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -26};
-    ASSERT_OK(kq_process_change_transition_q31(&still.process, half));
+    ASSERT_OK(kq_process_change_transition_q31(&still.process, half, NULL));
     begin(3);
     for (int t = 0; t < 3000; t++) {
         ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));

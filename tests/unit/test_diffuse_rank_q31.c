@@ -20,8 +20,8 @@ static void put_model(int n, const double *A, const double *h)
     static double Q[SQUARE];
     static const double R[] = {1};
     const double range = 1e4;
-    for (int i = 0; i < n; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], range));
-    ASSERT_OK(kq_format_prepare_q31(measured_format, range));
+    for (int i = 0; i < n; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], KQ_FRACTION_BEST_Q31, range, NULL));
+    ASSERT_OK(kq_format_prepare_q31(measured_format, KQ_FRACTION_BEST_Q31, range, NULL));
     for (int k = 0; k < n * n; k++) Q[k] = k % (n + 1) ? 0 : 0.0625;
     ASSERT_OK(kq_matrix_prepare_q31(transition, A, n, n, format, format));
     ASSERT_OK(kq_matrix_prepare_q31(measurement, h, 1, n, measured_format, format));
