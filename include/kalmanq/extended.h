@@ -37,8 +37,7 @@
  * copy of the filter (kq_filter_copy) that kq_move has set to 0.  The S of kq_measurement is right; kq_nis,
  * kq_taken and log-likelihoods are of e.
  *
- * Sources: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; Lefferts, Markley and
- * Shuster, Kalman filtering for spacecraft attitude estimation, J. Guidance 5 (1982), for error states.
+ * Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; tests/ACCURACY.md has more.
  */
 #ifndef KALMANQ_EXTENDED_H
 #define KALMANQ_EXTENDED_H
@@ -65,14 +64,12 @@ KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_proces
 
 /** As kq_sensor_init, kq_sensor_init_diagonal and kq_sensor_init_lean (sensor.h), for a sensor that takes
  * innovations: kq_update, kq_update_subset and kq_update_robust take in place of z
- *     e        m, z - h(x); not the filter's memory.  If h is linearised at c instead of the mean:
- *              z - h(c) - H (x - c).
+ *     e        m, z - h(x); not the filter's memory.  If h is linearised at c: z - h(c) - H (x - c).
  * H is the Jacobian of h at the mean (kq_sensor_change_measurement).  kq_step takes e at the mean that its
  * predict leaves.  A fixed_size step leaves such a sensor to the library.
  * Errors: of the init.  An update also answers KQ_ERR_RECORDING (an adaptation or a freeze is attached) and
  * KQ_ERR_NOT_READY (a diffuse start has unknown states).  Events of an update: KQ_EVENT_OVERFLOW also if the
- * mean overflows, as in kq_predict.
- * Cost of an update: 4n additions more.  Stack: 32 words more (f64: 16). */
+ * mean overflows, as in kq_predict.  Cost of an update: 4n additions, stack: 32 words more (f64: 16). */
 KQ_NODISCARD kq_status kq_sensor_init_extended_f32(kq_sensor_f32 *s, const float *H, const float *R);
 KQ_NODISCARD kq_status kq_sensor_init_extended_f64(kq_sensor_f64 *s, const double *H, const double *R);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_f32(kq_sensor_f32 *s, const float *H, const float *r);
@@ -83,8 +80,7 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f64(kq_sensor_f64 *s, const 
 
 /** x <- x + d, P stays: an error state goes back to 0, an angle turns by 2 pi, an origin moves.
  *   d        n, in the states' units
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation or a freeze is
- * attached).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation, a freeze).
  * Cost: 3n additions. */
 KQ_NODISCARD kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
 KQ_NODISCARD kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
@@ -120,8 +116,7 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
  *   predicts   the most linearised predicts; as many processes
  *   noises     how many of them have another Q than the one before, the first included: 1 if Q never changes;
  *              all of them with kq_predict_sigma_points (sigma_points.h)
- * Bytes of one in f32 on a 32-bit chip, Q constant, history included: 232, 416, 752 at (n, m) = (4,2), (6,3),
- * (9,3). */
+ * One in f32 on a 32-bit chip, Q constant, with its history: 232, 416, 752 bytes at (4,2), (6,3), (9,3). */
 #define KQ_JACOBIANS_LEN_F32(n, predicts, noises) \
     ((kq_length)(predicts) * (kq_length)(n) * (kq_length)(n) + \
         (kq_length)(noises)*KQ_TRIANGLE((kq_length)(n)))
@@ -129,15 +124,14 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
 
 /** Declares a kq_jacobians `name` of the history `tape`, with its memory, static. */
 #define KQ_JACOBIANS_F32(name, tape, n, predicts, noises) \
-    static kq_process_f32 name##_processes[predicts]; \
-    static float name##_memory[KQ_JACOBIANS_LEN_F32(n, predicts, noises)]; \
-    static kq_jacobians_f32 name = {{&kq_jacobians_hooks_f32}, n, predicts, \
-        KQ_JACOBIANS_LEN_F32(n, predicts, noises), name##_processes, name##_memory, 0, 0, NULL, &tape}
+    KQ_PRIVATE_JACOBIANS(f32, float, name, tape, n, predicts, KQ_JACOBIANS_LEN_F32(n, predicts, noises))
 #define KQ_JACOBIANS_F64(name, tape, n, predicts, noises) \
-    static kq_process_f64 name##_processes[predicts]; \
-    static double name##_memory[KQ_JACOBIANS_LEN_F64(n, predicts, noises)]; \
-    static kq_jacobians_f64 name = {{&kq_jacobians_hooks_f64}, n, predicts, \
-        KQ_JACOBIANS_LEN_F64(n, predicts, noises), name##_processes, name##_memory, 0, 0, NULL, &tape}
+    KQ_PRIVATE_JACOBIANS(f64, double, name, tape, n, predicts, KQ_JACOBIANS_LEN_F64(n, predicts, noises))
+#define KQ_PRIVATE_JACOBIANS(T, number, name, tape, n, predicts, length) \
+    static kq_process_##T name##_processes[predicts]; \
+    static number name##_memory[length]; \
+    static kq_jacobians_##T name = {{&kq_jacobians_hooks_##T}, n, predicts, length, name##_processes, \
+        name##_memory, 0, 0, NULL, &tape}
 
 /** Gives a kq_jacobians n states (1..16) and its memory at run time.
  *   h          the history whose predicts it keeps; by reference
@@ -189,22 +183,17 @@ extern const struct kq_hooks_q31 kq_jacobians_hooks_q31;
         (kq_length)(noises)*KQ_ROOT_LEN_Q31((kq_length)(n)))
 
 #define KQ_JACOBIANS_Q31(name, tape, n, predicts, noises) \
-    static kq_process_q31 name##_processes[predicts]; \
-    static int32_t name##_memory[KQ_JACOBIANS_LEN_Q31(n, predicts, noises)]; \
-    static kq_jacobians_q31 name = {{&kq_jacobians_hooks_q31}, n, predicts, \
-        KQ_JACOBIANS_LEN_Q31(n, predicts, noises), name##_processes, name##_memory, 0, 0, NULL, &tape}
+    KQ_PRIVATE_JACOBIANS(q31, int32_t, name, tape, n, predicts, KQ_JACOBIANS_LEN_Q31(n, predicts, noises))
 
 KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q31 *h, int n,
     kq_process_q31 *processes, size_t predicts, int32_t *memory, size_t length);
 
 /** Changes A for kq_predict_extended alone and keeps the noise.  All other calls with p then answer
- * KQ_ERR_NOT_READY until p is initialised again; a history that recorded a plain predict by p refuses to
- * smooth (KQ_ERR_CHANGED).
+ * KQ_ERR_NOT_READY until p is initialised again.  A history with a plain predict by p answers KQ_ERR_CHANGED.
  *   p            initialised; changed
  *   A            n x n in raw values, kept by reference.  New content in the same array is a change too.
  *   range_error  written: KQ_NO_RANGE_ERROR, or the row that is refused (KQ_STATE, the row, 0 bits); or NULL
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_COEFFICIENT (a mantissa or exponent is outside its limits,
- * fixed_point.h).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_COEFFICIENT (see fixed_point.h).
  * Cost: n^2 comparisons, 1.5 n^2 integer multiplications. */
 KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
     kq_range_error_q31 *range_error);

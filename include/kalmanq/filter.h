@@ -13,8 +13,7 @@
  * A run is init, update, predict, update, predict, ...: x0 and P0 hold before the first measurement.  Any
  * number of processes and sensors, of any size m, may take turns.
  *
- * A LOW-NOISE MEASUREMENT has R much smaller than H P H': below 2^-16 S in f32, 2^-48 S in f64, 2^-8 S in
- * q31.
+ * A LOW-NOISE MEASUREMENT has R much smaller than H P H': below 2^-16 S (f32), 2^-48 S (f64), 2^-8 S (q31).
  *
  * Sharing and interrupts.  All state is in the objects that you pass.  Calls that write different objects may
  * run at the same time and may read the same process, sensor or table.  There are no locks: you must not
@@ -22,15 +21,13 @@
  * interrupt that reads a filter during a predict or update gets a mixture of old and new numbers, within one
  * kq_mean too: turn interrupts off while you read it or copy it (kq_filter_copy).  kq_events and kq_taken
  * read one memory word each: on a 32-bit chip you may call them at any time.
- *
- * Copies.  Assigning the struct copies a pointer: both filters then use one memory.  Use kq_filter_copy.
+ *     Assigning the struct copies a pointer: both filters then use one memory.  Use kq_filter_copy.
  *
  * Attaching.  One object at a time takes part in a filter's kq_predict, kq_update, kq_update_subset and
  * kq_step: a history (smoother.h), a lag, an instant, a diffuse start, an adaptation or a freeze.  Its header
  * says what it adds to their costs and errors.  A program links only what it declares.
  *
- * Sources: Carlson, Fast triangular formulation of the square root filter, AIAA J. 11 (1973);
- * Bierman, Factorization Methods for Discrete Sequential Estimation (1977).
+ * Source: Bierman, Factorization Methods for Discrete Sequential Estimation (1977); tests/ACCURACY.md.
  */
 #ifndef KALMANQ_FILTER_H
 #define KALMANQ_FILTER_H
@@ -110,16 +107,14 @@ KQ_NODISCARD kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *mem
  *            used, the lower one compared with it.
  * Clears events and log-likelihood.  Detaches what is attached without reading it: it may be gone.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
- * KQ_ERR_RANGE (a variance or the size of a mean is above 2^120 in f32, 2^1000 in f64).  If nothing is known
- * of a state, use diffuse.h.
+ * KQ_ERR_RANGE (a variance or |x0_i| is above 2^120 in f32, 2^1000 in f64: use diffuse.h).
  * Cost: about 2 n^3 multiplications, 2n square roots.  Stack: 424 words.  Accuracy: as Q in kq_process_init.
  */
 KQ_NODISCARD kq_status kq_filter_init_f32(kq_filter_f32 *f, const float *x0, const float *P0);
 KQ_NODISCARD kq_status kq_filter_init_f64(kq_filter_f64 *f, const double *x0, const double *P0);
 
 /** kq_filter_init with P0 = S S' given by its root.
- *   S        upper triangular, diagonal >= 0, KQ_TRIANGLE(n) numbers by columns (kq_process_init_root); not
- *            kept
+ *   S        upper triangular, diagonal >= 0, KQ_TRIANGLE(n) numbers by columns; not kept
  * Cost and errors: as kq_process_init_root. */
 KQ_NODISCARD kq_status kq_filter_init_root_f32(kq_filter_f32 *f, const float *x0, const float *S);
 KQ_NODISCARD kq_status kq_filter_init_root_f64(kq_filter_f64 *f, const double *x0, const double *S);
@@ -163,8 +158,7 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * 2^120 (f32) or 2^1000 (f64), or whose A x + B u overflows, becomes 0 (q31: it is saturated).  A state that
  * A does not couple to it keeps its mean.  Measurements bring the state back.  A history ends.
  * KQ_EVENT_PRECISION: rounding hides what a low-noise measurement said, or the rounding of many updates may
- * have moved a sigma by 5 %: use f64 or q31.  Steps of lean sensors and KQ_FIXED_BARE do not look for the
- * latter.
+ * have moved a sigma by 5 %: use f64 or q31.  Lean sensors and KQ_FIXED_BARE do not look for the latter.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma
  * smaller than this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at
  * its own size.  Thresholds and studies: tests/ACCURACY.md.
@@ -188,17 +182,15 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * noise-free components that may repeat each other into one sensor: a later call may take their rounding for
  * information.  A noise-free component can leave a state with sigma 0, and may measure it again.
  * Cost: 2 n^2 multiplications, n square roots, 2n divisions a component.  A correlated R adds m n / 2
- * multiplications a component; a row of H that selects one state saves n^2 / 2.  A low-noise measurement
- * makes the update up to 4.2 times as long up to n = 3, 7 times up to n = 9 (instructions_worst in
- * tools/cost.csv). */
+ * multiplications a component; a row of H that selects one state saves n^2 / 2.  With a low-noise
+ * measurement up to 4.2 times as much up to n = 3, 7 times up to n = 9 (instructions_worst in cost.csv). */
 KQ_NODISCARD kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
 KQ_NODISCARD kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
 
 /** kq_update with some components missing.
  *   z        m; a missing component is not read
  *   present  bit c: component c was measured; bits from m on are ignored.  0 leaves the state as it is.
- * Cost: if R is correlated and a component is missing, about 2 m^3 multiplications and 424 words of stack
- * more. */
+ * Cost: 2 m^3 multiplications more if R is correlated and a component missing; then stack: 424 words. */
 KQ_NODISCARD kq_status kq_update_subset_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z,
     uint32_t present);
 KQ_NODISCARD kq_status kq_update_subset_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
@@ -228,8 +220,7 @@ KQ_NODISCARD kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P);
 KQ_NODISCARD kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P);
 
 /** The predicted measurement z = H x and its covariance S = H P H' + R, of a filter or of a forecast.
- *   z        m, written, or NULL; rounded to numbers.  kq_innovation of this z shows the low part of the
- *            mean.
+ *   z        m, written, or NULL; rounded to numbers.  kq_innovation of it shows the mean's low part.
  *   S        m x m, exactly symmetric, written, or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.  Cost: m n^2 + m^2 n / 2 multiplications. */
 KQ_NODISCARD kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *z, float *S);
@@ -246,8 +237,7 @@ KQ_NODISCARD kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor
     double *e);
 
 /** The gain K = P H' S^-1 of the next update.
- *   K        n x m, written.  A component that says nothing new has a zero column; for consistent data K e is
- *            then that of the pseudo-inverse.
+ *   K        n x m, written.  A component that says nothing new has a zero column (pseudo-inverse).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.  Cost: about an update.  Stack: 168 words more. */
 KQ_NODISCARD kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
 KQ_NODISCARD kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
@@ -317,18 +307,9 @@ typedef struct {
     const int32_t *root;               /* of P0, KQ_ROOT_LEN_Q31(n) words */
 } kq_prior_table_q31;
 
-typedef struct {
-    int64_t nis;               /* Q39.24 */
-    kq_scaled_q31 determinant; /* in physical units */
-    int32_t count;
-} kq_likelihood_q31;
-
-/* Of a run: the sum is carried 2^37 + sum 2^-24 (see kq_likelihood_run_f32). */
-typedef struct {
-    int64_t sum; /* within +-2^61 */
-    int32_t carried, count;
-    kq_scaled_q31 determinant;
-} kq_likelihood_run_q31;
+/* nis: Q39.24; determinant: in physical units.  A run's sum is carried 2^37 + sum 2^-24, |sum| <= 2^61. */
+typedef struct { int64_t nis; kq_scaled_q31 determinant; int32_t count; } kq_likelihood_q31;
+typedef struct { int64_t sum; int32_t carried, count; kq_scaled_q31 determinant; } kq_likelihood_run_q31;
 
 typedef struct {
     uint8_t states, ready;
@@ -346,8 +327,8 @@ typedef struct {
 /** As KQ_FILTER_F32. */
 #define KQ_FILTER_Q31(name, n) \
     static int32_t name##_memory[KQ_FILTER_LEN_Q31(n)]; \
-    static kq_filter_q31 name = { \
-        n, 0, 0, 0, 0, 0, name##_memory, NULL, NULL, 0, {0, {0, 0}, 0}, {0, 0, 0, {0, 0}}}
+    static kq_filter_q31 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, NULL, 0, {0, {0, 0}, 0}, \
+        {0, 0, 0, {0, 0}}}
 
 /** As kq_filter_assign_f32; KQ_FILTER_LEN_Q31(n) words. */
 KQ_NODISCARD kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *memory, size_t length);

@@ -36,10 +36,7 @@ extern "C" {
 /** mantissa * 2^exponent, 2^30 <= |mantissa| < 2^31, or both 0.  In a table |exponent| <=
     KQ_EXPONENT_MAX_Q31. By hand: 0.01 is {(int32_t)(0.01 * 0x1p37 + 0.5), -37}, 1 is {(int32_t)0x1p30, -30}.
     */
-typedef struct {
-    int32_t mantissa;
-    int32_t exponent;
-} kq_scaled_q31;
+typedef struct { int32_t mantissa, exponent; } kq_scaled_q31;
 
 #define KQ_EXPONENT_MAX_Q31 1000
 
@@ -51,7 +48,6 @@ typedef struct {
 
 #define KQ_FRACTION_MIN_Q31 (-64)
 #define KQ_FRACTION_MAX_Q31 94
-
 /** For kq_format_prepare_q31: the most fraction bits that hold the range. */
 #define KQ_FRACTION_BEST_Q31 1000
 
@@ -64,22 +60,13 @@ typedef struct {
 #define KQ_ROOT_LEN_Q31(n) (KQ_TRIANGLE(n) + (n))
 
 /** Whose format does not fit; KQ_NO_RANGE_ERROR: all formats fit. */
-typedef enum {
-    KQ_STATE,
-    KQ_CONTROL,
-    KQ_MEASUREMENT,
-    KQ_NO_RANGE_ERROR,
-    KQ_QUANTITY_IS_INT = INT_MAX
+typedef enum { KQ_STATE, KQ_CONTROL, KQ_MEASUREMENT, KQ_NO_RANGE_ERROR, KQ_QUANTITY_IS_INT = INT_MAX
 } kq_quantity;
 
 /** The reason of KQ_ERR_RANGE: `component` of the states, controls or measurements needs `bits` more integer
     bits (a fraction smaller by `bits`).  bits = 0: the value fits the format but not the declared range.  An
     init that answers KQ_OK writes KQ_NO_RANGE_ERROR. */
-typedef struct {
-    kq_quantity quantity;
-    int32_t component;
-    int32_t bits;
-} kq_range_error_q31;
+typedef struct { kq_quantity quantity; int32_t component, bits; } kq_range_error_q31;
 
 /** The range error in words: "state 2 needs 3 more integer bits", "all formats fit".
  *   text     `length` characters, written: the sentence, cut if it is too long, and a 0

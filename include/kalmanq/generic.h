@@ -6,9 +6,8 @@
  *
  *     kq_step(&cart, &motion, NULL, &ranger, z);        kq_step_f32 if cart is a kq_filter_f32
  *
- * The type of the first argument selects the arithmetic: _Generic in C11, overloads in C++.  There is no
- * other code, and the manual is the header of the function with the suffix.  Other functions have the suffix
- * only.
+ * The type of the first argument selects the arithmetic: _Generic in C11, overloads in C++.  The
+ * manual is the header of the function with the suffix.  Other functions have the suffix only.
  */
 #ifndef KALMANQ_GENERIC_H
 #define KALMANQ_GENERIC_H

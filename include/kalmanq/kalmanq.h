@@ -10,21 +10,17 @@
  *     filter.h          the state: predict, update, step, readings, forecast; sharing and interrupts
  *     smoother.h        a history of a filter, and every past state given all measurements
  *     size.h            how large things are, and what memory they need
- *
  *     fixed_point.h     q31: raw values in a format of your choice, mantissas with exponents
  *     prepare.h         q31: tables made from doubles
- *
  * Attached to a filter while it runs
  *     lag.h             the state k steps ago, at every measurement
  *     instant.h         one chosen instant, ever better known
  *     diffuse.h         states of which nothing is known at the start
  *     adaptation.h      noises whose size is learnt
  *     steady.h          a constant model: a gain made beforehand, a filter that freezes its gain
- *
  * Nonlinear models
  *     extended.h        linearised by your Jacobians
  *     sigma_points.h    linearised by sigma points; iteration (f32, f64)
- *
  * More
  *     robust.h          outliers and jumps
  *     least_squares.h   no process; forgetting of old data
@@ -44,24 +40,19 @@
 #include "filter.h"
 #include "smoother.h"
 #include "size.h"
-
 #include "fixed_point.h"
 #include "prepare.h"
-
 #include "instant.h"
 #include "lag.h"
 #include "diffuse.h"
 #include "adaptation.h"
 #include "steady.h"
-
 #include "robust.h"
 #include "least_squares.h"
 #include "extended.h"
 #include "sigma_points.h"
-
 #include "consistency.h"
 #include "em.h"
-
 #include "lengths.h"
 #include "self_test.h"
 #include "version.h"

@@ -24,7 +24,6 @@ extern "C" {
 #endif
 
 /** A format for the range +-range.
- *   format       written
  *   fraction     n of Qm.n, or KQ_FRACTION_BEST_Q31: the most fraction bits that hold the range
  *   range        > 0, in the component's unit; 2^-64 .. (2^31 - 1) 2^64
  *   range_error  written if the range does not fit the fraction: `bits` more integer bits are needed; you
@@ -36,8 +35,7 @@ KQ_NODISCARD kq_status kq_format_prepare_q31(kq_format_q31 *format, int fraction
 
 /** table_ij = M_ij * 2^(fraction of row i - fraction of column j), to 31 bits.
  *   table        rows x columns, written
- *   M            rows x columns, row-major
- *   rows         1..16, as columns
+ *   M            rows x columns (1..16 each), row-major
  *   row_format   `rows`: of A and B the states', of H the measurements'
  *   column_format  `columns`: of A and H the states', of B the controls'
  * KQ_ERR_NULL, KQ_ERR_SIZE (rows, columns, a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_COEFFICIENT (the exponent
@@ -61,8 +59,7 @@ KQ_NODISCARD kq_status kq_root_prepare_factor_q31(int32_t *root, const double *F
     const kq_format_q31 *format);
 
 /** The noise of a sensor.
- *   table    KQ_TRIANGLE(m) numbers, written: R = U D U', U unit upper triangular by columns, D in place of
- *            its diagonal
+ *   table    KQ_TRIANGLE(m) numbers, written: R = U D U', U unit upper by columns, D on its diagonal
  *   R        m x m, symmetric positive semi-definite, may be singular.  What the other components leave of a
  *            variance counts as 0 up to 8 m 2^-52 of it.
  *   format   m, the measurements'
@@ -75,9 +72,8 @@ KQ_NODISCARD kq_status kq_noise_prepare_diagonal_q31(kq_scaled_q31 *table, const
     const kq_format_q31 *format);
 
 /** Raw values of x, rounded to nearest.
- *   raw          count, written
- *   x            count, 1..16
- *   format       count
+ *   raw          count (1..16), written
+ *   x, format    count
  *   range_error  written if a value is beyond its declared range: component and bits, and KQ_STATE, for which
  *                you fill in the quantity.  Or NULL.
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, a fraction), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE. */

@@ -59,8 +59,7 @@ typedef struct {
     static double name##_memory[KQ_PROCESS_LEN(n)]; \
     static kq_process_f64 name = {n, l, KQ_PROCESS_LEN(n), name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0}
 
-/** The initialiser of a static const kq_process_<T> in flash.  Nothing is checked; kalmanq design writes
-    them.
+/** The initialiser of a static const kq_process_<T> in flash, unchecked; kalmanq design writes it.
  *   A, B     as for kq_process_init
  *   G        the root of Q = G G': n (n + 1) / 2 numbers, upper triangle by columns (G_11, G_12, G_22, ...).
  *            Its diagonal is at least 2^-60 (f32), 2^-200 (f64).
@@ -92,15 +91,13 @@ KQ_NODISCARD kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, do
  * KQ_ERR_NULL, KQ_ERR_SIZE and KQ_ERR_MEMORY (also: p has no sizes or memory), KQ_ERR_NOT_FINITE,
  * KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64).
  * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  What the other states leave of a
- * variance counts as 0 below 8 n eps of it: if it matters, give a factor.  G_ii is at least 2^-60 (f32),
- * 2^-200 (f64).
+ * variance counts as 0 below 8 n eps of it: give a factor if it matters.  G_ii >= 2^-60 (f32), 2^-200 (f64).
  * Cost: about 2 n^3 multiplications, 2n square roots.  Stack: 424 words. */
 KQ_NODISCARD kq_status kq_process_init_f32(kq_process_f32 *p, const float *A, const float *B, const float *Q);
 KQ_NODISCARD kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B,
     const double *Q);
 
-/** kq_process_init with Q = F F' given by a factor: exact if Q is singular, and more accurate if its entries
- * span many decades.
+/** kq_process_init with Q = F F' given by a factor: more accurate if Q is singular or spans many decades.
  *   F        n x r, any rank; not kept
  *   r        0..16 columns.  0: no noise, F may be NULL.
  * Errors: as kq_process_init without KQ_ERR_NOT_SYMMETRIC and KQ_ERR_NOT_SEMIDEFINITE.
@@ -115,8 +112,7 @@ KQ_NODISCARD kq_status kq_process_init_factor_f64(kq_process_f64 *p, const doubl
  *            not kept.  NumPy: U = cholesky(Q[::-1, ::-1])[::-1, ::-1]; G = U.T[tril_indices(n)]
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a negative diagonal),
  * KQ_ERR_RANGE (as kq_process_init).
- * Cost: n^3 / 6 multiplications.  Accuracy: G is taken as it is, but G_ii is at least 2^-60 (f32), 2^-200
- * (f64). */
+ * Cost: n^3 / 6 multiplications.  Accuracy: G is exact, but G_ii >= 2^-60 (f32), 2^-200 (f64). */
 KQ_NODISCARD kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B,
     const float *G);
 KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
@@ -131,9 +127,8 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
 KQ_NODISCARD kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
 KQ_NODISCARD kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
 
-/** Checks whether memory errors have damaged p, A or G.  The first call after an init or a change keeps
-    seals,
- * which later calls compare.
+/** Checks whether memory errors have damaged p, A or G.  The first call after an init or change keeps
+ * seals, which later calls compare.
  *   p        its seal is written; not a const table
  * One turned bit is always found in the used bytes of p, in G and in A; in p alone if p was assigned from a
  * table or made by kq_process_scale_noise.  B and formats are not checked.
@@ -176,11 +171,9 @@ typedef struct {
 KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
     kq_range_error_q31 *range_error);
 
-/** The initialiser of a static const kq_process_q31 in flash.  Nothing is checked, and a sum may overflow:
-    let
- * a test on the host call kq_process_init_q31 with the same arrays.
- *   n, l, ...  the fields of a kq_process_table_q31.  Without controls l, control_format, B are 0, NULL,
- *   NULL.
+/** The initialiser of a static const kq_process_q31 in flash, unchecked: a sum may overflow.  Let a test
+ * on the host call kq_process_init_q31 with the same arrays.
+ *   n, l, ...  the fields of a kq_process_table_q31.  l = 0: NULL for control_format and B
  * One more argument tells where A is 0 (KQ_PROCESS_TABLE).  With it the results are those after init. */
 #define KQ_PROCESS_TABLE_Q31(n, l, state_format, control_format, A, B, ...) \
     {n, l, KQ_PRIVATE_LIST(__VA_ARGS__), n, 0, 0, state_format, control_format, A, B, \

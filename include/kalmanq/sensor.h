@@ -49,8 +49,7 @@ typedef struct {
     const struct kq_sensor_kind_f64 *kind;
 } kq_sensor_f64;
 
-/** Declares a sensor `name` of m components for n states with its memory, static: for any R, for a diagonal
-    one. */
+/** Declares a sensor `name` of m components for n states, with static memory; DIAGONAL: R is diagonal. */
 #define KQ_SENSOR_F32(name, n, m) KQ_PRIVATE_SENSOR_WITH(float, kq_sensor_f32, name, n, m, KQ_SENSOR_LEN(m))
 #define KQ_SENSOR_F64(name, n, m) KQ_PRIVATE_SENSOR_WITH(double, kq_sensor_f64, name, n, m, KQ_SENSOR_LEN(m))
 #define KQ_SENSOR_DIAGONAL_F32(name, n, m) \
@@ -83,18 +82,16 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
         0, kind}
 
 /** Gives a sensor n states, m components (1..16) and its memory at run time.  Then initialise it.
- *   memory   `length` words: KQ_SENSOR_LEN(m), or KQ_SENSOR_DIAGONAL_LEN(m) for a diagonal R; keeps the
- *            pointer
+ *   memory   `length` words: KQ_SENSOR_LEN(m), or KQ_SENSOR_DIAGONAL_LEN(m) for a diagonal R; kept
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (shorter than a diagonal R needs). */
 KQ_NODISCARD kq_status kq_sensor_assign_f32(kq_sensor_f32 *s, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, size_t length);
 
-/** Checks the model and decorrelates R = U D U', U unit upper triangular: the components of U^-1 z are
- * independent.
+/** Checks the model and decorrelates R = U D U', so that the components of U^-1 z are independent.
  *   s        with sizes and memory; written
  *   H        m x n, kept by reference
  *   R        m x m, symmetric positive semi-definite, may be singular or 0; kept by reference unless
- *            diagonal. The upper triangle is used, the lower one compared with it.
+ *            diagonal.  The upper triangle is used, the lower one compared with it.
  * You may initialise a sensor again between steps; then call kq_freeze_release of a freeze (steady.h).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE.
  * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32), 2^-400 (f64).  If the other components
@@ -105,8 +102,7 @@ KQ_NODISCARD kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, con
 
 /** kq_sensor_init for independent components.
  *   r        m variances >= 0, 0 for a noise-free component; not kept
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a negative variance).
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a variance < 0). */
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
@@ -114,15 +110,14 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
  * sum of log-likelihoods.  Saves 2 kB (f32), 4 kB (q31) of flash.
  * If r is 0 or below 2^-16 S (f32; q31: 2^-16 or 2^-17), 2^-48 S (f64), S = H P H' + r, an update raises r to
  * 2^-15 S (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised
- * noise. So after an outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r
+ * noise.  So after an outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r
  * is used as it is (figures: tests/ACCURACY.md).  Without outages and with P0 below 2^16 r (f64: 2^48 r), in
  * the units of z, nothing is raised.
  * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state beyond
  * +-2^31 raw values is saturated before the next component (KQ_EVENT_SATURATED).  Redundant measurements are
  * not found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the
- * earlier H P H'. kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h,
- * adaptation.h, and diffuse.h while a state is unknown treat it as an ordinary sensor.  A fixed_size step
- * leaves it to the library.
+ * earlier H P H'.  kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h,
+ * adaptation.h, and diffuse.h while a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
  * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S. */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
@@ -135,8 +130,8 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
-/** As kq_process_check, for s, its memory and H.  R and formats are not checked.  The errors of
-    kq_process_check. Cost: as kq_sensor_change_measurement. */
+/** As kq_process_check, for s, its memory and H.  R and formats are not checked.  Errors as there.
+    Cost: as kq_sensor_change_measurement. */
 KQ_NODISCARD kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
 KQ_NODISCARD kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
 
@@ -166,14 +161,12 @@ typedef struct {
     const struct kq_sensor_kind_q31 *kind;
 } kq_sensor_q31;
 
-/** As kq_sensor_init_f32, _diagonal and _lean, from a table whose arrays are kept by reference.  No float
- * code.
+/** As kq_sensor_init_f32, _diagonal and _lean, from a table; its arrays are kept by reference.  No float.
  *   s            written; needs no memory of its own
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
- * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in raw values (KQ_ERR_RANGE: measurement c needs
- * more integer bits).
+ * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in raw values (KQ_ERR_RANGE: c needs more bits).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (diagonal, lean: also a correlated
- * R). The diagonal init links 1 to 4 kB less than the first. */
+ * R).  The diagonal init links 1 to 4 kB less than the first. */
 KQ_NODISCARD kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
     kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,

@@ -39,13 +39,11 @@
  * mean, c that of `at`.  Or keep y, J, E of every step.  Six passes are enough; stop if no mean moves by more
  * than 0.01 sigma.  A filter in such a pass has used the future: only smoothed states are results.
  *     If sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's term) of the smoothed states rises (with sigma
- *     points:
- * by 1 or more), go half of the way: linearise at c + (c' - c) / 2, halve up to 4 times, and stop.  If it
- * rises at the first pass, the model has several solutions: trust no smoother of this kind.
+ * points: by 1 or more), go half of the way: linearise at c + (c' - c) / 2, halve up to 4 times, stop.  If
+ * it rises at the first pass, the model has several solutions: trust no smoother of this kind.
  *     In f32 the smoothed density may be too narrow for differences (kq_linearise): use Jacobians or f64.
  *
- * Sources: Arasaratnam and Haykin, Cubature Kalman filters, IEEE TAC 54 (2009); Garcia-Fernandez, Svensson
- * and Sarkka, Iterated posterior linearization smoother, IEEE TAC 62 (2017); others in tests/ACCURACY.md.
+ * Source: Arasaratnam and Haykin, Cubature Kalman filters, IEEE TAC 54 (2009); tests/ACCURACY.md has more.
  */
 #ifndef KALMANQ_SIGMA_POINTS_H
 #define KALMANQ_SIGMA_POINTS_H
@@ -63,10 +61,7 @@ extern "C" {
 typedef void kq_function_f32(void *context, const float *x, float *y);
 typedef void kq_function_f64(void *context, const double *x, double *y);
 
-typedef enum {
-    KQ_SIGMA_POINTS_CUBATURE,
-    KQ_SIGMA_POINTS_CENTRAL,
-    KQ_SIGMA_POINTS_IS_INT = INT_MAX
+typedef enum { KQ_SIGMA_POINTS_CUBATURE, KQ_SIGMA_POINTS_CENTRAL, KQ_SIGMA_POINTS_IS_INT = INT_MAX
 } kq_sigma_points;
 
 /** The linear function nearest to g under a density.
@@ -81,8 +76,7 @@ typedef enum {
  * then y, J and E are useless).
  * Accuracy: J has the noise of differences, eps |x| / sigma and eps |g| / (sigma J): in f32 sigmas should
  * exceed 1e-4 of |x|.  If P is singular, J is one of many solutions.
- * Cost: 2n + 1 calls, about 5 n rows + n^2 rows / 2 multiplications.  Stack: 5 x 16 words and what g needs.
- */
+ * Cost: 2n + 1 calls, about 5 n rows + n^2 rows / 2 multiplications.  Stack: 80 words and what g needs. */
 KQ_NODISCARD kq_status kq_linearise_f32(const kq_filter_f32 *at, kq_function_f32 *g, void *context, int rows,
     kq_sigma_points rule, float *y, float *J, float *E);
 KQ_NODISCARD kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64 *g, void *context, int rows,
@@ -123,8 +117,8 @@ KQ_NODISCARD kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor
         ? KQ_PRIVATE_PREDICT_SIGMA_POINTS_LEN(n) \
         : KQ_PRIVATE_UPDATE_SIGMA_POINTS_LEN(n, m))
 
-/** kq_linearise, kq_process_linearise and kq_predict_extended in one.  With nothing attached A is never
- * formed, and the root of P may be singular.
+/** kq_linearise, kq_process_linearise and kq_predict_extended in one.  With nothing attached A is
+ * never formed and P may be singular.
  *   f          changed
  *   p          only its Q is read
  *   increment  n numbers: f(x) - x
@@ -136,14 +130,12 @@ KQ_NODISCARD kq_status kq_predict_sigma_points_f32(kq_filter_f32 *f, const kq_pr
 KQ_NODISCARD kq_status kq_predict_sigma_points_f64(kq_filter_f64 *f, const kq_process_f64 *p,
     kq_function_f64 *increment, void *context, kq_sigma_points rule, double *work);
 
-/** kq_linearise, kq_sensor_linearise and kq_update in one.  H is never formed, and the root of P may be
- * singular.
+/** kq_linearise, kq_sensor_linearise and kq_update in one.  H is never formed; P may be singular.
  *   f           changed
  *   s           only its R is read
  *   innovation  m numbers: z - h(x)
  *   work        KQ_SIGMA_POINTS_LEN(n, m) words, written
- * The components are decorrelated by R + E E' first; what is left of one in the last 7 bits of its terms
- * counts as 0.
+ * The components are decorrelated by R + E E'; what is left in the last 7 bits of its terms counts as 0.
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
  * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update with an innovation (extended.h).
  * Cost: 2n + 1 calls, 6 n m + m^2 n + n^3 / 6 multiplications, kq_update. */

@@ -3,8 +3,7 @@
  *
  * An ERROR is a negative kq_status: the call was given something wrong and changed nothing, byte for byte
  * (but for a kq_range_error_q31, which says why).  A positive kq_status is not an error: the call is done,
- * with a remark.  An EVENT is not an error: numbers made the call do something unusual, which sets a sticky
- * bit.
+ * with a remark.  An EVENT is not an error: numbers made the call do something unusual, with a sticky bit.
  */
 #ifndef KALMANQ_STATUS_H
 #define KALMANQ_STATUS_H
