@@ -141,8 +141,8 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
 /**
  * Smooths the whole history, in place: mean and covariance of every step.
  *   h        recording; the filter is detached and may go on
- * KQ_EVENT_PRECISION (f32, f64; in the views): later measurements left less of a sigma than 8 roundings of the
- * filter's mean, so means may be off by more than sigma says.  Steps of compile-time sizes do not look.
+ * KQ_EVENT_PRECISION (f32, f64; in the views): later measurements left less of a sigma, predicted or filtered, than 8
+ * roundings of the filter's mean, so means may be off by more than sigma says.  Steps of compile-time sizes do not look.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma (tests/README.md, Accuracy).
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already: begin a new run by
@@ -248,6 +248,7 @@ typedef struct kq_history_q31 {
     const kq_process_q31 *process;
     kq_filter_q31 *filter;
     uint8_t events;
+    const kq_format_q31 *state_format;
 } kq_history_q31;
 
 extern const struct kq_hooks_q31 kq_history_hooks_q31;
@@ -256,7 +257,7 @@ extern const struct kq_hooks_q31 kq_history_hooks_q31;
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)];                        \
     static kq_history_q31 name = {                                                                 \
         {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, steps, changes), 0, name##_memory,      \
-        NULL, NULL, 0}
+        NULL, NULL, 0, NULL}
 
 KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 size_t kq_history_steps_q31(const kq_history_q31 *h);

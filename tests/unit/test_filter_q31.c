@@ -620,6 +620,26 @@ static void the_determinant_of_a_run_is_counted_all_the_time(void)
     }
 }
 
+/* Bits 29 to 31 of the exponent turned, at counts at which it has been large: the check finds them, and takes what
+   parts of the count leave. */
+static void a_turned_exponent_of_a_run_is_found(void)
+{
+    const int32_t home[] = {0};
+    begin_long_run();
+    for (int t = 1; t <= 70000; t++) {
+        ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+        if (t % 499 && level.run.count > 1) continue;
+        ASSERT_OK(kq_filter_check_q31(&level));
+        if (level.run.count > 28000) continue; /* 2^29 may be what so many measurements leave */
+        for (int bit = 29; bit < 32; bit++) {
+            const int32_t exponent = level.run.determinant.exponent;
+            level.run.determinant.exponent = (int32_t)((uint32_t)exponent ^ UINT32_C(1) << bit);
+            TEST_ASSERT_EQUAL_INT(KQ_ERR_TABLE, kq_filter_check_q31(&level));
+            level.run.determinant.exponent = exponent;
+        }
+    }
+}
+
 /* 2^37 of NIS is carried: the score, half of it, goes on to 2^37 = 1.4e11, and is saturated there. */
 static void a_run_is_counted_up_to_the_end_of_its_score(void)
 {
@@ -711,6 +731,7 @@ static void run_saturation(void)
     RUN_TEST(an_innovation_is_rounded_to_a_word);
     RUN_TEST(a_score_is_held);
     RUN_TEST(the_determinant_of_a_run_is_counted_all_the_time);
+    RUN_TEST(a_turned_exponent_of_a_run_is_found);
     RUN_TEST(a_run_is_counted_up_to_the_end_of_its_score);
     RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);
     RUN_TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance);
