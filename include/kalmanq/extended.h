@@ -32,10 +32,10 @@
  *
  * If R is much smaller than H P H', linearise h where the update ends, not where it begins: sigma_points.h.
  *
- * An adaptation and a freeze refuse linearised predicts and innovations (KQ_ERR_RECORDING).  kq_innovation,
- * kq_consistency_watch and the z of kq_measurement use H x for every sensor.  Give the first two e, and a
- * copy of the filter (kq_filter_copy) that kq_move has set to 0.  The S of kq_measurement is right; kq_nis,
- * kq_taken and log-likelihoods are of e.
+ * An adaptation and a freeze refuse linearised predicts and innovations (KQ_ERR_RECORDING), kq_steady_init
+ * such a sensor (KQ_ERR_MISMATCH).  kq_innovation, kq_consistency_watch and the z of kq_measurement use H x.
+ * Give the first two e, and a copy of the filter (kq_filter_copy) that kq_move has set to 0.  The S of
+ * kq_measurement is right; kq_nis, kq_taken and log-likelihoods are of e.
  *
  * Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; tests/ACCURACY.md has more.
  */

@@ -347,10 +347,10 @@ KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table
  * Events: KQ_EVENT_SATURATED: a mean, the only number that can overflow, is saturated at +-2^31 raw values.
  * Between the components of one measurement it may be 64 times as far; the components that follow then cost
  * as low-noise ones.  kq_step leaves a predicted mean as kq_predict does.  KQ_EVENT_OVERFLOW: predict alone
- * sets it.  KQ_EVENT_REDUNDANT: also an innovation variance below 2^-200 squared raw values. 
+ * sets it.  KQ_EVENT_REDUNDANT: also an innovation variance below 2^-200 squared raw values.
  * KQ_EVENT_PRECISION: 2^24 components since init had H P H' within the last six bits of S.
  * Accuracy: rows of the root to about (2n + 4) 2^-29 of their norm, the mean to 2^-24 raw value.  Choose
- * formats whose last bit is not far above the sigmas: a sigma below 2^-20 raw value does not reach the mean. 
+ * formats whose last bit is not far above the sigmas: a sigma below 2^-20 raw value does not reach the mean.
  * A process noise below 2^-15 sigma of its state is lost.  A noise-free measurement counts as one of 2^-24
  * raw value in every state.  With Q = 0 sigma is off by 0.2 % after 5e6 measurements, 0.7 % after 2e7.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is
