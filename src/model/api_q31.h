@@ -49,10 +49,8 @@ KQ_COLD kq_status T(kq_process_change_transition)(process *p, const scaled *A, k
     kq_status status = process_check(p);
     if (status) return status;
     if (!A) return KQ_ERR_NULL;
-    status = rows_check(A, p->states, p->states, KQ_STATE, range_error);
-    if (status) return status;
     status = transition_check(A, p->control, p->states, p->controls, range_error);
-    if (status == KQ_ERR_COEFFICIENT) return diagonal_check(A, p->states, range_error);
+    if (status == KQ_ERR_COEFFICIENT) name_row(A, p->states, range_error);
     if (status) return status;
     process_set_transition(p, A);
     say_all_fit(range_error);
@@ -83,8 +81,8 @@ KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const scaled *H, kq
     kq_status status = sensor_check(s);
     if (status) return status;
     if (!H) return KQ_ERR_NULL;
-    status = rows_check(H, s->components, s->states, KQ_MEASUREMENT, range_error);
-    if (!status) status = measurement_check(H, s->components, s->states, range_error);
+    status = measurement_check(H, s->components, s->states, range_error);
+    if (status == KQ_ERR_COEFFICIENT) return rows_check(H, s->components, s->states, KQ_MEASUREMENT, range_error);
     if (status) return status;
     sensor_set_measurement(s, H);
     say_all_fit(range_error);

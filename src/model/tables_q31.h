@@ -102,7 +102,8 @@ static kq_status row_is_refused(kq_quantity quantity, int i, kq_range_error_q31 
 }
 
 /* Coefficients; which row has the first one that is not normalised? */
-static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity, kq_range_error_q31 *range_error)
+KQ_COLD static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity,
+                                    kq_range_error_q31 *range_error)
 {
     for (int i = 0; i < rows; i++) {
         if (coefficients_check(M + i * n, n)) return row_is_refused(quantity, i, range_error);
@@ -135,15 +136,13 @@ KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int 
     return status;
 }
 
-/* Which |A_ii| is above 16? */
-static kq_status diagonal_check(const scaled *A, int n, kq_range_error_q31 *range_error)
+/* Of an A that is refused with KQ_ERR_COEFFICIENT: the row */
+KQ_COLD static void name_row(const scaled *A, int n, kq_range_error_q31 *range_error)
 {
-    for (int i = 0; i < n; i++) {
-        if (gain_check(add_magnitude(0, A[i * (n + 1)]), 0, KQ_STATE, i, 0)) {
-            return row_is_refused(KQ_STATE, i, range_error);
-        }
+    if (rows_check(A, n, n, KQ_STATE, range_error)) return;
+    for (int i = n; i-- > 0;) {
+        if (gain_check(add_magnitude(0, A[i * (n + 1)]), 0, KQ_STATE, i, 0)) row_is_refused(KQ_STATE, i, range_error);
     }
-    return KQ_ERR_COEFFICIENT;
 }
 
 /* ------------------------------------------------------------------ sensor */
