@@ -300,12 +300,9 @@ KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_pro
  */
 
 /** q and r.  NaN, q31: {0, 0}, where a is NULL or not initialised. */
-float kq_adaptation_process_scale_f32(const kq_adaptation_f32 *a);
-double kq_adaptation_process_scale_f64(const kq_adaptation_f64 *a);
-kq_scaled_q31 kq_adaptation_process_scale_q31(const kq_adaptation_q31 *a);
-float kq_adaptation_sensor_scale_f32(const kq_adaptation_f32 *a);
-double kq_adaptation_sensor_scale_f64(const kq_adaptation_f64 *a);
-kq_scaled_q31 kq_adaptation_sensor_scale_q31(const kq_adaptation_q31 *a);
+KQ_NODISCARD kq_status kq_adaptation_scales_f32(const kq_adaptation_f32 *a, float *q, float *r);
+KQ_NODISCARD kq_status kq_adaptation_scales_f64(const kq_adaptation_f64 *a, double *q, double *r);
+KQ_NODISCARD kq_status kq_adaptation_scales_q31(const kq_adaptation_q31 *a, kq_scaled_q31 *q, kq_scaled_q31 *r);
 
 /**
  * The process with q Q and the sensor with r R as they are now: for kq_forecast, kq_measurement, a

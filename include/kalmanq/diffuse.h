@@ -145,8 +145,6 @@ int kq_diffuse_count_f32(const kq_diffuse_f32 *s);
 int kq_diffuse_count_f64(const kq_diffuse_f64 *s);
 
 /** Is component i determined by what has come so far?  0 where s or i is bad. */
-int kq_diffuse_is_determined_f32(const kq_diffuse_f32 *s, int i);
-int kq_diffuse_is_determined_f64(const kq_diffuse_f64 *s, int i);
 
 /* ------------------------------------------------------------------ smoother
  *
@@ -172,10 +170,8 @@ int kq_diffuse_is_determined_f64(const kq_diffuse_f64 *s, int i);
 /** The number of early steps: predicts from attach until the filter was ready, or until now; where the state was
     smoothed before it was determined, the steps that were.  And the first step that can be smoothed: not 0 where
     there were more than there is room for.  0 where s is bad. */
-size_t kq_diffuse_steps_f32(const kq_diffuse_f32 *s);
-size_t kq_diffuse_steps_f64(const kq_diffuse_f64 *s);
-size_t kq_diffuse_first_f32(const kq_diffuse_f32 *s);
-size_t kq_diffuse_first_f64(const kq_diffuse_f64 *s);
+size_t kq_diffuse_steps_f32(const kq_diffuse_f32 *s, size_t *first);
+size_t kq_diffuse_steps_f64(const kq_diffuse_f64 *s, size_t *first);
 
 /**
  * Smooths the history and the early steps, before the history is used for anything else.
@@ -255,10 +251,8 @@ KQ_NODISCARD kq_status kq_diffuse_init_q31(kq_diffuse_q31 *s, kq_filter_q31 *f, 
                             uint32_t unknown, kq_range_error_q31 *range_error);
 
 int kq_diffuse_count_q31(const kq_diffuse_q31 *s);
-int kq_diffuse_is_determined_q31(const kq_diffuse_q31 *s, int i);
 
-size_t kq_diffuse_steps_q31(const kq_diffuse_q31 *s);
-size_t kq_diffuse_first_q31(const kq_diffuse_q31 *s);
+size_t kq_diffuse_steps_q31(const kq_diffuse_q31 *s, size_t *first);
 KQ_NODISCARD kq_status kq_diffuse_smooth_q31(kq_diffuse_q31 *s);
 
 /** As in f32. */

@@ -362,8 +362,6 @@ double kq_em_distance_f64(const kq_em_f64 *em);
  * M-step.  By itself this is a weak stop rule: at a change of 1e-4, 1e-6 to 2e-2 of log-likelihood
  * are left, and where a variance goes to 0 it takes 10,000 iterations and more to come there.
  */
-int kq_em_is_settled_f32(const kq_em_f32 *em, float tolerance);
-int kq_em_is_settled_f64(const kq_em_f64 *em, double tolerance);
 
 /* ------------------------------------------------------------------ gradient */
 

@@ -109,10 +109,6 @@ KQ_NODISCARD kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_fil
  * Accuracy: that of the update (filter.h).
  * Errors and events of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_forget and kq_update.
  */
-KQ_NODISCARD kq_status kq_least_squares_add_f32(kq_least_squares_f32 *q, const float *h, float z, float r);
-KQ_NODISCARD kq_status kq_least_squares_add_f64(kq_least_squares_f64 *q, const double *h, double z, double r);
-KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *h, int32_t z,
-                                   kq_scaled_q31 r);
 
 /**
  * A batch, refused as a whole: the same as one call of the above for every row, in their order.
@@ -121,11 +117,11 @@ KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const k
  *   count    0 .. KQ_COUNT_MAX
  * KQ_ERR_SIZE (count), and the errors of the above.
  */
-KQ_NODISCARD kq_status kq_least_squares_add_all_f32(kq_least_squares_f32 *q, const float *H, const float *z,
+KQ_NODISCARD kq_status kq_least_squares_add_f32(kq_least_squares_f32 *q, const float *H, const float *z,
                                        const float *r, size_t count);
-KQ_NODISCARD kq_status kq_least_squares_add_all_f64(kq_least_squares_f64 *q, const double *H, const double *z,
+KQ_NODISCARD kq_status kq_least_squares_add_f64(kq_least_squares_f64 *q, const double *H, const double *z,
                                        const double *r, size_t count);
-KQ_NODISCARD kq_status kq_least_squares_add_all_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *H,
+KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const kq_scaled_q31 *H,
                                        const int32_t *z, const kq_scaled_q31 *r, size_t count);
 
 /**

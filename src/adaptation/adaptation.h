@@ -529,14 +529,13 @@ const hooks T(kq_adaptation_hooks) = {
     .attach = adaptation_attach, .detach = adaptation_detach, .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step,
     KQ_RECORDS_NOTHING};
 
-scaled T(kq_adaptation_process_scale)(const adaptation *a)
+kq_status T(kq_adaptation_scales)(const adaptation *a, scaled *q, scaled *r)
 {
-    return adaptation_check(a) ? not_a_scale() : a->process_scale;
-}
-
-scaled T(kq_adaptation_sensor_scale)(const adaptation *a)
-{
-    return adaptation_check(a) ? not_a_scale() : a->sensor_scale;
+    const kq_status status = adaptation_check(a);
+    if (status) return status;
+    if (q) *q = a->process_scale;
+    if (r) *r = a->sensor_scale;
+    return KQ_OK;
 }
 
 #endif
