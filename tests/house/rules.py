@@ -11,7 +11,7 @@ import sys
 import tempfile
 
 # Left to right: a folder includes those before it.  Folders of one tuple don't include each other.
-LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("linearised", "robust", "start", "steady"),
+LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("diffuse", "linearised", "robust", "steady"),
           ("adaptation", "em", "nonlinear", "statistics"), ("self_test", "messages", "fixed_size", "lengths")]
 RANK = {folder: rank for rank, folders in enumerate(LAYERS) for folder in folders}
 COMPILE = ["cc", "-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iinclude"]

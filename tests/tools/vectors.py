@@ -577,7 +577,7 @@ class Replay:
     def point(self, given: Inputs) -> list[int]:
         m = given.word()
         self.point_ = self.f._object("instant", self.n, m, sizes=(self.n, m))
-        self.tell("is_followed", "point", 0)
+        self.tell("is_followed", "instant", 0)
         self.shown = Q31.struct("filter")
         return [attached(self.f, self.point_)]
 
@@ -743,7 +743,7 @@ class Replay:
     def fade(self, given: Inputs) -> list[int]:
         self.tell("changes")
         forgetting = given.number()
-        return [status_of(lambda: self.f.fade(forgetting)), *self.filter_words()]
+        return [status_of(lambda: self.f.forget(forgetting)), *self.filter_words()]
 
     def fit(self, given: Inputs) -> list[int]:
         forgetting, formats = given.number(), given.formats(1)
@@ -841,7 +841,7 @@ class Replay:
         self.tell("measured", z, None, self.words_if_known())
         return [status, *self.start_words()]
 
-    def diffuse_smooth(self, given: Inputs) -> list[int]:
+    def start_smooth(self, given: Inputs) -> list[int]:
         s, steps, n = self.f._start, given.word(), self.n
         made = [lib.kq_diffuse_smooth_q31(s)]
         for t in range(steps):

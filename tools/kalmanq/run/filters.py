@@ -97,9 +97,9 @@ class Filter(Readable):
         self.predict(u)
         self.update(z)
 
-    def fade(self, forgetting: float) -> None:
+    def forget(self, forgetting: float) -> None:
         """Fading memory: P / forgetting, 0 < forgetting <= 1; before predict."""
-        require(self._call("fade", self.arithmetic.parameter(forgetting)), "fade")
+        require(self._call("forget", self.arithmetic.parameter(forgetting)), "forget")
 
     def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
         """The state so many rows ahead, as a filter; u: steps x l."""
@@ -349,7 +349,7 @@ class _Recording(Filter):
         if not len(run):
             return
         self._smooth(means_only)
-        what = "start" if self.is_unknown else "history"
+        what = "diffuse" if self.is_unknown else "history"
         self.read_smoothed(run, what, self._start if self.is_unknown else self._history, covariance, means_only)
         run.events |= self.smoothing_events(self._history)
 
