@@ -2,30 +2,16 @@
  * kalmanq: the scales of Q and R, learnt while the filter runs.
  *
  * You know the shapes of Q and R, not their sizes: the noises are q Q and r R.  An adaptation carries q and r
- * (1 at first), runs the filter with them, and moves them by recursive maximum likelihood after every
- * measurement.
+ * (1 at first), runs the filter with them, and moves them after every update by recursive maximum likelihood.
  *
  *     kq_adaptation_init_f32(&tuner, &motion, &ranger, &rule);
  *     kq_attach_f32(&track, &tuner.attached);
  *     ... kq_predict_f32(&track, &motion, NULL);        with q Q
  *         kq_update_f32(&track, &ranger, z);            with r R; q and r then move
  *
- * Beside the filter run the slopes of P and x with log q, D and d.  They give for each scalar measurement
- * (innovation e, variance s, nu = e / sqrt(s), a = H D- H' / s, y = H d- / sqrt(s)) the scores and the
- * information of log q, log r:
- *
- *     g_q = a (nu^2 - 1) / 2 + nu y              J_qq = a^2 / 2 + y^2
- *     g_r = (1 - a) (nu^2 - 1) / 2 - nu y        J_rr = (1 - a)^2 / 2 + y^2,   J_qr = a (1 - a) / 2 - y^2
- *
- * nu and y count within -4 .. 4: an outlier has bounded weight.  Summed over an update, with the memory M in
- * updates,
- *
- *     J <- (1 - 1/M) J + J(z)        (c_q, c_r) = (J + 4 I)^-1 (g_q, g_r)        4: the weight of the first
- * guess
- *     q <- q (1 + c_q) where c_q >= 0, q / (1 + |c_q|) where c_q < 0;  r by c_r in the same way
- *
- * |c_q| and |c_r| count up to `step`, and q and r stay within their limits.  If you know one scale, let only
- * the other adapt (rule.scales): it is found sooner.
+ * An update changes a scale by a factor of at most 1 + step, within its limits.  M is the memory, in
+ * updates.  A normalised innovation counts within -4 .. 4: an outlier has bounded weight.  If you know one
+ * scale, let only the other adapt (rule.scales): it is found sooner.
  *
  * What to expect (tests/README.md, "Accuracy").  M = 200 finds scales that are off by 4 within 400 to 1100
  * updates for Q / R of 0.01 to 1, with a spread of 0.07 to 0.28 of their logarithms; a larger M spreads less
@@ -34,11 +20,11 @@
  *   - 1 % of outliers of 10 sigma raise r by a factor of 1.15 to 1.34 and q by up to 1.4.  A jump raises q.
  *   - A model that is wrong otherwise (missing state, bias, coloured noise) bends both scales.
  *
- * Learning begins with the first whole update after n scalar measurements; J, q and r stay until then.
- * Updates with another process or sensor, robust updates and kq_forget move the filter without the slopes:
- * the more of them, the worse the scales.
+ * Learning begins with the first whole update after n scalar measurements.  Updates with another process or
+ * sensor, robust updates and kq_forget move the filter, not the adaptation: the more of them, the worse the
+ * scales.
  *
- * Source: Gupta and Mehra, IEEE Trans. AC-19 (1974); Ljung and Soderstrom, Recursive Identification (1983).
+ * Sources: Gupta and Mehra, IEEE Trans. AC-19 (1974); Ljung and Soderstrom, Recursive Identification (1983).
  */
 #ifndef KALMANQ_ADAPTATION_H
 #define KALMANQ_ADAPTATION_H
@@ -61,10 +47,7 @@ extern "C" {
 
 /** Which scales are learnt; the other stays 1. */
 typedef enum {
-    KQ_ADAPT_BOTH,
-    KQ_ADAPT_PROCESS,
-    KQ_ADAPT_SENSOR,
-    KQ_ADAPT_IS_INT = INT_MAX
+    KQ_ADAPT_BOTH, KQ_ADAPT_PROCESS, KQ_ADAPT_SENSOR, KQ_ADAPT_IS_INT = INT_MAX
 } kq_adapted;
 
 /** The rule.  To begin with: {KQ_ADAPT_BOTH, 500, 0.1f, 1e-3f, 1e3f, 1e-3f, 1e3f}. */
@@ -76,29 +59,24 @@ typedef struct {
     float sensor_least, sensor_most;   /* of r */
 } kq_adaptation_rule_f32;
 typedef struct {
-    kq_adapted scales; int32_t memory; double step; double process_least, process_most;
+    kq_adapted scales; int32_t memory; double step, process_least, process_most;
     double sensor_least, sensor_most;
 } kq_adaptation_rule_f64;
 typedef struct {
-    kq_adapted scales; int32_t memory; kq_scaled_q31 step; kq_scaled_q31 process_least, process_most;
+    kq_adapted scales; int32_t memory; kq_scaled_q31 step, process_least, process_most;
     kq_scaled_q31 sensor_least, sensor_most;
 } kq_adaptation_rule_q31;
 
 /* The fields are the library's (see process.h). */
 typedef struct {
     struct kq_attached_f32 attached;
-    uint8_t states;                /* n */
-    uint8_t components;            /* m */
-    uint8_t waiting;               /* scalar measurements to come before learning begins */
-    uint16_t length;               /* words at memory */
-    float *memory;                 /* the caller's: D, d, workspace, the noises of the two below */
+    uint8_t states, components, waiting; /* n; m; scalar measurements to come before learning begins */
+    uint16_t length; /* words at memory */
+    float *memory; /* the caller's: D, d, workspace, the noises of the two below */
     const kq_process_f32 *process; /* as given; NULL until initialised */
-    const kq_sensor_f32 *sensor;
-    kq_adaptation_rule_f32 rule;
-    float process_scale, sensor_scale; /* q, r */
-    float information[3];              /* J: qq, qr, rr */
-    kq_process_f32 scaled_process;
-    kq_sensor_f32 scaled_sensor;
+    const kq_sensor_f32 *sensor; kq_adaptation_rule_f32 rule;
+    float process_scale, sensor_scale, information[3]; /* q, r; J: qq, qr, rr */
+    kq_process_f32 scaled_process; kq_sensor_f32 scaled_sensor;
     kq_filter_f32 *filter; /* attached to */
 } kq_adaptation_f32;
 extern const struct kq_hooks_f32 kq_adaptation_hooks_f32; /* what it does in the steps */
@@ -106,8 +84,7 @@ typedef struct {
     struct kq_attached_f64 attached; uint8_t states, components, waiting; uint16_t length; double *memory;
     const kq_process_f64 *process; const kq_sensor_f64 *sensor; kq_adaptation_rule_f64 rule;
     double process_scale, sensor_scale, information[3]; kq_process_f64 scaled_process;
-    kq_sensor_f64 scaled_sensor;
-    kq_filter_f64 *filter; /* attached to */
+    kq_sensor_f64 scaled_sensor; kq_filter_f64 *filter;
 } kq_adaptation_f64;
 extern const struct kq_hooks_f64 kq_adaptation_hooks_f64;
 typedef struct {
@@ -116,8 +93,7 @@ typedef struct {
     int32_t *root;         /* of the scaled process */
     const kq_process_q31 *process; const kq_sensor_q31 *sensor; kq_adaptation_rule_q31 rule;
     kq_scaled_q31 process_scale, sensor_scale, information[3]; kq_process_q31 scaled_process;
-    kq_sensor_q31 scaled_sensor;
-    kq_filter_q31 *filter; /* attached to */
+    kq_sensor_q31 scaled_sensor; kq_filter_q31 *filter;
 } kq_adaptation_q31;
 extern const struct kq_hooks_q31 kq_adaptation_hooks_q31;
 
@@ -144,14 +120,9 @@ extern const struct kq_hooks_q31 kq_adaptation_hooks_q31;
         {0, 0}, {0, 0}, {{0, 0}, {0, 0}, {0, 0}}, {0, 0, {0}, 0, 0, 0, NULL, NULL, NULL, NULL, NULL}, {0, 0, \
         0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}, NULL}
 
-/**
- * Gives an adaptation sizes and memory at run time.
- *   a        written
- *   n, m     1..16
- *   memory   yours, while a is used; `length` words (q31: numbers): KQ_ADAPTATION_LEN_<T>(n, m)
- *   root     q31: yours, while a is used; KQ_ROOT_LEN_Q31(n) words
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words (q31: numbers) at memory,
+    KQ_ADAPTATION_LEN_<T>(n, m), yours while in use.  root (q31): KQ_ROOT_LEN_Q31(n) words, yours too.
+    KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
@@ -168,8 +139,7 @@ KQ_NODISCARD kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int
  *   rule     copied
  * KQ_ERR_NULL, KQ_ERR_SIZE (never assigned; M), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH
  * (sizes; q31: formats), KQ_ERR_NOT_FINITE (rule; R times its limits), KQ_ERR_RANGE (rule.scales, step,
- * limits), q31:
- * KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table).
+ * limits); q31: KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table).
  */
 KQ_NODISCARD kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
     const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule);
@@ -179,15 +149,12 @@ KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_pro
     const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule);
 
 /*
- * kq_attach: from now on kq_predict with p takes q Q; kq_update, kq_update_subset and kq_step with s take r
- * R, and q and r then move.  D and d begin at 0, scales and information stay.  While q = r = 1 the filter is
- * bit-identical to one without adaptation.  Nothing else may be attached.  Adaptation and filter must both
- * exist until kq_detach.  kq_filter_init detaches the filter (attach again); the adaptation still has it
- * then: call kq_detach before you attach it to another filter, or assign it anew if the filter is gone.
- *     NIS, log-likelihood and count of the filter are of the scales before they moved.  A component that is
- * missing, redundant or not representable teaches nothing.
- * Steps also answer KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r R), KQ_ERR_COEFFICIENT (q31: q Q,
- * r R) if p or s have changed so that they no longer fit.
+ * kq_attach (filter.h): from now on kq_predict with p takes q Q; kq_update, kq_update_subset and kq_step with
+ * s take r R, and q and r then move.  Scales and information stay.  While q = r = 1 the filter is
+ * bit-identical to one without adaptation.  Nothing else may be attached.  NIS, log-likelihood and count of
+ * the filter are of the scales before they moved.  A component that is missing, redundant or not
+ * representable teaches nothing.  Steps also answer KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r
+ * R), KQ_ERR_COEFFICIENT (q31: q Q, r R) if p or s have changed so that they no longer fit.
  * Cost of a predict: n^2/2 + n^3/6 + 1.5 n^3 multiplications (0.75 n^3 for an upper triangular A) and a root;
  * of an update, for component c: 3 n^2 + 2 c n multiplications, a root, a division, and 7 divisions in all.
  * Both at n, m = 2, 1; 4, 2; 9, 3: 2934, 8029, 35095 instructions on a Cortex-M4F in f32 (kq_step: 884, 1941,
@@ -207,11 +174,9 @@ KQ_NODISCARD kq_status kq_adaptation_scales_q31(const kq_adaptation_q31 *a, kq_s
     kq_scaled_q31 *r);
 
 /**
- * The process with q Q and the sensor with r R as they are now: for kq_forecast, kq_measurement, a steady
- * state.
+ * The process with q Q and the sensor with r R as they are now, for kq_forecast or kq_measurement.
  *   a        its scaled models are written; they change with the next call of a or of its filter
- * NULL where a is NULL or not initialised, or where the process or sensor has changed so that it no longer
- * fits.
+ * NULL where a is NULL or not initialised, or where process or sensor have changed and no longer fit.
  */
 const kq_process_f32 *kq_adaptation_process_f32(kq_adaptation_f32 *a);
 const kq_process_f64 *kq_adaptation_process_f64(kq_adaptation_f64 *a);

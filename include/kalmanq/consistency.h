@@ -1,21 +1,16 @@
 /*
  * kalmanq: is the filter consistent with its measurements?  Statistics over the last W updates.
  *
- *     NIS         sum of e' S^-1 e: chi-square with as many degrees of freedom as scalar measurements were
- * taken
+ *     NIS         sum of e' S^-1 e: chi-square with a degree of freedom for each scalar taken
  *     innovation  nu_c = e_c / sqrt(S_cc): N(0, 1), and white
  *
  * How to read them.
  *   - Mean NIS per degree of freedom above its bounds: the filter is too sure (Q or R too small, or a wrong
- *   model).
- *     Below: not sure enough.
+ *     model).  Below: not sure enough.
  *   - Correlation of nu from one update to the next above its bound: the gain is too low (Q too small against
- *   R), or the
- *     model lacks something.  Below: the gain is too high.  Look at this before the mean.
+ *     R), or the model lacks something.  Below: the gain is too high.  Look at this before the mean.
  *   - Mean of nu outside its bound, correlation within: a bias that no state takes up, or states that return
- *   too slowly.
- *     A state that can take up a sensor's bias hides it; a second sensor shows it (tests/README.md,
- * "Accuracy").
+ *     too slowly.  A state that can take up a sensor's bias hides it; a second sensor shows it.
  *
  *     kq_consistency_watch_f32(&window, &track, &radar, z, UINT32_MAX);
  *     kq_update_f32(&track, &radar, z);
@@ -27,8 +22,7 @@
  * One object watches one sensor, or sensors that share a meaning of their components.  Sums are formed when
  * you read them: the window is exact, and nothing drifts.
  *
- * Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
- * 5.4.
+ * Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking (2001), 5.4.
  */
 #ifndef KALMANQ_CONSISTENCY_H
 #define KALMANQ_CONSISTENCY_H
@@ -49,12 +43,10 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t components; /* m */
-    uint8_t watched;    /* is an update on its way in the entry `next`? */
-    int16_t window;     /* W */
-    int16_t count;      /* updates in the window */
-    int16_t next;       /* of the W + 1 entries, the one to be written next */
-    float *memory;      /* the caller's: entries of NIS, number taken, m innovations */
+    uint8_t components, watched; /* m; is an update on its way in the entry `next`? */
+    int16_t window, count; /* W; updates in the window */
+    int16_t next; /* of the W + 1 entries, the one to be written next */
+    float *memory; /* the caller's: entries of NIS, number taken, m innovations */
 } kq_consistency_f32;
 typedef struct {
     uint8_t components, watched; int16_t window, count, next; double *memory;
@@ -75,13 +67,9 @@ typedef struct {
     static int32_t name##_memory[KQ_CONSISTENCY_LEN_Q31(m, window)]; \
     static kq_consistency_q31 name = {m, 0, window, 0, 0, name##_memory}
 
-/**
- * Gives an object sizes and memory at run time, and empties it.
- *   c        written
- *   m, window   1..16; W: 1..KQ_WINDOW_MAX
- *   memory   yours, while c is used; `length` words: KQ_CONSISTENCY_LEN_<T>(m, W)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: m in 1..16, W in 1..KQ_WINDOW_MAX.  `length` words at memory,
+    KQ_CONSISTENCY_LEN_<T>(m, W), yours while in use.  The window is empty.  KQ_ERR_NULL, KQ_ERR_SIZE,
+    KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
@@ -95,8 +83,7 @@ KQ_NODISCARD kq_status kq_consistency_clear_f64(kq_consistency_f64 *c);
 KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
 
 /**
- * Notes nu of every component that is present.  Call it between kq_predict and kq_update (kq_step has no such
- * place).
+ * Notes nu of every component that is present.  Call it between kq_predict and kq_update; do not use kq_step.
  *   c        written
  *   f, s     read
  *   z, present   as for kq_update_subset; UINT32_MAX for kq_update
@@ -113,12 +100,10 @@ KQ_NODISCARD kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_
     const kq_sensor_q31 *s, const int32_t *z, uint32_t present);
 
 /**
- * Records the update that was watched, with kq_nis and kq_taken; the oldest leaves the window.  Call it after
- * the update.
+ * Records the watched update, with kq_nis and kq_taken; the oldest leaves the window.  Call it after it.
  *   c        written
  *   f        read
- * An update that took nothing is not recorded.  A gate that rejects makes a filter look more consistent than
- * it is.
+ * An update that took nothing is not recorded.  A gate that rejects makes a filter look more consistent.
  * Cost: a copy of a few words; with a frozen kq_freeze attached n (n + 1) / 2 comparisons.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; nothing watched since the last record; or the last step was frozen, and
  * has no NIS: steady.h).

@@ -1,11 +1,10 @@
 /*
  * kalmanq: the diffuse start: some components of x0, or all, are unknown ("P0_ii = infinity").
  *
- * This is exact diffuse initialisation: no large number in P0, which would leave a trace and cost digits.
- * The state is x = x^ + S xi + D delta with xi ~ N(0, I) and delta flat; D has a column for each of the d
- * dimensions that are still unknown.  A scalar measurement z = h'x + v with D'h = 0 is an ordinary update.
- * Any other removes one dimension.  At d = 0 the filter is the limit of ever larger P0: the least-squares
- * solution.
+ * This is exact diffuse initialisation, without a large number in P0.  The state is x = x^ + S xi + D delta
+ * with xi ~ N(0, I) and delta flat; D has a column for each of the d dimensions that are still unknown.  A
+ * scalar measurement z = h'x + v with D'h = 0 is an ordinary update.  Any other removes one dimension.  At d
+ * = 0 the filter is the limit of ever larger P0: the least-squares solution.
  *
  *     kq_diffuse_init_f32(&start, &track, x0, P0, 3);         components 0 and 1 are unknown
  *     ... kq_update_f32(&track, &radar, z);
@@ -13,26 +12,23 @@
  *         if (kq_diffuse_count_f32(&start) == 0) ...          track is ready
  *
  * The start is attached to its filter and takes part in its steps until d = 0.  Until then kq_mean(f, i),
- * kq_mean_low and kq_sigma are NaN (q31: KQ_NOT_A_VALUE_Q31) for each component i that is not determined yet.
- * Calls that need the whole state (kq_covariance, kq_gain, kq_measurement, kq_forecast, robust updates, a
- * lag) answer KQ_ERR_NOT_READY.
+ * kq_mean_low and kq_sigma are NaN (q31: KQ_NOT_A_VALUE_Q31) for each component i that is not determined
+ * yet.  Calls that need the whole state (kq_covariance, kq_gain, kq_measurement, kq_forecast, robust updates,
+ * a lag) answer KQ_ERR_NOT_READY.
  *
- * What counts as 0.  The start follows the rounding errors of D through every step.  h'D within 16 standard
- * errors of 0 counts as 0; a component is determined when its row of D is 0.  What little information
- * determines is as uncertain as rounding: KQ_EVENT_PRECISION says that a measurement saw 4 to 32 standard
- * errors, and sigmas of states that it determined may be wrong.  Where modes of A grow apart by a factor g
- * since the start, the grown ones hide the others from eps g = 1 on: a component may then count as determined
- * though a small unknown part is left.  Hidden dimensions keep d > 0, unless the volumes |det A| of all steps
- * multiply to less than 1/256: then they count as decayed.  An A of determinant 0 that also grows may make
- * the filter ready too early.
+ * Limits (tests/README.md, "Accuracy").  h'D within 16 standard errors of its rounding counts as 0.
+ * KQ_EVENT_PRECISION: a measurement saw 4 to 32 standard errors, and sigmas of states that it determined may
+ * be wrong.  If A makes modes grow apart by g, what is below eps g of the grown ones is hidden: a component
+ * may count as determined though it depends that little on an unknown, or d stay above 0, unless the product
+ * of |det A| falls below 1/256.  An A of determinant 0 that also grows may make the filter ready too early.
  *
- * Log-likelihood: the exact diffuse one (Durbin and Koopman's L_d, statsmodels' llf).  A measurement that
- * removes a dimension adds -(log 2 pi + log phi^2) / 2, phi^2 = h'D D'h in physical units.  Packages that
- * leave log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.  kq_taken counts such a measurement,
- * NIS does not: NIS is chi-square with kq_taken() less the fall of kq_diffuse_count() degrees of freedom.
+ * Log-likelihood: the exact diffuse one (Durbin and Koopman's L_d, statsmodels' llf).  Packages that leave
+ * log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.  kq_taken counts a measurement that removes a
+ * dimension, NIS does not: NIS is chi-square with kq_taken() less the fall of kq_diffuse_count() degrees of
+ * freedom.
  *
- * Source: Durbin and Koopman, Time Series Analysis by State Space Methods, 2nd ed. (2012), ch. 5; de Jong,
- * Ann. Statist.  19 (1991), whose augmented state this is.  Accuracy: tests/README.md.
+ * Sources: Durbin and Koopman, Time Series Analysis by State Space Methods (2012), ch. 5; de Jong, Ann.
+ * Statist. 19 (1991).
  */
 #ifndef KALMANQ_DIFFUSE_H
 #define KALMANQ_DIFFUSE_H
@@ -61,29 +57,17 @@ extern "C" {
 /* The fields are the library's (see process.h). */
 typedef struct {
     struct kq_attached_f32 attached;
-    uint8_t states;   /* n */
-    uint8_t unknowns; /* d */
-    uint8_t ready;    /* what the filter's `ready` is when the start works on it */
-    uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
-    uint16_t early;   /* instants that there is room for */
-    uint16_t next;    /* of them: that of the step to come */
-    uint32_t steps;   /* predicts before the filter was ready */
-    float *memory;    /* the caller's: D, workspace, instants */
+    uint8_t states, unknowns, ready; /* n; d; what the filter's `ready` is when the start works on it */
+    uint8_t phase; /* unused, waiting, smoothed, means smoothed */
+    uint16_t early, next; /* instants that there is room for; of them: that of the step to come */
+    uint32_t steps; /* predicts before the filter was ready */
+    float *memory; /* the caller's: D, workspace, instants */
     kq_filter_f32 *filter;
     kq_history_f32 *tape; /* records from d = 0 on, or NULL */
 } kq_diffuse_f32;
 typedef struct {
-    struct kq_attached_f64 attached;
-    uint8_t states;   /* n */
-    uint8_t unknowns; /* d */
-    uint8_t ready;    /* what the filter's `ready` is when the start works on it */
-    uint8_t phase;    /* unused, waiting, smoothed, means smoothed */
-    uint16_t early;   /* instants that there is room for */
-    uint16_t next;    /* of them: that of the step to come */
-    uint32_t steps;   /* predicts before the filter was ready */
-    double *memory;   /* the caller's: D, workspace, instants */
-    kq_filter_f64 *filter;
-    kq_history_f64 *tape; /* records from d = 0 on, or NULL */
+    struct kq_attached_f64 attached; uint8_t states, unknowns, ready, phase; uint16_t early, next;
+    uint32_t steps; double *memory; kq_filter_f64 *filter; kq_history_f64 *tape;
 } kq_diffuse_f64;
 
 /** Declares a start `name` with its static memory. */
@@ -94,13 +78,8 @@ typedef struct {
     static double name##_memory[KQ_DIFFUSE_LEN_F64(n, early)]; \
     static kq_diffuse_f64 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
-/**
- * Gives a start sizes and memory at run time.
- *   s        written
- *   n, early   1..16, 0..65534
- *   memory   yours, until s is assigned anew; `length` words: KQ_DIFFUSE_LEN_<T>(n, early)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n in 1..16, early in 0..65534.  `length` words at memory,
+    KQ_DIFFUSE_LEN_<T>(n, early), yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_diffuse_assign_f32(kq_diffuse_f32 *s, int n, size_t early, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t early, double *memory,
@@ -125,9 +104,8 @@ KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t ea
  * predict, n^2 to a measurement, 4 n^3 to the removal of a dimension.
  * Stack: 680 words; while d > 0 n^2 numbers and 280 (f32) or 550 (q31) words more than the filter.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never assigned), KQ_ERR_MISMATCH (states),
- * KQ_ERR_NOT_FINITE,
- * KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or any |x0_i| above 2^120 in
- * f32, 2^1000 in f64).
+ * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or any
+ * |x0_i| above 2^120 in f32, 2^1000 in f64).
  */
 KQ_NODISCARD kq_status kq_diffuse_init_f32(kq_diffuse_f32 *s, kq_filter_f32 *f, const float *x0,
     const float *P0, uint32_t unknown);
@@ -137,7 +115,6 @@ KQ_NODISCARD kq_status kq_diffuse_init_f64(kq_diffuse_f64 *s, kq_filter_f64 *f, 
 /** d, the number of unknown dimensions; 0: the filter is ready.  -1 where s is NULL or not initialised. */
 int kq_diffuse_count_f32(const kq_diffuse_f32 *s);
 int kq_diffuse_count_f64(const kq_diffuse_f64 *s);
-
 
 /* ------------------------------------------------------------------ smoother
  *
@@ -158,10 +135,10 @@ int kq_diffuse_count_f64(const kq_diffuse_f64 *s);
  */
 
 /**
- * The number of early steps: predicts from kq_attach until the filter was ready, or until now or
- * kq_diffuse_smooth if it is not.
+ * The number of early steps: predicts from kq_attach until the filter was ready, or until now.  After a
+ * kq_diffuse_smooth with d > 0: the steps up to then, the last one included.
  *   s        read
- *   first    the first step that can be smoothed, written: above 0 if there were more steps than room; or
+ *   first    written: the first step that can be smoothed, above 0 if there were more steps than room; or
  *            NULL
  * 0, and first 0, where s is NULL or not initialised.
  */
@@ -188,8 +165,7 @@ KQ_NODISCARD kq_status kq_diffuse_smooth_f64(kq_diffuse_f64 *s);
  *   s        smoothed; keeps what is shown, with its history
  *   t        0, 1, ... from kq_attach on
  *   view     written; without memory.  A component that is not determined reads NaN, and kq_covariance then
- *            answers
- *            KQ_ERR_NOT_READY.  After an error all readings are NaN
+ *            answers KQ_ERR_NOT_READY.  After an error all readings are NaN
  * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before `first` of kq_diffuse_steps).
  */
 KQ_NODISCARD kq_status kq_diffuse_smoothed_f32(const kq_diffuse_f32 *s, size_t t, kq_filter_f32 *view);
@@ -198,12 +174,12 @@ KQ_NODISCARD kq_status kq_diffuse_smoothed_f64(const kq_diffuse_f64 *s, size_t t
 /* ------------------------------------------------------------------ q31, as f32
  *
  * The declared ranges are knowledge: an unknown direction has a sigma of one third of the range.  A
- * measurement that tells more than half of that determines the direction exactly, as f32.  One that tells
- * less is an ordinary measurement, and the direction gets that prior with mean x0.  So put x0 in the middle
- * of the range, and declare a range of 10 sigma where the start has to be exact.  While d > 0 the
- * log-likelihood counts the unknown in ranges, from d = 0 on in physical units.
- * KQ_EVENT_SATURATED (in the filter): a state left its range.  Early steps may be up to 64 times as far from
- * 0 as a raw value until they are smoothed; what is shown of them saturates.
+ * measurement that tells more than half of it determines the direction exactly, as f32.  One that tells less
+ * is an ordinary measurement, and the direction gets this prior with mean x0.  So put x0 in the middle of the
+ * range, and declare a range of 10 sigma where the start has to be exact.  While d > 0 the log-likelihood
+ * counts the unknown in ranges, from d = 0 on in physical units.
+ * KQ_EVENT_SATURATED (in the filter): a state left its range.  Early steps may be up to 64 * 2^31 raw values
+ * from 0 until they are smoothed; what is shown of them saturates.
  * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes.  An observability
  * below 2^-26 counts as 0.
  */
@@ -236,10 +212,8 @@ KQ_NODISCARD kq_status kq_diffuse_init_q31(kq_diffuse_q31 *s, kq_filter_q31 *f,
     const kq_prior_table_q31 *prior, uint32_t unknown, kq_range_error_q31 *range_error);
 
 int kq_diffuse_count_q31(const kq_diffuse_q31 *s);
-
 size_t kq_diffuse_steps_q31(const kq_diffuse_q31 *s, size_t *first);
 KQ_NODISCARD kq_status kq_diffuse_smooth_q31(kq_diffuse_q31 *s);
-
 KQ_NODISCARD kq_status kq_diffuse_smoothed_q31(const kq_diffuse_q31 *s, size_t t, kq_filter_q31 *view);
 
 #ifdef __cplusplus

@@ -1,6 +1,5 @@
 /*
- * kalmanq: parameters of a model from recorded measurements, by EM; the likelihood and its gradient.  f32 and
- * f64.
+ * kalmanq: parameters of a model from recorded measurements, by EM; likelihood and gradient.  f32 and f64.
  *
  *     x[t+1] = A x[t] + B u[t] + F q[t],  q ~ N(0, Q)       z[t] = H x[t] + v[t],  v ~ N(0, R)
  *     x[0] ~ N(x0, P0), before the first measurement;  F is I if it is NULL
@@ -29,15 +28,13 @@
  *
  * Limits.
  *   - EM converges linearly, and slowly where a noise is hard to see.  A variance that goes to 0 falls as 1 /
- *   k.
+ *     k.
  *   - A covariance that is 0 stays 0.  Q, and the A that it could explain, stay in the space of F and the
- *   first Q.
+ *     first Q.
  *   - Data do not determine everything (KQ_NOT_IDENTIFIED): H and Q only as H^2 Q, A as a whole only if
- *   enough of the
- *     state is measured.
+ *     enough of the state is measured.
  *   - With few measurements for a full R there may be no maximum: R becomes singular, and EM ends with
- *   KQ_ERR_LIKELIHOOD
- *     and the last good parameters.
+ *     KQ_ERR_LIKELIHOOD and the last good parameters.
  * q31: estimate in f32 or f64, and prepare tables of the result (prepare.h).
  *
  * Sources: Shumway and Stoffer, J. Time Series Anal. 3 (1982); Koopman, Biometrika 80 (1993), for the noises;
@@ -84,15 +81,7 @@ typedef struct {
 } kq_recording_f64;
 
 /** What may be free: one of these, or a sum. */
-enum {
-    KQ_EM_A = 1,
-    KQ_EM_H = 2,
-    KQ_EM_Q = 4,
-    KQ_EM_R = 8,
-    KQ_EM_X0 = 16,
-    KQ_EM_P0 = 32,
-    KQ_EM_ALL = 63
-};
+enum { KQ_EM_A = 1, KQ_EM_H = 2, KQ_EM_Q = 4, KQ_EM_R = 8, KQ_EM_X0 = 16, KQ_EM_P0 = 32, KQ_EM_ALL = 63 };
 
 /** The form of Q or R: any, diagonal, or a multiple of the first one (to rounding). */
 typedef enum { KQ_EM_FULL, KQ_EM_DIAGONAL, KQ_EM_MULTIPLE, KQ_EM_IS_INT = INT_MAX } kq_em_form;
@@ -101,7 +90,7 @@ typedef enum { KQ_EM_FULL, KQ_EM_DIAGONAL, KQ_EM_MULTIPLE, KQ_EM_IS_INT = INT_MA
 typedef struct {
     unsigned free; /* KQ_EM_... */
     kq_em_form Q_form, R_form;
-    const uint8_t *A_held; /* n x n, not 0: the entry stays as it is; NULL: none is held */
+    const uint8_t *A_held; /* n x n, not 0: the entry stays as it is; or NULL */
     const uint8_t *H_held; /* m x n */
 } kq_em_choice;
 
@@ -113,18 +102,16 @@ typedef struct {
     (KQ_PRIVATE_EM_ROWS(n, m) * (KQ_PRIVATE_EM_ROWS(n, m) + 3) + KQ_TRIANGLE(KQ_PRIVATE_EM_ROWS(n, m)) + \
         (size_t)(m) * (size_t)(m))
 #define KQ_PRIVATE_EM_SUMS_LEN(n, m) \
-    (2 * (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m))) + KQ_TRIANGLE((size_t)(n) + \
-        1))
+    (2 * (KQ_TRIANGLE(2 * (size_t)(n)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m))) + \
+        KQ_TRIANGLE((size_t)(n) + 1))
 #define KQ_PRIVATE_EM_NEW_LEN(n, m) \
     (((size_t)(n)*3 + (size_t)(m) + 1) * (size_t)(n) + (size_t)(m) * (size_t)(m))
 #define KQ_PRIVATE_EM_ROOTS_LEN(n, m) \
     (3 * KQ_TRIANGLE((size_t)(n)) + 2 * KQ_TRIANGLE((size_t)(m)) + (size_t)(n) * (size_t)(n))
 
-/**
- * Length of the memory, in words, for n states, m components and recordings of at most `steps` steps: a
- * history of the longest recording, and about 15 n^2 + 7 m n + 5 m^2.  9368 bytes in f32 at n = 2, m = 1, 200
- * steps.
- */
+/** Length of the memory, in words, for n states, m components and recordings of at most `steps` steps: a
+    history of the longest recording, and about 15 n^2 + 7 m n + 5 m^2.  9368 bytes in f32 at n = 2, m = 1,
+    200 steps. */
 #define KQ_EM_LEN_F32(n, m, steps) \
     (KQ_HISTORY_LEN_F32(n, m, steps, 0) + KQ_FILTER_LEN_F32((size_t)(n)) + KQ_PRIVATE_EM_WORK_LEN(n, m) + \
         KQ_PRIVATE_EM_SUMS_LEN(n, m) + KQ_PRIVATE_EM_NEW_LEN(n, m) + KQ_PRIVATE_EM_ROOTS_LEN(n, m))
@@ -134,28 +121,19 @@ typedef struct {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t states;     /* n */
-    uint8_t components; /* m */
-    uint8_t phase;      /* unused, ready, in the E-step's filter or smoother, at its end */
-    uint8_t kept;       /* KQ_EM_...: of those the memory has what they were before the M-step */
-    size_t length;      /* words at memory */
-    float *memory;      /* the caller's */
-    const kq_parameters_f32 *model;     /* the caller's */
-    const kq_em_choice *choice;         /* the caller's, or NULL */
-    const kq_recording_f32 *recordings; /* the caller's */
-    size_t count;                       /* of recordings */
-    size_t recording;                   /* the one at work */
-    size_t step;                        /* of it, the one to be done next */
-    uint32_t remaining;                 /* steps to the end of the E-step */
+    uint8_t states, components; /* n, m */
+    uint8_t phase; /* unused, ready, in the E-step's filter or smoother, at its end */
+    uint8_t kept; /* KQ_EM_...: of those the memory has what they were before the M-step */
+    size_t length; /* words at memory */
+    float *memory; /* the caller's */
+    const kq_parameters_f32 *model; const kq_em_choice *choice; const kq_recording_f32 *recordings;
+    size_t count, recording, step; /* of recordings; the one at work; of it, the one to be done next */
+    uint32_t remaining; /* steps to the end of the E-step */
     float log_likelihood;
     float before; /* the log-likelihood of the parameters before the M-step */
-    float gain;   /* of the M-step, in log-likelihood */
-    float change; /* of the last M-step, NaN: there was none */
-    float rate;   /* of the change, from M-step to M-step */
-    kq_process_f32 process;
-    kq_sensor_f32 sensor;
-    kq_filter_f32 filter;
-    kq_history_f32 history;
+    float gain, change; /* of the M-step, in log-likelihood; of the last M-step, NaN: there was none */
+    float rate; /* of the change, from M-step to M-step */
+    kq_process_f32 process; kq_sensor_f32 sensor; kq_filter_f32 filter; kq_history_f32 history;
 } kq_em_f32;
 typedef struct {
     uint8_t states, components, phase, kept; size_t length; double *memory; const kq_parameters_f64 *model;
@@ -179,13 +157,8 @@ typedef struct {
     static double name##_memory[KQ_EM_LEN_F64(n, m, steps)]; \
     static kq_em_f64 name = KQ_PRIVATE_EM_OBJECT(n, m, KQ_EM_LEN_F64(n, m, steps), name##_memory)
 
-/**
- * Gives an object sizes and memory at run time.
- *   em       written
- *   n, m     1..16
- *   memory   yours, while em is used; `length` words: KQ_EM_LEN_<T>(n, m, steps)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (too short for one step).
- */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_EM_LEN_<T>(n, m, steps),
+    yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t length);
 
@@ -225,7 +198,7 @@ KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
  * One slice of the E-step: one step of the filter or of the smoother.  The first call after init,
  * kq_em_maximise or a complete E-step begins a new one with the model as it is.
  *   em       changed
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, and those of kq_em_init about the model.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, and the errors of kq_em_init about the model.
  * KQ_ERR_LIKELIHOOD: the likelihood is infinite, 0 or not representable, or lower than before kq_em_maximise
  * by more than 64 eps (measurements + |L|).  The E-step ends.  The parameters before kq_em_maximise are put
  * back, and kq_em_log_likelihood is theirs: going on leads here again.  A model that you changed after
@@ -234,7 +207,7 @@ KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
 KQ_NODISCARD kq_status kq_em_advance_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_advance_f64(kq_em_f64 *em);
 
-/** Calls of kq_em_advance until the E-step is complete; 0 when it is complete or has not begun, and for NULL.
+/** Calls of kq_em_advance until the E-step is complete; 0 if it is complete or has not begun, or em is NULL.
     */
 uint32_t kq_em_remaining_f32(const kq_em_f32 *em);
 uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
@@ -268,15 +241,14 @@ double kq_em_change_f64(const kq_em_f64 *em);
 
 /**
  * How far kq_em_log_likelihood is below the maximum, extrapolated: gain rate^2 / (1 - rate) of the last gain,
- * rate = change / change before.  It is what is left where a variance goes to 0, and up to twice that where
- * EM converges linearly.  Gain and change count with their rounding: f32 does not report a false end.
- * A difference of 0.1 does not matter: two standard deviations of a parameter are 2.  On a plateau, and in
- * the first iterations, it may be too small: ask for a small change as well.
+ * rate = change / change before.  It is what is left where a variance goes to 0, and once to twice what is
+ * left where EM converges linearly.  Gain and change count with their rounding: f32 does not report a false
+ * end.  A difference of 0.1 does not matter: two standard deviations of a parameter are 2.  On a plateau, and
+ * in the first iterations, it may be too small: ask for a small change as well.
  * NaN before the third E-step, during one, after a failed one, if the changes do not fall, and for NULL.
  */
 float kq_em_distance_f32(const kq_em_f32 *em);
 double kq_em_distance_f64(const kq_em_f64 *em);
-
 
 /* ------------------------------------------------------------------ gradient */
 
@@ -295,8 +267,8 @@ typedef struct {
 } kq_gradient_f64;
 
 /**
- * The gradient at the end of an E-step, before kq_em_maximise, by Fisher's identity from the same sums:
- * dL/dA = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2, and so on.
+ * The gradient at the end of an E-step, before kq_em_maximise, by Fisher's identity from the same sums: dL/dA
+ * = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2, and so on.
  *   em       read
  *   gradient   its arrays are written.  NaN in directions in which a covariance is singular
  * Forms and held entries are ignored.

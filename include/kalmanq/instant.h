@@ -4,7 +4,8 @@
  *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
  *
  * The instant is the filter's state at kq_attach: the start of a run, a launch, an alarm.  The memory does
- * not grow with the steps.  The result is that of kq_smooth of the whole run for this step, but for rounding.
+ * not grow with the steps.  The result is what kq_smooth of the whole run gives for this step, but for
+ * rounding.
  *
  *     kq_filter_f32 view;                               without memory
  *     kq_attach_f32(&track, &launch.attached);
@@ -64,25 +65,18 @@ extern const struct kq_hooks_f64 kq_instant_hooks_f64; /* what it does in the st
     static kq_instant_f64 name = { {{{&kq_instant_hooks_f64}, n, 0, 0, 0, 0, 0, \
         KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}}
 
-/**
- * Gives an instant sizes and memory at run time.
- *   instant  written
- *   memory   yours, until the instant is assigned anew; `length` words: KQ_INSTANT_LEN_<T>(n, m)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n, m as above.  `length` words at memory, KQ_INSTANT_LEN_<T>(n, m),
+    yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_instant_assign_f32(kq_instant_f32 *instant, int n, int m, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int m, double *memory,
     size_t length);
 
 /*
- * kq_attach makes the present state the instant.  An instant takes the place of the filter's history or lag.
- * kq_filter_init, or another instant, lag or history, ends it.  Instant and filter must both exist until
- * kq_detach.  The last view stays valid after kq_detach.
- * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step.  The filter goes on,
- * the instant is lost.
- * Cost of a predict, besides kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots and n
- * divisions.
+ * kq_attach (filter.h) makes the present state the instant.  kq_filter_init, or another instant, lag or
+ * history, ends it.  The last view stays valid after kq_detach.
+ * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step; the instant is lost.
+ * Cost of a predict, besides kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots, n divisions.
  */
 
 /**

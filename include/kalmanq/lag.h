@@ -1,10 +1,9 @@
 /*
- * kalmanq: the fixed-lag smoother: while the filter runs, the state of k steps ago given all measurements so
- * far.
+ * kalmanq: the fixed-lag smoother: the state of k steps ago given all measurements so far, at run time.
  *
  *     x_t-k|t,  P_t-k|t        0 <= k <= L, any k at any time
  *
- * k = 0 is the filter, bit for bit.  For the oldest step the result is that of kq_smooth, but for rounding.
+ * k = 0 is the filter, bit for bit.  The oldest step is what kq_smooth gives for it, but for rounding.
  *
  *     kq_filter_f32 view;                               without memory
  *     kq_attach_f32(&track, &past.attached);
@@ -19,8 +18,7 @@
  * every step.  For each of L steps it keeps the filtered state and an orthogonal map xi_t = J xi_t+1 + d + E
  * zeta of the root's coordinates.  It composes at most two maps a predict, so the cost does not depend on L.
  *
- * Sources: Anderson and Moore, Optimal Filtering (1979), chapter 7; Tangwongsan, Hirzel and Schneider, DEBS
- * 2017.
+ * Sources: Anderson and Moore, Optimal Filtering (1979), ch. 7; Tangwongsan, Hirzel and Schneider, DEBS 2017.
  */
 #ifndef KALMANQ_LAG_H
 #define KALMANQ_LAG_H
@@ -35,8 +33,8 @@ extern "C" {
  * Length of a lag's memory, in words.
  *   n, m     1..16 states; the most scalar measurements of one step, all sensors together, at least 1
  *   L        the longest lag, 0 or more
- * A step takes 2.5 n^2 + 3.5 n words in f32.  Bytes at L = 10 and (n, m) = (2, 1), (4, 2), (9, 3): 912, 2912,
- * 12600.
+ * f32: 2.5 n^2 + 3.5 n words a step; at L = 10, (n, m) = (2, 1), (4, 2), (9, 3) 912, 2912, 12600 bytes in
+ * all.
  */
 #define KQ_PRIVATE_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
 #define KQ_PRIVATE_ON_LINE_LEN_F32(n, m) \
@@ -61,12 +59,9 @@ typedef struct kq_lag_f32 {
         kq_history_f32 tape; /* of the current step; its memory is all of the memory */
         struct kq_attached_f32 attached;
     };
-    uint32_t most;       /* L */
-    uint32_t block;      /* steps whose maps are composed with each other */
-    uint32_t steps;      /* that can be asked for */
-    uint32_t next;       /* place in the ring of the next step */
-    uint32_t head;       /* steps of the block that is being filled */
-    uint32_t joined;     /* age of the last step composed with those of its block after it */
+    uint32_t most, block, steps; /* L; steps whose maps are composed with each other; that can be asked for */
+    uint32_t next, head; /* place in the ring of the next step; steps of the block that is being filled */
+    uint32_t joined; /* age of the last step composed with those of its block after it */
 } kq_lag_f32;
 extern const struct kq_hooks_f32 kq_lag_hooks_f32; /* what it does in the steps */
 typedef struct kq_lag_f64 {
@@ -88,22 +83,16 @@ extern const struct kq_hooks_f64 kq_lag_hooks_f64;
     static kq_lag_f64 name = { {{{&kq_lag_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), \
         0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
 
-/**
- * Gives a lag sizes and memory at run time.
- *   lag      written
- *   n, m, L  as above
- *   memory   yours, until the lag is assigned anew; `length` words: KQ_LAG_LEN_<T>(n, m, L)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n, m, L as above.  `length` words at memory, KQ_LAG_LEN_<T>(n, m, L),
+    yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory,
     size_t length);
 
 /*
- * kq_attach makes the present state the oldest step.  A lag takes the place of the filter's history or
- * instant.  kq_filter_init, or another lag, instant or history, ends it.  Lag and filter must both exist
- * until kq_detach.  The last view stays valid after kq_detach.
+ * kq_attach (filter.h) makes the present state the oldest step.  kq_filter_init, or another lag, instant or
+ * history, ends the lag.  The last view stays valid after kq_detach.
  * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step.  The filter goes on
  * without the lag; attach it again.
  * Cost of a predict, besides kq_predict: at most about 9 n^3 + 4 m n^2 multiplications, 2n square roots and
@@ -121,8 +110,8 @@ size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
  *   k        0 .. kq_lag_steps()
  *   view     written; without memory, not the lag's filter.  After an error its readings are NaN
  * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
- * Cost for k = L or k <= 4: at most about 12 n^3 multiplications and 4n square roots.  For other k up to L /
- * 2 maps of 3 n^3 multiplications more.
+ * Cost for k = L or k <= 4: at most about 12 n^3 multiplications and 4n square roots.  For other k up to L/2
+ * maps of 3 n^3 multiplications more.
  * KQ_ERR_NULL, KQ_ERR_SIZE (k), KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended),
  * KQ_ERR_HISTORY_FULL (more than m measurements in a step: attach it again).
  */

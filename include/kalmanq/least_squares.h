@@ -1,13 +1,12 @@
 /*
  * kalmanq: least squares, and forgetting.
  *
- *     min over x of   sum_k lambda^(N-k) (z_k - h_k x)^2 / r_k  +  lambda^N (x - x0)' P0^-1 (x - x0)      k =
- * 1 .. N
+ *     min over x of   sum_k lambda^(N-k) (z_k - h_k x)^2 / r_k  +  lambda^N (x - x0)' P0^-1 (x - x0)
  *
- * is the filter with A = I, Q = 0 whose covariance is divided by lambda before every measurement.  lambda = 1
- * is weighted least squares, lambda < 1 recursive least squares with a memory of about 1 / (1 - lambda)
- * measurements.  The filter holds the solution: kq_mean, kq_sigma (standard errors), kq_covariance,
- * kq_measurement (predictions).  Its state is the prior.
+ * (k = 1 .. N) is the filter with A = I, Q = 0 whose covariance is divided by lambda before every
+ * measurement.  lambda = 1 is weighted least squares, lambda < 1 recursive least squares with a memory of
+ * about 1 / (1 - lambda) measurements.  The filter holds the solution: kq_mean, kq_sigma (standard errors),
+ * kq_covariance, kq_measurement (predictions).  Its state is the prior.
  *
  *     kq_filter_init_f32(&line, x0, P0);
  *     kq_least_squares_init_f32(&fit, &line, 1);
@@ -29,8 +28,7 @@ extern "C" {
 #endif
 
 /**
- * Forgets: P <- P / lambda, the mean stays.  Before kq_predict it gives P- = A P A' / lambda + Q (fading
- * memory).
+ * Forgets: P <- P / lambda, the mean stays.  Before kq_predict it gives P- = A P A' / lambda + Q.
  *   f        changed
  *   lambda   0 < lambda <= 1; 1 changes nothing.  q31: as every coefficient (0.99 is {(int32_t)(0.99 *
  *            0x1p31), -31})
@@ -82,16 +80,15 @@ KQ_NODISCARD kq_status kq_least_squares_init_f64(kq_least_squares_f64 *q, kq_fil
 KQ_NODISCARD kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_filter_q31 *f,
     kq_scaled_q31 lambda, const kq_format_q31 *measurement_format);
 
-
 /**
- * Takes measurements z = h x + v, v ~ N(0, r), in order: for each one the filter forgets, then it is updated.
- * One measurement is count = 1.  Refused as a whole.
+ * Takes measurements z = h x + v, v ~ N(0, r), in order: for each one the filter forgets, then it is
+ * updated.  One measurement is count = 1.  Refused as a whole.
  *   q        changed, with its filter
  *   H        count x n; copied.  q31: h_k in raw values as H_ck (fixed_point.h)
  *   z        count; q31: raw values of the measurement's format
  *   r        count variances, >= 0; 1 / r is the weight.  q31: as R_cc
  *   count    0 .. KQ_COUNT_MAX
- * Events and accuracy: those of kq_update.
+ * Events and accuracy of kq_update.
  * Cost: an update by one component and, for lambda < 1, a kq_forget each.  Stack: about 90 bytes more than
  * the update.
  * KQ_ERR_SIZE (count), and the errors of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_forget and

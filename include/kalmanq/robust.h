@@ -39,8 +39,10 @@ extern "C" {
  *   kq_loss_jump     parameter: g >= 1.  Usual: 9 for Q near R, 12 to 16 for Q far below R
  *   kq_loss_gate     limit, run and rejected
  */
-extern const struct kq_loss_kind_f32 kq_loss_huber_f32, kq_loss_student_f32, kq_loss_jump_f32, kq_loss_gate_f32;
-extern const struct kq_loss_kind_f64 kq_loss_huber_f64, kq_loss_student_f64, kq_loss_jump_f64, kq_loss_gate_f64;
+extern const struct kq_loss_kind_f32 kq_loss_huber_f32, kq_loss_student_f32, kq_loss_jump_f32,
+    kq_loss_gate_f32;
+extern const struct kq_loss_kind_f64 kq_loss_huber_f64, kq_loss_student_f64, kq_loss_jump_f64,
+    kq_loss_gate_f64;
 
 /** The rejections in a row that a gate allows for run = 0; and a `run` without end. */
 #define KQ_GATE_RUN 8
@@ -55,9 +57,8 @@ extern const struct kq_loss_kind_f64 kq_loss_huber_f64, kq_loss_student_f64, kq_
 typedef struct kq_loss_f32 {
     const struct kq_loss_kind_f32 *kind; /* &kq_loss_..._f32 */
     float parameter;                     /* k, nu or g */
-    float *weights;                      /* m, written by Huber, Student and jump: r / r' of each component, 1 for one
-                                            that was taken as it is, 0 for one that was not taken; or NULL.  Not in
-                                            the place of z */
+    float *weights;                      /* m, written by Huber, Student, jump: r / r' of each component
+                                            (1: as it is, 0: not taken); or NULL.  Not the array z */
     float limit;                         /* of NIS: > 0, may be infinite */
     uint16_t run;                        /* after so many rejections in a row one is taken; 0: KQ_GATE_RUN */
     uint16_t rejected;                   /* in a row so far, counted up to 65535; begin with 0 */
@@ -89,9 +90,8 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  *
  * Huber and Student give every scalar measurement a noise r' in place of r: a component or, if R is not
  * diagonal, a decorrelated one.  With its innovation e and s = r + h'P h:
- *     Huber    r' = r for |e| <= k sqrt(s), otherwise r' = s / w - h'P h, w = k sqrt(s) / |e|: the mean moves
- * as if e
- *              were +-k sqrt(s)
+ *     Huber    r' = r for |e| <= k sqrt(s), otherwise r' = s / w - h'P h, w = k sqrt(s) / |e|:
+ *              the mean moves as if e were +-k sqrt(s)
  *     Student  v ~ t(nu) of scale sqrt(r): three steps of r' = (nu r + E[v^2]) / (nu + 1) from r' = r,
  *              E[v^2] = (e r' / (h'P h + r'))^2 + h'P h r' / (h'P h + r')
  *   They protect against outliers of any size.  After a jump of the state Huber follows in steps of k sigma;
@@ -102,22 +102,19 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  * Jump replaces P by c^2 P, c^2 = (e^2 - r) / h'P h, where e^2 > g s, so that s is e^2.
  *   It protects against jumps and a wrong initial state.  The state follows every outlier, and all of P is
  *   raised.  P stays where kq_update would not take the measurement, or h'P h is rounding.  No variance is
- *            raised beyond 2^96
- *   (f32), 2^360 (f64), 2^200 squared raw values (q31).  A history cannot undo it.
+ *   raised beyond 2^96 (f32), 2^360 (f64), 2^200 squared raw values (q31).  A history cannot undo it.
  * Gate rejects the whole measurement if its NIS is above the limit.  Mean, covariance, history and the
- * log-likelihood
- *   of the run stay; kq_nis is the measurement's, kq_taken is 0.  It protects against single wrong
- *   measurements.  It also rejects what would correct a velocity, and may lose a state: take KQ_LEVEL_9999.
- *   A measurement that passes gives the plain update, bit for bit, and ends the run.  After `run` rejections
- *   in a row the next measurement above the limit is taken by jump with g = 1, or plainly if a history
- *   records.  KQ_GATE_CLOSED takes none above the limit.
+ *   log-likelihood of the run stay; kq_nis is the measurement's, kq_taken is 0.  It protects against single
+ *   wrong measurements.  It also rejects what would correct a velocity, and may lose a state: take
+ *   KQ_LEVEL_9999.  A measurement that passes gives the plain update, bit for bit, and ends the run.  After
+ *   `run` rejections in a row the next measurement above the limit is taken by jump with g = 1, or plainly if
+ *   a history records.  KQ_GATE_CLOSED takes none above the limit.
  *
  * NIS, log-likelihood and count are of r and of P before it is raised.  A history records the update that was
  * made.  An adaptation ignores it.  A component without noise that was clipped gets some: a redundant one
  * after it may be taken.
- * Events: those of kq_update.  KQ_EVENT_OVERFLOW also where r' overflows (not taken) or a limit stopped the
- * raise of P.
- * KQ_EVENT_JUMP: P was raised.  KQ_EVENT_GATED: rejected.  KQ_EVENT_REJECTIONS: a run of rejections ended.
+ * Events of kq_update.  KQ_EVENT_OVERFLOW also where r' overflows (not taken) or a limit stopped the raise of
+ * P.  KQ_EVENT_JUMP: P was raised.  KQ_EVENT_GATED: rejected.  KQ_EVENT_REJECTIONS: a run ended.
  * Cost: the update and n^2/2 + n multiplications a scalar; Huber a root and a division, Student 8
  * multiplications and 7 divisions, jump n^2 multiplications and two roots where P is raised.  Gate: two
  * copies of the filter, and a second update at the end of a run.
@@ -182,13 +179,13 @@ KQ_NODISCARD kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f6
  * Parameters, weights and q are kq_scaled_q31 as in a table (KQ_ERR_COEFFICIENT: mantissa not normalised,
  * exponent beyond 1000).  The noise of a target is in `root`: yours, KQ_ROOT_LEN_Q31(n) words, written, kept
  * while the target is used, not the source's own (KQ_ERR_MISMATCH).  The target needs no init or memory.
- * kq_process_scale_noise_q31 answers
- * KQ_ERR_NULL (root, too), KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (target is source), KQ_ERR_COEFFICIENT
- * (exponents of the root, too), KQ_ERR_NOT_SEMIDEFINITE.
- * Mean and covariance are those of f64 to 1e-6 sigma.
+ * kq_process_scale_noise_q31 answers KQ_ERR_NULL (root, too), KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (target is
+ * source), KQ_ERR_COEFFICIENT (exponents of the root, too), KQ_ERR_NOT_SEMIDEFINITE.  Mean and covariance are
+ * as in f64 to 1e-6 sigma.
  */
 
-extern const struct kq_loss_kind_q31 kq_loss_huber_q31, kq_loss_student_q31, kq_loss_jump_q31, kq_loss_gate_q31;
+extern const struct kq_loss_kind_q31 kq_loss_huber_q31, kq_loss_student_q31, kq_loss_jump_q31,
+    kq_loss_gate_q31;
 
 typedef struct kq_loss_q31 {
     const struct kq_loss_kind_q31 *kind; kq_scaled_q31 parameter, *weights;

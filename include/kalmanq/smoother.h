@@ -56,18 +56,16 @@ extern "C" {
 /* The fields are the library's (see process.h). */
 typedef struct kq_history_f32 {
     struct kq_attached_f32 attached;
-    uint8_t states;                /* n */
-    uint8_t phase;                 /* unused, recording, full, smoothing */
-    uint16_t records;              /* measurements recorded since the last predict */
-    uint32_t steps;                /* steps recorded; the last one is closed by smoothing */
-    uint32_t step;                 /* smoothing: steps at and above this one are done */
-    uint32_t fingerprint;          /* of the process, when it was recorded */
-    size_t length;                 /* words at memory */
-    size_t used;                   /* words of the tape not yet smoothed */
-    float *memory;                 /* the caller's: workspace, then tape */
+    uint8_t states, phase; /* n; unused, recording, full, smoothing */
+    uint16_t records; /* measurements recorded since the last predict */
+    uint32_t steps; /* steps recorded; the last one is closed by smoothing */
+    uint32_t step; /* smoothing: steps at and above this one are done */
+    uint32_t fingerprint; /* of the process, when it was recorded */
+    size_t length, used; /* words at memory; words of the tape not yet smoothed */
+    float *memory; /* the caller's: workspace, then tape */
     const kq_process_f32 *process; /* of the step at the tape's end */
-    kq_filter_f32 *filter;         /* attached to */
-    uint8_t events;                /* KQ_EVENT_... */
+    kq_filter_f32 *filter; /* attached to */
+    uint8_t events; /* KQ_EVENT_... */
 } kq_history_f32;
 extern const struct kq_hooks_f32 kq_history_hooks_f32; /* what it does in the steps */
 typedef struct kq_history_f64 {
@@ -87,23 +85,17 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
     static kq_history_f64 name = { {&kq_history_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, \
         steps, changes), 0, name##_memory, NULL, NULL, 0}
 
-/**
- * Gives a history sizes and memory at run time.
- *   h        written
- *   n        1..16
- *   memory   yours, until h is assigned anew; `length` words: KQ_HISTORY_LEN_<T>(n, m, steps, changes), at
- *            least the workspace and one step
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n in 1..16.  `length` words at memory, KQ_HISTORY_LEN_<T>(n, m, steps,
+    changes), yours while in use.  The least is the workspace and one step.  KQ_ERR_NULL, KQ_ERR_SIZE,
+    KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
 /*
- * kq_attach empties the history and starts the recording; the present state is step 0.  With a diffuse start
- * recording begins when all components are determined (diffuse.h).  kq_filter_init and kq_filter_assign of
- * the filter, and kq_history_assign, end the recording.  After kq_filter_init the history still has that
- * filter: call kq_detach before you attach it to another, or assign it anew if the filter is gone.
- *     kq_detach discards what is recorded and not smoothed.  Smoothed steps can still be shown.
+ * kq_attach (filter.h) empties the history and starts the recording; the present state is step 0.  With a
+ * diffuse start recording begins when all components are determined.  kq_filter_init and kq_filter_assign of
+ * the filter, and kq_history_assign, end it.  kq_detach discards what is not smoothed; smoothed steps can
+ * still be shown.
  */
 
 /** Recorded steps: predicts since kq_attach, plus 1.  0 for an empty history or NULL. */

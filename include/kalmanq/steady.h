@@ -80,16 +80,14 @@ KQ_NODISCARD kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sen
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t states;     /* n */
-    uint8_t components; /* m */
+    uint8_t states, components; /* n; m */
     uint8_t events;
-    uint8_t length;    /* words at memory */
-    uint16_t plain;    /* n + 256 m, and 128 where A is upper triangular; 0 before the last gain */
-    float *memory;     /* the caller's: the mean */
+    uint8_t length; /* words at memory */
+    uint16_t plain; /* n + 256 m, and 128 where A is upper triangular; 0 before the last gain */
+    float *memory; /* the caller's: the mean */
     const float *gain; /* of the next update; NULL until initialised */
-    size_t left;       /* gains behind it */
-    const kq_process_f32 *process;
-    const kq_sensor_f32 *sensor;
+    size_t left; /* gains behind it */
+    const kq_process_f32 *process; const kq_sensor_f32 *sensor;
 } kq_steady_f32;
 typedef struct {
     uint8_t states, components, events, length; uint16_t plain; double *memory; const double *gain;
@@ -104,13 +102,8 @@ typedef struct {
     static double name##_memory[KQ_STEADY_LEN_F64(n)]; \
     static kq_steady_f64 name = {n, m, 0, KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL, 0, NULL, NULL}
 
-/**
- * Gives a steady-state filter sizes and memory at run time.
- *   st       written
- *   n, m     1..16
- *   memory   yours, while st is used; `length` words: KQ_STEADY_LEN_<T>(n)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_STEADY_LEN_<T>(n), yours
+    while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
 
@@ -123,8 +116,7 @@ KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, dou
  *            gain
  *   count    1 .. KQ_COUNT_MAX; 1: the steady gain only
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, or never assigned), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s),
- * KQ_ERR_MISMATCH (sizes),
- * KQ_ERR_NOT_FINITE.
+ * KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
  */
 KQ_NODISCARD kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
     const float *x0, const float *gains, size_t count);
@@ -171,8 +163,8 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
 
 /* ------------------------------------------------------------------ steady-state detection, frozen gain
  *
- * An ordinary filter that freezes its gain in the steady state.  A kq_step while frozen moves the mean only,
- * by A and the frozen gain; the root stays the filtered one.
+ * An ordinary filter that freezes its gain in the steady state: kq_step then moves the mean only, and the
+ * root stays.
  *
  *     kq_attach_f32(&track, &lazy.attached);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
@@ -180,11 +172,10 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
  *
  * The filter works in full again when a measurement is missing, when the process or the sensor is another
  * object, when A or Q has changed by a call (fingerprint, smoother.h), when H is another array, or when
- * anything else moved the covariance.  It does not see a new R, new numbers in H's array, or a const table
- * that was written: call kq_freeze_release after these.
- *     A frozen step judges no measurement.  kq_nis, kq_taken and kq_log_likelihood_last stay those of the
- * last full step, kq_log_likelihood is the sum up to it, and kq_consistency_record refuses the step
- * (KQ_ERR_NOT_READY).
+ * anything else moved the covariance.  It does not see a new R, new numbers in H's array, or a process table
+ * that was overwritten: call kq_freeze_release after these.  A frozen step judges no measurement: kq_nis,
+ * kq_taken and kq_log_likelihood_last stay as after the last full step, kq_log_likelihood is the sum up to
+ * it.
  */
 
 /** Length of a freeze's memory, in words; it also needs n x m numbers for the gain. */
@@ -193,25 +184,20 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
 
 /* The fields are the library's. */
 typedef struct {
-    struct kq_attached_f32 attached;
-    uint8_t states, components;
-    uint8_t bits;  /* 0: not initialised */
-    uint8_t phase; /* moving, calm, settled */
+    struct kq_attached_f32 attached; uint8_t states, components;
+    uint8_t bits, phase; /* 0: not initialised; moving, steady, keeping the gain, frozen */
     uint16_t length;
-    float *memory; /* the caller's: the root of the step before */
-    float *gain;   /* the caller's, n x m */
+    float *memory, *gain; /* the caller's: the root of the step before; the caller's, n x m */
     const kq_process_f32 *process;
     uint32_t fingerprint; /* of the process at the last step */
-    const kq_sensor_f32 *sensor;
-    const float *measurement;
+    const kq_sensor_f32 *sensor; const float *measurement;
     kq_filter_f32 *filter; /* attached to */
 } kq_freeze_f32;
 extern const struct kq_hooks_f32 kq_freeze_hooks_f32; /* what it does in the steps */
 typedef struct {
     struct kq_attached_f64 attached; uint8_t states, components, bits, phase; uint16_t length;
     double *memory, *gain; const kq_process_f64 *process; uint32_t fingerprint; const kq_sensor_f64 *sensor;
-    const double *measurement;
-    kq_filter_f64 *filter; /* attached to */
+    const double *measurement; kq_filter_f64 *filter;
 } kq_freeze_f64;
 extern const struct kq_hooks_f64 kq_freeze_hooks_f64;
 
@@ -225,14 +211,8 @@ extern const struct kq_hooks_f64 kq_freeze_hooks_f64;
     static kq_freeze_f64 name = { {&kq_freeze_hooks_f64}, n, m, 0, 0, KQ_FREEZE_LEN_F64(n), name##_memory, \
         name##_gain, NULL, 0, NULL, NULL, NULL}
 
-/**
- * Gives a freeze sizes and memory at run time.
- *   w        written
- *   n, m     1..16
- *   memory   yours, while w is used; `length` words: KQ_FREEZE_LEN_<T>(n)
- *   gain     yours, while w is used; n x m numbers
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_FREEZE_LEN_<T>(n), yours
+    while in use.  gain: n x m numbers, yours too.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_freeze_assign_f32(kq_freeze_f32 *w, int n, int m, float *memory, size_t length,
     float *gain);
 KQ_NODISCARD kq_status kq_freeze_assign_f64(kq_freeze_f64 *w, int n, int m, double *memory, size_t length,
@@ -250,13 +230,12 @@ KQ_NODISCARD kq_status kq_freeze_init_f32(kq_freeze_f32 *w, int bits);
 KQ_NODISCARD kq_status kq_freeze_init_f64(kq_freeze_f64 *w, int bits);
 
 /*
- * kq_attach: from now on kq_step of the filter by a sensor of m components may be frozen.  kq_predict and
- * kq_update by themselves are the filter's own, and end a frozen phase.  Nothing else may be attached.
- * Freeze and filter must both exist until kq_detach.  kq_filter_init detaches the filter; the freeze still
- * has it then: call kq_detach before you attach it to another, or assign it anew if the filter is gone.
+ * kq_attach (filter.h): from now on kq_step of the filter by a sensor of m components may be frozen.
+ * kq_predict and kq_update by themselves are the filter's own, and end a frozen phase.  Nothing else may be
+ * attached.
  * Cost of kq_step: frozen, n^2 + 2 n m multiplications and n^2 comparisons; otherwise n^2 more than kq_step,
- * and once kq_gain before it freezes.
- * kq_step also answers KQ_ERR_MISMATCH (a sensor of other than m components).
+ * and once kq_gain before it freezes.  kq_step also answers KQ_ERR_MISMATCH (a sensor of other than m
+ * components).
  */
 
 /** 1 if the last step was frozen.  0 for NULL. */
@@ -290,11 +269,9 @@ typedef struct {
 
 KQ_NODISCARD kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
-/**
- * As kq_steady_init_f32.
- * KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not normalised, or an
- * exponent beyond its limit), KQ_ERR_MISMATCH also where p and s have different formats of the states.
- */
+/** As kq_steady_init_f32.  KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is
+    not normalised, or an exponent beyond its limit), KQ_ERR_MISMATCH also where p and s have different
+    formats of the states. */
 KQ_NODISCARD kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
     const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
 
@@ -325,8 +302,7 @@ KQ_NODISCARD kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const i
 typedef struct {
     struct kq_attached_q31 attached; uint8_t states, components, bits, phase; uint16_t length;
     int32_t *memory; kq_scaled_q31 *gain; const kq_process_q31 *process; uint32_t fingerprint;
-    const kq_sensor_q31 *sensor; const kq_scaled_q31 *measurement;
-    kq_filter_q31 *filter; /* attached to */
+    const kq_sensor_q31 *sensor; const kq_scaled_q31 *measurement; kq_filter_q31 *filter;
 } kq_freeze_q31;
 extern const struct kq_hooks_q31 kq_freeze_hooks_q31;
 
