@@ -1,4 +1,4 @@
-/* The unknown start: predict and update, its beginning, and what is known on the way. */
+/* The diffuse start: predict and update, its beginning, and what is known on the way. */
 #ifndef KQ_SRC_DIFFUSE_DIFFUSE_H
 #define KQ_SRC_DIFFUSE_DIFFUSE_H
 
