@@ -14,15 +14,14 @@
  * scale, let only the other adapt (rule.scales): it is found sooner.
  *
  * What to expect (tests/README.md, "Accuracy").  M = 200 finds scales that are off by 4 within 400 to 1100
- * updates for Q / R of 0.01 to 1, with a spread of 0.07 to 0.28 of their logarithms; a larger M spreads less
- * and forgets later.
+ * updates for Q / R of 0.01 to 1, with a spread of 0.07 to 0.28 of their logarithms.  A larger M spreads
+ * less.
  *   - Q far above R: only q + r shows.  Let only q adapt.  Q far below R: q is learnt slowly.
  *   - 1 % of outliers of 10 sigma raise r by a factor of 1.15 to 1.34 and q by up to 1.4.  A jump raises q.
  *   - A model that is wrong otherwise (missing state, bias, coloured noise) bends both scales.
  *
  * Learning begins with the first whole update after n scalar measurements.  Updates with another process or
- * sensor, robust updates and kq_forget move the filter, not the adaptation: the more of them, the worse the
- * scales.
+ * sensor, robust updates and kq_forget move the filter, not the adaptation: the scales suffer.
  *
  * Sources: Gupta and Mehra, IEEE Trans. AC-19 (1974); Ljung and Soderstrom, Recursive Identification (1983).
  */

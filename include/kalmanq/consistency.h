@@ -5,7 +5,7 @@
  *     innovation  nu_c = e_c / sqrt(S_cc): N(0, 1), and white
  *
  * How to read them.
- *   - Mean NIS per degree of freedom above its bounds: the filter is too sure (Q or R too small, or a wrong
+ *   - Mean NIS per degree of freedom above its bounds: the filter is too sure (Q or R too small, wrong
  *     model).  Below: not sure enough.
  *   - Correlation of nu from one update to the next above its bound: the gain is too low (Q too small against
  *     R), or the model lacks something.  Below: the gain is too high.  Look at this before the mean.
@@ -68,8 +68,7 @@ typedef struct {
     static kq_consistency_q31 name = {m, 0, window, 0, 0, name##_memory}
 
 /** Sets sizes and memory at run time: m in 1..16, W in 1..KQ_WINDOW_MAX.  `length` words at memory,
-    KQ_CONSISTENCY_LEN_<T>(m, W), yours while in use.  The window is empty.  KQ_ERR_NULL, KQ_ERR_SIZE,
-    KQ_ERR_MEMORY. */
+    KQ_CONSISTENCY_LEN_<T>(m, W), yours while in use.  Errors: KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
@@ -87,8 +86,8 @@ KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
  *   c        written
  *   f, s     read
  *   z, present   as for kq_update_subset; UINT32_MAX for kq_update
- * A component counts as missing if its S_cc counts as 0 (KQ_EVENT_REDUNDANT) or its nu overflows.  q31: nu
- * saturates at +-128.
+ * A component counts as missing if its S_cc counts as 0 (KQ_EVENT_REDUNDANT) or its nu overflows (q31:
+ * +-128).
  * Cost: n^2/2 + 2n multiplications, one root and one division a component.  Stack: n words.
  * Errors of kq_update_subset; KQ_ERR_MISMATCH also where the sensor does not have m components.
  */
@@ -105,8 +104,7 @@ KQ_NODISCARD kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_
  *   f        read
  * An update that took nothing is not recorded.  A gate that rejects makes a filter look more consistent.
  * Cost: a copy of a few words; with a frozen kq_freeze attached n (n + 1) / 2 comparisons.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; nothing watched since the last record; or the last step was frozen, and
- * has no NIS: steady.h).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; nothing watched since the last record; or the last step was frozen).
  */
 KQ_NODISCARD kq_status kq_consistency_record_f32(kq_consistency_f32 *c, const kq_filter_f32 *f);
 KQ_NODISCARD kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *f);
@@ -122,8 +120,7 @@ size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
  *   c        read
  *   q        >= 0: normal quantile, 1.96 for 95 %, 2.576 for 99 %
  *   nis      written: the sum of NIS / d, d scalar measurements taken
- *   low, high   written: two-sided bounds by Wilson and Hilferty, (1 - a -+ q sqrt(a))^3, a = 2 / (9 d), at
- *               least 0
+ *   low, high   written: two-sided bounds by Wilson and Hilferty, (1 - a -+ q sqrt(a))^3, a = 2 / (9 d); >= 0
  * Accuracy: the coverage is within 0.001 of its level for d >= 10, within 0.003 for d >= 5.
  * q31: q and results are Q39.24.
  * Cost: W additions.
@@ -143,8 +140,7 @@ KQ_NODISCARD kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64
  *   q        as above
  *   mean     written: 0 but for chance
  *   mean_bound  written: q / sqrt(k), k the number of nu in the window
- *   correlation   written: sum nu_t nu_t-1 / sum nu_t^2, 0 but for chance; pairs with a missing one do not
- *                 count
+ *   correlation   written: sum nu_t nu_t-1 / sum nu_t^2, 0 but for chance, over complete pairs
  *   correlation_bound   written: q sqrt(pairs) / k, good for large k; from k = 20 on a little too wide
  * q31: q and results are Q39.24.
  * Cost: 3 W multiplications.

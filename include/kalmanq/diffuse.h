@@ -13,8 +13,8 @@
  *
  * The start is attached to its filter and takes part in its steps until d = 0.  Until then kq_mean(f, i),
  * kq_mean_low and kq_sigma are NaN (q31: KQ_NOT_A_VALUE_Q31) for each component i that is not determined
- * yet.  Calls that need the whole state (kq_covariance, kq_gain, kq_measurement, kq_forecast, robust updates,
- * a lag) answer KQ_ERR_NOT_READY.
+ * yet.  Calls that need the whole state (kq_covariance, kq_gain, kq_forecast, robust updates, a lag, ...)
+ * answer KQ_ERR_NOT_READY.
  *
  * Limits (tests/README.md, "Accuracy").  h'D within 16 standard errors of its rounding counts as 0.
  * KQ_EVENT_PRECISION: a measurement saw 4 to 32 standard errors, and sigmas of states that it determined may
@@ -24,11 +24,9 @@
  *
  * Log-likelihood: the exact diffuse one (Durbin and Koopman's L_d, statsmodels' llf).  Packages that leave
  * log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.  kq_taken counts a measurement that removes a
- * dimension, NIS does not: NIS is chi-square with kq_taken() less the fall of kq_diffuse_count() degrees of
- * freedom.
+ * dimension, NIS does not: its degrees of freedom are kq_taken() less the fall of kq_diffuse_count().
  *
- * Sources: Durbin and Koopman, Time Series Analysis by State Space Methods (2012), ch. 5; de Jong, Ann.
- * Statist. 19 (1991).
+ * Sources: Durbin and Koopman, Time Series Analysis (2012), ch. 5; de Jong, Ann. Statist. 19 (1991).
  */
 #ifndef KALMANQ_DIFFUSE_H
 #define KALMANQ_DIFFUSE_H
@@ -90,8 +88,7 @@ KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t ea
  *   s        has sizes and memory; written, and attached to f until d = 0.  s and f must both exist until
  *            then; s refers to f until the next init, which does not look at it
  *   f        written; not ready while d > 0
- *   x0       n.  For an unknown component any value gives the same result but for rounding; near the truth is
- *            best
+ *   x0       n.  For an unknown component any value will do; near the truth it rounds least
  *   P0       n x n; rows and columns of unknown components are not read.  May be NULL if all are unknown
  *   unknown  bit i: component i is unknown (bits n and above are ignored); 0: as kq_filter_init
  * Events: KQ_EVENT_OVERFLOW: a move of the mean was not representable, and was not made.
@@ -138,8 +135,7 @@ int kq_diffuse_count_f64(const kq_diffuse_f64 *s);
  * The number of early steps: predicts from kq_attach until the filter was ready, or until now.  After a
  * kq_diffuse_smooth with d > 0: the steps up to then, the last one included.
  *   s        read
- *   first    written: the first step that can be smoothed, above 0 if there were more steps than room; or
- *            NULL
+ *   first    written: the first step that can be smoothed, above 0 if there was no room for all; or NULL
  * 0, and first 0, where s is NULL or not initialised.
  */
 size_t kq_diffuse_steps_f32(const kq_diffuse_f32 *s, size_t *first);
@@ -154,8 +150,7 @@ size_t kq_diffuse_steps_f64(const kq_diffuse_f64 *s, size_t *first);
  * Cost: the history's, and 2.5 n^3 multiplications an early step.
  * KQ_SATURATED (q31): a state saturated, results may be wrong; KQ_EVENT_SATURATED is set.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history, or it has another filter; smoothed
- * already; d > 0 and no room), KQ_ERR_HISTORY_FULL, KQ_ERR_CHANGED (smoother.h; processes of early steps may
- * change).
+ * already; d > 0 and no room), KQ_ERR_HISTORY_FULL, KQ_ERR_CHANGED (not by early steps).
  */
 KQ_NODISCARD kq_status kq_diffuse_smooth_f32(kq_diffuse_f32 *s);
 KQ_NODISCARD kq_status kq_diffuse_smooth_f64(kq_diffuse_f64 *s);

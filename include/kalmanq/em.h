@@ -27,10 +27,8 @@
  * In slices: call kq_em_advance until kq_em_remaining is 0, then kq_em_maximise.
  *
  * Limits.
- *   - EM converges linearly, and slowly where a noise is hard to see.  A variance that goes to 0 falls as 1 /
- *     k.
- *   - A covariance that is 0 stays 0.  Q, and the A that it could explain, stay in the space of F and the
- *     first Q.
+ *   - EM converges linearly, and slowly where a noise is hard to see.  A variance falls to 0 as 1 / k.
+ *   - A covariance that is 0 stays 0.  Q, and the A that it could explain, stay in the span of F and Q.
  *   - Data do not determine everything (KQ_NOT_IDENTIFIED): H and Q only as H^2 Q, A as a whole only if
  *     enough of the state is measured.
  *   - With few measurements for a full R there may be no maximum: R becomes singular, and EM ends with
@@ -38,8 +36,7 @@
  * q31: estimate in f32 or f64, and prepare tables of the result (prepare.h).
  *
  * Sources: Shumway and Stoffer, J. Time Series Anal. 3 (1982); Koopman, Biometrika 80 (1993), for the noises;
- * Meng and Rubin, Biometrika 80 (1993), for held entries; Segal and Weinstein, IEEE Trans. IT-35 (1989), for
- * the gradient.
+ * Meng and Rubin, Biometrika 80 (1993), for held entries; Segal and Weinstein, IEEE Trans. IT-35 (1989).
  */
 #ifndef KALMANQ_EM_H
 #define KALMANQ_EM_H
@@ -49,8 +46,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* ------------------------------------------------------------------ model and recordings */
 
 /** The model in your arrays, dense and row-major: the first guess, and the result. */
 typedef struct {
@@ -93,8 +88,6 @@ typedef struct {
     const uint8_t *A_held; /* n x n, not 0: the entry stays as it is; or NULL */
     const uint8_t *H_held; /* m x n */
 } kq_em_choice;
-
-/* ------------------------------------------------------------------ the object */
 
 /* The parts of the memory: the work of one step, the roots of sums, new parameters, and the last ones */
 #define KQ_PRIVATE_EM_ROWS(n, m) ((size_t)(n) + ((n) > (m) ? (size_t)(n) : (size_t)(m)))
@@ -165,8 +158,7 @@ KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *mem
 /**
  * Checks model and recordings, and computes nothing.
  *   em          has sizes and memory; written
- *   model       kept by reference; kq_em_maximise writes its arrays, kq_em_advance puts them back after a
- *               failure
+ *   model       kept by reference; kq_em_maximise writes its arrays, kq_em_advance may put them back
  *   choice      kept by reference; NULL: Q and R are free, of full form
  *   recordings  `count` of them, kept by reference.  You must not change them or their arrays
  *   count       1 .. KQ_COUNT_MAX
@@ -180,8 +172,6 @@ KQ_NODISCARD kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *mo
     const kq_em_choice *choice, const kq_recording_f32 *recordings, size_t count);
 KQ_NODISCARD kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model,
     const kq_em_choice *choice, const kq_recording_f64 *recordings, size_t count);
-
-/* ------------------------------------------------------------------ iterations */
 
 /**
  * One iteration: the whole E-step and the M-step.
@@ -207,8 +197,7 @@ KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
 KQ_NODISCARD kq_status kq_em_advance_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_advance_f64(kq_em_f64 *em);
 
-/** Calls of kq_em_advance until the E-step is complete; 0 if it is complete or has not begun, or em is NULL.
-    */
+/** Calls of kq_em_advance until the E-step is complete; 0 if it is complete or has not begun, or for NULL. */
 uint32_t kq_em_remaining_f32(const kq_em_f32 *em);
 uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
 
@@ -249,8 +238,6 @@ double kq_em_change_f64(const kq_em_f64 *em);
  */
 float kq_em_distance_f32(const kq_em_f32 *em);
 double kq_em_distance_f64(const kq_em_f64 *em);
-
-/* ------------------------------------------------------------------ gradient */
 
 /** The derivatives of the log-likelihood; each pointer may be NULL.  Entries of a covariance count as
     independent: along a symmetric change E of Q it is sum_ij Q_ij E_ij. */

@@ -4,20 +4,13 @@
  *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
  *
  * The instant is the filter's state at kq_attach: the start of a run, a launch, an alarm.  The memory does
- * not grow with the steps.  The result is what kq_smooth of the whole run gives for this step, but for
- * rounding.
+ * not grow with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
  *
- *     kq_filter_f32 view;                               without memory
  *     kq_attach_f32(&track, &launch.attached);
- *     for (;;) {
- *         kq_update_f32(&track, &ranger, &z);
- *         if (kq_instant_smooth_f32(&launch, &view) == KQ_OK)
- *             ... kq_mean_f32(&view, i), kq_sigma_f32(&view, i)
- *         kq_predict_f32(&track, &motion, NULL);
- *     }
+ *     ... updates and predicts ...
+ *     kq_instant_smooth_f32(&launch, &view);   kq_mean_f32(&view, i), kq_sigma_f32(&view, i)
  *
- * The instant does not change the filter's bits.  It keeps nothing of processes and sensors: they may change
- * at every step.
+ * The filter's bits stay.  Processes and sensors may change at every step: the instant keeps nothing of them.
  *
  * Source: Anderson and Moore, Optimal Filtering (1979), chapter 7; the maps of lag.h, composed forwards.
  */

@@ -33,8 +33,7 @@ extern "C" {
  * Length of a lag's memory, in words.
  *   n, m     1..16 states; the most scalar measurements of one step, all sensors together, at least 1
  *   L        the longest lag, 0 or more
- * f32: 2.5 n^2 + 3.5 n words a step; at L = 10, (n, m) = (2, 1), (4, 2), (9, 3) 912, 2912, 12600 bytes in
- * all.
+ * f32: 2.5 n^2 + 3.5 n words a step; at L = 10, (n, m) = (2, 1), (4, 2), (9, 3) 912, 2912, 12600 bytes.
  */
 #define KQ_PRIVATE_MAP_LEN_F32(n) (2 * (n) * (n) + (n))
 #define KQ_PRIVATE_ON_LINE_LEN_F32(n, m) \
@@ -93,10 +92,10 @@ KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L
 /*
  * kq_attach (filter.h) makes the present state the oldest step.  kq_filter_init, or another lag, instant or
  * history, ends the lag.  The last view stays valid after kq_detach.
- * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step.  The filter goes on
- * without the lag; attach it again.
- * Cost of a predict, besides kq_predict: at most about 9 n^3 + 4 m n^2 multiplications, 2n square roots and
- * 2n divisions.  Stack: independent of n.
+ * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step.  The lag has ended;
+ * attach it again.
+ * Cost of a predict, besides kq_predict: at most about 9 n^3 + 4 m n^2 multiplications, 2n roots and
+ * divisions.  Stack: independent of n.
  */
 
 /** The largest k: L or the steps since kq_attach, the smaller.  0 where the lag is not attached or NULL, or
@@ -126,8 +125,8 @@ KQ_NODISCARD kq_status kq_lagged_states_f64(kq_lag_f64 *lag, size_t k, kq_filter
 /* ------------------------------------------------------------------ q31, as f32
  *
  * Accuracy: as the filter; about 2^-27 of the filtered sigma is added.
- * KQ_EVENT_SATURATED (in the view and the filter): a smoothed mean saturated, or data contradict the model by
- * more than 32768 sigma.
+ * KQ_EVENT_SATURATED (in the view and the filter): a smoothed mean saturated, or data contradict it by 32768
+ * sigma.
  */
 
 #define KQ_PRIVATE_MAP_LEN_Q31(n) (2 * (n) * (n) + 2 * (n))

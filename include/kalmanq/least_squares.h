@@ -30,8 +30,7 @@ extern "C" {
 /**
  * Forgets: P <- P / lambda, the mean stays.  Before kq_predict it gives P- = A P A' / lambda + Q.
  *   f        changed
- *   lambda   0 < lambda <= 1; 1 changes nothing.  q31: as every coefficient (0.99 is {(int32_t)(0.99 *
- *            0x1p31), -31})
+ *   lambda   0 < lambda <= 1; 1 changes nothing.  q31: 0.99 is {(int32_t)(0.99 * 0x1p31), -31}
  * Events: KQ_EVENT_OVERFLOW: a variance would have passed the limit above; P stays.
  * Accuracy: only the increment of S is rounded, to an eps of a row's size (2^-24 f32, 2^-53 f64, 2^-30 q31);
  * errors do not add up in one direction.  1 - lambda below eps is lost.
@@ -67,12 +66,10 @@ typedef struct {
 /**
  * Begins a fit without measurements.
  *   q        written
- *   f        kept by reference; initialise it before or after.  Move it by nothing else, or residual and
- *            weight are wrong
+ *   f        kept by reference; initialise it before or after.  Move it by nothing else
  *   lambda   as kq_forget
  *   measurement_format   q31: kept by reference
- * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda); q31: KQ_ERR_COEFFICIENT (lambda), KQ_ERR_TABLE
- * (format).
+ * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda); q31: KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (format).
  */
 KQ_NODISCARD kq_status kq_least_squares_init_f32(kq_least_squares_f32 *q, kq_filter_f32 *f, float lambda);
 KQ_NODISCARD kq_status kq_least_squares_init_f64(kq_least_squares_f64 *q, kq_filter_f64 *f, double lambda);
@@ -89,8 +86,7 @@ KQ_NODISCARD kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_fil
  *   r        count variances, >= 0; 1 / r is the weight.  q31: as R_cc
  *   count    0 .. KQ_COUNT_MAX
  * Events and accuracy of kq_update.
- * Cost: an update by one component and, for lambda < 1, a kq_forget each.  Stack: about 90 bytes more than
- * the update.
+ * Cost: an update by one component and, for lambda < 1, a kq_forget each.  Stack: 90 bytes more.
  * KQ_ERR_SIZE (count), and the errors of kq_sensor_init_diagonal (q31: kq_sensor_init), kq_forget and
  * kq_update.
  */
@@ -104,11 +100,9 @@ KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const k
 /**
  * The minimum: the weighted sum of squared residuals with the prior's term; and the sum of the weights
  * lambda^(N-k) of the measurements taken.  If the r are right, residual / weight is 1 but for chance.  If
- * they are right up to one factor, it estimates that factor, and P times it is the covariance of the
- * solution.
- * Accuracy: f32 to 2^-23 of its size for any number of measurements.  q31: Q39.24, saturates at 2^61 (1.4e11
- * measurements) and then stays.
- * NaN (KQ_NOT_A_SCORE_Q31) where q is NULL or not initialised.
+ * they are right up to one factor, it estimates that factor, and P times it is the covariance.
+ * Accuracy: f32 to 2^-23 of its size for any number of measurements.  q31: Q39.24, saturates at 2^61 and
+ * stays.  NaN (KQ_NOT_A_SCORE_Q31) where q is NULL or not initialised.
  */
 float kq_least_squares_residual_f32(const kq_least_squares_f32 *q);
 double kq_least_squares_residual_f64(const kq_least_squares_f64 *q);

@@ -20,8 +20,7 @@
 extern "C" {
 #endif
 
-/** What has a size or a length.  Behind each: the arguments of kq_length that count; pass 0 for the others.
-    */
+/** What has a size or a length, and the arguments of kq_length that count; pass 0 for the others. */
 typedef enum {
     KQ_OBJECT_PROCESS = 0,       /* n (f32, f64) */
     KQ_OBJECT_SENSOR = 1,        /* m (f32, f64) */

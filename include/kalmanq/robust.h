@@ -2,8 +2,7 @@
  * kalmanq: outliers and jumps.
  *
  * A Kalman filter assumes that every innovation is Gaussian.  A loss says what an update does with a larger
- * one.  One measurement cannot tell an outlier from a jump of the state: a loss for one of them harms with
- * the other.
+ * one.  One measurement cannot tell an outlier from a jump of the state: a loss for one harms with the other.
  *
  *   measurement outliers   gate       rejects a measurement that is too far off
  *                          Huber      moves the mean at most as far as k sigma would
@@ -15,8 +14,7 @@
  *
  * If you know nothing of the noise: Student with nu = 10, or Huber with k = 3 (fewer instructions).  If
  * outliers are frequent: nu = 4, k = 1.5.  Jump only if you trust the sensor.  Figures: tests/README.md,
- * "Robust losses".  For jumps there are also kq_process_scale_noise and kq_smooth_reweighted, which raise the
- * process noise.
+ * "Robust losses".  For jumps there are also kq_process_scale_noise and kq_smooth_reweighted.
  *
  * Sources: Huber, Robust Statistics (1981); Masreliez and Martin, IEEE Trans. AC-22 (1977); Lange, Little and
  * Taylor, J. Amer. Statist. Assoc. 84 (1989); for gates Bar-Shalom, Li and Kirubarajan, Estimation (2001).
@@ -29,8 +27,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* ------------------------------------------------------------------ losses */
 
 /**
  * The kinds of losses.  A program links those that it names.
@@ -78,8 +74,6 @@ typedef enum { KQ_LEVEL_90, KQ_LEVEL_95, KQ_LEVEL_99, KQ_LEVEL_999, KQ_LEVEL_999
 float kq_chi_square_limit_f32(int m, kq_level level);
 double kq_chi_square_limit_f64(int m, kq_level level);
 
-/* ------------------------------------------------------------------ the update */
-
 /**
  * kq_update_subset with a loss.
  *   f        changed
@@ -97,8 +91,8 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  *   They protect against outliers of any size.  After a jump of the state Huber follows in steps of k sigma;
  *   Student does not follow while an outlier explains it better.  A Huber update that clips nothing is
  *   bit-identical to the plain one in mean and covariance.  If R is not diagonal, put the component first
- *   that fails first: decorrelated component c combines components c, c + 1, ..., so an outlier of the last
- *   spoils them all.
+ *   that fails first: decorrelated component c combines components c, c + 1, ...: an outlier of the last
+ *   spoils all.
  * Jump replaces P by c^2 P, c^2 = (e^2 - r) / h'P h, where e^2 > g s, so that s is e^2.
  *   It protects against jumps and a wrong initial state.  The state follows every outlier, and all of P is
  *   raised.  P stays where kq_update would not take the measurement, or h'P h is rounding.  No variance is
@@ -128,8 +122,6 @@ KQ_NODISCARD kq_status kq_update_robust_f32(kq_filter_f32 *f, const kq_sensor_f3
     uint32_t present, kq_loss_f32 *loss);
 KQ_NODISCARD kq_status kq_update_robust_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
     uint32_t present, kq_loss_f64 *loss);
-
-/* ------------------------------------------------------------------ a scaled process noise */
 
 /**
  * Makes a process with q Q in place of Q: more noise during a manoeuvre, steps with weights (below).
@@ -180,8 +172,7 @@ KQ_NODISCARD kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f6
  * exponent beyond 1000).  The noise of a target is in `root`: yours, KQ_ROOT_LEN_Q31(n) words, written, kept
  * while the target is used, not the source's own (KQ_ERR_MISMATCH).  The target needs no init or memory.
  * kq_process_scale_noise_q31 answers KQ_ERR_NULL (root, too), KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (target is
- * source), KQ_ERR_COEFFICIENT (exponents of the root, too), KQ_ERR_NOT_SEMIDEFINITE.  Mean and covariance are
- * as in f64 to 1e-6 sigma.
+ * source), KQ_ERR_COEFFICIENT (exponents of the root, too), KQ_ERR_NOT_SEMIDEFINITE.  As f64 to 1e-6 sigma.
  */
 
 extern const struct kq_loss_kind_q31 kq_loss_huber_q31, kq_loss_student_q31, kq_loss_jump_q31,

@@ -18,8 +18,8 @@
  * a process that is not what it was (KQ_ERR_CHANGED).  You may change a process and change it back, but not
  * between two predicts of the recording.  If A changes at every step, attach a kq_jacobians (extended.h),
  * pass each process to kq_smooth_step, or smooth while the filter runs (lag.h, instant.h).  A changed process
- * is missed with a probability of 2^-31, and always if you write its arrays without a call.  A history does
- * not refer to sensors.
+ * is missed with a probability of 2^-31, and always if you write its arrays without a call.  Sensors may
+ * change.
  */
 #ifndef KALMANQ_SMOOTHER_H
 #define KALMANQ_SMOOTHER_H
@@ -86,16 +86,14 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
         steps, changes), 0, name##_memory, NULL, NULL, 0}
 
 /** Sets sizes and memory at run time: n in 1..16.  `length` words at memory, KQ_HISTORY_LEN_<T>(n, m, steps,
-    changes), yours while in use.  The least is the workspace and one step.  KQ_ERR_NULL, KQ_ERR_SIZE,
-    KQ_ERR_MEMORY. */
+    changes), yours while in use.; one step at least.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
 /*
  * kq_attach (filter.h) empties the history and starts the recording; the present state is step 0.  With a
  * diffuse start recording begins when all components are determined.  kq_filter_init and kq_filter_assign of
- * the filter, and kq_history_assign, end it.  kq_detach discards what is not smoothed; smoothed steps can
- * still be shown.
+ * the filter, and kq_history_assign, end it.  kq_detach keeps only what is smoothed.
  */
 
 /** Recorded steps: predicts since kq_attach, plus 1.  0 for an empty history or NULL. */
@@ -115,8 +113,7 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
 KQ_NODISCARD kq_status kq_smooth_f32(kq_history_f32 *h);
 KQ_NODISCARD kq_status kq_smooth_f64(kq_history_f64 *h);
 
-/** As kq_smooth, means only, at a third of the cost.  In the views kq_sigma is NaN and kq_covariance answers
-    KQ_ERR_NOT_READY. */
+/** As kq_smooth, means only, at a third of the cost: kq_sigma is NaN, kq_covariance KQ_ERR_NOT_READY. */
 KQ_NODISCARD kq_status kq_smooth_states_f32(kq_history_f32 *h);
 KQ_NODISCARD kq_status kq_smooth_states_f64(kq_history_f64 *h);
 
@@ -173,10 +170,8 @@ KQ_NODISCARD kq_status kq_smoothed_f64(const kq_history_f64 *h, size_t t, kq_fil
 
 /* ------------------------------------------------------------------ q31, as f32
  *
- * Accuracy: as the filter; about 2^-25 of the filtered sigma is added, which shows where smoothing makes
- * sigma smaller by 1000.
- * KQ_EVENT_SATURATED (in the views): a smoothed mean saturated, or data contradict the model by more than
- * 32768 sigma.
+ * Accuracy: as the filter; about 2^-25 of the filtered sigma is added.
+ * KQ_EVENT_SATURATED (in the views): a smoothed mean saturated, or data contradict the model by 32768 sigma.
  */
 
 /** One step: 56, 140, 424 bytes at (n, m) = (2, 1), (4, 2), (9, 3). */

@@ -24,8 +24,6 @@
 extern "C" {
 #endif
 
-/* ------------------------------------------------------------------ the equation */
-
 /** Words of scratch for kq_steady_solve: 200 at n, m = 4, 2 in f32. */
 #define KQ_STEADY_SOLVE_LEN_F32(n, m) \
     (KQ_PRIVATE_STEADY_SQUARES_LEN((size_t)(n), (size_t)(m)) + (size_t)KQ_FILTER_LEN_F32(n))
@@ -72,8 +70,6 @@ KQ_NODISCARD kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sen
 #define KQ_FREEZE_BITS_MAX_F64 46
 #define KQ_FREEZE_BITS_MAX_Q31 24
 
-/* ------------------------------------------------------------------ the filter */
-
 /** Length of a steady-state filter's memory, in words: the mean. */
 #define KQ_STEADY_LEN_F32(n) (n)
 #define KQ_STEADY_LEN_F64(n) (n)
@@ -113,7 +109,6 @@ KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, dou
  *   p, s     kept by reference.  You must not change them; after a change call this again
  *   x0       n; copied
  *   gains    count x n x m, kept by reference, may be in flash.  Update t takes gain t, later ones the last
- *            gain
  *   count    1 .. KQ_COUNT_MAX; 1: the steady gain only
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, or never assigned), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s),
  * KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
@@ -130,16 +125,14 @@ KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f6
  *   st       changed
  *   u        l, or NULL: no control
  *   z        m
- * If a measurement is missing, only predict.  The next gain is then too small, the estimate stays unbiased;
- * kq_freeze handles gaps.
+ * If a measurement is missing, only predict: the estimate stays unbiased, the next gain is too small.
  * Accuracy: the mean is one number in f32, rounded at its size: about eps |x| / (1 - rho) adds up, and a
  * correction K e below eps |x| / 2 is lost.  If sigma is below 1e-5 of the state's range, take kq_freeze, f64
  * or q31.  A gain within 2^-b of the steady one moves the mean by about 2^-b |e| / (1 - rho)^2.
  * Cost: n^2 + 2 n m multiplications, n (n + 1) / 2 + 2 n m for an upper triangular A.  Stack: 54 words.
  * kq_fixed_steady_step (src/fixed_size/kq_fixed_<T>.h) at n, m = 4, 2, A triangular, H selecting states: 90
  * instructions on a Cortex-M4F in f32, 459 on an M3 in q31 (tools/cost.csv).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; or a mean or an innovation overflows: call
- * kq_steady_init).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; overflow: call kq_steady_init).
  */
 KQ_NODISCARD kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
 KQ_NODISCARD kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
@@ -163,8 +156,7 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
 
 /* ------------------------------------------------------------------ steady-state detection, frozen gain
  *
- * An ordinary filter that freezes its gain in the steady state: kq_step then moves the mean only, and the
- * root stays.
+ * An ordinary filter that freezes its gain in the steady state: kq_step then moves the mean only.
  *
  *     kq_attach_f32(&track, &lazy.attached);
  *     kq_update_f32(&track, &radar, z);                             the first measurement
@@ -174,8 +166,7 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
  * object, when A or Q has changed by a call (fingerprint, smoother.h), when H is another array, or when
  * anything else moved the covariance.  It does not see a new R, new numbers in H's array, or a process table
  * that was overwritten: call kq_freeze_release after these.  A frozen step judges no measurement: kq_nis,
- * kq_taken and kq_log_likelihood_last stay as after the last full step, kq_log_likelihood is the sum up to
- * it.
+ * kq_taken and the log-likelihoods stay as after the last full step.
  */
 
 /** Length of a freeze's memory, in words; it also needs n x m numbers for the gain. */
@@ -231,8 +222,7 @@ KQ_NODISCARD kq_status kq_freeze_init_f64(kq_freeze_f64 *w, int bits);
 
 /*
  * kq_attach (filter.h): from now on kq_step of the filter by a sensor of m components may be frozen.
- * kq_predict and kq_update by themselves are the filter's own, and end a frozen phase.  Nothing else may be
- * attached.
+ * kq_predict and kq_update by themselves are the filter's own, and end a frozen phase.  Attach nothing else.
  * Cost of kq_step: frozen, n^2 + 2 n m multiplications and n^2 comparisons; otherwise n^2 more than kq_step,
  * and once kq_gain before it freezes.  kq_step also answers KQ_ERR_MISMATCH (a sensor of other than m
  * components).
@@ -250,8 +240,7 @@ KQ_NODISCARD kq_status kq_freeze_release_f64(kq_freeze_f64 *w);
 /* ------------------------------------------------------------------ q31, as f32
  *
  * Solve the equation in f64 and prepare K by kq_matrix_prepare_q31 with the formats of states and
- * measurements (prepare.h).  Means and measurements are raw values in their formats; gains are in units of
- * raw values.
+ * measurements (prepare.h).  Means, measurements and gains are in raw values of their formats.
  */
 
 /** Length of the memory, in words: the mean in 32 + 24 bits. */
@@ -270,8 +259,7 @@ typedef struct {
 KQ_NODISCARD kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
 /** As kq_steady_init_f32.  KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is
-    not normalised, or an exponent beyond its limit), KQ_ERR_MISMATCH also where p and s have different
-    formats of the states. */
+    not normalised, or an exponent beyond its limit), KQ_ERR_MISMATCH (formats of the states, too). */
 KQ_NODISCARD kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
     const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
 
