@@ -102,7 +102,7 @@ extern const struct kq_hooks_q31 kq_instant_hooks_q31; /* what it does in the st
 #define KQ_INSTANT_Q31(name, n, m) \
     static int32_t name##_memory[KQ_INSTANT_LEN_Q31(n, m)]; \
     static kq_instant_q31 name = { {{{&kq_instant_hooks_q31}, n, 0, 0, 0, 0, 0, \
-        KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0}}}
+        KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}}}
 
 KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory,
     size_t length);

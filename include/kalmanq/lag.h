@@ -151,7 +151,7 @@ extern const struct kq_hooks_q31 kq_lag_hooks_q31;
 #define KQ_LAG_Q31(name, n, m, L) \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)]; \
     static kq_lag_q31 name = { {{{&kq_lag_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), \
-        0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
+        0, name##_memory, NULL, NULL, 0, NULL}}, L, 0, 0, 0, 0, 0}
 
 KQ_NODISCARD kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory,
     size_t length);

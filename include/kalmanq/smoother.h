@@ -103,8 +103,9 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
 /**
  * Smooths the whole history in place: mean and covariance of every step.
  *   h        recording; changed.  Its filter is detached and may go on
- * Events (of the views): KQ_EVENT_PRECISION (f32, f64) where a smoothed sigma is below 8 roundings of the
- * filter's mean: means may be off by more than sigma.  Steps of compile-time sizes do not check it.
+ * Events (of the views): KQ_EVENT_PRECISION (f32, f64) where later measurements left less of a sigma,
+ * predicted or filtered, than 8 roundings of the filter's mean: means may be off by more than sigma.  Steps
+ * of compile-time sizes do not check it.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already), KQ_ERR_HISTORY_FULL (it
@@ -189,14 +190,14 @@ KQ_NODISCARD kq_status kq_smoothed_f64(const kq_history_f64 *h, size_t t, kq_fil
 typedef struct kq_history_q31 {
     struct kq_attached_q31 attached; uint8_t states, phase; uint16_t records;
     uint32_t steps, step, fingerprint; size_t length, used; int32_t *memory; const kq_process_q31 *process;
-    kq_filter_q31 *filter; uint8_t events;
+    kq_filter_q31 *filter; uint8_t events; const kq_format_q31 *state_format;
 } kq_history_q31;
 extern const struct kq_hooks_q31 kq_history_hooks_q31;
 
 #define KQ_HISTORY_Q31(name, n, m, steps, changes) \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)]; \
     static kq_history_q31 name = { {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, \
-        steps, changes), 0, name##_memory, NULL, NULL, 0}
+        steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
 
 KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
 size_t kq_history_steps_q31(const kq_history_q31 *h);

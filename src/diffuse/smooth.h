@@ -119,12 +119,14 @@ kq_status T(kq_diffuse_smoothed)(const start *s, size_t t, filter *view)
     if (!view) return KQ_ERR_NULL;
     const kq_status status = diffuse_check(s);
     if (status) return view_nothing(view, status);
+    if (view == s->filter) return KQ_ERR_MISMATCH;
     if (diffuse_is_on_tape(s, t)) return T(kq_smoothed)(s->tape, t - (size_t)s->steps, view);
     if (t >= s->steps) return view_nothing(view, KQ_ERR_SIZE);
     if (s->phase == DIFFUSE_WAITING || t < diffuse_first(s)) return view_nothing(view, KQ_ERR_NOT_READY);
     const past_state q = past_at(s, (uint32_t)t);
     const int what = s->phase == DIFFUSE_STATES ? VIEW_OF_MEAN : VIEW_OF_STATE;
     view_state(view, q.mean, s->states, what, s->tape ? s->tape->events : 0u);
+    view_share_formats(view, s->filter);
     view->known = (uint16_t)(view->known & ~lost_rows(&q));
     return KQ_OK;
 }

@@ -154,7 +154,7 @@ def test_smoothing_has_the_textbooks_covariances(arithmetic):
         ahead.append(P)
     for of, exact in ((made.filtered, whole["covariance"]), (made.interval, whole["smoothed_covariance"]),
                       (made.lag, whole["smoothed_covariance"][::-1][: smoothing.FAR + 1]),
-                      (made.instant, np.array(of_row)), (made.horizon, np.array(ahead))):
+                      (made.point, np.array(of_row)), (made.horizon, np.array(ahead))):
         assert np.max(np.abs(of.sigma / np.sqrt(exact[:, 0, 0]) - 1)) < covariance_bound(arithmetic, 20, 1.2)
 
 
@@ -164,7 +164,7 @@ def test_smoothing_errors_are_those_of_theory(arithmetic):
     low, high = chi2.ppf([1e-7, 1 - 1e-7], smoothing.RUNS)
     for seed in SEEDS if arithmetic == "f64" else SEEDS[:1]:
         made = result("smoothing", arithmetic, seed)
-        for of in (made.lag, made.horizon, made.instant, made.interval, made.filtered):
+        for of in (made.lag, made.horizon, made.point, made.interval, made.filtered):
             score = smoothing.RUNS * of.mean_square / of.sigma**2
             assert np.all((low < score) & (score < high)), score / smoothing.RUNS
         # a filter's sigma is not that of a smoother

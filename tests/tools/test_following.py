@@ -50,9 +50,9 @@ def test_a_point_leaves_the_filter_and_its_rows_as_they_are(arithmetic):
     run = point.run(z, u)
     assert np.array_equal(run.mean, plain.run(z, u).mean) and np.array_equal(point.memory, plain.memory)
     blocks = InstantSmoother(model, 4, arithmetic)
-    parts = [blocks.run(z[a:b], u[a:b]).point for a, b in ((0, 3), (3, 11), (11, 30))]
+    parts = [blocks.run(z[a:b], u[a:b]).instant for a, b in ((0, 3), (3, 11), (11, 30))]
     assert np.array_equal(np.vstack(parts), run.instant, equal_nan=True)
-    assert set(run.columns()) >= {"position_point", "velocity_point_sigma"}
+    assert set(run.columns()) >= {"position_instant", "velocity_instant_sigma"}
     last = Smoother(model, arithmetic).run(z, u).smoothed[4]
     assert np.max(np.abs(run.instant[-1] - last)) < 100 * LIMITS[arithmetic]
 

@@ -628,6 +628,26 @@ static void the_determinant_of_a_run_is_counted_all_the_time(void)
     }
 }
 
+/* Bits 29 to 31 of the exponent turned, at counts at which it has been large: the check finds them, and takes what
+   parts of the count leave. */
+static void a_turned_exponent_of_a_run_is_found(void)
+{
+    const int32_t home[] = {0};
+    begin_long_run();
+    for (int t = 1; t <= 70000; t++) {
+        ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+        if (t % 499 && level.run.count > 1) continue;
+        ASSERT_OK(kq_filter_check_q31(&level));
+        if (level.run.count > 28000) continue; /* 2^29 may be what so many measurements leave */
+        for (int bit = 29; bit < 32; bit++) {
+            const int32_t exponent = level.run.determinant.exponent;
+            level.run.determinant.exponent = (int32_t)((uint32_t)exponent ^ UINT32_C(1) << bit);
+            TEST_ASSERT_EQUAL_INT(KQ_ERR_TABLE, kq_filter_check_q31(&level));
+            level.run.determinant.exponent = exponent;
+        }
+    }
+}
+
 /* 2^37 of NIS is where a score ends: the run goes on, and is read as a number of any size. */
 static void a_run_beyond_a_score_is_counted(void)
 {
@@ -744,6 +764,7 @@ static void run_saturation(void)
     RUN_TEST(an_innovation_is_rounded_to_a_word);
     RUN_TEST(a_score_is_held);
     RUN_TEST(the_determinant_of_a_run_is_counted_all_the_time);
+    RUN_TEST(a_turned_exponent_of_a_run_is_found);
     RUN_TEST(a_run_beyond_a_score_is_counted);
     RUN_TEST(a_scaled_log_likelihood_refuses);
     RUN_TEST(a_measurement_that_says_too_little_for_the_root_is_an_event);

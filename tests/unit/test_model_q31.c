@@ -486,6 +486,7 @@ static void check_finds_every_bit(void)
     ASSERT_ALL_FOUND(track.known, check_filter);
     ASSERT_ALL_FOUND(track.memory, check_filter);
     ASSERT_ALL_FOUND(track.state_format, check_filter);
+    TEST_ASSERT_GREATER_THAN_INT(32 - 23, BITS_FOUND(track.run.determinant.exponent, check_filter));
     TEST_ASSERT_GREATER_THAN_INT(2 * 8 + 2 * 18, BITS_FOUND(track_memory, check_filter)); /* low words, exponents */
 }
 
