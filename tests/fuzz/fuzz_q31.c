@@ -353,8 +353,10 @@ static void adapt(run *r)
             const kq_process_q31 *p = &r->m.process[chance(0.1)]; /* the other one teaches nothing */
             must(kq_predict_q31(&r->filter, p, NULL), "adaptation, predict");
         }
-        check_scale(kq_adaptation_process_scale_q31(&a));
-        check_scale(kq_adaptation_sensor_scale_q31(&a));
+        kq_scaled_q31 scale_q, scale_r;
+        must(kq_adaptation_scales_q31(&a, &scale_q, &scale_r), "adaptation_scales");
+        check_scale(scale_q);
+        check_scale(scale_r);
         check_filter(&r->filter);
     }
     if (!status) must(kq_detach_q31(&a.attached), "adaptation_detach");

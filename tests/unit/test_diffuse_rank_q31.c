@@ -58,6 +58,8 @@ static void take(double z)
     ASSERT_OK(kq_update_q31(&filter, &sensor, words_of(&z, 1, measured_format)));
 }
 
+static int is_determined(int i) { return kq_mean_q31(&filter, i) != KQ_NOT_A_VALUE_Q31; }
+
 static void advance(void) { ASSERT_OK(kq_predict_q31(&filter, &process, NULL)); }
 
 #include "diffuse_patterns.h"
