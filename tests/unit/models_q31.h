@@ -68,14 +68,14 @@ static inline kq_status scale_noise(process_model *m, process_model *source, kq_
 static inline kq_status change_transition(process_model *m, int n, const double *A)
 {
     ASSERT_OK(kq_matrix_prepare_q31(m->transition, A, n, n, m->state_format, m->state_format));
-    return kq_process_change_transition_q31(&m->process, m->transition);
+    return kq_process_change_transition_q31(&m->process, m->transition, NULL);
 }
 
 static inline kq_status change_measurement(sensor_model *s, int n, int m, const double *H)
 {
     static kq_scaled_q31 other[MAX * MAX]; /* new numbers in the same array are not noticed (steady.h) */
     ASSERT_OK(kq_matrix_prepare_q31(other, H, m, n, s->measurement_format, s->state_format));
-    return kq_sensor_change_measurement_q31(&s->sensor, other);
+    return kq_sensor_change_measurement_q31(&s->sensor, other, NULL);
 }
 
 /* Like the model's sensor, which stays; the last one that was made */

@@ -43,8 +43,22 @@ static void set_up(void)
     WATCH(z), WATCH(u);
 }
 
-static double process_scale(void) { return (double)K(adaptation_process_scale)(&tuner); }
-static double sensor_scale(void) { return (double)K(adaptation_sensor_scale)(&tuner); }
+static num process_scale_of(const K(adaptation) *a)
+{
+    num q = (num)NAN;
+    ASSERT_OK(K(adaptation_scales)(a, &q, NULL));
+    return q;
+}
+
+static num sensor_scale_of(const K(adaptation) *a)
+{
+    num r = (num)NAN;
+    ASSERT_OK(K(adaptation_scales)(a, NULL, &r));
+    return r;
+}
+
+static double process_scale(void) { return (double)process_scale_of(&tuner); }
+static double sensor_scale(void) { return (double)sensor_scale_of(&tuner); }
 
 /* Both, by turns one or the other, none */
 static uint32_t present_at(int t)
@@ -167,8 +181,8 @@ TEST(the_scales_of_a_plant_are_found)
         ASSERT_OK(K(predict)(&level, &walk, NULL));
         x += noise(&seed) / 2;
     }
-    ASSERT_WITHIN(0.4, log(0.25), log((double)K(adaptation_process_scale)(&finder)));
-    ASSERT_WITHIN(0.25, log(4), log((double)K(adaptation_sensor_scale)(&finder)));
+    ASSERT_WITHIN(0.4, log(0.25), log((double)process_scale_of(&finder)));
+    ASSERT_WITHIN(0.25, log(4), log((double)sensor_scale_of(&finder)));
 }
 
 /* ------------------------------------------------------------------------------ bounds */
@@ -189,8 +203,8 @@ TEST(an_outlier_counts_as_four_sigma)
         }
         z[0] = k == 0 ? 30 : k == 1 ? 1000 : NUM_MAX / 4;
         ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
-        found[k][0] = K(adaptation_process_scale)(&tuner);
-        found[k][1] = K(adaptation_sensor_scale)(&tuner);
+        found[k][0] = process_scale_of(&tuner);
+        found[k][1] = sensor_scale_of(&tuner);
     }
     ASSERT_SAME_BITS(found[0], found[1]);
     ASSERT_SAME_BITS(found[0], found[2]);
@@ -210,7 +224,7 @@ TEST(what_leaves_the_numbers_is_forgotten)
         ASSERT_OK(K(update_subset)(&track, &single, z, 1));
         ASSERT_OK(K(predict)(&track, &motion, u));
     }
-    const num q = K(adaptation_process_scale)(&other), s = K(adaptation_sensor_scale)(&other);
+    const num q = process_scale_of(&other), s = sensor_scale_of(&other);
     TEST_ASSERT_TRUE(q > 0 && q <= 16 && s > 0 && s <= 8);
 }
 
@@ -230,7 +244,7 @@ TEST(no_noise_stays_none)
     const K(process) *p = K(adaptation_process)(&tuner);
     TEST_ASSERT_EQUAL_MEMORY(motion_memory, p->noise_root, sizeof motion_memory);
     TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[0] == radar.noise[0]);
-    TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[1] == K(adaptation_sensor_scale)(&tuner));
+    TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[1] == sensor_scale_of(&tuner));
 }
 
 TEST(an_adaptation_works_at_every_size)
@@ -264,8 +278,8 @@ TEST(an_adaptation_works_at_every_size)
             ASSERT_OK(K(update_subset)(&f, &s, seen, t % 4 ? ALL : 0x5555));
             ASSERT_OK(K(predict)(&f, &p, NULL));
         }
-        TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a) != 1);
-        TEST_ASSERT_TRUE(K(adaptation_process_scale)(&a) != 1);
+        TEST_ASSERT_TRUE(sensor_scale_of(&a) != 1);
+        TEST_ASSERT_TRUE(process_scale_of(&a) != 1);
         assert_guards(room, length, COUNT(room));
     }
 }

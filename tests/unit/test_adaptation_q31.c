@@ -32,8 +32,19 @@ static const kq_scaled_q31 one = {INT32_C(1) << 30, -30}, none = {0, 0};
 static kq_scaled_q31 power(int k) { return (kq_scaled_q31){INT32_C(1) << 30, k - 30}; }
 
 static double of_number(kq_scaled_q31 a) { return ldexp(a.mantissa, a.exponent); }
-static double process_scale(void) { return of_number(kq_adaptation_process_scale_q31(&tuner)); }
-static double sensor_scale(void) { return of_number(kq_adaptation_sensor_scale_q31(&tuner)); }
+static double process_scale(void)
+{
+    kq_scaled_q31 q = none;
+    ASSERT_OK(kq_adaptation_scales_q31(&tuner, &q, NULL));
+    return of_number(q);
+}
+
+static double sensor_scale(void)
+{
+    kq_scaled_q31 r = none;
+    ASSERT_OK(kq_adaptation_scales_q31(&tuner, NULL, &r));
+    return of_number(r);
+}
 
 static void set_up(void)
 {
@@ -96,8 +107,8 @@ static void follow_double(const kq_sensor_q31 *s, const double *R_wide, kq_adapt
         for (int c = 0; c < 2; c++) seen[c] = ldexp(z[c], -s->measurement_format[c].fraction);
         ASSERT_OK(kq_update_subset_q31(&track, s, z, present_at(t)));
         ASSERT_OK(K(update_subset)(&wide_track, &wide_radar, seen, present_at(t)));
-        const double q = K(adaptation_process_scale)(&wide_tuner);
-        const double r = K(adaptation_sensor_scale)(&wide_tuner);
+        double q, r;
+        ASSERT_OK(K(adaptation_scales)(&wide_tuner, &q, &r));
         ASSERT_WITHIN(1e-6 * q, q, process_scale());
         ASSERT_WITHIN(1e-6 * r, r, sensor_scale());
         ASSERT_LIKE(&wide_track, &track, 1e-6);

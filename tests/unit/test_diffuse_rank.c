@@ -178,7 +178,7 @@ static int compare_rank(void)
     if (is < count) return EARLY;
     if (is > count && (model.is_regular || count == 0)) return LATE;
     for (int i = 0; count > 0 && i < model.same; i++) {
-        const int known = exact_is_determined(&exact, i), says = S(diffuse_is_determined)(&start, i);
+        const int known = exact_is_determined(&exact, i), says = !is_nothing(S(mean)(&filter, i));
         if (known != says) return says ? EARLY_STATE : LATE;
     }
     return RIGHT;

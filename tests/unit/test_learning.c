@@ -80,15 +80,16 @@ static void set_up(void)
     WATCH(blank_tuner), WATCH(rule), WATCH(z), WATCH(u);
 }
 
-static double process_scale(void) { return number_of(S(adaptation_process_scale)(&tuner)); }
-static double sensor_scale(void) { return number_of(S(adaptation_sensor_scale)(&tuner)); }
-
-/* NaN in floating point, and 0 in q31 */
-static void assert_no_scale(entry scale)
+/* The scale of the process or of the sensor, or of none */
+static entry scale_of(const S(adaptation) *a, int is_process)
 {
-    const double value = number_of(scale);
-    TEST_ASSERT_TRUE(sizeof(word) == sizeof(entry) ? !!isnan(value) : value == 0);
+    entry scale = number(0);
+    ASSERT_OK(S(adaptation_scales)(a, is_process ? &scale : NULL, is_process ? NULL : &scale));
+    return scale;
 }
+
+static double process_scale(void) { return number_of(scale_of(&tuner, 1)); }
+static double sensor_scale(void) { return number_of(scale_of(&tuner, 0)); }
 
 /* (The objects have padding, and MemorySanitizer knows that.) */
 static void assert_learnt_nothing(const S(adaptation) *before)
@@ -200,7 +201,7 @@ static const S(process) *scaled_by_hand(void)
 {
     static process_model expected;
     put_process(&expected, 2, 1, range, drive_range, A, B, Q);
-    ASSERT_OK(scale_noise(&expected, &motion, S(adaptation_process_scale)(&tuner)));
+    ASSERT_OK(scale_noise(&expected, &motion, scale_of(&tuner, 1)));
     return &expected.process;
 }
 
@@ -300,8 +301,8 @@ TEST(a_step_is_a_predict_and_an_update)
             ASSERT_OK(S(update)(&track, s, z));
             ASSERT_OK(S(step)(&twin, p, u, s, z));
             ASSERT_SAME(&track, &twin, 2);
-            TEST_ASSERT_TRUE(number_of(S(adaptation_process_scale)(&other)) == process_scale());
-            TEST_ASSERT_TRUE(number_of(S(adaptation_sensor_scale)(&other)) == sensor_scale());
+            TEST_ASSERT_TRUE(number_of(scale_of(&other, 1)) == process_scale());
+            TEST_ASSERT_TRUE(number_of(scale_of(&other, 0)) == sensor_scale());
         }
         TEST_ASSERT_TRUE(sensor_scale() != 1 && process_scale() != 1);
     }
@@ -475,10 +476,11 @@ TEST(refusals_of_models_that_changed)
 
 TEST(readings_of_nothing)
 {
-    assert_no_scale(S(adaptation_process_scale)(NULL));
-    assert_no_scale(S(adaptation_sensor_scale)(NULL));
-    assert_no_scale(S(adaptation_process_scale)(&blank_tuner));
-    assert_no_scale(S(adaptation_sensor_scale)(&blank_tuner));
+    entry scales[2] = {number(5), number(6)};
+    WATCH(scales);
+    ASSERT_REFUSED(KQ_ERR_NULL, S(adaptation_scales)(NULL, &scales[0], &scales[1]));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(adaptation_scales)(&blank_tuner, &scales[0], &scales[1]));
+    ASSERT_OK(S(adaptation_scales)(&tuner, NULL, NULL));
     TEST_ASSERT_NULL(S(adaptation_process)(NULL));
     TEST_ASSERT_NULL(S(adaptation_sensor)(&blank_tuner));
     TEST_ASSERT_NULL(S(adaptation_process)(&blank_tuner));

@@ -130,10 +130,6 @@ CALL_OF(steady_step, a[0], a[1], a[2])
 CALL_OF(steady_innovation, a[0], a[1], a[2])
 CALL_OF(freeze_release, a[0])
 
-#ifdef KQ_TEST_Q31
-CALL_OF(log_likelihood_scaled, a[0], a[1])
-#endif
-
 typedef struct {
     const char *name;
     kq_status (*call)(void *const *);
@@ -194,9 +190,6 @@ static const row calls[] = {
     ROW(steady_step, {&steady, of_steady}, A_CONTROL, A_MEASUREMENT),
     ROW(steady_innovation, {&steady, of_steady}, A_MEASUREMENT, AN_OUTPUT(mean)),
     ROW(freeze_release, {&calm, of_settling}),
-#ifdef KQ_TEST_Q31
-    ROW(log_likelihood_scaled, {&track, of_source}, AN_OUTPUT(out)),
-#endif
 };
 
 /* Of a tape that has been smoothed, or of which a step has */
