@@ -3,14 +3,6 @@
 #ifndef KQ_SRC_FILTER_MEASURED_FLOAT_H
 #define KQ_SRC_FILTER_MEASURED_FLOAT_H
 
-#include "kalmanq/filter.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/scores.h"
-#include "../model/types.h"
-#include "checks.h"
 #include "readings.h"
 
 /*

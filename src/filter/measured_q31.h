@@ -3,19 +3,7 @@
 #ifndef KQ_SRC_FILTER_MEASURED_Q31_H
 #define KQ_SRC_FILTER_MEASURED_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/q31.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
-#include "checks.h"
-#include "filter.h"
-#include "likelihood.h"
+#include "likelihood_q31.h"
 #include "readings.h"
 
 /* H_c x less the z that kq_measurement answers, in 2^-24 of a word, held at +-(2^31 - 1).  The sum
