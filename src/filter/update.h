@@ -52,9 +52,15 @@ KQ_COLD KQ_NOINLINE static void count_weak(filter *f)
     else f->events |= KQ_EVENT_PRECISION;
 }
 
-/* Takes component c of a reading, of row h, noise r and innovation e, into the filter.  selected: 1
-   + the state that h takes alone, as it is, or 0.  Answers 0 where there is something unusual about
-   it (low_noise.h), or, for a lean sensor, its variance overflows: then nothing has been done. */
+/*
+ * Takes component c of a reading into the filter: row h, noise r, innovation e.  selected: 1 + the state that h takes
+ * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h) or, of a lean
+ * sensor, the variance s overflows.
+ *   may_ask      the state may be unusual; steps of compile-time sizes have asked before the first component
+ *   is_copy      a step of compile-time sizes works on a copy, which is forgotten where anything is unusual
+ *   surely       a cheaper bound says that the measurement is ordinary; a copy has no other
+ *   ordinary     it is, or the noise of a lean sensor has been raised until it was
+ */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
                           scaled r, scaled e, int n, int mode)
 {
@@ -66,11 +72,11 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
         if (!raise_noise(&r, s)) return 0;
         f->events |= KQ_EVENT_LOW_NOISE;
     }
-    const int may_be_unusual = mode == MODE_GENERAL || (!is_general(mode) && mean_widens && c > 0);
+    const int may_ask = mode == MODE_GENERAL || (!is_general(mode) && mean_widens && c > 0);
     const int is_copy = !is_general(mode) && n <= states_in_registers;
     const int surely = !is_general(mode) && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
     const int ordinary = mode == MODE_LEAN || surely || (!is_copy && is_ordinary(r, s, e));
-    if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
+    if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
     if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, row, 0, r, e, s);
     const rotor end = rotate_root(S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */
