@@ -11,10 +11,8 @@
 #include "step.h"
 #if KQ_FLOATING
 #include "init_float.h"
-#include "measured_float.h"
 #else
 #include "init_q31.h"
-#include "measured_q31.h"
 #endif
 
 /* The kinds of sensor */

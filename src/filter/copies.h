@@ -16,13 +16,12 @@ KQ_COLD static kq_status view_nothing(filter *view, kq_status status)
 }
 
 /* Of all components of a state: what is VIEW_OF_MEAN or VIEW_OF_STATE */
-KQ_COLD static kq_status view_state(filter *view, num *state, int n, int what, unsigned events)
+KQ_COLD static void view_state(filter *view, num *state, int n, int what, unsigned events)
 {
     *view = (filter){.states = (uint8_t)n, .plain = (uint8_t)what, .events = (uint16_t)events, .memory = state};
     view->known = (uint16_t)filter_all_known(view);
     likelihood_clear(&view->last); /* what a copy begins with */
     likelihood_run_clear(&view->run);
-    return KQ_OK;
 }
 
 /* ------------------------------------------------------------------ copies */

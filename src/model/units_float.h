@@ -85,6 +85,13 @@ KQ_KERNEL int sensor_check_together(const sensor *s, const num *z, int m)
     return !num_is_finite(total);
 }
 
+/* Formats are q31's alone. */
+KQ_INLINE void history_keep_formats(history *h, const filter *f) { (void)h, (void)f; }
+
+KQ_INLINE void view_take_formats(filter *view, const history *h) { (void)view, (void)h; }
+
+KQ_INLINE void view_share_formats(filter *view, const filter *f) { (void)view, (void)f; }
+
 /* Do two objects of the same number of states have the same units?  They always do. */
 KQ_KERNEL int process_is_of(const process *p, const filter *f)
 {

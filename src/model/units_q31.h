@@ -90,6 +90,13 @@ KQ_KERNEL int sensor_check_together(const sensor *s, const num *z, int m)
     return sensor_check_values(s, z, m, UINT32_MAX) != KQ_OK;
 }
 
+/* What a history's views show is in the formats of the filter that it recorded, which may be gone. */
+KQ_INLINE void history_keep_formats(history *h, const filter *f) { h->state_format = f->state_format; }
+
+KQ_INLINE void view_take_formats(filter *view, const history *h) { view->state_format = h->state_format; }
+
+KQ_INLINE void view_share_formats(filter *view, const filter *f) { view->state_format = f->state_format; }
+
 /* Do two objects of the same number of states have the same formats, seen at once? */
 KQ_KERNEL int process_is_of(const process *p, const filter *f)
 {

@@ -57,7 +57,9 @@ kq_status T(kq_smoothed)(const history *h, size_t t, filter *view)
     if (t >= h->steps) return view_nothing(view, KQ_ERR_SIZE);
     if (!smoothed_is_valid(h, t)) return view_nothing(view, KQ_ERR_NOT_READY);
     const int what = h->phase == HISTORY_STATES ? VIEW_OF_MEAN : VIEW_OF_STATE;
-    return view_state(view, history_slot(h, h->states, t), h->states, what, h->events);
+    view_state(view, history_slot(h, h->states, t), h->states, what, h->events);
+    view_take_formats(view, h);
+    return KQ_OK;
 }
 
 #endif

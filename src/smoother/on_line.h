@@ -88,8 +88,9 @@ static kq_status on_line_check_view(const history *h, filter *view)
 static kq_status on_line_show(const history *h, filter *view, int states_only, unsigned events)
 {
     filter_note(h->filter, events);
-    return view_state(view, on_line_answer(h, h->states), h->states,
-                      states_only ? VIEW_OF_MEAN : VIEW_OF_STATE, events);
+    view_state(view, on_line_answer(h, h->states), h->states, states_only ? VIEW_OF_MEAN : VIEW_OF_STATE, events);
+    view_take_formats(view, h);
+    return KQ_OK;
 }
 
 #endif

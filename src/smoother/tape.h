@@ -181,6 +181,7 @@ static void history_begin(history *h, filter *f, const hooks *with)
     h->events = 0;
     h->process = 0;
     h->filter = f;
+    history_keep_formats(h, f);
     h->attached.hooks = with;
     filter_set_attached(f, &h->attached);
 }

@@ -37,7 +37,7 @@ kq_status T(kq_steady_init)(steady *st, const process *p, const sensor *s, const
     if (count < 1 || count > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     const int n = st->states, m = st->components;
     if (p->states != n || s->states != n || s->components != m) return KQ_ERR_MISMATCH;
-    if (!sensor_is_for(s, p)) return KQ_ERR_MISMATCH;
+    if (!sensor_is_for(s, p) || takes_innovations(s)) return KQ_ERR_MISMATCH;
     status = mean_check(s, x0, n);
     for (size_t k = 0; k < count && !status; k++) {
         status = numbers_check(gains + k * (size_t)(n * m), n * m);

@@ -12,10 +12,22 @@ NILE_ERRORS = {"R": 3145.547780, "Q": 1280.375333}  # standard errors by the exa
 NILE_KNOWN = (-641.5855783, 15099.68582, 1468.500254)
 TREND_EXACT = (-324.7311124, 0.9267381707, 0.04532407608, 0.007773471204)
 
+# `pushed` by seed and quiet row: the best of 20 random starts of SciPy's L-BFGS-B, Q = L L' with L linear, log of R
+PUSHED_BEST = {
+    (101, 0): -359.00149365, (103, 0): -349.69656168, (108, 1): -531.89512316, (114, 0): -364.83887920,
+    (116, 0): -346.71541111, (116, 3): -496.21678705, (120, 1): -532.02838918, (128, 0): -363.12931872,
+    (129, 3): -508.66055291}
+
 
 def nile(examples: Path) -> np.ndarray:
     rows = np.genfromtxt(examples / "nile.csv", delimiter=",", comments="#")
     return rows[~np.isnan(rows[:, -1]), -1]
+
+
+def root(C: np.ndarray) -> np.ndarray:
+    """L of C = L L', by which NumPy's multivariate_normal draws, without a decomposition for each"""
+    vectors, values, _ = np.linalg.svd(C)
+    return vectors * np.sqrt(values)
 
 
 def drawn(A, H, Q, R, T: int, seed: int, P0=None, B=None) -> tuple[np.ndarray, np.ndarray]:
@@ -23,12 +35,13 @@ def drawn(A, H, Q, R, T: int, seed: int, P0=None, B=None) -> tuple[np.ndarray, n
     random = np.random.default_rng(seed)
     A, H, Q, R = (np.atleast_2d(np.asarray(one, float)) for one in (A, H, Q, R))
     n = len(A)
+    by_Q, by_R = root(Q), root(R)
     x = random.multivariate_normal(np.zeros(n), np.eye(n) if P0 is None else P0)
     u = random.normal(size=(T, 0 if B is None else np.shape(B)[1]))
     z = np.empty((T, len(H)))
     for t in range(T):
-        z[t] = H @ x + random.multivariate_normal(np.zeros(len(H)), R)
-        x = A @ x + random.multivariate_normal(np.zeros(n), Q) + (0 if B is None else np.asarray(B) @ u[t])
+        z[t] = H @ x + by_R @ random.standard_normal(len(H))
+        x = A @ x + by_Q @ random.standard_normal(n) + (0 if B is None else np.asarray(B) @ u[t])
     return z, u
 
 

@@ -97,7 +97,7 @@ class Sequence:
         """By what it is done"""
         ways = {row.way.way for row in self.rows if row.way}
         smoother = {"Smoother"} if self.smoothed and self.recorded else set()
-        follower = {"lag": "LagSmoother", "point": "InstantSmoother"}
+        follower = {"lag": "LagSmoother", "instant": "InstantSmoother"}
         return {type(self.make()).__name__} | ways | smoother | ({follower[self.follower]} if self.followed else set())
 
     def filtered(self) -> int:
@@ -140,7 +140,7 @@ class Sequence:
         if self.follower == "lag":
             run, name = LagSmoother(self.model, self.size, "q31").run(*self.data(0, len(self.rows))), "lagged"
         else:
-            run, name = InstantSmoother(self.model, self.size, "q31").run(*self.data(0, len(self.rows))), "point"
+            run, name = InstantSmoother(self.model, self.size, "q31").run(*self.data(0, len(self.rows))), "instant"
         n = self.model.n
         for t, words in self.followed.items():
             for k, part in enumerate(("", "_low", "_sigma")):

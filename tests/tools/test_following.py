@@ -31,15 +31,15 @@ def test_a_point_is_the_textbook_s_smoother_of_what_is_there(make, arithmetic, s
     model = make()
     z, u = models.data(model, 40, seed)
     run = InstantSmoother(model, row, arithmetic).run(z, u, covariance=True)
-    assert run.point_row == row
-    assert np.all(np.isnan(run.point[:row])) and np.all(np.isnan(run.point_covariance[:row]))
+    assert run.instant_row == row
+    assert np.all(np.isnan(run.instant[:row])) and np.all(np.isnan(run.instant_covariance[:row]))
     for t in range(row, 40, 3):
         exact = models.textbook(model, z[: t + 1], u)
         P = exact["smoothed_covariance"][row]
         sigma = np.sqrt(np.diag(P))
-        assert np.max(np.abs(run.point[t] - exact["smoothed"][row]) / sigma) < LIMITS[arithmetic]
-        assert np.max(np.abs(run.point_covariance[t] - P) / np.outer(sigma, sigma)) < 2 * LIMITS[arithmetic]
-        assert np.allclose(run.point_sigma[t], sigma, rtol=2 * LIMITS[arithmetic])
+        assert np.max(np.abs(run.instant[t] - exact["smoothed"][row]) / sigma) < LIMITS[arithmetic]
+        assert np.max(np.abs(run.instant_covariance[t] - P) / np.outer(sigma, sigma)) < 2 * LIMITS[arithmetic]
+        assert np.allclose(run.instant_sigma[t], sigma, rtol=2 * LIMITS[arithmetic])
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
@@ -50,11 +50,11 @@ def test_a_point_leaves_the_filter_and_its_rows_as_they_are(arithmetic):
     run = point.run(z, u)
     assert np.array_equal(run.mean, plain.run(z, u).mean) and np.array_equal(point.memory, plain.memory)
     blocks = InstantSmoother(model, 4, arithmetic)
-    parts = [blocks.run(z[a:b], u[a:b]).point for a, b in ((0, 3), (3, 11), (11, 30))]
-    assert np.array_equal(np.vstack(parts), run.point, equal_nan=True)
-    assert set(run.columns()) >= {"position_point", "velocity_point_sigma"}
+    parts = [blocks.run(z[a:b], u[a:b]).instant for a, b in ((0, 3), (3, 11), (11, 30))]
+    assert np.array_equal(np.vstack(parts), run.instant, equal_nan=True)
+    assert set(run.columns()) >= {"position_instant", "velocity_instant_sigma"}
     last = Smoother(model, arithmetic).run(z, u).smoothed[4]
-    assert np.max(np.abs(run.point[-1] - last)) < 100 * LIMITS[arithmetic]
+    assert np.max(np.abs(run.instant[-1] - last)) < 100 * LIMITS[arithmetic]
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
@@ -67,10 +67,10 @@ def test_a_point_by_calls_is_that_of_a_sequence(arithmetic):
             rows.predict(u[t - 1])
         rows.update(z[t])
         if t < 3:
-            with pytest.raises(KalmanqError, match="point"):
-                rows.point
+            with pytest.raises(KalmanqError, match="instant"):
+                rows.instant
         else:
-            assert np.array_equal(rows.point, run.point[t]) and np.array_equal(rows.point_sigma, run.point_sigma[t])
+            assert np.array_equal(rows.instant, run.instant[t]) and np.array_equal(rows.instant_sigma, run.instant_sigma[t])
 
 
 def test_a_point_that_is_unknown_or_none_is_refused():
@@ -78,7 +78,7 @@ def test_a_point_that_is_unknown_or_none_is_refused():
     with pytest.raises(KalmanqError, match="row 0"):
         InstantSmoother(model, 0).run([1.0, 2.0, 3.0])
     run = InstantSmoother(model, 1).run([1.0, 2.0, 3.0, 2.5])
-    assert np.all(np.isfinite(run.point[1:]))
+    assert np.all(np.isfinite(run.instant[1:]))
     with pytest.raises(KalmanqError, match="row: below 0"):
         InstantSmoother(models.cart(), -1)
 

@@ -159,7 +159,7 @@ def test_least_squares_that_cannot_be_say_why():
 def test_fading_memory_divides_the_covariance(arithmetic):
     f = Filter(models.pair(), arithmetic)
     before = f.covariance
-    f.fade(0.9)
+    f.forget(0.9)
     assert np.allclose(f.covariance, before / 0.9, rtol=1e-6)
     with pytest.raises(KalmanqError):
-        f.fade(0.0)
+        f.forget(0.0)

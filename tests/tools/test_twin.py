@@ -268,7 +268,7 @@ def test_a_sigma_of_q31_is_that_of_its_covariance(seed):
     assert np.max(np.abs(run.lagged_sigma[-1] / LagSmoother(model, 3).run(z).lagged_sigma[-1] - 1)) < 10 * limit
     with pytest.warns(KalmanqWarning, match="velocity"):
         run = InstantSmoother(model, 0, "q31").run(z, covariance=True)
-    assert np.array_equal(run.point_sigma, np.sqrt(np.einsum("tii->ti", run.point_covariance)))
+    assert np.array_equal(run.instant_sigma, np.sqrt(np.einsum("tii->ti", run.instant_covariance)))
 
 
 def test_a_sigma_within_its_range_is_not_warned_of():

@@ -2,7 +2,7 @@
 set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast smoother numbers laws changed lag
     instant diffuse least_squares consistency adaptation robust steady em extended sigma_points diffuse_orders diffuse_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse lengths prepare model lean filter smoother numbers laws on_line diffuse least_squares
+set(KALMANQ_SUITES_q31 inverse lengths prepare model lean filter smoother views numbers laws on_line diffuse least_squares
     consistency adaptation robust steady extended words diffuse_orders diffuse_rank)
 
 # kalmanq_suites(FILES OPTIONS ARITHMETIC WHERE SUITE...): sets the variables with the first two names to

@@ -8,6 +8,8 @@ standard deviation that a coordinate would have if the states were measured with
 
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 
 FARTHEST = 35.0  # log of a standard deviation from where it began: a variance changes by e^70 at most
@@ -72,33 +74,40 @@ class Multiple:
 
 class Cholesky:
     """The entries of a covariance that are not held: C = L L' + FLOOR diag(L L') is r x r, `held` a symmetric mask,
-    there are N noises."""
+    there are N noises.
 
-    def __init__(self, name: str, start: np.ndarray, held: np.ndarray, noises: int):
-        self.name, self.held = name, held
+    A singular C: L has `rank` columns, and nothing is held.  L[i, i] is not 0 in those columns alone.  The rows that
+    the others explain least come first, so that each C of this rank nearby has one L."""
+
+    def __init__(self, name: str, start: np.ndarray, held: np.ndarray, noises: int, rank: Optional[int] = None):
+        self.name, self.held, self.rank = name, held, len(start) if rank is None else rank
         self.start = start - np.diag(np.diag(start)) * FLOOR / (1 + FLOOR)  # L L'
-        self.root = _root(self.start)
-        rows, columns = np.nonzero(np.tril(~held))
+        self.order = np.arange(len(start))
+        if rank is None:
+            self.root = _root(self.start)
+        else:
+            self.root, self.order = _pivoted(self.start, rank)
+        columns, rows = np.nonzero(np.triu(~held[np.ix_(self.order, self.order)])[: self.rank])
+        at = np.lexsort((columns, rows))
+        rows, columns = self.order[rows[at]], self.order[columns[at]]
         self.cells = list(zip(rows.tolist(), columns.tolist()))
         self.size = len(self.cells)
         self.logarithmic = rows == columns
         deviation = np.sqrt(np.diag(start))
         self.units = np.where(self.logarithmic, 1 / np.sqrt(2 * noises), deviation[rows] / np.sqrt(noises))
         self.rows, self.noises = rows, noises
-        self.number = {cell: k for k, cell in enumerate(self.cells)}
+        self.at = rows, columns
+        self.solved = [(i, j) for i in range(len(start)) for j in range(i + 1) if held[i, j]]
         self.L, self.dL = self.root, np.zeros((*start.shape, self.size))
 
     def matrix(self, x: np.ndarray) -> np.ndarray:
-        """Row after row: what is free is moved, what is held is solved for; with the derivatives."""
+        """What is free is moved, what is held is solved for, row after row; with the derivatives."""
         self.L, self.dL = np.zeros_like(self.root), np.zeros_like(self.dL)
-        for i in range(len(self.root)):
-            for j in range(i + 1):
-                if self.held[i, j]:
-                    self._solve(i, j)
-                    continue
-                k, unit = self.number[i, j], self.units[self.number[i, j]]
-                self.L[i, j] = self.root[i, i] * np.exp(unit * x[k]) if i == j else self.root[i, j] + unit * x[k]
-                self.dL[i, j, k] = unit * self.L[i, i] if i == j else unit
+        move, root = self.units * x, self.root[self.at]
+        self.L[self.at] = np.where(self.logarithmic, root * np.exp(np.where(self.logarithmic, move, 0.0)), root + move)
+        self.dL[(*self.at, np.arange(self.size))] = self.units * np.where(self.logarithmic, self.L[self.at], 1.0)
+        for i, j in self.solved:
+            self._solve(i, j)
         made = self.L @ self.L.T
         np.fill_diagonal(made, (1 + FLOOR) * np.diag(made))
         return made
@@ -148,3 +157,16 @@ def _root(C: np.ndarray) -> np.ndarray:
     if values[0] < FLOOR:
         C = (vectors * np.maximum(values, FLOOR)) @ vectors.T * np.outer(deviation, deviation)
     return np.linalg.cholesky(C)
+
+
+def _pivoted(C: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray]:
+    """L with `rank` columns of which L L' is next to C, and the rows in the order in which they were taken: the one
+    of which the largest share is left comes next."""
+    left, L, order = C.copy(), np.zeros_like(C), list(range(len(C)))
+    for at in range(rank):
+        best = max(range(at, len(C)), key=lambda k: left[order[k], order[k]] / C[order[k], order[k]])
+        order[at], order[best] = order[best], order[at]
+        i, rest = order[at], order[at:]
+        L[rest, i] = left[rest, i] / np.sqrt(left[i, i])
+        left -= np.outer(L[:, i], L[:, i])
+    return L, np.array(order)

@@ -181,8 +181,8 @@ def _mark(problem: Problem, block: object, edge: np.ndarray, errors: np.ndarray)
 
 def _rank(block: Cholesky) -> int:
     """Directions that have noise, of a matrix that is not diagonal."""
-    if np.all(block.logarithmic):
-        return len(block.L)
+    if np.all(block.logarithmic) or block.rank < len(block.L):
+        return block.rank
     C = block.L @ block.L.T
     deviation = np.sqrt(np.diag(C))
     return int(np.sum(np.linalg.eigvalsh(C / np.outer(deviation, deviation)) >= SINGULAR))

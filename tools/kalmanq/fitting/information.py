@@ -77,6 +77,12 @@ class Information:
         along = (self.vectors.T @ self.slopes)[steep] / self.values[steep]
         return self.whole(self.vectors[:, steep] @ along)
 
+    def uphill(self) -> np.ndarray:
+        """The direction of the slope, of length 1, among those in which the likelihood is flat; 0 without a slope."""
+        flat = self.vectors[:, self.is_flat]
+        slope = flat @ (flat.T @ self.slopes)
+        return self.whole(slope / max(float(np.linalg.norm(slope)), 1e-300))
+
     def downhill(self) -> np.ndarray:
         """The direction in which the likelihood is curved upwards most."""
         return self.whole(self.vectors[:, 0])

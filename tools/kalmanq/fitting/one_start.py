@@ -13,8 +13,9 @@ from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.information import Information
 from kalmanq.fitting.likelihood import likelihood
+from kalmanq.fitting.maximum import maximise
 from kalmanq.fitting.problem import Problem, Singular
-from kalmanq.fitting.search import Optimum, maximise
+from kalmanq.fitting.search import Optimum
 from kalmanq.model import Model
 
 FIRST = 3  # iterations of EM before ML: they find the sizes of noises that are far off

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Mapping, Optional
 
 import numpy as np
 
@@ -68,10 +68,11 @@ class Problem:
     def evaluations(self) -> int:
         return self.expectation.evaluations
 
-    def anchor(self) -> None:
-        """Coordinates of what the arrays now are."""
+    def anchor(self, ranks: Optional[Mapping[str, int]] = None) -> None:
+        """Coordinates of what the arrays now are; of singular covariances by their ranks."""
         e = self.expectation
         e.begin()
+        self._ranks = ranks or {}
         self.measured = np.flatnonzero(np.diag(self.arrays["R"]) > 0)
         self.blocks = [self._block(name) for name in self.choice.free]
         ends = np.cumsum([0] + [block.size for block in self.blocks]).tolist()
@@ -86,20 +87,29 @@ class Problem:
             free = ~self.choice.held.get(name, np.zeros(self.arrays[name].shape, bool))
             return Entries(name, self.arrays[name], free, self._scale(name))
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
-        start = self._inside(name, self.arrays[name])
-        if name != "Q" and not (start.size and is_definite(start)):
+        start = self.inside(name, self.arrays[name])
+        if name not in ("Q", *self._ranks) and not (start.size and is_definite(start)):
             raise Singular(f"{name} is singular: what has no noise cannot be estimated from there")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
-        held = self._inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
+        held = self.inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
                                                                         self.model.A.shape, bool)), True)
         if self.choice.forms[name] == "diagonal":
             if np.any(start - np.diag(np.diag(start))):
                 raise KalmanqError(f"{name} is not diagonal, and is to be")
             held = held | ~np.eye(len(start), dtype=bool)
-        return Cholesky(name, start, held, noises)
+        return Cholesky(name, start, held, noises, self._ranks.get(name))
 
-    def _inside(self, name: str, whole: np.ndarray, is_mask: bool = False) -> np.ndarray:
+    @property
+    def coordinates(self) -> tuple[Any, ...]:
+        """Of `anchor`: kept, and put back, where another place was tried in vain."""
+        return self.blocks, self.slices, self.size, self.logarithmic, self.units
+
+    @coordinates.setter
+    def coordinates(self, kept: tuple[Any, ...]) -> None:
+        self.blocks, self.slices, self.size, self.logarithmic, self.units = kept
+
+    def inside(self, name: str, whole: np.ndarray, is_mask: bool = False) -> np.ndarray:
         """The part of a covariance, or of a mask of its entries, that has noise."""
         if name == "R":
             return whole[np.ix_(self.measured, self.measured)]
@@ -153,25 +163,45 @@ class Problem:
 
     def _slopes(self, x: np.ndarray) -> np.ndarray:
         found = self.expectation.gradient()
-        slopes = np.concatenate([block.slopes(self._inside(block.name, found[block.name])) for block in self.blocks])
+        slopes = np.concatenate([block.slopes(self.inside(block.name, found[block.name])) for block in self.blocks])
         for k in np.flatnonzero(~np.isfinite(slopes)):
             slopes[k] = self._difference(x, int(k))
         return slopes
 
-    def leave_singular(self, least: float, share: float) -> bool:
-        """Gives full covariances that are as good as singular a share more of their variances, or of those that they
-        began with; were there any?"""
-        made = False
+    def ranks(self, least: float) -> dict[str, int]:
+        """Of the full covariances that are as good as singular: eigenvalues of their correlations from `least`."""
+        made = {}
         for block in self.blocks:
-            if not isinstance(block, Cholesky) or np.any(block.held):
-                continue
-            C = self._inside(block.name, self.arrays[block.name])
-            deviation = np.sqrt(np.diag(C))
-            if np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] < least:
-                begun = np.diag(self._inside(block.name, self.begun[block.name]))
-                self.put_inside(block.name, C + share * np.diag(np.maximum(np.diag(C), begun)))
-                made = True
+            if self.may_be_singular(block):
+                C = self.inside(block.name, self.arrays[block.name])
+                deviation = np.sqrt(np.diag(C))
+                rank = int(np.sum(np.linalg.eigvalsh(C / np.outer(deviation, deviation)) >= least))
+                if min(rank, block.rank) < len(C):
+                    made[block.name] = min(rank, block.rank)
         return made
+
+    def is_narrower(self, least: float) -> bool:
+        """Is any of them of a lower rank than its coordinates have?"""
+        now = self.now_ranks
+        return any(rank < now.get(name, np.inf) for name, rank in self.ranks(least).items())
+
+    @staticmethod
+    def may_be_singular(block: Any) -> bool:
+        """Is it of a full covariance?"""
+        return isinstance(block, Cholesky) and not np.any(block.held)
+
+    @property
+    def narrow_blocks(self) -> list[Cholesky]:
+        return [block for block in self.blocks if isinstance(block, Cholesky) and block.rank < len(block.L)]
+
+    @property
+    def now_ranks(self) -> dict[str, int]:
+        return {block.name: block.rank for block in self.narrow_blocks}
+
+    def by_block(self, mask: np.ndarray, ranks: Mapping[str, int]) -> dict[str, np.ndarray]:
+        """A mask of coordinates, of those blocks that stay as they are with covariances of these ranks."""
+        return {block.name: mask[part] for block, part in zip(self.blocks, self.slices)
+                if not isinstance(block, Cholesky) or ranks.get(block.name, block.rank) == block.rank}
 
     def put_inside(self, name: str, C: np.ndarray) -> None:
         if name == "R":

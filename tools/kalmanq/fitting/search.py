@@ -1,4 +1,4 @@
-"""The maximum of the likelihood: SciPy's BFGS over the C core's likelihood and gradient, edges, Newton's steps."""
+"""From a place to a maximum: SciPy's BFGS over the C core's likelihood and gradient, edges, Newton's steps."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ from typing import Optional
 
 import numpy as np
 
+from kalmanq.fitting.coordinates import Cholesky
 from kalmanq.fitting.information import Information
-from kalmanq.fitting.problem import Problem, Singular
+from kalmanq.fitting.problem import Problem
 
 ROUNDS = 8
 RESCALED, RATIO, SHARP = 6, 2.0, 100.0  # climbs in other units; a ratio and a curvature that ask for them
 SLOPE = 1e-5  # of a coordinate, at which a climb ends: about 1e-10 of log-likelihood where it is well determined
 SAME = 1e-7  # of log-likelihood: a difference of no meaning, far above rounding
-DEEP = 1.0  # of log-likelihood: a variance that costs so much is no longer tiny
 SINGULAR = 1e-4  # an eigenvalue of a correlation, below which there is no noise in its direction
-BESIDE = 1e-2  # share of a variance by which a singular covariance is left
 FALL = 1e-5  # of log-likelihood: far enough above 0 to see what others make up for
 STILL = 1e-2  # of a slope: what is steeper is under way
 HARDLY = 0.05  # information on the log of a standard deviation: it may be anything between 0 and 100 times as large
 UP = 3.0, 6.0, 12.0, 24.0, 48.0  # of a log standard deviation: where a variance of 0 differs from others
-DOWN, NONE = (9.0, 6.0, 3.0, 0.0), -4.0  # where it may be as good as none
+FAR = 1.0, 4.0, 16.0, 64.0  # standard deviations of what is well determined
+FALLEN, LOWEST, NONE = 6.0, 30.0, -4.0  # of its log: has gone far down; as far as it goes; where it is as good as none
+RISE = 24.0, 12.0, 6.0, 3.0, 1.0  # halves of a search upwards for the largest that is as good
 
 
 @dataclass
@@ -33,6 +34,7 @@ class Optimum:
     edge: np.ndarray
     information: Information
     is_exhausted: bool = False  # there was reason to go on, and no evaluation or round left
+    is_cut: bool = False  # a covariance of lower rank is to be tried before more is done
 
     @property
     def distance(self) -> float:
@@ -43,64 +45,22 @@ class Exhausted(Exception):
     """As many evaluations as were allowed."""
 
 
-def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
-    """From the arrays as they are.  Where a full covariance has become singular, once more from a little beside it:
-    a combination of directions may have noise where each by itself is best without."""
-    problem.allowed = problem.evaluations + limit
-    found = _rounds(problem, tolerance)
-    found_blocks = problem.blocks
-    if not found.is_exhausted and problem.leave_singular(SINGULAR, BESIDE):
-        again = _rounds(problem, tolerance)
-        if again.value > found.value + SAME:
-            found = again
-        else:
-            problem.blocks = found_blocks
-        found = _from_ridges(problem, found, tolerance)
-    else:
-        found = _from_above(problem, found, tolerance)
-    problem.put(found.x)
-    return found
+class Narrow(Exception):
+    """A full covariance has become as good as singular, at x."""
+
+    def __init__(self, x: np.ndarray, value: float, edge: np.ndarray):
+        super().__init__("singular")
+        self.x, self.value, self.edge = x, value, edge
 
 
-def _from_above(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
-    """Once more with each variance that hardly matters so large that it does: beside the others a tiny one has no
-    slope, though there may be a higher place above."""
-    for k in np.flatnonzero(_is_tiny(problem, found)) if found.distance < STILL else ():
-        x = _raised(problem, found, int(k))
-        if x is None or found.is_exhausted:
-            continue
-        blocks = problem.blocks
-        problem.put(x)
-        try:
-            again = _rounds(problem, tolerance)
-        except Singular:  # another covariance, at the best point
-            return found
-        if again.value > found.value + SAME:
-            return again
-        problem.blocks = blocks
-    return found
-
-
-def _from_ridges(problem: Problem, found: Optimum, tolerance: float) -> Optimum:
-    """Once more from where a tiny variance is less so, and the others make up for more than that costs."""
-    if found.is_exhausted or not found.information.is_maximum:
-        return found
-    for k in np.flatnonzero(_is_tiny(problem, found)):
-        alone = np.arange(problem.size) == k
-        x, fall = fallen(problem, found, int(k))
-        at = x + found.information.holding(found.edge | alone).covariance() @ problem.slopes_at(x)
-        if fall > FALL and np.all(np.isfinite(at)) and problem.value(at) > found.value + SAME:
-            blocks = problem.blocks
-            problem.put(at)
-            try:
-                again = _rounds(problem, tolerance)
-            except Singular:  # no beginning there
-                problem.blocks = blocks
-                continue
-            if again.value > found.value + max(SAME, tolerance) and not again.is_exhausted:
-                return again
-            problem.blocks = blocks
-    return found
+def hardly_full(problem: Problem, found: Optimum) -> Optional[Cholesky]:
+    """A full covariance with a direction of whose noise hardly anything is known."""
+    hardly = is_tiny(problem, found)
+    for block, part in zip(problem.blocks, problem.slices):
+        if problem.may_be_singular(block) and block.rank > 1 and \
+                any(not block.is_alone(int(k)) for k in np.flatnonzero(hardly[part])):
+            return block
+    return None
 
 
 def fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, float]:
@@ -115,7 +75,7 @@ def fallen(problem: Problem, optimum: Optimum, k: int) -> tuple[np.ndarray, floa
     return x, fall
 
 
-def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
+def is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
     """Variances at the edge, or of which hardly anything is known."""
     curvature, slopes = (found.information.whole(part)
                          for part in (np.diag(found.information.J), found.information.slopes))
@@ -123,24 +83,21 @@ def _is_tiny(problem: Problem, found: Optimum) -> np.ndarray:
     return problem.logarithmic & (found.edge | hardly)
 
 
-def _raised(problem: Problem, found: Optimum, k: int) -> Optional[np.ndarray]:
-    """Where variance k is so large that the likelihood has fallen by DEEP; None where it does not."""
-    x = _moved(found.x, k, 1 / problem.units[k])
-    while problem.is_within(x) and problem.evaluations < problem.allowed:
-        if problem.value(x) < found.value - DEEP:
-            return x
-        x = _moved(x, k, 1 / problem.units[k])
-    return None
+def search(problem: Problem, tolerance: float, ranks: Optional[dict[str, int]] = None,
+           edges: Optional[dict[str, np.ndarray]] = None, may_narrow: bool = False) -> Optimum:
+    """Climb, look how the top is curved, move what is best at 0 there, and again.
 
-
-def _rounds(problem: Problem, tolerance: float) -> Optimum:
-    """Climb, look how the top is curved, move what is best at 0 there, and again."""
-    problem.anchor()
-    edge = np.zeros(problem.size, bool)
+    ranks       of covariances that are singular
+    edges       by block: coordinates that stay where they are
+    may_narrow  raises Narrow when a covariance becomes singular; returns early when it may be
+    """
+    problem.anchor(ranks)
+    edge = np.concatenate([(edges or {}).get(block.name, np.zeros(block.size, bool)) for block in problem.blocks])
     x = np.zeros(problem.size)
     for _ in range(ROUNDS):
-        found = _top(problem, x, edge)
-        if found.is_exhausted:
+        found = _top(problem, x, edge, may_narrow)
+        found.is_cut = may_narrow and hardly_full(problem, found) is not None
+        if found.is_exhausted or found.is_cut:
             break
         x, changed = _next(problem, found, tolerance)
         edge = found.edge
@@ -153,10 +110,14 @@ def _rounds(problem: Problem, tolerance: float) -> Optimum:
     return found
 
 
-def _top(problem: Problem, x: np.ndarray, edge: np.ndarray) -> Optimum:
+def _top(problem: Problem, x: np.ndarray, edge: np.ndarray, may_narrow: bool) -> Optimum:
     """Climb, and again wherever the units that were right where it began are wrong at the top."""
     for last in (False,) * RESCALED + (True,):
-        x, slopes = climb(problem, x, edge)
+        x, slopes = climb(problem, x, edge, may_narrow)
+        x, edge = _grounded(problem, x, slopes, edge)
+        problem.put(x)
+        if may_narrow and problem.is_narrower(SINGULAR):
+            raise Narrow(x, problem.best, edge)
         ratio = _too_small(problem, x)
         if np.all(ratio == 1):
             information = Information(problem, x, slopes, edge)
@@ -199,17 +160,20 @@ def _polish(problem: Problem, found: Optimum) -> None:
         found.x = at
 
 
-def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The best point that BFGS finds, and the gradient there; what is at the edge stays."""
+def climb(problem: Problem, x: np.ndarray, edge: np.ndarray, may_narrow: bool = False) -> \
+        tuple[np.ndarray, np.ndarray]:
+    """The best point that BFGS finds, and the gradient there; what is at the edge stays.  With `may_narrow` no further
+    than where a covariance becomes singular."""
     from scipy.optimize import minimize  # loading it takes longer than all else of the package
 
     free = np.flatnonzero(~edge)
+    lowest = np.where(problem.logarithmic, np.minimum(-LOWEST / problem.units, x), -np.inf)
     problem.best, worst = -np.inf, [None]
     best = [x, np.zeros(problem.size)]
 
     def lost(part: np.ndarray) -> tuple[float, np.ndarray]:
         at = x.copy()
-        at[free] = part
+        at[free] = np.maximum(part, lowest[free])  # the likelihood is flat down there, and a step may be a long one
         value, slopes = problem.evaluate(at)
         if value > problem.best:
             problem.best, best[:] = value, [at, slopes]
@@ -218,11 +182,15 @@ def climb(problem: Problem, x: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray
         worst[0] = -value if worst[0] is None else max(worst[0], -value)
         if problem.evaluations >= problem.allowed:
             raise Exhausted
-        return -value, -slopes[free]
+        return -value, np.where(part < lowest[free], 0.0, -slopes[free])
+
+    def look(_: np.ndarray) -> None:
+        if may_narrow and problem.is_narrower(SINGULAR):
+            raise StopIteration
 
     try:
         if len(free):
-            minimize(lost, x[free], jac=True, method="BFGS", options={"gtol": SLOPE, "maxiter": 10**6})
+            minimize(lost, x[free], jac=True, method="BFGS", callback=look, options={"gtol": SLOPE, "maxiter": 10**6})
         else:
             lost(x[free])
     except Exhausted:
@@ -234,7 +202,7 @@ def _next(problem: Problem, found: Optimum, tolerance: float) -> tuple[np.ndarra
     """Where the next round begins, and whether there is reason for one.  Moves edges."""
     x, edge = _edges(problem, found)
     moved = not np.array_equal(edge, found.edge)
-    escaped = not np.array_equal(x[~edge], found.x[~edge])
+    escaped = not np.array_equal(x, found.x)
     found.edge = edge
     if moved or escaped:
         return x, True
@@ -244,11 +212,23 @@ def _next(problem: Problem, found: Optimum, tolerance: float) -> tuple[np.ndarra
     if not information.is_maximum:
         return _beside(problem, found)
     if information.distance > 0.01 * tolerance:
+        x = _along_flat(problem, found)
+        if x is not None:
+            return x, True
         step = information.newton()
         for share in (1.0, 0.25):
             if problem.value(found.x + share * step) > found.value:
                 return found.x + share * step, True
-    return x, False
+    return found.x, False
+
+
+def _along_flat(problem: Problem, found: Optimum) -> Optional[np.ndarray]:
+    """Where the likelihood is flat, and yet has a slope: farther up along it."""
+    direction = found.information.uphill()
+    tried = [found.x + far * direction for far in FAR]
+    values = [problem.value(x) for x in tried] if np.any(direction) else [-np.inf]
+    best = int(np.argmax(values))
+    return tried[best] if values[best] > found.value + SAME else None
 
 
 def _beside(problem: Problem, found: Optimum) -> tuple[np.ndarray, bool]:
@@ -273,37 +253,48 @@ def _edges(problem: Problem, found: Optimum) -> tuple[np.ndarray, np.ndarray]:
     for k in np.flatnonzero(problem.logarithmic & hardly):
         above, far = _above(problem, x, k, value)
         if above > value:
-            x, edge[k], value = _moved(x, k, far), False, above
-        elif above < value and not edge[k]:
-            x, edge[k] = _to_the_edge(problem, x, k, value)
+            x, edge[k], value = moved(x, k, far), False, above
+        elif above < value:
+            x, edge[k] = _to_the_edge(problem, x, k, value, edge[k])
     return x, edge
 
 
-def _to_the_edge(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[np.ndarray, bool]:
-    """The largest variance that is as good as next to none: it is no rounding beside the others."""
-    none = problem.value(_moved(x, k, NONE / problem.units[k]))
-    if none < value - SAME:
-        return x, False
-    for steps in DOWN:
-        at = _moved(x, k, steps / problem.units[k])
-        if problem.value(at) > none - 0.1 * SAME:
-            return at, True
-    return _moved(x, k, NONE / problem.units[k]), True
+def _grounded(problem: Problem, x: np.ndarray, slopes: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """With variances that have gone far down at their boundaries, before a difference is taken next to nothing."""
+    edge = edge.copy()
+    for k in np.flatnonzero(problem.logarithmic & ~edge & (x * problem.units < -FALLEN) & (np.abs(slopes) < STILL)):
+        x, edge[k] = _to_the_edge(problem, x, int(k), problem.best)
+    return x, edge
+
+
+def _to_the_edge(problem: Problem, x: np.ndarray, k: int, value: float, is_there: bool = False) -> \
+        tuple[np.ndarray, bool]:
+    """The largest variance that is as good as next to none: the records tell no smaller ones from it.  One that is
+    there stays, unless the others have changed and it is too large now."""
+    none = problem.value(moved(x, k, NONE / problem.units[k]))
+    if none < value - SAME or is_there and none < value + 0.2 * SAME:
+        return x, is_there
+    at = moved(x, k, NONE / problem.units[k])
+    for steps in RISE:
+        above = moved(at, k, steps / problem.units[k])
+        if problem.value(above) > none - 0.1 * SAME:
+            at = above
+    return at, True
 
 
 def _above(problem: Problem, x: np.ndarray, k: int, value: float) -> tuple[float, float]:
     """The likelihood as far above as it is another one, and how far that is; `value` where it is flat everywhere."""
     for steps in UP:
         far = steps / problem.units[k]
-        if not problem.is_within(_moved(x, k, far)):
+        if not problem.is_within(moved(x, k, far)):
             break
-        found = problem.value(_moved(x, k, far))
+        found = problem.value(moved(x, k, far))
         if abs(found - value) > SAME:
             return found, far
     return value, 0.0
 
 
-def _moved(x: np.ndarray, k: int, far: float) -> np.ndarray:
+def moved(x: np.ndarray, k: int, far: float) -> np.ndarray:
     made = x.copy()
     made[k] += far
     return made

@@ -78,8 +78,8 @@ static void K(readings)(K(row) *r)
     }
     if (q->variance) K(look_at_states)(r);
     if (q->scales) {
-        q->scales[2 * t] = K(adaptation_process_scale)(q->adaptation);
-        q->scales[2 * t + 1] = K(adaptation_sensor_scale)(q->adaptation);
+        const kq_status status = K(adaptation_scales)(q->adaptation, q->scales + 2 * t, q->scales + 2 * t + 1);
+        (void)status; /* it is attached */
     }
 }
 
@@ -236,13 +236,13 @@ static kq_status K(refine)(K(sequence) *q, size_t t)
 {
     K(filter) view = {0};
     kq_status status = KQ_OK;
-    if (!q->point_follows && t == q->point_row) {
-        status = K(attach)(q->filter, &q->point->attached);
-        q->point_follows = !status;
+    if (!q->instant_follows && t == q->instant_row) {
+        status = K(attach)(q->filter, &q->instant->attached);
+        q->instant_follows = !status;
     }
-    if (q->point_follows) status = K(instant_smooth)(q->point, &view);
-    (void)K(read_view)(&view, q->filter->states, t, q->point_mean, q->point_low, q->point_sigma, q->point_variance,
-                       q->point_covariance);
+    if (q->instant_follows) status = K(instant_smooth)(q->instant, &view);
+    (void)K(read_view)(&view, q->filter->states, t, q->instant_mean, q->instant_low, q->instant_sigma, q->instant_variance,
+                       q->instant_covariance);
     return status;
 }
 
@@ -262,7 +262,7 @@ static kq_status K(settle)(K(sequence) *q, size_t t)
 static kq_status K(follow)(K(sequence) *q, size_t t)
 {
     kq_status status = q->lag && q->lagged ? K(look_back)(q, t) : KQ_OK;
-    if (!status && q->point) status = K(refine)(q, t);
+    if (!status && q->instant) status = K(refine)(q, t);
     if (!status && q->settling) status = K(settle)(q, t);
     return status;
 }
@@ -285,7 +285,7 @@ kq_status K(sequence_run)(K(sequence) *q)
     const size_t n = q->filter->states, m = q->sensor->components;
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
-    r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->point &&
+    r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->instant &&
                  !q->settling && !q->adaptation && !q->filter->attached;
     for (q->done = 0; q->done < q->steps; q->done++) {
         r.t = q->done;
@@ -360,7 +360,7 @@ kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number
     const size_t n = f->states;
     for (*done = 0; *done < steps; ++*done) {
         const size_t t = *done;
-        const kq_status status = K(least_squares_add)(fit, H + t * n, z[t], r[t]);
+        const kq_status status = K(least_squares_add)(fit, H + t * n, z + t, r + t, 1);
         if (status < KQ_OK) return status;
         for (size_t i = 0; i < n; i++) {
             if (mean) mean[t * n + i] = K(mean)(f, (int)i);

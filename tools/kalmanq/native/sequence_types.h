@@ -17,9 +17,9 @@ typedef struct {
     K(lag) *lag;           /* attached as soon as the filter is ready, or NULL */
     int lag_follows;       /* read and written: is it attached? */
     size_t age;            /* of what is asked of it */
-    K(instant) *point;      /* attached after row `point_row` of this call, or NULL */
-    size_t point_row;
-    int point_follows;     /* read and written */
+    K(instant) *instant;      /* attached after row `instant_row` of this call, or NULL */
+    size_t instant_row;
+    int instant_follows;     /* read and written */
     K(freeze) *settling; /* attached as soon as the filter is ready, or NULL */
     int is_settling;       /* read and written: is it attached? */
     K(consistency) *watch; /* of every update, or NULL */
@@ -34,9 +34,9 @@ typedef struct {
     int32_t *taken;
     num *lagged, *lagged_low, *lagged_sigma;   /* n, of `age` rows before */
     number *lagged_variance;                   /* n */
-    num *point_mean, *point_low, *point_sigma; /* n, of the point's row */
-    number *point_variance;                    /* n */
-    number *point_covariance;                  /* n x n */
+    num *instant_mean, *instant_low, *instant_sigma; /* n, of the point's row */
+    number *instant_variance;                    /* n */
+    number *instant_covariance;                  /* n x n */
     number *scales;                            /* 2: of Q and R */
     uint8_t *settled;                          /* did the step move the mean alone? */
     double *widest; /* n, read and written: of each state the largest variance before an update */

@@ -97,9 +97,9 @@ class Filter(Readable):
         self.predict(u)
         self.update(z)
 
-    def fade(self, forgetting: float) -> None:
+    def forget(self, forgetting: float) -> None:
         """Fading memory: P / forgetting, 0 < forgetting <= 1; before predict."""
-        require(self._call("fade", self.arithmetic.parameter(forgetting)), "fade")
+        require(self._call("forget", self.arithmetic.parameter(forgetting)), "forget")
 
     def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
         """The state so many rows ahead, as a filter; u: steps x l."""
@@ -301,11 +301,11 @@ class AdaptiveFilter(Filter):
     @property
     def scales(self) -> np.ndarray:
         """2: of Q and R, as they are now."""
-        a, made = self.arithmetic, []
-        for name in ("process", "sensor"):
-            scale = a.function(f"adaptation_{name}_scale")(self._adaptation)
-            made.append(np.ldexp(float(scale.mantissa), scale.exponent) if a.is_fixed else scale)
-        return np.array(made, np.float64)
+        a = self.arithmetic
+        made = np.zeros(2, a.number_of_any_size)
+        address = self._pointer(made, self._any_size)
+        require(a.function("adaptation_scales")(self._adaptation, address, address + 1), "adaptation_scales")
+        return a.numbers(made)
 
 
 class Smoother:
@@ -349,7 +349,7 @@ class _Recording(Filter):
         if not len(run):
             return
         self._smooth(means_only)
-        what = "start" if self.is_unknown else "history"
+        what = "diffuse" if self.is_unknown else "history"
         self.read_smoothed(run, what, self._start if self.is_unknown else self._history, covariance, means_only)
         run.events |= self.smoothing_events(self._history)
 

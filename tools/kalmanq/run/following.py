@@ -18,9 +18,9 @@ from kalmanq.run.results import Run
 
 
 class InstantSmoother(Filter):
-    """A filter with a fixed-point smoother: `run` has `point`, the state of one row given all rows so far, too.
+    """A filter with a fixed-point smoother: `run` has `instant`, the state of one row given all rows so far, too.
 
-        run = InstantSmoother(model, row=0).run(z)        run.point[-1], run.point_sigma[-1]
+        run = InstantSmoother(model, row=0).run(z)        run.instant[-1], run.instant_sigma[-1]
 
     row   counted from the first one ever; what is known of it must be all of the state by then.  It is begun by
           the `run` or `update` that takes that row
@@ -30,56 +30,56 @@ class InstantSmoother(Filter):
         super().__init__(model, arithmetic)
         if row < 0:
             raise KalmanqError("row: below 0")
-        self.point_row = row
-        self._point = self._object("instant", model.n, model.m, sizes=(model.n, model.m))
+        self.instant_row = row
+        self._instant = self._object("instant", model.n, model.m, sizes=(model.n, model.m))
         self._follows = False
 
     @property
-    def point(self) -> np.ndarray:
+    def instant(self) -> np.ndarray:
         """n: the row's state, given all so far"""
         view = self._refine()
         return self._values(self._words("mean", view), self._words("mean_low", view))
 
     @property
-    def point_sigma(self) -> np.ndarray:
+    def instant_sigma(self) -> np.ndarray:
         view, variance = self._refine(), self._variances_of_any_size(1)
         if variance is not None:
             full = np.zeros((self.model.n, self.model.n), self.arithmetic.number_of_any_size)
-            require(self.arithmetic.function("covariance")(view, self._pointer(full, self._any_size)), "point")
+            require(self.arithmetic.function("covariance")(view, self._pointer(full, self._any_size)), "instant")
             variance[0] = np.diag(full)
         return self._sigmas(self._words("sigma", view)[None], variance)[0]
 
     def _refine(self) -> Any:
         """A view of the row's state"""
         view = self.arithmetic.struct("filter")
-        require(self.arithmetic.function("instant_smooth")(self._point, view), "point")
+        require(self.arithmetic.function("instant_smooth")(self._instant, view), "instant")
         return view
 
     def _ask(self, q: Any, out: Results) -> None:
         T, n = int(q.steps), self.model.n
-        q.point, q.point_follows = self._point, self._follows
+        q.instant, q.instant_follows = self._instant, self._follows
         first = self.row + int(not q.begins)  # of this call
-        q.point_row = self.point_row - first if self.point_row >= first else T
-        for name in ("point", "point_low", "point_sigma"):
+        q.instant_row = self.instant_row - first if self.instant_row >= first else T
+        for name in ("instant", "instant_low", "instant_sigma"):
             out.numbers[name] = np.zeros((T, n), self.arithmetic.number)
-        q.point_mean, q.point_low, q.point_sigma = (
-            self._pointer(out.numbers[name]) for name in ("point", "point_low", "point_sigma"))
-        self._point_variance = self._variances_of_any_size(T)
-        q.point_variance = self._pointer(self._point_variance, self._any_size)
+        q.instant_mean, q.instant_low, q.instant_sigma = (
+            self._pointer(out.numbers[name]) for name in ("instant", "instant_low", "instant_sigma"))
+        self._instant_variance = self._variances_of_any_size(T)
+        q.instant_variance = self._pointer(self._instant_variance, self._any_size)
         if "covariance" in out.any_size:
-            out.any_size["point_covariance"] = np.zeros((T, n, n), self.arithmetic.number_of_any_size)
-            q.point_covariance = self._pointer(out.any_size["point_covariance"], self._any_size)
+            out.any_size["instant_covariance"] = np.zeros((T, n, n), self.arithmetic.number_of_any_size)
+            q.instant_covariance = self._pointer(out.any_size["instant_covariance"], self._any_size)
 
     def _tell(self, run: Run, out: Results) -> None:
-        run.point_row = self.point_row
-        run.point = self._values(out.numbers["point"], out.numbers["point_low"])
-        run.point_sigma = self._sigmas(out.numbers["point_sigma"], self._point_variance)
-        if "point_covariance" in out.any_size:
-            full = out.any_size["point_covariance"]
-            run.point_covariance = self.arithmetic.numbers(full, self.parts.covariance_scale)
+        run.instant_row = self.instant_row
+        run.instant = self._values(out.numbers["instant"], out.numbers["instant_low"])
+        run.instant_sigma = self._sigmas(out.numbers["instant_sigma"], self._instant_variance)
+        if "instant_covariance" in out.any_size:
+            full = out.any_size["instant_covariance"]
+            run.instant_covariance = self.arithmetic.numbers(full, self.parts.covariance_scale)
 
     def _end(self, q: Any) -> None:
-        self._follows = bool(q.point_follows)
+        self._follows = bool(q.instant_follows)
 
 
 class FrozenGainFilter(Filter):

@@ -23,7 +23,7 @@ class Run:
     log_likelihood         T, each row's term; 0 where nothing was taken
     smoothed, smoothed_sigma, smoothed_covariance    given all rows
     lagged, lagged_sigma   of `lag` rows before, given all rows so far; NaN in the first `lag` rows
-    point, point_sigma, point_covariance             of the row `point_row`, given all rows so far; NaN before it
+    instant, instant_sigma, instant_covariance             of the row `instant_row`, given all rows so far; NaN before it
     settled                T, of a freeze: did the row move the mean alone?
     scales                 T x 2: of Q and R, of an adaptation
     weights                T: of Q in the step to each row, by which a reweighted smoother smoothed
@@ -47,10 +47,10 @@ class Run:
     lag: Optional[int] = None
     lagged: Optional[np.ndarray] = None
     lagged_sigma: Optional[np.ndarray] = None
-    point_row: Optional[int] = None
-    point: Optional[np.ndarray] = None
-    point_sigma: Optional[np.ndarray] = None
-    point_covariance: Optional[np.ndarray] = None
+    instant_row: Optional[int] = None
+    instant: Optional[np.ndarray] = None
+    instant_sigma: Optional[np.ndarray] = None
+    instant_covariance: Optional[np.ndarray] = None
     settled: Optional[np.ndarray] = None
     scales: Optional[np.ndarray] = None
     weights: Optional[np.ndarray] = None
@@ -71,7 +71,7 @@ class Run:
         for i, state in enumerate(self.model.states):
             for suffix, array in (("mean", self.mean), ("sigma", self.sigma), ("smoothed", self.smoothed),
                                   ("smoothed_sigma", self.smoothed_sigma), ("lagged", self.lagged),
-                                  ("point", self.point), ("point_sigma", self.point_sigma)):
+                                  ("instant", self.instant), ("instant_sigma", self.instant_sigma)):
                 if array is not None:
                     made[f"{state.name}_{suffix}"] = array[:, i]
         if self.innovation is not None:

@@ -122,7 +122,7 @@ class _Streamed(_Recording):
             require(self.arithmetic.function("diffuse_smooth")(self._start), "smoother")
 
     def read(self, run: Run, first: int) -> None:
-        what, source = ("start", self._start) if self.is_unknown else ("history", self._history)
+        what, source = ("diffuse", self._start) if self.is_unknown else ("history", self._history)
         self.read_smoothed(run, what, source, False, first=first)
         run.events |= self.smoothing_events(self._history) | self.events
         self.tape.drop()

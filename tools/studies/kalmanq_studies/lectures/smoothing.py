@@ -91,7 +91,7 @@ def compute(arithmetic: str, seed: int) -> Result:
     record = Record(truth[0], drawn[0][1][:, 0], runs[0].mean[:, 0], runs[0].smoothed[:, 0], interval.sigma, ahead,
                     horizon.sigma)
     filtered = _of([run.mean[:, 0] for run in runs], runs[0].sigma[:, 0], truth[:, :ROWS])
-    return Result(_lagged(known, arithmetic, records, truth), horizon, _point(known, arithmetic, records, truth),
+    return Result(_lagged(known, arithmetic, records, truth), horizon, _instant(known, arithmetic, records, truth),
                   interval, filtered, record)
 
 
@@ -118,9 +118,9 @@ def _ahead(known: Model, arithmetic: str, records: Sequence[np.ndarray], truth: 
     return _of(means, sigma, truth[:, ROWS:])
 
 
-def _point(known: Model, arithmetic: str, records: Sequence[np.ndarray], truth: np.ndarray) -> Estimates:
+def _instant(known: Model, arithmetic: str, records: Sequence[np.ndarray], truth: np.ndarray) -> Estimates:
     runs = [InstantSmoother(known, POINT, arithmetic).run(z) for z in records]
-    return _of([run.point[POINT:, 0] for run in runs], runs[0].point_sigma[POINT:, 0], truth[:, [POINT]])
+    return _of([run.instant[POINT:, 0] for run in runs], runs[0].instant_sigma[POINT:, 0], truth[:, [POINT]])
 
 
 def numbers(result: Result) -> dict[str, Any]:
