@@ -1,3 +1,3 @@
 /* kalmanq in float: noise levels that are learnt. */
 #include "arithmetic/f32.h"
-#include "adaptation/api.h"
+#include "adaptation/adaptation.h"

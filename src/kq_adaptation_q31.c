@@ -1,3 +1,3 @@
 /* kalmanq in fixed point: noise levels that are learnt. */
 #include "arithmetic/q31.h"
-#include "adaptation/api.h"
+#include "adaptation/adaptation.h"

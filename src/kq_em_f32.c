@@ -1,3 +1,3 @@
 /* kalmanq in float: parameters that are estimated. */
 #include "arithmetic/f32.h"
-#include "em/api.h"
+#include "em/em.h"

@@ -6,4 +6,3 @@
 #include "robust/api.h"
 #include "diffuse/api.h"
 #include "linearised/api.h"
-#include "linearised/rows_float.h"

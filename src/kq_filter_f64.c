@@ -8,5 +8,4 @@
 #include "robust/api.h"
 #include "diffuse/api.h"
 #include "linearised/api.h"
-#include "linearised/rows_float.h"
 #endif

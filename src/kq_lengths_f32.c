@@ -1,3 +1,3 @@
 /* kalmanq in float: sizes and lengths as functions. */
 #include "arithmetic/f32.h"
-#include "lengths/api.h"
+#include "lengths/lengths.h"

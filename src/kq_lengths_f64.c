@@ -2,5 +2,5 @@
 #include "arithmetic/has_double.h"
 #if KQ_HAS_DOUBLE
 #include "arithmetic/f64.h"
-#include "lengths/api.h"
+#include "lengths/lengths.h"
 #endif

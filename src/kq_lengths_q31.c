@@ -1,3 +1,3 @@
 /* kalmanq in fixed point: sizes and lengths as functions. */
 #include "arithmetic/q31.h"
-#include "lengths/api.h"
+#include "lengths/lengths.h"

@@ -26,32 +26,12 @@
 #ifndef KQ_SRC_ADAPTATION_ADAPTATION_H
 #define KQ_SRC_ADAPTATION_ADAPTATION_H
 
-#include <stdint.h>
-
-#include "kalmanq/adaptation.h"
-#include "kalmanq/filter.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../model/definitions.h"
-#include "../model/process.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/alone.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../filter/step.h"
-#include "../robust/parameters.h"
-#include "scaled.h"
+#include "../robust/robust.h"
+#if KQ_FLOATING
+#include "adaptation_float.h"
+#else
+#include "adaptation_q31.h"
+#endif
 
 typedef T(kq_adaptation_rule) adaptation_rule;
 

@@ -5,21 +5,7 @@
 #ifndef KQ_SRC_ADAPTATION_ADAPTATION_FLOAT_H
 #define KQ_SRC_ADAPTATION_ADAPTATION_FLOAT_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/adaptation.h"
-#include "kalmanq/process.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
+#include "../filter/filter.h"
 
 typedef T(kq_adaptation) adaptation;
 

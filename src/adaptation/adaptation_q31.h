@@ -5,21 +5,8 @@
 #ifndef KQ_SRC_ADAPTATION_ADAPTATION_Q31_H
 #define KQ_SRC_ADAPTATION_ADAPTATION_Q31_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/adaptation.h"
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/attached.h"
+#include "../filter/filter.h"
 
 typedef T(kq_adaptation) adaptation;
 

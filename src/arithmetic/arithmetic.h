@@ -1,10 +1,10 @@
-/* The arithmetic that an instance has chosen (kq_*_<T>.c include theirs first); an editor that looks at a
-   header by itself sees float. */
+/* What a number is, and what is calculated with it: the door of arithmetic/. */
 #ifndef KQ_SRC_ARITHMETIC_ARITHMETIC_H
 #define KQ_SRC_ARITHMETIC_ARITHMETIC_H
 
-#ifndef T
-#include "f32.h"
+#include "root.h"
+#if KQ_FLOATING
+#include "matrix_float.h"
 #endif
 
 #endif

@@ -2,17 +2,9 @@
 #ifndef KQ_SRC_ARITHMETIC_COORDINATES_FLOAT_H
 #define KQ_SRC_ARITHMETIC_COORDINATES_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "arithmetic.h"
-#include "compiler.h"
-#include "mean.h"
-#include "rotor.h"
-#include "rows.h"
-#include "scaled.h"
-#include "triangle.h"
+#include "mean_float.h"
+#include "rotor_float.h"
+#include "rows_float.h"
 
 #define COORDINATE_PLANES 1
 

@@ -7,21 +7,8 @@
 #ifndef KQ_SRC_ARITHMETIC_COORDINATES_Q31_H
 #define KQ_SRC_ARITHMETIC_COORDINATES_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "q31.h"
-#include "compiler.h"
-#include "fixed.h"
-#include "mean.h"
-#include "rotor.h"
-#include "rows.h"
-#include "scaled.h"
-#include "triangle.h"
-
-#include "kalmanq/port/integer.h"
+#include "mean_q31.h"
+#include "rotor_q31.h"
 
 #define COORDINATE_PLANES 2
 

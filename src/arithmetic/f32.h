@@ -7,10 +7,7 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdint.h>
-
 #include "kalmanq/kalmanq.h"
-
 #include "ieee.h"
 
 /* The public name of this arithmetic */

@@ -18,10 +18,7 @@
 #ifndef KQ_SRC_ARITHMETIC_FIXED_H
 #define KQ_SRC_ARITHMETIC_FIXED_H
 
-#include <stdint.h>
-
 #include "compiler.h"
-
 #include "kalmanq/port/integer.h"
 
 _Static_assert((-3 >> 1) == -2, "kalmanq needs arithmetic right shifts");

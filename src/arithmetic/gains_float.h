@@ -2,9 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_GAINS_FLOAT_H
 #define KQ_SRC_ARITHMETIC_GAINS_FLOAT_H
 
-#include "arithmetic.h"
-#include "compiler.h"
-#include "rows.h"
+#include "rows_float.h"
 
 #define STEADY_PLANES 1
 

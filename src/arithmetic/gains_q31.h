@@ -2,18 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_GAINS_Q31_H
 #define KQ_SRC_ARITHMETIC_GAINS_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "q31.h"
-#include "compiler.h"
-#include "coordinates.h"
-#include "fixed.h"
-#include "mean.h"
-#include "scaled.h"
-
-#include "kalmanq/port/integer.h"
+#include "coordinates_q31.h"
 
 #define STEADY_PLANES MEAN_PLANES
 

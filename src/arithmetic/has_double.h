@@ -4,7 +4,7 @@
 #define KQ_SRC_ARITHMETIC_HAS_DOUBLE_H
 
 #include <float.h>
-#include <stdint.h> /* no translation unit is empty */
+#include <stdint.h>
 
 #define KQ_HAS_DOUBLE (DBL_MANT_DIG == 53)
 

@@ -5,10 +5,7 @@
 #ifndef KQ_SRC_ARITHMETIC_INVERSE_Q31_H
 #define KQ_SRC_ARITHMETIC_INVERSE_Q31_H
 
-#include <stdint.h>
-
 #include "compiler.h"
-
 #include "kalmanq/port/integer.h"
 
 static inline int leading_zeros_wide(uint64_t a)

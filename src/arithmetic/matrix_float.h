@@ -2,7 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_MATRIX_FLOAT_H
 #define KQ_SRC_ARITHMETIC_MATRIX_FLOAT_H
 
-#include "arithmetic.h"
+#include "scaled_float.h"
 
 /* out = a b: r x k times k x c */
 static void multiply(num *restrict out, const num *a, const num *b, int r, int k, int c)

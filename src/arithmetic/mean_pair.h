@@ -6,10 +6,7 @@
 #ifndef KQ_SRC_ARITHMETIC_MEAN_PAIR_H
 #define KQ_SRC_ARITHMETIC_MEAN_PAIR_H
 
-#include "arithmetic.h"
-#include "compiler.h"
-#include "rows.h"
-#include "scaled.h"
+#include "rows_float.h"
 
 #define MEAN_PLANES 2
 

@@ -12,16 +12,7 @@
 #ifndef KQ_SRC_ARITHMETIC_MEAN_Q31_H
 #define KQ_SRC_ARITHMETIC_MEAN_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
 #include "q31.h"
-#include "compiler.h"
-#include "fixed.h"
-#include "scaled.h"
-
-#include "kalmanq/port/integer.h"
 
 #define MEAN_PLANES 2
 

@@ -2,10 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_MEAN_SINGLE_H
 #define KQ_SRC_ARITHMETIC_MEAN_SINGLE_H
 
-#include "arithmetic.h"
-#include "compiler.h"
-#include "rows.h"
-#include "scaled.h"
+#include "rows_float.h"
 
 #define MEAN_PLANES 1
 

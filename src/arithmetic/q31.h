@@ -7,7 +7,6 @@
 #define KQ_SRC_ARITHMETIC_Q31_H
 
 #include "kalmanq/kalmanq.h"
-
 #include "scaled_q31.h"
 
 /* The public name of this arithmetic */

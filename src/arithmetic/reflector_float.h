@@ -1,12 +1,7 @@
 #ifndef KQ_SRC_ARITHMETIC_REFLECTOR_FLOAT_H
 #define KQ_SRC_ARITHMETIC_REFLECTOR_FLOAT_H
 
-#include <stdint.h>
-
-#include "arithmetic.h"
-#include "compiler.h"
-#include "rows.h"
-#include "scaled.h"
+#include "rows_float.h"
 
 static inline int32_t noise_exponent(const num *G, int n, int l)
 {

@@ -1,19 +1,7 @@
 #ifndef KQ_SRC_ARITHMETIC_REFLECTOR_Q31_H
 #define KQ_SRC_ARITHMETIC_REFLECTOR_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "q31.h"
-#include "compiler.h"
-#include "fixed.h"
-#include "inverse_q31.h"
-#include "rows.h"
-#include "scaled.h"
-
-#include "kalmanq/port/integer.h"
-#include "kalmanq/port/vectors.h"
+#include "rows_q31.h"
 
 /* The noise block G of predict: its rows, of norm 2^30 at most, are brought to the exponent of
    their row of A S, at least one above their own: the norm of both is below 2^30.2. */

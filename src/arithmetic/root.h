@@ -5,15 +5,7 @@
 #ifndef KQ_SRC_ARITHMETIC_ROOT_H
 #define KQ_SRC_ARITHMETIC_ROOT_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "arithmetic.h"
-#include "compiler.h"
-#include "rows.h"
-#include "scaled.h"
-#include "triangle.h"
+#include "twins.h"
 
 static inline void copy(num *restrict to, const num *restrict from, int count)
 {

@@ -1,9 +1,7 @@
 #ifndef KQ_SRC_ARITHMETIC_ROTOR_FLOAT_H
 #define KQ_SRC_ARITHMETIC_ROTOR_FLOAT_H
 
-#include "arithmetic.h"
-#include "compiler.h"
-#include "scaled.h"
+#include "scaled_float.h"
 
 /* ------------------------------------------------------------------ update */
 

@@ -1,19 +1,7 @@
 #ifndef KQ_SRC_ARITHMETIC_ROTOR_Q31_H
 #define KQ_SRC_ARITHMETIC_ROTOR_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "q31.h"
-#include "compiler.h"
-#include "fixed.h"
-#include "inverse_q31.h"
-#include "rows.h"
-#include "scaled.h"
-
-#include "kalmanq/port/integer.h"
-#include "kalmanq/port/vectors.h"
+#include "rows_q31.h"
 
 /* No measurement is sharper than the mean's last bit, unless s is not far above that itself: a
    noise-free one leaves a variance below the floor. */

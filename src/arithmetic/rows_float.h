@@ -5,14 +5,8 @@
 #ifndef KQ_SRC_ARITHMETIC_ROWS_FLOAT_H
 #define KQ_SRC_ARITHMETIC_ROWS_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "arithmetic.h"
-#include "compiler.h"
-#include "scaled.h"
-#include "triangle.h"
+#include "scaled_float.h"
+#include "sizes.h"
 
 typedef num sum;
 

@@ -8,19 +8,8 @@
 #ifndef KQ_SRC_ARITHMETIC_ROWS_Q31_H
 #define KQ_SRC_ARITHMETIC_ROWS_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/size.h"
-
 #include "q31.h"
-#include "compiler.h"
-#include "fixed.h"
-#include "inverse_q31.h"
-#include "scaled.h"
-#include "triangle.h"
-
-#include "kalmanq/port/integer.h"
+#include "sizes.h"
 #include "kalmanq/port/vectors.h"
 
 typedef int64_t sum;

@@ -7,13 +7,8 @@
 #ifndef KQ_SRC_ARITHMETIC_SATURATE_FLOAT_H
 #define KQ_SRC_ARITHMETIC_SATURATE_FLOAT_H
 
-#include "kalmanq/status.h"
-
-#include "arithmetic.h"
-#include "compiler.h"
-#include "mean.h"
-#include "scaled.h"
-#include "triangle.h"
+#include "mean_float.h"
+#include "sizes.h"
 
 /* sigma_i in units of num_saturation_unit, so that no square of a finite entry leaves the numbers; not finite
    where an entry is not */

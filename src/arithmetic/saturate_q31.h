@@ -4,15 +4,7 @@
 #ifndef KQ_SRC_ARITHMETIC_SATURATE_Q31_H
 #define KQ_SRC_ARITHMETIC_SATURATE_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "q31.h"
-#include "compiler.h"
-#include "rows.h"
-#include "scaled.h"
+#include "rows_q31.h"
 
 static inline unsigned state_saturate(int32_t *x, int32_t *S, int n)
 {

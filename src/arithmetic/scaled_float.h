@@ -5,9 +5,9 @@
 #ifndef KQ_SRC_ARITHMETIC_SCALED_FLOAT_H
 #define KQ_SRC_ARITHMETIC_SCALED_FLOAT_H
 
-#include <stdint.h>
-
-#include "arithmetic.h"
+#ifndef T
+#include "f32.h"
+#endif
 #include "compiler.h"
 
 typedef num scaled;

@@ -6,16 +6,9 @@
 #ifndef KQ_SRC_ARITHMETIC_SCALED_Q31_H
 #define KQ_SRC_ARITHMETIC_SCALED_Q31_H
 
-#include <stdint.h>
-
 #include "kalmanq/fixed_point.h"
-#include "kalmanq/status.h"
-
-#include "compiler.h"
-#include "fixed.h"
 #include "inverse_q31.h"
-
-#include "kalmanq/port/integer.h"
+#include "fixed.h"
 
 typedef kq_scaled_q31 scaled;
 

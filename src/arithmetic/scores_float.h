@@ -2,11 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_SCORES_FLOAT_H
 #define KQ_SRC_ARITHMETIC_SCORES_FLOAT_H
 
-#include "kalmanq/filter.h"
-
-#include "arithmetic.h"
-#include "compiler.h"
-#include "scaled.h"
+#include "scaled_float.h"
 
 typedef T(kq_compensated) compensated;
 

@@ -2,17 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_SCORES_Q31_H
 #define KQ_SRC_ARITHMETIC_SCORES_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/fixed_point.h"
-
 #include "q31.h"
-#include "compiler.h"
-#include "fixed.h"
-#include "scaled.h"
-
-#include "kalmanq/port/integer.h"
 
 typedef T(kq_compensated) compensated;
 

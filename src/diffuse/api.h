@@ -2,8 +2,11 @@
 #ifndef KQ_SRC_DIFFUSE_API_H
 #define KQ_SRC_DIFFUSE_API_H
 
-#include "prior.h"
 #include "smooth.h"
-#include "diffuse.h"
+#if KQ_FLOATING
+#include "prior_float.h"
+#else
+#include "prior_q31.h"
+#endif
 
 #endif

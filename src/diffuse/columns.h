@@ -2,17 +2,6 @@
 #ifndef KQ_SRC_DIFFUSE_COLUMNS_H
 #define KQ_SRC_DIFFUSE_COLUMNS_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "entries.h"
 #include "rounding.h"
 #include "unknown.h"
 

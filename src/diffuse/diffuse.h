@@ -2,35 +2,7 @@
 #ifndef KQ_SRC_DIFFUSE_DIFFUSE_H
 #define KQ_SRC_DIFFUSE_DIFFUSE_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/diffuse.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/alone.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../filter/likelihood.h"
-#include "../filter/step.h"
-#include "../filter/update.h"
-#include "../smoother/tape.h"
-#include "columns.h"
-#include "entries.h"
-#include "past.h"
-#include "ranges.h"
-#include "rounding.h"
 #include "take.h"
-#include "unknown.h"
 
 static kq_status diffuse_check(const start *s)
 {

@@ -6,9 +6,6 @@
 #define KQ_SRC_DIFFUSE_ENTRIES_H
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
 
 static scaled entry_get(const num *row, int j) { return load_scaled(row + j * SCALED_WORDS); }
 

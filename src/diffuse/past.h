@@ -5,23 +5,7 @@
 #ifndef KQ_SRC_DIFFUSE_PAST_H
 #define KQ_SRC_DIFFUSE_PAST_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/reflector.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
 #include "../filter/filter.h"
-#include "entries.h"
 #include "rounding.h"
 #include "unknown.h"
 

@@ -2,17 +2,7 @@
 #ifndef KQ_SRC_DIFFUSE_PRIOR_FLOAT_H
 #define KQ_SRC_DIFFUSE_PRIOR_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-#include "kalmanq/diffuse.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../model/types.h"
 #include "diffuse.h"
-#include "unknown.h"
 
 /* P with the rows and columns in `unknown` as 0, whatever they hold; all: P may be NULL */
 static void known_covariance(num *known, const num *P, int n, uint32_t unknown)

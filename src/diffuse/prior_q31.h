@@ -2,21 +2,8 @@
 #ifndef KQ_SRC_DIFFUSE_PRIOR_Q31_H
 #define KQ_SRC_DIFFUSE_PRIOR_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/size.h"
-#include "kalmanq/diffuse.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/triangle.h"
-#include "../model/types.h"
 #include "diffuse.h"
-#include "unknown.h"
 
 /* A root of which the rows in `unknown` are 0, and so is what they have in common with others */
 static void known_root(num *known, const num *root, int n, uint32_t unknown)

@@ -2,10 +2,7 @@
 #ifndef KQ_SRC_DIFFUSE_RANGES_FLOAT_H
 #define KQ_SRC_DIFFUSE_RANGES_FLOAT_H
 
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
-#include "../filter/likelihood.h"
+#include "../filter/filter.h"
 #include "unknown.h"
 
 static const num range_sigma = 1;

@@ -8,13 +8,8 @@
 #ifndef KQ_SRC_DIFFUSE_RANGES_Q31_H
 #define KQ_SRC_DIFFUSE_RANGES_Q31_H
 
-#include <stdint.h>
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
-#include "../filter/likelihood.h"
+#include "../filter/filter.h"
 #include "unknown.h"
 
 static const scaled range_sigma = {INT32_C(0x55555555), -32}; /* 1/3 */

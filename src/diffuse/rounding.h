@@ -2,13 +2,7 @@
 #ifndef KQ_SRC_DIFFUSE_ROUNDING_H
 #define KQ_SRC_DIFFUSE_ROUNDING_H
 
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
+#include "../model/model.h"
 #include "entries.h"
 
 static num *rounding_row(num *rounding, int n, int i) { return rounding + i * n * SCALED_WORDS; }

@@ -2,31 +2,7 @@
 #ifndef KQ_SRC_DIFFUSE_SMOOTH_H
 #define KQ_SRC_DIFFUSE_SMOOTH_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/diffuse.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
-#include "../filter/filter.h"
-#include "../filter/view.h"
-#include "../smoother/smoother.h"
-#include "../smoother/tape.h"
-#include "../smoother/whitened.h"
-#include "columns.h"
-#include "entries.h"
-#include "past.h"
 #include "diffuse.h"
-#include "take.h"
-#include "unknown.h"
 
 /* What stays unknown is no result. */
 static void past_mark_lost(const start *s, const past_state *q)

@@ -2,35 +2,14 @@
 #ifndef KQ_SRC_DIFFUSE_TAKE_H
 #define KQ_SRC_DIFFUSE_TAKE_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "../model/definitions.h"
-#include "../model/process.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/attached.h"
-#include "../filter/filter.h"
-#include "../filter/likelihood.h"
-#include "../filter/low_noise.h"
-#include "../smoother/recorder.h"
-#include "../smoother/tape.h"
+#include "../smoother/smoother.h"
 #include "columns.h"
-#include "entries.h"
 #include "past.h"
-#include "ranges.h"
-#include "rounding.h"
-#include "unknown.h"
+#if KQ_FLOATING
+#include "ranges_float.h"
+#else
+#include "ranges_q31.h"
+#endif
 
 /* A measurement, as the unknowns are seen by it */
 typedef struct {

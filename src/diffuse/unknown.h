@@ -17,14 +17,7 @@
 #ifndef KQ_SRC_DIFFUSE_UNKNOWN_H
 #define KQ_SRC_DIFFUSE_UNKNOWN_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/diffuse.h"
-
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rows.h"
 
 typedef T(kq_diffuse) start;
 

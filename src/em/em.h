@@ -2,19 +2,8 @@
 #ifndef KQ_SRC_EM_EM_H
 #define KQ_SRC_EM_EM_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/em.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/size.h"
-#include "expect.h"
 #include "filter.h"
 #include "maximise.h"
-#include "model.h"
-#include "sums.h"
 
 typedef T(kq_gradient) gradient;
 

@@ -12,24 +12,7 @@
 #ifndef KQ_SRC_EM_EXPECT_H
 #define KQ_SRC_EM_EXPECT_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/em.h"
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "../model/advance.h"
-#include "../model/factor.h"
-#include "../model/process.h"
-#include "../model/types.h"
 #include "../smoother/smoother.h"
-#include "../smoother/tape.h"
-#include "../smoother/whitened.h"
 #include "sums.h"
 
 typedef T(kq_em) estimation;

@@ -2,19 +2,6 @@
 #ifndef KQ_SRC_EM_FILTER_H
 #define KQ_SRC_EM_FILTER_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/root.h"
-#include "../filter/filter.h"
-#include "../filter/likelihood.h"
-#include "../filter/prior.h"
 #include "expect.h"
 
 static kq_status em_begin_recording(estimation *e, const em_places *w)

@@ -2,21 +2,7 @@
 #ifndef KQ_SRC_EM_MAXIMISE_H
 #define KQ_SRC_EM_MAXIMISE_H
 
-#include <stdint.h>
-
-#include "kalmanq/em.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../model/definitions.h"
-#include "../model/factor.h"
-#include "../model/units.h"
-#include "expect.h"
 #include "model.h"
-#include "sums.h"
 
 /* One of the three regressions: of the process noise on the state, of the measurement noise on the
    state, of the start on 1.  Coefficients are A, H and x0, covariances Q, R and P0. */

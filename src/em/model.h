@@ -2,27 +2,7 @@
 #ifndef KQ_SRC_EM_MODEL_H
 #define KQ_SRC_EM_MODEL_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/em.h"
-#include "kalmanq/filter.h"
-#include "kalmanq/process.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/triangle.h"
-#include "../model/definitions.h"
-#include "../model/factor.h"
-#include "../model/units.h"
 #include "expect.h"
-#include "sums.h"
 
 typedef T(kq_parameters) parameters;
 

@@ -9,19 +9,7 @@
 #ifndef KQ_SRC_EM_SUMS_H
 #define KQ_SRC_EM_SUMS_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/matrix_float.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/triangle.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 typedef struct {
     int noises;     /* k */

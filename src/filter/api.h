@@ -2,30 +2,27 @@
 #ifndef KQ_SRC_FILTER_API_H
 #define KQ_SRC_FILTER_API_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "attached.h"
-#include "checks.h"
+#include "copies.h"
 #include "correlated.h"
-#include "filter.h"
-#include "forecast.h"
 #include "gain.h"
 #include "independent.h"
-#include "init.h"
 #include "intact.h"
 #include "readings.h"
 #include "step.h"
+#if KQ_FLOATING
+#include "init_float.h"
+#else
+#include "init_q31.h"
+#endif
+
+/* The kinds of sensor */
+const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .watch = watch_independent, .plain = 1};
+const sensor_kind T(kq_sensor_lean) = {.take = take_lean};
+const sensor_kind T(kq_sensor_correlated) = {.take = take_correlated_reading,
+                                       .watch = watch_correlated,
+                                       .row = correlated_row,
+                                       .row_sizes = correlated_row_sizes,
+                                       .innovation = correlated_innovation};
 
 KQ_COLD kq_status T(kq_filter_assign)(filter *f, int n, num *memory, size_t length)
 {

@@ -5,15 +5,7 @@
 #ifndef KQ_SRC_FILTER_ATTACHED_H
 #define KQ_SRC_FILTER_ATTACHED_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 typedef struct T(kq_attached) attached;
 typedef struct T(kq_hooks) hooks;
@@ -83,5 +75,25 @@ static void nothing_recorded(filter *f) { (void)f; }
 #define KQ_RECORDS_NOTHING                                                                         \
     .record_predict = predict_not_recorded, .record_update = update_not_recorded,                  \
     .record_nothing = nothing_recorded, .record_end = nothing_recorded
+
+static kq_status predict_alone(filter *f, const process *p, const num *u)
+{
+    attached *with = f->attached;
+    f->attached = 0;
+    const kq_status status = T(kq_predict)(f, p, u);
+    f->attached = with;
+    f->plain = 0;
+    return status;
+}
+
+static kq_status update_alone(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    attached *with = f->attached;
+    f->attached = 0;
+    const kq_status status = T(kq_update_subset)(f, s, z, present);
+    f->attached = with;
+    f->plain = 0;
+    return status;
+}
 
 #endif

@@ -1,18 +1,7 @@
 #ifndef KQ_SRC_FILTER_CHECKS_H
 #define KQ_SRC_FILTER_CHECKS_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../model/process.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "filter.h"
+#include "state.h"
 
 /* Is there a whole state to be read: a filter that is ready, or a view of mean and root? */
 KQ_COLD static kq_status state_check_known(const filter *f)

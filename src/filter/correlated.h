@@ -2,20 +2,6 @@
 #ifndef KQ_SRC_FILTER_CORRELATED_H
 #define KQ_SRC_FILTER_CORRELATED_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scaled.h"
-#include "../model/definitions.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "filter.h"
-#include "likelihood.h"
 #include "low_noise.h"
 #include "update.h"
 
@@ -62,11 +48,5 @@ static kq_status take_correlated_reading(filter *f, const sensor *s, const num *
     update_correlated(f, &now);
     return KQ_OK;
 }
-
-const sensor_kind T(kq_sensor_correlated) = {.take = take_correlated_reading,
-                                       .watch = watch_correlated,
-                                       .row = correlated_row,
-                                       .row_sizes = correlated_row_sizes,
-                                       .innovation = correlated_innovation};
 
 #endif

@@ -2,21 +2,6 @@
 #ifndef KQ_SRC_FILTER_GAIN_H
 #define KQ_SRC_FILTER_GAIN_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "../model/definitions.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "filter.h"
-#include "match.h"
 #include "low_noise.h"
 
 /*

@@ -2,19 +2,6 @@
 #ifndef KQ_SRC_FILTER_INDEPENDENT_H
 #define KQ_SRC_FILTER_INDEPENDENT_H
 
-#include <stdint.h>
-
-#include "kalmanq/sensor.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scaled.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "attached.h"
-#include "filter.h"
-#include "likelihood.h"
 #include "low_noise.h"
 #include "update.h"
 
@@ -55,8 +42,6 @@ static kq_status take_independent(filter *f, const sensor *s, const num *z, uint
     return KQ_OK;
 }
 
-const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .watch = watch_independent, .plain = 1};
-
 /* Without the careful path: what is sharp is taken with more noise, and a mean that has left its words is
    held between components. */
 static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t present)
@@ -74,7 +59,5 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
     settle(f, n);
     return KQ_OK;
 }
-
-const sensor_kind T(kq_sensor_lean) = {.take = take_lean};
 
 #endif

@@ -2,19 +2,7 @@
 #ifndef KQ_SRC_FILTER_INIT_FLOAT_H
 #define KQ_SRC_FILTER_INIT_FLOAT_H
 
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../model/definitions.h"
-#include "../model/factor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "filter.h"
-#include "prior.h"
+#include "prior_float.h"
 
 KQ_COLD kq_status T(kq_filter_init)(filter *f, const num *x0, const num *P0)
 {

@@ -2,21 +2,8 @@
 #ifndef KQ_SRC_FILTER_INIT_Q31_H
 #define KQ_SRC_FILTER_INIT_Q31_H
 
-#include "kalmanq/filter.h"
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
-#include "filter.h"
-#include "likelihood.h"
-#include "prior.h"
+#include "likelihood_q31.h"
+#include "prior_q31.h"
 
 KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
                                     kq_range_error_q31 *range_error)

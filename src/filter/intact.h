@@ -2,22 +2,8 @@
 #ifndef KQ_SRC_FILTER_INTACT_H
 #define KQ_SRC_FILTER_INTACT_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/size.h"
-#include "../model/seal.h"
-#include "../model/types.h"
-#include "../model/units.h"
 #include "attached.h"
-#include "filter.h"
-#include "likelihood.h"
-#include "prior.h"
+#include "twins.h"
 
 enum { ALL_EVENTS = 2 * KQ_EVENT_CONTRADICTION - 1 };
 

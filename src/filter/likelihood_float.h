@@ -5,14 +5,7 @@
 #ifndef KQ_SRC_FILTER_LIKELIHOOD_FLOAT_H
 #define KQ_SRC_FILTER_LIKELIHOOD_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scores.h"
 
 typedef T(kq_likelihood) likelihood;
 typedef T(kq_likelihood_run) likelihood_run;

@@ -5,16 +5,8 @@
 #ifndef KQ_SRC_FILTER_LIKELIHOOD_Q31_H
 #define KQ_SRC_FILTER_LIKELIHOOD_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/scores.h"
+#include "../arithmetic/arithmetic.h"
 
 typedef T(kq_likelihood) likelihood;
 typedef T(kq_likelihood_run) likelihood_run;

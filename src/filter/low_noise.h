@@ -7,23 +7,9 @@
 #ifndef KQ_SRC_FILTER_LOW_NOISE_H
 #define KQ_SRC_FILTER_LOW_NOISE_H
 
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/saturate.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rotor.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
 #include "attached.h"
-#include "filter.h"
-#include "likelihood.h"
 #include "match.h"
+#include "twins.h"
 
 /* One scalar measurement */
 typedef struct {

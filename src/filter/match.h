@@ -7,9 +7,6 @@
 #define KQ_SRC_FILTER_MATCH_H
 
 #include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
 
 /* Scratch, n numbers each */
 typedef struct {

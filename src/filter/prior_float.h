@@ -1,17 +1,8 @@
 #ifndef KQ_SRC_FILTER_PRIOR_FLOAT_H
 #define KQ_SRC_FILTER_PRIOR_FLOAT_H
 
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/triangle.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "filter.h"
-#include "likelihood.h"
+#include "likelihood_float.h"
+#include "state.h"
 
 /* ------------------------------------------------------------------ prior */
 

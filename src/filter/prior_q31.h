@@ -1,19 +1,8 @@
 #ifndef KQ_SRC_FILTER_PRIOR_Q31_H
 #define KQ_SRC_FILTER_PRIOR_Q31_H
 
-#include "kalmanq/filter.h"
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/triangle.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "filter.h"
+#include "state.h"
 
 /* ------------------------------------------------------------------ prior */
 

@@ -2,24 +2,8 @@
 #ifndef KQ_SRC_FILTER_READINGS_H
 #define KQ_SRC_FILTER_READINGS_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/scores.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
 #include "checks.h"
-#include "filter.h"
-#include "likelihood.h"
+#include "twins.h"
 
 num T(kq_mean)(const filter *f, int i)
 {

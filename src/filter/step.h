@@ -2,19 +2,9 @@
 #ifndef KQ_SRC_FILTER_STEP_H
 #define KQ_SRC_FILTER_STEP_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
 #include "attached.h"
 #include "checks.h"
-#include "filter.h"
-#include "likelihood.h"
+#include "twins.h"
 
 /* ------------------------------------------------------------------ predict */
 

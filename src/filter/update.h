@@ -2,23 +2,34 @@
 #ifndef KQ_SRC_FILTER_UPDATE_H
 #define KQ_SRC_FILTER_UPDATE_H
 
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rotor.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
 #include "attached.h"
-#include "filter.h"
-#include "likelihood.h"
-#include "rotate.h"
+#include "twins.h"
+
+/*
+ * The measurement update of the root by one scalar measurement, Carlson's form.
+ *     f = S'h,   a_j = r + f_0^2 + ... + f_j^2,   s = a_{n-1} the innovation variance
+ *     c_j = sqrt(a_{j-1} / a_j),   S_j <- c_j S_j - (c_j f_j / a_{j-1}) b,   b += f_j S_j
+ * At the end b = S f is s times the gain.  It is n Givens rotations of (r, f) that the
+ * smoother will undo.  r > 0, so no a_j is 0; each c_j <= 1 and rows only shrink.
+ *
+ * b takes the place of f: entry j is read before the first of b's that comes there.  The
+ * arithmetic may carry b in a unit of its own (rotor_unit).
+ */
+KQ_KERNEL rotor rotate_root(num *restrict S, num *restrict f, scaled r, scaled s, int n)
+{
+    rotor state = rotor_begin(r, s, f, n);
+    KQ_UNROLL
+    for (int j = 0; j < n; j++) {
+        if (is_no_turn(f[j])) {
+            f[j] = 0;
+        } else {
+            const rotation turn = rotor_turn(&state, f[j]);
+            rotate(S, f, turn, j);
+        }
+        S += j + 1;
+    }
+    return state;
+}
 
 /* x += b w */
 KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
@@ -41,9 +52,15 @@ KQ_COLD KQ_NOINLINE static void count_weak(filter *f)
     else f->events |= KQ_EVENT_PRECISION;
 }
 
-/* Takes component c of a reading, of row h, noise r and innovation e, into the filter.  selected: 1
-   + the state that h takes alone, as it is, or 0.  Answers 0 where there is something unusual about
-   it (low_noise.h), or, for a lean sensor, its variance overflows: then nothing has been done. */
+/*
+ * Takes component c of a reading into the filter: row h, noise r, innovation e.  selected: 1 + the state that h takes
+ * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h) or, of a lean
+ * sensor, the variance s overflows.
+ *   may_ask      the state may be unusual; steps of compile-time sizes have asked before the first component
+ *   is_copy      a step of compile-time sizes works on a copy, which is forgotten where anything is unusual
+ *   surely       a cheaper bound says that the measurement is ordinary; a copy has no other
+ *   ordinary     it is, or the noise of a lean sensor has been raised until it was
+ */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
                           scaled r, scaled e, int n, int mode)
 {
@@ -55,11 +72,11 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
         if (!raise_noise(&r, s)) return 0;
         f->events |= KQ_EVENT_LOW_NOISE;
     }
-    const int may_be_unusual = mode == MODE_GENERAL || (!is_general(mode) && mean_widens && c > 0);
+    const int may_ask = mode == MODE_GENERAL || (!is_general(mode) && mean_widens && c > 0);
     const int is_copy = !is_general(mode) && n <= states_in_registers;
     const int surely = !is_general(mode) && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
     const int ordinary = mode == MODE_LEAN || surely || (!is_copy && is_ordinary(r, s, e));
-    if ((may_be_unusual && f->ready != FILTER_READY) || !ordinary) return 0;
+    if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
     if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, row, 0, r, e, s);
     const rotor end = rotate_root(S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */

@@ -3,18 +3,6 @@
 #ifndef KQ_SRC_FIXED_SIZE_API_H
 #define KQ_SRC_FIXED_SIZE_API_H
 
-#include "kalmanq/filter.h"
-#include "kalmanq/process.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-#include "kalmanq/steady.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../model/types.h"
-#include "../filter/likelihood.h"
-#include "options.h"
 #include "steps.h"
 
 /* What KQ_FIXED_BARE leaves to the library leaves the likelihood as it was, too. */

@@ -7,30 +7,8 @@
 #ifndef KQ_SRC_FIXED_SIZE_STEPS_H
 #define KQ_SRC_FIXED_SIZE_STEPS_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/saturate.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/filter.h"
-#include "../filter/likelihood.h"
-#include "../filter/update.h"
 #include "../smoother/smoother.h"
-#include "../smoother/tape.h"
-#include "../smoother/whitened.h"
-#include "../steady/checks.h"
-#include "../steady/kernel.h"
+#include "../steady/steady.h"
 #include "options.h"
 
 enum { NOT_PLAIN = 1 }; /* no kq_status */
@@ -200,7 +178,7 @@ KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const fixed_inputs *in)
     if (in->sensor->kind->watch) in->sensor->kind->watch(f, &now);
 }
 
-KQ_KERNEL void copy_state(num *to, const num *from, int n)
+KQ_KERNEL void copy_unrolled(num *to, const num *from, int n)
 {
     KQ_UNROLL
     for (int k = 0; k < MEAN_PLANES * n + ROOT_LEN(n); k++) to[k] = from[k];
@@ -214,7 +192,7 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
     const num *S = state + MEAN_PLANES * task.n;
     int watches = 0;
     filter copy = {.states = (uint8_t)task.n, .ready = FILTER_READY, .memory = state};
-    copy_state(state, f->memory, task.n);
+    copy_unrolled(state, f->memory, task.n);
     if (task.predicts) {
         extent far;
         if (fixed_predict_state(state, in, task, &far)) return NOT_PLAIN;
@@ -229,7 +207,7 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
             watches = likelihood_run_add(&f->run, &f->last);
         }
     }
-    copy_state(f->memory, state, task.n);
+    copy_unrolled(f->memory, state, task.n);
     if (watches) fixed_watch(f, in);
     if (copy.events & EVENT_WEAK) {
         copy.events ^= EVENT_WEAK;

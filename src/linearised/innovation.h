@@ -5,20 +5,7 @@
 #ifndef KQ_SRC_LINEARISED_INNOVATION_H
 #define KQ_SRC_LINEARISED_INNOVATION_H
 
-#include <stdint.h>
-
-#include "kalmanq/extended.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../filter/filter.h"
-#include "mean.h"
+#include "linearised.h"
 
 typedef struct {
     num words[MEAN_PLANES * KQ_SIZE_MAX];

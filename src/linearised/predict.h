@@ -6,25 +6,12 @@
 #ifndef KQ_SRC_LINEARISED_PREDICT_H
 #define KQ_SRC_LINEARISED_PREDICT_H
 
-#include "kalmanq/extended.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/saturate.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../model/advance.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/attached.h"
-#include "../filter/filter.h"
-#include "../filter/step.h"
-#include "jacobian.h"
-#include "mean.h"
-#include "rows.h"
+#include "linearised.h"
+#if KQ_FLOATING
+#include "linearised_float.h"
+#else
+#include "linearised_q31.h"
+#endif
 
 /* What is attached and keeps all of the process of a linearised predict begins its hooks with this; predict:
    of one that has been checked. */

@@ -2,19 +2,7 @@
 #ifndef KQ_SRC_LINEARISED_ROWS_FLOAT_H
 #define KQ_SRC_LINEARISED_ROWS_FLOAT_H
 
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/triangle.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../filter/prior.h"
-#include "jacobian.h"
-#include "mean.h"
-#include "rows.h"
+#include "linearised_float.h"
 
 kq_status T(kq_update_check)(const filter *f, const sensor *s) { return sensor_check_for(f, s); }
 

@@ -11,18 +11,7 @@
 #ifndef KQ_SRC_MODEL_ADVANCE_H
 #define KQ_SRC_MODEL_ADVANCE_H
 
-#include <stdint.h>
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/saturate.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/reflector.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
 #include "process.h"
-#include "types.h"
 
 /* Row l of A as coefficients of the rows of S, in the place of row l of W or where they are.  The
    row gets an exponent that its row of G fits too. */

@@ -1,4 +1,4 @@
-/* The public functions of processes and sensors: made of matrices or of tables. */
+/* The public functions of processes and sensors. */
 #ifndef KQ_SRC_MODEL_API_H
 #define KQ_SRC_MODEL_API_H
 

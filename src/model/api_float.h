@@ -2,25 +2,8 @@
 #ifndef KQ_SRC_MODEL_API_FLOAT_H
 #define KQ_SRC_MODEL_API_FLOAT_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/process.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/size.h"
-#include "definitions.h"
-#include "factor.h"
 #include "intact.h"
-#include "process.h"
-#include "sensor.h"
-#include "types.h"
-#include "units.h"
+#include "matrices_float.h"
 
 KQ_COLD kq_status T(kq_process_assign)(process *p, int n, int l, num *memory, size_t length)
 {

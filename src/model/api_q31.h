@@ -2,22 +2,8 @@
 #ifndef KQ_SRC_MODEL_API_Q31_H
 #define KQ_SRC_MODEL_API_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/process.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scaled.h"
-#include "definitions.h"
+#include "tables_q31.h"
 #include "intact.h"
-#include "process.h"
-#include "sensor.h"
-#include "types.h"
 
 KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *table,
                                      kq_range_error_q31 *range_error)

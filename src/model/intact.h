@@ -5,21 +5,8 @@
 #ifndef KQ_SRC_MODEL_INTACT_H
 #define KQ_SRC_MODEL_INTACT_H
 
-#include <stdint.h>
-
-#include "kalmanq/process.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/size.h"
 #include "process.h"
-#include "seal.h"
 #include "sensor.h"
-#include "types.h"
-#include "units.h"
 
 KQ_COLD static uint8_t process_seal(const process *p)
 {

@@ -5,23 +5,9 @@
 #ifndef KQ_SRC_MODEL_MATRICES_FLOAT_H
 #define KQ_SRC_MODEL_MATRICES_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/process.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
-#include "factor.h"
-#include "process.h"
+#include "factor_float.h"
 #include "sensor.h"
-#include "types.h"
-#include "units.h"
+#include "units_float.h"
 
 /* Is P a covariance?  Entries finite, variances >= 0, P = P' up to 8 eps of sigma_i sigma_j. */
 KQ_COLD static kq_status covariance_check(const num *P, int n)

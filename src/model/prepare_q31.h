@@ -5,12 +5,8 @@
 #ifndef KQ_SRC_MODEL_PREPARE_Q31_H
 #define KQ_SRC_MODEL_PREPARE_Q31_H
 
-#include "kalmanq/prepare.h"
-
-#include "kalmanq/process.h"
-#include "../arithmetic/scaled_q31.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
+#include "../arithmetic/q31.h"
+#include "../arithmetic/arithmetic.h"
 
 static int is_finite(double a) { return a - a == 0; }
 

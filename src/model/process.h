@@ -2,17 +2,7 @@
 #ifndef KQ_SRC_MODEL_PROCESS_H
 #define KQ_SRC_MODEL_PROCESS_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "types.h"
-#include "units.h"
+#include "twins.h"
 
 KQ_INLINE kq_status process_check(const process *p)
 {

@@ -8,18 +8,7 @@
 #ifndef KQ_SRC_MODEL_SENSOR_H
 #define KQ_SRC_MODEL_SENSOR_H
 
-#include <stdint.h>
-
-#include "kalmanq/sensor.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/rotor.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "types.h"
-#include "units.h"
+#include "twins.h"
 
 typedef struct T(kq_sensor_kind) sensor_kind;
 struct T(kq_loss); /* kalmanq/robust.h */

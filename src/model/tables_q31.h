@@ -6,21 +6,8 @@
 #ifndef KQ_SRC_MODEL_TABLES_Q31_H
 #define KQ_SRC_MODEL_TABLES_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
 #include "sensor.h"
-#include "types.h"
 
 /* ------------------------------------------------------------------ checks of the parts */
 

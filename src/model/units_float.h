@@ -2,13 +2,6 @@
 #ifndef KQ_SRC_MODEL_UNITS_FLOAT_H
 #define KQ_SRC_MODEL_UNITS_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "seal.h"
 #include "types.h"
 
 /* One sum tells it: of zeros, where all are numbers. */

@@ -2,16 +2,7 @@
 #ifndef KQ_SRC_MODEL_UNITS_Q31_H
 #define KQ_SRC_MODEL_UNITS_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/scaled.h"
-#include "seal.h"
 #include "types.h"
 
 static int formats_agree(const kq_format_q31 *a, const kq_format_q31 *b, int count)

@@ -10,21 +10,6 @@
 #ifndef KQ_SRC_NONLINEAR_LINEARISE_FLOAT_H
 #define KQ_SRC_NONLINEAR_LINEARISE_FLOAT_H
 
-#include "kalmanq/sigma_points.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/checks.h"
 #include "../filter/filter.h"
 
 /* What is called, and where */

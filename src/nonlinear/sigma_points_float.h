@@ -5,28 +5,7 @@
 #ifndef KQ_SRC_NONLINEAR_SIGMA_POINTS_FLOAT_H
 #define KQ_SRC_NONLINEAR_SIGMA_POINTS_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/extended.h"
-#include "kalmanq/sigma_points.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
-#include "../model/definitions.h"
-#include "../model/process.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../linearised/mean.h"
-#include "../linearised/rows.h"
+#include "../linearised/linearised.h"
 #include "linearise_float.h"
 
 /* ------------------------------------------------------------------ models of what was found */

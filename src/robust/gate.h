@@ -2,30 +2,7 @@
 #ifndef KQ_SRC_ROBUST_GATE_H
 #define KQ_SRC_ROBUST_GATE_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/robust.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/scores.h"
-#include "../arithmetic/size.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/checks.h"
-#include "../filter/correlated.h"
-#include "../filter/independent.h"
-#include "../filter/likelihood.h"
-#include "../smoother/tape.h"
 #include "losses.h"
-#include "parameters.h"
-#include "robust.h"
 
 /* The update that has been checked, with the careful path also where the sensor is a lean one: it is
    never refused. */

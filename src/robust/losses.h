@@ -5,21 +5,7 @@
 #ifndef KQ_SRC_ROBUST_LOSSES_H
 #define KQ_SRC_ROBUST_LOSSES_H
 
-#include "kalmanq/robust.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../filter/filter.h"
-#include "../filter/low_noise.h"
-#include "../smoother/tape.h"
-#include "parameters.h"
-#include "robust.h"
+#include "update.h"
 
 static kq_status loss_check(const filter *f, const loss *how)
 {

@@ -2,24 +2,7 @@
 #ifndef KQ_SRC_ROBUST_REWEIGHTED_H
 #define KQ_SRC_ROBUST_REWEIGHTED_H
 
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/attached.h"
-#include "../smoother/smoother.h"
-#include "../smoother/tape.h"
-#include "../smoother/whitened.h"
-#include "parameters.h"
+#include "robust.h"
 
 static kq_status process_scale_check(const process *target, const process *source, scaled q,
                                      num *root)

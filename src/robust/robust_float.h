@@ -1,20 +1,8 @@
-/* What steps against outliers and jumps need of floating point (robust.h). */
+/* What steps against outliers and jumps need of floating point (update.h). */
 #ifndef KQ_SRC_ROBUST_ROBUST_FLOAT_H
 #define KQ_SRC_ROBUST_ROBUST_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/process.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/size.h"
-#include "../arithmetic/triangle.h"
-#include "../model/process.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 /* A number that the user gives: k, nu, g */
 static kq_status parameter_check(num a)

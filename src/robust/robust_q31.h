@@ -1,20 +1,9 @@
-/* What steps against outliers and jumps need of fixed point (robust.h). */
+/* What steps against outliers and jumps need of fixed point (update.h). */
 #ifndef KQ_SRC_ROBUST_ROBUST_Q31_H
 #define KQ_SRC_ROBUST_ROBUST_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/definitions.h"
-#include "../model/process.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 /* A number that the user gives: k, nu, g */
 static kq_status parameter_check(scaled a)

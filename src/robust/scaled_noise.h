@@ -1,12 +1,35 @@
-/* The public functions with a process noise that is scaled. */
+/* The predict with a scaled process noise.  How a scale is given differs. */
 #ifndef KQ_SRC_ROBUST_SCALED_NOISE_H
 #define KQ_SRC_ROBUST_SCALED_NOISE_H
 
-#include "../arithmetic/arithmetic.h"
+#include "reweighted.h"
+
 #if KQ_FLOATING
-#include "scaled_noise_float.h"
+
+kq_status T(kq_process_scale_noise)(process *target, const process *source, scaled q)
+{
+    return process_scale_noise(target, source, 0, q);
+}
+
+kq_status T(kq_smooth_reweighted)(history *h, process *target, const process *source,
+                                  scaled nu, scaled *q)
+{
+    return smooth_reweighted(h, target, source, 0, nu, q);
+}
+
 #else
-#include "scaled_noise_q31.h"
+
+kq_status T(kq_process_scale_noise)(process *target, const process *source, num *root, scaled q)
+{
+    return process_scale_noise(target, source, root, q);
+}
+
+kq_status T(kq_smooth_reweighted)(history *h, process *target, const process *source, num *root,
+                                  scaled nu, scaled *q)
+{
+    return smooth_reweighted(h, target, source, root, nu, q);
+}
+
 #endif
 
 #endif

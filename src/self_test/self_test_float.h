@@ -5,16 +5,7 @@
 #ifndef KQ_SRC_SELF_TEST_SELF_TEST_FLOAT_H
 #define KQ_SRC_SELF_TEST_SELF_TEST_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/process.h"
-#include "kalmanq/self_test.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 /* What the compiler cannot know */
 static num opaque(num a)

@@ -1,15 +1,7 @@
 #ifndef KQ_SRC_SMOOTHER_ESTIMATE_H
 #define KQ_SRC_SMOOTHER_ESTIMATE_H
 
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
 #include "map.h"
-#include "whitened.h"
 
 /* ------------------------------------------------------------------ an estimate by maps */
 

@@ -5,30 +5,7 @@
 #ifndef KQ_SRC_SMOOTHER_INSTANT_H
 #define KQ_SRC_SMOOTHER_INSTANT_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/instant.h"
-#include "kalmanq/size.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
-#include "../filter/filter.h"
-#include "../filter/view.h"
-#include "estimate.h"
-#include "map.h"
 #include "on_line.h"
-#include "tape.h"
-#include "whitened.h"
 
 KQ_KERNEL num *instant_state(const T(kq_instant) *instant) { return on_line_end_of_tape(&instant->tape); }
 

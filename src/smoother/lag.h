@@ -15,26 +15,7 @@
 #ifndef KQ_SRC_SMOOTHER_LAG_H
 #define KQ_SRC_SMOOTHER_LAG_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/lag.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/size.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
-#include "../filter/filter.h"
-#include "../filter/view.h"
-#include "estimate.h"
-#include "map.h"
 #include "on_line.h"
-#include "tape.h"
-#include "whitened.h"
 
 /* ------------------------------------------------------------------ the ring */
 

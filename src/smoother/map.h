@@ -1,24 +1,6 @@
 #ifndef KQ_SRC_SMOOTHER_MAP_H
 #define KQ_SRC_SMOOTHER_MAP_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/rotor.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../filter/filter.h"
-#include "../filter/step.h"
-#include "tape.h"
 #include "whitened.h"
 
 /*

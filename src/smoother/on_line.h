@@ -1,22 +1,8 @@
 #ifndef KQ_SRC_SMOOTHER_ON_LINE_H
 #define KQ_SRC_SMOOTHER_ON_LINE_H
 
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
 #include "estimate.h"
 #include "recorder.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../filter/step.h"
-#include "../filter/view.h"
-#include "tape.h"
 
 /* What lag and instant have in common: the tape of the current step, with room for the answer behind it */
 KQ_KERNEL num *on_line_answer(const history *h, int n) { return h->memory + h->length - FILTER_LEN(n); }

@@ -2,13 +2,6 @@
 #ifndef KQ_SRC_SMOOTHER_RECORDER_H
 #define KQ_SRC_SMOOTHER_RECORDER_H
 
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
-#include "../filter/filter.h"
 #include "tape.h"
 
 static kq_status history_attach(filter *f, attached *object)

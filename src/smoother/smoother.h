@@ -2,28 +2,7 @@
 #ifndef KQ_SRC_SMOOTHER_SMOOTHER_H
 #define KQ_SRC_SMOOTHER_SMOOTHER_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/smoother.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/reflector.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../model/units.h"
-#include "../filter/filter.h"
-#include "tape.h"
+#include "recorder.h"
 #include "whitened.h"
 
 typedef T(kq_smooth_extras) smooth_extras;

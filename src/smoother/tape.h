@@ -13,24 +13,7 @@
 #ifndef KQ_SRC_SMOOTHER_TAPE_H
 #define KQ_SRC_SMOOTHER_TAPE_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/step.h"
 
 enum {
     HISTORY_UNUSED,

@@ -11,23 +11,6 @@
 #ifndef KQ_SRC_SMOOTHER_WHITENED_H
 #define KQ_SRC_SMOOTHER_WHITENED_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/coordinates.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/reflector.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
 #include "tape.h"
 
 /* The workspace, by name */

@@ -3,7 +3,6 @@
 #define KQ_SRC_STATISTICS_API_H
 
 #include "consistency.h"
-#include "least_squares.h"
 #include "least_squares_init.h"
 
 #endif

@@ -6,27 +6,7 @@
 #ifndef KQ_SRC_STATISTICS_CONSISTENCY_H
 #define KQ_SRC_STATISTICS_CONSISTENCY_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/consistency.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/scores.h"
-#include "../arithmetic/size.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../filter/likelihood.h"
-#include "statistics.h"
+#include "twins.h"
 
 typedef T(kq_consistency) consistency;
 

@@ -2,25 +2,7 @@
 #ifndef KQ_SRC_STATISTICS_LEAST_SQUARES_H
 #define KQ_SRC_STATISTICS_LEAST_SQUARES_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/least_squares.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/scores.h"
-#include "../model/types.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
-#include "../filter/filter.h"
-#include "../filter/likelihood.h"
-#include "statistics.h"
+#include "twins.h"
 
 static kq_status lambda_check(scaled lambda)
 {

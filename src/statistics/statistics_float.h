@@ -5,14 +5,7 @@
 #ifndef KQ_SRC_STATISTICS_STATISTICS_FLOAT_H
 #define KQ_SRC_STATISTICS_STATISTICS_FLOAT_H
 
-#include "kalmanq/least_squares.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/scaled.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 typedef T(kq_least_squares) least_squares;
 

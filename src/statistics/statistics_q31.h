@@ -5,16 +5,8 @@
 #ifndef KQ_SRC_STATISTICS_STATISTICS_Q31_H
 #define KQ_SRC_STATISTICS_STATISTICS_Q31_H
 
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/least_squares.h"
-#include "kalmanq/sensor.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/fixed.h"
-#include "../arithmetic/scaled.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 typedef T(kq_least_squares) least_squares;
 

@@ -2,13 +2,7 @@
 #ifndef KQ_SRC_STEADY_CHECKS_FLOAT_H
 #define KQ_SRC_STEADY_CHECKS_FLOAT_H
 
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/gains.h"
-#include "../model/types.h"
-#include "../model/units.h"
+#include "../model/model.h"
 
 /* Numbers that come with a model: gains and means */
 static kq_status numbers_check(const num *a, int count)

@@ -2,18 +2,8 @@
 #ifndef KQ_SRC_STEADY_CHECKS_Q31_H
 #define KQ_SRC_STEADY_CHECKS_Q31_H
 
-#include <stdint.h>
-
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/status.h"
-
 #include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/gains.h"
-#include "../arithmetic/scaled.h"
-#include "../model/definitions.h"
-#include "../model/types.h"
-#include "../model/units.h"
+#include "../model/model.h"
 
 /* Gains are coefficients. */
 static kq_status numbers_check(const scaled *a, int count) { return coefficients_check(a, count); }

@@ -2,28 +2,7 @@
 #ifndef KQ_SRC_STEADY_FREEZE_H
 #define KQ_SRC_STEADY_FREEZE_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-#include "kalmanq/steady.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/size.h"
-#include "../model/advance.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../filter/alone.h"
-#include "../filter/attached.h"
-#include "../filter/checks.h"
 #include "../filter/filter.h"
-#include "../filter/step.h"
 
 typedef T(kq_freeze) freeze;
 

@@ -2,18 +2,7 @@
 #ifndef KQ_SRC_STEADY_KERNEL_H
 #define KQ_SRC_STEADY_KERNEL_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/steady.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/gains.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/scaled.h"
-#include "../model/process.h"
-#include "../model/types.h"
+#include "../model/model.h"
 
 typedef T(kq_steady) steady;
 

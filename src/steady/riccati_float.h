@@ -16,29 +16,7 @@
 #ifndef KQ_SRC_STEADY_RICCATI_FLOAT_H
 #define KQ_SRC_STEADY_RICCATI_FLOAT_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#include "kalmanq/filter.h"
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-#include "kalmanq/steady.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/matrix_float.h"
-#include "../arithmetic/mean.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/rows.h"
-#include "../arithmetic/scaled.h"
-#include "../arithmetic/triangle.h"
-#include "../model/advance.h"
-#include "../model/factor.h"
-#include "../model/process.h"
-#include "../model/sensor.h"
-#include "../model/types.h"
-#include "../model/units.h"
 #include "../filter/filter.h"
-#include "../filter/gain.h"
 
 typedef T(kq_steady_solution) steady_solution;
 

@@ -4,6 +4,7 @@
 Answers 0 where all hold.  Prints what is beyond the guides for sizes, which are no rules.
 """
 import collections
+import itertools
 import pathlib
 import re
 import subprocess
@@ -11,9 +12,10 @@ import sys
 import tempfile
 
 # Left to right: a folder includes those before it.  Folders of one tuple don't include each other.
-LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("diffuse", "linearised", "robust", "steady"),
+LAYERS = [("arithmetic",), ("model",), ("filter",), ("smoother",), ("linearised", "robust", "diffuse", "steady"),
           ("adaptation", "em", "nonlinear", "statistics"), ("self_test", "messages", "fixed_size", "lengths")]
 RANK = {folder: rank for rank, folders in enumerate(LAYERS) for folder in folders}
+CHOICES = {f"arithmetic/{one}.h" for one in ("f32", "f64", "q31")}  # an instance or a twin chooses one
 COMPILE = ["cc", "-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iinclude"]
 LINES, FUNCTION_LINES, PARAMETERS = 300, 40, 8
 
@@ -47,9 +49,43 @@ class House:
                     self.fault(name, f"includes {line}, which is not there")
 
     def public(self, name):
-        """The public functions that a header defines"""
+        """The public functions and tables that a header defines"""
         text = without_comments(self.headers[name])
-        return re.findall(r"^(?!static|extern|#|\s)[^\n;={}]*\bT\((kq_\w+)\)\([^;{}]*\)\s*\{", text, re.M)
+        return re.findall(r"^(?!static|extern|#|\s)[^\n;={}]*\bT\((kq_\w+)\)(?:\([^;{}]*\)\s*\{| = )", text, re.M)
+
+    def brought(self, name, seen=None):
+        """A header and what it brings of its folder"""
+        seen = set() if seen is None else seen
+        if name not in seen:
+            seen.add(name)
+            for other in self.included(name, self.headers[name]):
+                if other.split("/")[0] == name.split("/")[0]:
+                    self.brought(other, seen)
+        return sorted(seen)
+
+    def branches(self):
+        """Of each header that is included in an #if: the branches where it is, {header: {#if: {branch}}}"""
+        found = collections.defaultdict(lambda: collections.defaultdict(set))
+        for name, text in self.headers.items():
+            inside = []
+            for number, line in enumerate(without_comments(text).split("\n")):
+                directive = re.match(r"#\s*(if|el|endif)", line)
+                if directive and directive.group(1) == "if":
+                    inside.append([f"{name}:{number}", 0])
+                elif directive and directive.group(1) == "el":
+                    inside[-1][1] += 1
+                elif directive:
+                    inside.pop()
+                elif line.startswith("#include"):
+                    for other in self.included(name, text.split("\n")[number]):
+                        for which, branch in inside[1:]:  # inside[0] is the guard
+                            found[other][which].add(branch)
+        for name, own in list(found.items()):  # a chooser that is chosen, as mean_float.h
+            if name in self.headers and any(key.startswith(name + ":") for one in found.values() for key in one):
+                for other in self.included(name, self.headers[name]):
+                    for which, branch in own.items():
+                        found[other][which] |= branch
+        return found
 
     def check_guards(self):
         for name, text in self.headers.items():
@@ -70,47 +106,56 @@ class House:
                     self.fault(name, "does not compile alone: " + done.stderr.split("\n")[0])
 
     def check_layers(self):
+        """A folder includes doors of folders to its left."""
         for name, text in self.headers.items():
             folder = name.split("/")[0]
             for other in self.included(name, text):
                 beside = other.split("/")[0]
-                if beside != folder and RANK[beside] >= RANK[folder]:
+                if beside == folder:
+                    continue
+                if RANK[beside] >= RANK[folder]:
                     self.fault(name, f"includes {other}, which is not to its left")
+                elif other != f"{beside}/{beside}.h" and other not in CHOICES:
+                    self.fault(name, f"includes {other}, and not the door {beside}/{beside}.h")
 
     def check_public_files(self):
-        """What defines public functions is compiled once an arithmetic: through an api.h."""
+        """What defines something public is compiled once an arithmetic: no door brings it, and an api.h is for
+        instances."""
         for name, text in self.headers.items():
             for other in self.included(name, text):
-                if self.public(other) and name.split("/")[0] != other.split("/")[0]:
-                    self.fault(name, f"includes {other}, which defines {self.public(other)[0]}")
+                if other.split("/")[0] != name.split("/")[0]:
+                    for one in self.brought(other):
+                        if self.public(one):
+                            self.fault(name, f"includes {other}, so {one}, which defines {self.public(one)[0]}")
                 if other.endswith("/api.h") and not name.startswith("fixed_size/kq_"):
                     self.fault(name, f"includes {other}, which is for instances")
 
     def check_names(self):
-        """No function has two texts, but in the headers that one header chooses from."""
-        chooser = {}
+        """No function has two texts, but in headers of which one is chosen."""
+        branches = self.branches()
+        places = collections.defaultdict(set)
         for name, text in self.headers.items():
-            if "#if" in text and "KQ_FLOATING" in text:
-                chooser.update((other, name) for other in self.included(name, text))
-        places = collections.defaultdict(list)
-        for name, text in self.headers.items():
-            for function in re.findall(r"^(?:[A-Z_]+ )*static [^\n;=]*?(\w+)\([^;]*?\)\s*\{",
-                                       without_comments(text), re.M):
-                places[function].append(name)
-            for function in self.public(name):
-                places[function].append(name)
+            for function in re.findall(r"^(?:KQ_\w+ |static )+[^\n;=]*?\b(?!T\()(\w+)\([^;]*?\)\s*\{",
+                                       without_comments(text), re.M) + self.public(name):
+                places[function].add(name)
         for function, names in places.items():
-            chosen = {chooser.get(name, re.sub("/(f32|f64|q31)[.]h", "/arithmetic.h", name)) for name in names}
-            if len(chosen) > 1:
-                self.fault(names[0], f"{function} is defined in {names[1]}, too")
+            for one, other in itertools.combinations(sorted(names), 2):
+                ours, theirs = branches[one], branches[other]
+                if {one, other} <= CHOICES or any(ours[key].isdisjoint(theirs[key]) for key in ours.keys() & theirs):
+                    continue
+                self.fault(one, f"{function} is defined in {other}, too")
 
     def check_arithmetic(self):
-        """Only arithmetic/ knows which arithmetic it is; elsewhere a header of 8 lines chooses twins."""
+        """Only arithmetic/ knows which arithmetic it is; elsewhere twins are chosen: what is included, or, in a
+        header that holds nothing else, one of two texts."""
         for name, text in self.headers.items():
             code = without_comments(text)
-            if name.startswith("arithmetic/"):
+            if name.startswith("arithmetic/") or "KQ_FLOATING" not in code:
                 continue
-            if "KQ_FLOATING" in code and re.search(r"^(?!#|\s*$)", code, re.M):
+            choice = r"^#if KQ_FLOATING\n(.*?)^#endif\n"
+            chosen, rest = re.findall(choice, code, re.M | re.S), re.sub(choice, "", code, flags=re.M | re.S)
+            has_text = any(re.search(r"^(?!#|\s*$)", one, re.M) for one in chosen)
+            if "KQ_FLOATING" in rest or has_text and (len(chosen) > 1 or re.search(r"^(?!#|\s*$)", rest, re.M)):
                 self.fault(name, "knows its arithmetic")
         for name in self.headers:
             twin = name.replace("_float.h", "_q31.h")

@@ -42,7 +42,7 @@ def functions(tree, core, level, renamed):
             for block in re.split(r"\n\n", listing):
                 match = re.match(r"(?:Disassembly of section .*\n\n?)?[0-9a-f]+ <(.+)>:\n", block)
                 if match:
-                    name, text = renamed(match.group(1)), renamed(plain(block[match.end():]))
+                    name, text = renamed(match.group(1)), renamed(plain(block[match.end():]).rstrip())
                     texts[re.sub(r"\.(isra|part|constprop|lto_priv|cold)[.\d]*", r".\1", name)][text] += 1
     return texts
 

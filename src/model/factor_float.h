@@ -5,21 +5,10 @@
  * variance, until no row keeps more than rounding; then the rows are brought back into their order.
  * Without pivots a column that is rounding alone could be scaled up.
  */
-#ifndef KQ_SRC_MODEL_FACTOR_H
-#define KQ_SRC_MODEL_FACTOR_H
+#ifndef KQ_SRC_MODEL_FACTOR_FLOAT_H
+#define KQ_SRC_MODEL_FACTOR_FLOAT_H
 
-#include <stdint.h>
-
-#include "kalmanq/size.h"
-#include "kalmanq/status.h"
-
-#include "../arithmetic/arithmetic.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/saturate.h"
-#include "../arithmetic/root.h"
-#include "../arithmetic/triangle.h"
 #include "advance.h"
-#include "process.h"
 
 /* A pivot up to `rounding` of its row's norm becomes 0, and so does its column: what it holds of
    the rows above goes into theirs. */

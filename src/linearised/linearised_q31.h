@@ -1,25 +1,14 @@
 /*
- * What the process and the increment of a linearised predict are in fixed point.  The limits of A's rows are
- * those of the mean's sum (model/tables_q31.h).  A process whose A has not been held to them has no
- * noise_root, so that nothing else takes it: the root is where its B would be; neither a tape that has recorded it
- * before nor a step of compile-time sizes knows it as it was.
+ * What linearised steps have of their own in fixed point: the process, the increment, the inits of sensors.  The
+ * limits of A's rows are those of the mean's sum (model/tables_q31.h).  A process whose A has not been held to them
+ * has no noise_root, so that nothing else takes it: the root is where its B would be; neither a tape that has
+ * recorded it before nor a step of compile-time sizes knows it as it was.
  */
-#ifndef KQ_SRC_LINEARISED_JACOBIAN_Q31_H
-#define KQ_SRC_LINEARISED_JACOBIAN_Q31_H
-
-#include <stdint.h>
-
-#include "kalmanq/extended.h"
-#include "kalmanq/fixed_point.h"
-#include "kalmanq/status.h"
+#ifndef KQ_SRC_LINEARISED_LINEARISED_Q31_H
+#define KQ_SRC_LINEARISED_LINEARISED_Q31_H
 
 #include "../arithmetic/q31.h"
-#include "../arithmetic/compiler.h"
-#include "../arithmetic/scaled.h"
-#include "../model/definitions.h"
-#include "../model/process.h"
-#include "../model/types.h"
-#include "../model/units.h"
+#include "innovation.h"
 
 static kq_status jacobian_is_ready(const process *p)
 {
@@ -83,6 +72,23 @@ KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_
     *p = own;
     say_all_fit(range_error);
     return KQ_OK;
+}
+
+KQ_COLD kq_status T(kq_sensor_init_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
+{
+    const kq_status status = T(kq_sensor_init)(s, table, range_error);
+    if (status) return status;
+    return sensor_extend(s, sensor_is_correlated(s) ? &T(kq_sensor_correlated_extended) : &independent_extended, KQ_OK);
+}
+
+KQ_COLD kq_status T(kq_sensor_init_diagonal_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
+{
+    return sensor_extend(s, &independent_extended, T(kq_sensor_init_diagonal)(s, table, range_error));
+}
+
+KQ_COLD kq_status T(kq_sensor_init_lean_extended)(sensor *s, const kq_sensor_table_q31 *table, kq_range_error_q31 *range_error)
+{
+    return sensor_extend(s, &lean_extended, T(kq_sensor_init_lean)(s, table, range_error));
 }
 
 #endif

@@ -1,13 +1,10 @@
-/* Lengths of what floating point alone has memory for */
-#ifndef KQ_SRC_LENGTHS_LENGTHS_FLOAT_H
-#define KQ_SRC_LENGTHS_LENGTHS_FLOAT_H
-
-#include <stddef.h>
-
-#include "kalmanq/lengths.h"
-#include "kalmanq/size.h"
+/* Lengths of what one arithmetic alone has: floats, memory for matrices and EM; q31, the root that a table has. */
+#ifndef KQ_SRC_LENGTHS_TWINS_H
+#define KQ_SRC_LENGTHS_TWINS_H
 
 #include "../arithmetic/arithmetic.h"
+
+#if KQ_FLOATING
 
 static kq_length length_of_own(kq_object object, int n, int m, size_t k)
 {
@@ -21,5 +18,21 @@ static kq_length length_of_own(kq_object object, int n, int m, size_t k)
 }
 
 static size_t size_of_own(kq_object object) { return object == KQ_OBJECT_EM ? sizeof(T(kq_em)) : 0; }
+
+#else
+
+static kq_length length_of_own(kq_object object, int n, int m, size_t k)
+{
+    (void)m, (void)k;
+    return object == KQ_OBJECT_ROOT ? (kq_length)KQ_ROOT_LEN_Q31(n) : 0;
+}
+
+static size_t size_of_own(kq_object object)
+{
+    (void)object;
+    return 0;
+}
+
+#endif
 
 #endif

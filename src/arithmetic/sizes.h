@@ -1,0 +1,11 @@
+/* The sizes that there are, and upper triangular matrices packed by columns: column j is j + 1 contiguous numbers. */
+#ifndef KQ_SRC_ARITHMETIC_SIZES_H
+#define KQ_SRC_ARITHMETIC_SIZES_H
+
+#include "kalmanq/size.h"
+
+static inline int size_is_valid(int size) { return size >= 1 && size <= KQ_SIZE_MAX; }
+
+static inline int column(int j) { return j * (j + 1) / 2; }
+
+#endif
