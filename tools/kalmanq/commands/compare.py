@@ -23,43 +23,43 @@ SHOWN = 4  # states in the table; the JSON has all
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = ANY_MODEL
     data: Path = DATA
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
     json: bool = JSON
 
 
-def compare_file(asked: Asked, console: Console) -> None:
-    model = read_any(asked.model)
+def compare_file(options: Options, console: Console) -> None:
+    model = read_any(options.model)
     if isinstance(model, Model):
-        z, u = tables.measurements_and_controls(asked.data, model)
+        z, u = tables.measurements_and_controls(options.data, model)
         errors, figures = compare(model, z, u)
-        _draw(asked, errors)
-        if asked.json:
+        _draw(options, errors)
+        if options.json:
             print(json.dumps(figures, indent=2))
             return
         console.print(_table(figures, model.name, len(z)))
     else:
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
-        z, u, truth = tables.measurements_controls_and(asked.data, model, true_states)
+        z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
         errors, figures = arithmetics(model, z, u)
         found = compare_methods(model, z, u, truth)
-        _draw(asked, errors)
-        if asked.json:
+        _draw(options, errors)
+        if options.json:
             print(json.dumps({"arithmetics": figures, "methods": found}, indent=2))
             return
         console.print(_table(figures, model.name, len(z)))
         _tell_methods(model, found, len(z), truth is not None, console)
-    if asked.plot:
-        console.print(f"wrote {asked.plot}")
+    if options.plot:
+        console.print(f"wrote {options.plot}")
 
 
-def _draw(asked: Asked, errors: dict[str, np.ndarray]) -> None:
-    if asked.plot:
+def _draw(options: Options, errors: dict[str, np.ndarray]) -> None:
+    if options.plot:
         from kalmanq.pages import pictures
 
-        pictures.save(pictures.draw_errors(errors), asked.plot, [asked.data, asked.model])
+        pictures.save(pictures.draw_errors(errors), options.plot, [options.data, options.model])
 
 
 def _table(figures: dict[str, dict], name: str, rows: int) -> Table:
@@ -106,4 +106,4 @@ def _cell(value: Optional[float], form: str) -> str:
     return "" if value is None else format(value, form)
 
 
-command = command_of(Asked, compare_file)
+command = command_of(Options, compare_file)

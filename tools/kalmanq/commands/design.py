@@ -31,7 +31,7 @@ from kalmanq.run.parts import WAYS, Parts
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     core: choices("Core", CORES) = typer.Option(..., "--core", help="What it will run on.")
     data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="What it will be given; otherwise drawn.")
@@ -44,34 +44,34 @@ class Asked:
     json: bool = JSON
 
 
-def design_file(asked: Asked, console: Console) -> None:
-    model = model_file.read(asked.model)
-    made = _designs(asked, model)
-    chosen = made.chosen(asked.arithmetic, asked.way)
-    written = _write(asked, made, chosen) if chosen and asked.out else []
+def design_file(options: Options, console: Console) -> None:
+    model = model_file.read(options.model)
+    made = _designs(options, model)
+    chosen = made.chosen(options.arithmetic, options.way)
+    written = _write(options, made, chosen) if chosen and options.out else []
     compiled = offers(model, made.model)
-    if asked.json:
+    if options.json:
         print(json.dumps(_told(made, compiled, chosen, written), indent=2))
     else:
         _tell(made, compiled, chosen, written, console)
     if not chosen:
-        raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(asked, made)}")
+        raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(options, made)}")
 
 
-def _designs(asked: Asked, model: Model) -> Designs:
-    flash, ram = PARTS[asked.core]
-    part = Part(asked.core, int(1024 * (asked.flash or flash)), int(1024 * (asked.ram or ram)))
-    records = [Record(*tables.measurements_and_controls(asked.data, model))] if asked.data else []
+def _designs(options: Options, model: Model) -> Designs:
+    flash, ram = PARTS[options.core]
+    part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)))
+    records = [Record(*tables.measurements_and_controls(options.data, model))] if options.data else []
     ranged, notes = with_ranges(model, records)
     return design(ranged, part, records or draw(ranged), notes)
 
 
-def _reason(asked: Asked, made: Designs) -> str:
-    ways = [one for one in made.ways if asked.arithmetic in (None, one.arithmetic) and asked.way in (None, one.way)]
+def _reason(options: Options, made: Designs) -> str:
+    ways = [one for one in made.ways if options.arithmetic in (None, one.arithmetic) and options.way in (None, one.way)]
     if not ways:
         refused = [trial.refused for trial in made.trials.values() if trial.refused]
         lean = [f"lean: {one.refused}" for name, one in made.lean.items()
-                if asked.way == "lean" and asked.arithmetic in (None, name) and one.refused]
+                if options.way == "lean" and options.arithmetic in (None, name) and one.refused]
         return (lean or refused or ["there is no such way to run it"])[0]
     fitting = [one for one in ways if one.fits]
     if not fitting:
@@ -84,21 +84,21 @@ def _reason(asked: Asked, made: Designs) -> str:
 # ------------------------------------------------------------------------------ the files
 
 
-def _write(asked: Asked, made: Designs, chosen: Way) -> list[Path]:
-    assert asked.out is not None
-    if not asked.out.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    text = source(Parts(made.model, chosen.arithmetic), chosen.way, asked.name or identifier(made.model.name),
+def _write(options: Options, made: Designs, chosen: Way) -> list[Path]:
+    assert options.out is not None
+    if not options.out.is_dir():
+        raise KalmanqError(f"{options.out}: there is no such folder")
+    text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
                   _remarks(made, chosen))
-    return _written(asked, text)
+    return _written(options, text)
 
 
-def _written(asked: Asked, text: Source) -> list[Path]:
-    assert asked.out is not None
-    files = [(asked.out / f"{text.name}.h", text.header), (asked.out / f"{text.name}.c", text.text)]
+def _written(options: Options, text: Source) -> list[Path]:
+    assert options.out is not None
+    files = [(options.out / f"{text.name}.h", text.header), (options.out / f"{text.name}.c", text.text)]
     with ExitStack() as stack:
         for path, content in files:
-            stack.enter_context(whole(path, [asked.model])).write_text(content, encoding="utf-8")
+            stack.enter_context(whole(path, [options.model])).write_text(content, encoding="utf-8")
     return [path for path, _ in files]
 
 
@@ -228,4 +228,4 @@ def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -
             console.print(f"  compiled in {one.arithmetic}: {remark}", markup=False)
 
 
-command = command_of(Asked, design_file)
+command = command_of(Options, design_file)

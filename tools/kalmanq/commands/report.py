@@ -17,32 +17,32 @@ from kalmanq.pages import report, verdict
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     data: Path = DATA
     out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
     arithmetic: Arithmetic = ARITHMETIC
 
 
-def report_file(asked: Asked, console: Console) -> None:
-    _refuse(asked)
-    model = model_file.read(asked.model)
-    z, u = tables.measurements_and_controls(asked.data, model, has_to_fit=asked.arithmetic == "q31")
-    study = report.made_of(model, z, u, asked.arithmetic)
-    text = report.page_of(study, asked.model, asked.data.name)
-    with whole(asked.out, [asked.model, asked.data]) as path:
+def report_file(options: Options, console: Console) -> None:
+    _refuse(options)
+    model = model_file.read(options.model)
+    z, u = tables.measurements_and_controls(options.data, model, has_to_fit=options.arithmetic == "q31")
+    study = report.made_of(model, z, u, options.arithmetic)
+    text = report.page_of(study, options.model, options.data.name)
+    with whole(options.out, [options.model, options.data]) as path:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found), markup=False)
-    console.print(f"wrote {asked.out}", markup=False)
+    console.print(f"wrote {options.out}", markup=False)
 
 
-def _refuse(asked: Asked) -> None:
+def _refuse(options: Options) -> None:
     """What writing would refuse in the end."""
-    if not asked.out.parent.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    for one in (asked.model, asked.data):
-        if asked.out.exists() and one.exists() and asked.out.samefile(one):
-            raise KalmanqError(f"{asked.out}: is an input; write to another file")
+    if not options.out.parent.is_dir():
+        raise KalmanqError(f"{options.out}: there is no such folder")
+    for one in (options.model, options.data):
+        if options.out.exists() and one.exists() and options.out.samefile(one):
+            raise KalmanqError(f"{options.out}: is an input; write to another file")
 
 
-command = command_of(Asked, report_file)
+command = command_of(Options, report_file)

@@ -37,7 +37,7 @@ LOOKED_AT = 10  # rows at which a nonlinear model's own Jacobians are compared w
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = ANY_MODEL
     data: Path = DATA
     arithmetic: Arithmetic = ARITHMETIC
@@ -68,63 +68,63 @@ class Summary:
     kept: list[Run] = field(default_factory=list)  # for the picture
 
 
-def run_file(asked: Asked, console: Console) -> None:
-    model = read_any(asked.model)
-    _refuse(asked, model)
+def run_file(options: Options, console: Console) -> None:
+    model = read_any(options.model)
+    _refuse(options, model)
     summary = Summary()
     shown: list[np.ndarray] = []
     with ExitStack() as stack:
         writer = None
-        is_streamed = asked.smooth and isinstance(model, Model)
-        for first, z, run in (_smoothed_runs if is_streamed else _runs)(asked, model, summary, stack):
-            if asked.plot:
+        is_streamed = options.smooth and isinstance(model, Model)
+        for first, z, run in (_smoothed_runs if is_streamed else _runs)(options, model, summary, stack):
+            if options.plot:
                 summary.kept.append(run)
                 shown.append(z)
-            if asked.out:
+            if options.out:
                 columns = {"step": np.arange(first, first + len(run)), **run.columns()}
                 if writer is None:
-                    writer = stack.enter_context(tables.Writer(asked.out, list(columns), [asked.data, asked.model]))
+                    writer = stack.enter_context(tables.Writer(options.out, list(columns), [options.data, options.model]))
                 writer.write(list(columns.values()))
         filter_ = _finish(summary)
-        ahead = _ahead(filter_, asked.forecast)
-        if asked.plot:
-            _plot(asked, model, summary, np.vstack(shown), ahead)
-    _tell(asked, model, filter_, summary, ahead, console)
+        ahead = _ahead(filter_, options.forecast)
+        if options.plot:
+            _plot(options, model, summary, np.vstack(shown), ahead)
+    _tell(options, model, filter_, summary, ahead, console)
 
 
-def _refuse(asked: Asked, model: AnyModel) -> None:
+def _refuse(options: Options, model: AnyModel) -> None:
     if isinstance(model, NonlinearModel):
-        for name, is_given in (("--lag", asked.lag is not None), ("--forecast", asked.forecast > 0),
-                               ("--robust", asked.robust is not None), ("--as", asked.way is not None)):
+        for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
+                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
             if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
-        if asked.iterate is not None and asked.method not in ("iterated", "posterior"):
+        if options.iterate is not None and options.method not in ("iterated", "posterior"):
             raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
-        if asked.passes is not None and not asked.smooth:
+        if options.passes is not None and not options.smooth:
             raise KalmanqError("--passes: of --smooth")
     else:
-        for name, given in (("--method", asked.method), ("--iterate", asked.iterate), ("--passes", asked.passes)):
+        for name, given in (("--method", options.method), ("--iterate", options.iterate), ("--passes", options.passes)):
             if given is not None:
                 raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
-        _refuse_way(asked)
-    if asked.smooth and asked.lag is not None:
+        _refuse_way(options)
+    if options.smooth and options.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
-    if asked.smooth and asked.robust:
+    if options.smooth and options.robust:
         raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
-    if asked.robust == "jump" and asked.lag is not None:
-        raise KalmanqError(f"--lag and --robust {asked.robust}: a lag cannot follow it")
-    refuse_one_output(asked.out, asked.plot)
-    for path in (asked.out, asked.plot):
+    if options.robust == "jump" and options.lag is not None:
+        raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it")
+    refuse_one_output(options.out, options.plot)
+    for path in (options.out, options.plot):
         if path and not path.parent.is_dir():
             raise KalmanqError(f"{path}: there is no such folder")
 
 
-def _refuse_way(asked: Asked) -> None:
+def _refuse_way(options: Options) -> None:
     """A design is a filter in numbers of a chip: what it has not, cannot be run as it."""
-    for name, is_given in (("--arith f64", asked.arithmetic == "f64"), ("--smooth", asked.smooth),
-                           ("--lag", asked.lag is not None)):
-        if asked.way and is_given:
-            raise KalmanqError(f"--as {asked.way} and {name}: a design is a filter in f32 or q31")
+    for name, is_given in (("--arith f64", options.arithmetic == "f64"), ("--smooth", options.smooth),
+                           ("--lag", options.lag is not None)):
+        if options.way and is_given:
+            raise KalmanqError(f"--as {options.way} and {name}: a design is a filter in f32 or q31")
 
 
 def _refuse_picture(rows: int) -> None:
@@ -132,68 +132,68 @@ def _refuse_picture(rows: int) -> None:
         raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
 
 
-def _warn_of_jacobians(asked: Asked, model: NonlinearModel, run: Run, u: Optional[np.ndarray]) -> None:
+def _warn_of_jacobians(options: Options, model: NonlinearModel, run: Run, u: Optional[np.ndarray]) -> None:
     """Wrong ones make wrong numbers without a word: the first rows are looked at."""
     controls = np.zeros((len(run), 0)) if u is None else u
     for entry in wrong_entries(model, points_along(run.mean[:LOOKED_AT], controls)):
-        warnings.warn(f"{asked.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
+        warnings.warn(f"{options.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
 
 
-def _filter(asked: Asked, model: AnyModel) -> Any:
+def _filter(options: Options, model: AnyModel) -> Any:
     if isinstance(model, NonlinearModel):
-        method, count = asked.method or "extended", asked.iterate or ITERATIONS
-        if asked.smooth:
-            return NonlinearSmoother(model, asked.arithmetic, method, count, asked.passes or 1)
-        return NonlinearFilter(model, asked.arithmetic, method, count)
-    if asked.lag is not None:
-        return LagSmoother(model, asked.lag, asked.arithmetic)
-    return Filter(model, asked.arithmetic, way=asked.way or "")
+        method, count = options.method or "extended", options.iterate or ITERATIONS
+        if options.smooth:
+            return NonlinearSmoother(model, options.arithmetic, method, count, options.passes or 1)
+        return NonlinearFilter(model, options.arithmetic, method, count)
+    if options.lag is not None:
+        return LagSmoother(model, options.lag, options.arithmetic)
+    return Filter(model, options.arithmetic, way=options.way or "")
 
 
-def _runs(asked: Asked, model: AnyModel, summary: Summary, _: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+def _runs(options: Options, model: AnyModel, summary: Summary, _: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
     """The first row's number, measurements, and what was made of them, in blocks"""
-    summary.filter = _filter(asked, model)
-    robust = Robust(asked.robust) if asked.robust else None
-    for first, row, z, u in _blocks(asked, model):
-        run = _run(asked, summary.filter, z, u, robust, row)
-        if first == 0 and isinstance(model, NonlinearModel) and asked.method not in BY_POINTS:
-            _warn_of_jacobians(asked, model, run, u)
-        _count(asked, summary, run, z)
+    summary.filter = _filter(options, model)
+    robust = Robust(options.robust) if options.robust else None
+    for first, row, z, u in _blocks(options, model):
+        run = _run(options, summary.filter, z, u, robust, row)
+        if first == 0 and isinstance(model, NonlinearModel) and options.method not in BY_POINTS:
+            _warn_of_jacobians(options, model, run, u)
+        _count(options, summary, run, z)
         yield first, z, run
 
 
-def _smoothed_runs(asked: Asked, model: Model, summary: Summary,
+def _smoothed_runs(options: Options, model: Model, summary: Summary,
                    stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
     """The same of a smoother, which goes through all rows and back"""
-    beside = asked.out is not None and (asked.out.is_file() or not asked.out.exists())
-    folder = asked.out.resolve().parent if beside and asked.out else Path(tempfile.gettempdir())
-    smoother = stack.enter_context(StreamedSmoother(model, asked.arithmetic, folder, BLOCK))
+    beside = options.out is not None and (options.out.is_file() or not options.out.exists())
+    folder = options.out.resolve().parent if beside and options.out else Path(tempfile.gettempdir())
+    smoother = stack.enter_context(StreamedSmoother(model, options.arithmetic, folder, BLOCK))
     begin = 0  # the first row's line
-    for first, row, z, u in _blocks(asked, model):
+    for first, row, z, u in _blocks(options, model):
         begin = begin or row
         smoother.add(z, u)
     for first, z, u in smoother.rows():
-        run = _run(asked, smoother, z, u, None, begin + first)
-        _count(asked, summary, run, z)
+        run = _run(options, smoother, z, u, None, begin + first)
+        _count(options, summary, run, z)
     summary.filter = smoother.filter
     for first, z, run in smoother.smoothed():
         summary.events |= run.events
         yield first, z, run
 
 
-def _blocks(asked: Asked, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
+def _blocks(options: Options, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
     """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
-    blocks = tables.read(asked.data, [*model.measurements, *model.controls], BLOCK, has_to_fit=asked.arithmetic == "q31")
-    if asked.smooth and isinstance(model, NonlinearModel):
+    blocks = tables.read(options.data, [*model.measurements, *model.controls], BLOCK, has_to_fit=options.arithmetic == "q31")
+    if options.smooth and isinstance(model, NonlinearModel):
         blocks = iter([tables.joined(list(blocks))])
     first = 0
     for block in blocks:
-        z, u = tables.split(block, model, asked.data)
+        z, u = tables.split(block, model, options.data)
         yield first, block.first_row, z, u
         first += len(z)
 
 
-def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
+def _run(options: Options, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
          row: int) -> Run:
     try:
         if isinstance(filter_, StreamedSmoother):
@@ -205,10 +205,10 @@ def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], rob
         if problem.row is None:
             raise
         text = str(problem).split(": ", 1)[1]
-        raise KalmanqError(f"{asked.data}: row {row + problem.row}: {text}", problem.status) from problem
+        raise KalmanqError(f"{options.data}: row {row + problem.row}: {text}", problem.status) from problem
 
 
-def _count(asked: Asked, summary: Summary, run: Run, z: np.ndarray) -> None:
+def _count(options: Options, summary: Summary, run: Run, z: np.ndarray) -> None:
     assert run.taken is not None and run.nis is not None and run.log_likelihood is not None
     summary.rows += len(run)
     summary.taken += int(run.taken.clip(0).sum())
@@ -216,7 +216,7 @@ def _count(asked: Asked, summary: Summary, run: Run, z: np.ndarray) -> None:
     summary.nis += float(np.nansum(run.nis))
     summary.log_likelihood += float(np.sum(run.log_likelihood))
     summary.events |= run.events
-    if asked.plot:
+    if options.plot:
         _refuse_picture(summary.rows)
 
 
@@ -231,7 +231,7 @@ def _ahead(filter_: Any, steps: int) -> list[Filter]:
     return [source.forecast(k) for k in range(1, steps + 1)] if steps else []
 
 
-def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
+def _plot(options: Options, model: AnyModel, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
     from kalmanq.pages import pictures
 
     whole = summary.kept[0]
@@ -240,14 +240,14 @@ def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead:
         parts = [getattr(run, name) for run in summary.kept]
         setattr(whole, name, None if parts[0] is None else np.vstack(parts))
     band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
-    assert asked.plot is not None
-    pictures.save(pictures.draw_run(whole, z, band), asked.plot, [asked.data, asked.model])
+    assert options.plot is not None
+    pictures.save(pictures.draw_run(whole, z, band), options.plot, [options.data, options.model])
 
 
-def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
+def _tell(options: Options, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
     source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
     told = {
-        "model": model.name, "arithmetic": asked.arithmetic, "way": asked.way, "rows": summary.rows, "taken": summary.taken,
+        "model": model.name, "arithmetic": options.arithmetic, "way": options.way, "rows": summary.rows, "taken": summary.taken,
         "missing": summary.missing, "log_likelihood": summary.log_likelihood,
         "nis_per_measurement": summary.nis / summary.taken if summary.taken else None,
         "events": names_of(summary.events), "states": [state.name for state in model.states],
@@ -256,10 +256,10 @@ def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: 
     }
     if isinstance(model, NonlinearModel):
         told.update(_told_of_nonlinear(filter_))
-    if asked.json:
+    if options.json:
         print(json.dumps(_no_nan(told), indent=2))
         return
-    arithmetic = ", ".join(filter(None, (asked.arithmetic, told.get("method"), asked.way)))
+    arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), options.way)))
     table = Table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
                   title=f"{model.name}: after {summary.rows} rows, {arithmetic}", title_justify="left")
     for i, state in enumerate(model.states):
@@ -276,7 +276,7 @@ def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: 
                          if told["halvings"] else "not settled"))
     if summary.events:
         console.print("events: " + ", ".join(names_of(summary.events)))
-    for path in (asked.out, asked.plot):
+    for path in (options.out, options.plot):
         if path:
             console.print(f"wrote {path}")
 
@@ -297,4 +297,4 @@ def _no_nan(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-command = command_of(Asked, run_file)
+command = command_of(Options, run_file)

@@ -16,17 +16,17 @@ from kalmanq.run.steady import steady_state
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     json: bool = JSON
 
 
-def tell_steady(asked: Asked, console: Console) -> None:
-    model = model_file.read(asked.model)
+def tell_steady(options: Options, console: Console) -> None:
+    model = model_file.read(options.model)
     state = steady_state(model)
     closed = model.A @ (np.eye(model.n) - state.gain @ model.H)
     slowest = float(np.max(np.abs(np.linalg.eigvals(closed))))
-    if asked.json:
+    if options.json:
         print(json.dumps({
             "states": [one.name for one in model.states], "predicted": state.predicted.tolist(),
             "filtered": state.filtered.tolist(), "gain": state.gain.tolist(), "largest_eigenvalue": slowest},
@@ -43,4 +43,4 @@ def tell_steady(asked: Asked, console: Console) -> None:
     console.print(f"largest |eigenvalue| of A (I - K H): {slowest:.6g}; an error is down to 1 % in {rows:.0f} rows")
 
 
-command = command_of(Asked, tell_steady)
+command = command_of(Options, tell_steady)

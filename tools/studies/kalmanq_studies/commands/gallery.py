@@ -31,24 +31,24 @@ from kalmanq_studies.gallery.sources import Data
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     name: Optional[choices("Entry", ENTRIES)] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them.")
     out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there.")
     json: bool = JSON
 
 
-def show(asked: Asked, console: Console) -> None:
-    if asked.name is None:
+def show(options: Options, console: Console) -> None:
+    if options.name is None:
         tell_choices("model", {name: one.shows for name, one in ENTRIES.items()}, "what it is, and its data",
-                     "kalmanq gallery NAME --out FOLDER", asked.out, asked.json, console)
+                     "kalmanq gallery NAME --out FOLDER", options.out, options.json, console)
         return
-    entry, name = ENTRIES[asked.name], asked.name
-    if asked.out and not asked.out.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
+    entry, name = ENTRIES[options.name], options.name
+    if options.out and not options.out.is_dir():
+        raise KalmanqError(f"{options.out}: there is no such folder")
     with console.status(f"{name}: fitting"):
         fitted = fit(entry, name)
-        written = _write(entry, name, fitted, asked.out) if asked.out else []
-    _tell(asked, entry, fitted, written, console)
+        written = _write(entry, name, fitted, options.out) if options.out else []
+    _tell(options, entry, fitted, written, console)
 
 
 # ------------------------------------------------------------------------------ files
@@ -112,18 +112,18 @@ def _write_run(path: Path, run: Run, data: Data) -> None:
 # ------------------------------------------------------------------------------ what is told
 
 
-def _tell(asked: Asked, entry: Entry, fitted: Fitted, written: list[Path], console: Console) -> None:
-    if asked.json:
-        print(json.dumps({"model": asked.name, "builder": entry.builder, "parameters": fitted.parameters,
+def _tell(options: Options, entry: Entry, fitted: Fitted, written: list[Path], console: Console) -> None:
+    if options.json:
+        print(json.dumps({"model": options.name, "builder": entry.builder, "parameters": fitted.parameters,
                           "free": list(entry.free), "log_likelihood": fitted.log_likelihood,
-                          "settled": fitted.is_settled, "files": [str(path) for path in written]}, indent=2))
+                          "converged": fitted.converged, "files": [str(path) for path in written]}, indent=2))
         return
-    table = Table("parameter", "where fitting began", "fitted", title=f"{asked.name}: {entry.shows}",
+    table = Table("parameter", "where fitting began", "fitted", title=f"{options.name}: {entry.shows}",
                   title_justify="left")
     for name in entry.free:
         table.add_row(name, *(_numbers(of[name]) for of in (entry.start, fitted.parameters)))
     console.print(table)
-    console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'settled' if fitted.is_settled else 'NOT settled'}")
+    console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'converged' if fitted.converged else 'NOT converged'}")
     for path in written:
         console.print(f"wrote {path}")
     if entry.data().regressors is not None:
@@ -136,4 +136,4 @@ def _numbers(value: object) -> str:
     return "  ".join(f"{one:.6g}" for one in np.ravel(value))
 
 
-command = command_of(Asked, show)
+command = command_of(Options, show)

@@ -152,11 +152,11 @@ def _estimates(c: Collected) -> str:
         for name in ("EM of Q", "EM of Q, R"):
             of = c.of("fitted", EVEN, alpha, name)
             rows.append([f"{alpha:g}", name, *(f"{scores.median(of[column])}" for column in "QRPK"),
-                         f"{100 * of['settled'].mean():.0f} %"])
+                         f"{100 * of['converged'].mean():.0f} %"])
     return "\n\n".join([
         "## What is fitted", filled(f"""Medians over the runs, Q/R = {EVEN:g}, after at most {ITERATIONS} iterations;
-        settled: no parameter moved by more than {TOLERANCE:g} of itself in the last one."""),
-        table(["alpha", "fitted", "Q", "R", "P", "K", "settled"], rows),
+        converged: no parameter moved by more than {TOLERANCE:g} of itself in the last one."""),
+        table(["alpha", "fitted", "Q", "R", "P", "K", "converged"], rows),
         picture("estimates")])
 
 
