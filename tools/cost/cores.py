@@ -64,7 +64,7 @@ CORES = (
         link_flags=("-Wl,--defsym=__DATA_REGION_LENGTH__=0xFF00,--defsym=__stack=0xFFFF",),
         known_as="atmega1284p",
     ),
-)  # fmt: skip
+)
 
 BY_NAME = {core.name: core for core in CORES}
 

@@ -63,7 +63,7 @@ START_UP = 1024  # bytes of flash: vectors and what a C library does before main
 TITLES = (
     "core", "", "n, m", "flash", "from roots", "lean", "with smoother", "RAM", "lean", "with tape",
     "worst stack", "lean", "with smoother", "step", "lean", "worst update", "part", "lean", "with smoother",
-)  # fmt: skip
+)
 
 EXPLAINED = f"""\
 A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and P0 (q31: from tables),
@@ -99,26 +99,11 @@ class Card:
     def cells(self) -> list[str]:
         step, lean, smooth = self.step, self.lean, self.smooth
         return [
-            BY_NAME[step.core].description,
-            step.arithmetic,
-            f"{step.n}, {step.m}",
-            flash(step, self.clang_step),
-            str(self.roots.flash_program) if self.roots else "",
-            flash(lean, self.clang_lean),
-            flash(smooth, self.clang_smooth),
-            str(step.ram_program),
-            str(lean.ram_program),
-            str(smooth.ram_program),
-            str(step.stack_worst),
-            str(lean.stack_worst),
-            str(smooth.stack_worst),
-            str(step.instructions),
-            str(lean.instructions),
-            str(self.update.instructions_worst),
-            part(step),
-            part(lean),
-            part(smooth),
-        ]
+            BY_NAME[step.core].description, step.arithmetic, f"{step.n}, {step.m}", flash(step, self.clang_step),
+            str(self.roots.flash_program) if self.roots else "", flash(lean, self.clang_lean),
+            flash(smooth, self.clang_smooth), str(step.ram_program), str(lean.ram_program), str(smooth.ram_program),
+            str(step.stack_worst), str(lean.stack_worst), str(smooth.stack_worst), str(step.instructions),
+            str(lean.instructions), str(self.update.instructions_worst), part(step), part(lean), part(smooth)]
 
     def short_cells(self) -> list[str]:
         step, lean = self.step, self.lean
@@ -137,15 +122,8 @@ def cards(rows: Iterable[Row]) -> Iterator[Card]:
     for of in found.values():
         if {(GCC, "step"), (GCC, LEAN), (GCC, "smooth"), (GCC, "update")} <= set(of):
             yield Card(
-                of[GCC, "step"],
-                of[GCC, "smooth"],
-                of[GCC, "update"],
-                of.get((GCC, ROOTS)),
-                of[GCC, LEAN],
-                of.get((CLANG, "step")),
-                of.get((CLANG, LEAN)),
-                of.get((CLANG, "smooth")),
-            )
+                of[GCC, "step"], of[GCC, "smooth"], of[GCC, "update"], of.get((GCC, ROOTS)), of[GCC, LEAN],
+                of.get((CLANG, "step")), of.get((CLANG, LEAN)), of.get((CLANG, "smooth")))
 
 
 def flash(gcc: Row, clang: Row | None) -> str:
@@ -204,17 +182,14 @@ SUMMARY_SIZES = ((4, 2),)
 SUMMARY_TITLES = (
     "core", "", "n, m", "flash", "instructions", "RAM", "worst stack",
     "lean: flash", "instructions", "RAM", "worst stack",
-)  # fmt: skip
+)
 
 
 def summary(rows: tuple[Row, ...]) -> str:
     """For README.md: a line for each core and size."""
     found = {(c.step.core, c.step.arithmetic, c.step.n, c.step.m): c for c in cards(rows)}
     wanted = [(*where, *size) for where in SUMMARY_CORES for size in SUMMARY_SIZES]
-    lines = [
-        "| " + " | ".join(SUMMARY_TITLES) + " |",
-        "|---|---|" + "---:|" * (len(SUMMARY_TITLES) - 2),
-    ]
+    lines = ["| " + " | ".join(SUMMARY_TITLES) + " |", "|---|---|" + "---:|" * (len(SUMMARY_TITLES) - 2)]
     for card in (found[filter_] for filter_ in wanted if filter_ in found):
         lines.append("| " + " | ".join(card.short_cells()) + " |")
     return "\n".join(lines)
@@ -226,27 +201,19 @@ MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
 MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
 # what the page calls them; the filter's step first, to compare with
 MODULE_ROWS = (
-    ("step", RUNTIME, "`kq_step`"),
-    ("steady", RUNTIME, "`kq_steady_step`"),
-    ("steady", FIXED, "`kq_fixed_steady_step`"),
-    ("settling", RUNTIME, "`kq_step`, a settled `kq_freeze` attached"),
-    ("update", RUNTIME, "`kq_update`"),
-    ("gated", RUNTIME, "`kq_update_robust`, a gate that accepts"),
-    ("huber", RUNTIME, "`kq_update_robust`, Huber"),
-    ("student", RUNTIME, "`kq_update_robust`, Student"),
-    ("jump", RUNTIME, "`kq_update_robust`, jump, none"),
-    ("lag", RUNTIME, "a sample with `kq_lagged`, L = 10"),
+    ("step", RUNTIME, "`kq_step`"), ("steady", RUNTIME, "`kq_steady_step`"),
+    ("steady", FIXED, "`kq_fixed_steady_step`"), ("settling", RUNTIME, "`kq_step`, a settled `kq_freeze` attached"),
+    ("update", RUNTIME, "`kq_update`"), ("gated", RUNTIME, "`kq_update_robust`, a gate that accepts"),
+    ("huber", RUNTIME, "`kq_update_robust`, Huber"), ("student", RUNTIME, "`kq_update_robust`, Student"),
+    ("jump", RUNTIME, "`kq_update_robust`, jump, none"), ("lag", RUNTIME, "a sample with `kq_lagged`, L = 10"),
     ("lag_states", RUNTIME, "a sample with `kq_lagged_states`, L = 10"),
-    ("point", RUNTIME, "a sample with `kq_instant_smooth`"),
-    ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
-    ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"),
-    ("em_state", RUNTIME, "... A, Q and R free"),
+    ("point", RUNTIME, "a sample with `kq_instant_smooth`"), ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
+    ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"), ("em_state", RUNTIME, "... A, Q and R free"),
     ("changed", RUNTIME, "`kq_predict` and `kq_update`, another A and another H"),
     ("extended_predict", RUNTIME, "`kq_predict_extended`"),
     ("extended_update", RUNTIME, "`kq_update` by an innovation"),
     ("extended", RUNTIME, "an extended step, f and h in it, another A and another H"),
-    ("points", RUNTIME, "`kq_predict_sigma_points` and `kq_update_sigma_points`, 4n + 2 calls in it"),
-)
+    ("points", RUNTIME, "`kq_predict_sigma_points` and `kq_update_sigma_points`, 4n + 2 calls in it"))
 
 NONLINEAR = ("changed", "extended", "points")
 NONLINEAR_SIZES = ((4, 2), (6, 3), (9, 3))
@@ -257,7 +224,7 @@ the linear program, and what the other two add to it without f and h, at `-O2` a
 NONLINEAR_TITLES = (
     "core", "", "n, m", "linear", "extended", "points", "stack", "extended", "points",
     "flash `-O2`", "extended", "points", "flash `-Os`", "extended", "points",
-)  # fmt: skip
+)
 STEPS_TITLE = "Instructions of one settled predict and one full update (`kq_step`) at n, m:"
 MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
 Rows = Mapping[tuple[object, ...], Row]
@@ -265,7 +232,7 @@ Rows = Mapping[tuple[object, ...], Row]
 FITTING = (
     ("m0", "q31"), ("m3", "q31"), ("m4f", "f32"), ("m7", "f32"), ("m7", "f64"), ("m33", "f32"),
     ("rv32", "q31"), ("avr", "f32"), ("avr", "q31"),
-)  # fmt: skip
+)
 
 
 def module_table(by_key: Rows) -> str:
@@ -317,10 +284,7 @@ def module_cells(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> 
 def step_table(by_key: Rows) -> str:
     """Markdown: a line for each core and arithmetic."""
     sizes = " | ".join(f"{n}, {m}" for n, m in SIZES)
-    lines = [
-        f"| core | | sizes | {sizes} |",
-        "|---|---|---|" + "---:|" * len(SIZES),
-    ]
+    lines = [f"| core | | sizes | {sizes} |", "|---|---|---|" + "---:|" * len(SIZES)]
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
             keys = {size: (core, arithmetic, *size, kind, GCC, "step") for size in SIZES}

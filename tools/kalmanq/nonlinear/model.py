@@ -37,27 +37,12 @@ class NonlinearModel:
     ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
     """
 
-    def __init__(
-        self,
-        f: Optional[Function] = None,
-        h: Optional[Function] = None,
-        *,
-        x0: ArrayLike,
-        P0: ArrayLike,
-        R: ArrayLike,
-        Q: Optional[ArrayLike] = None,
-        G: Optional[ArrayLike] = None,
-        increment: Optional[Function] = None,
-        innovation: Optional[Function] = None,
-        A: Optional[Function] = None,
-        H: Optional[Function] = None,
-        states: Quantities = None,
-        measurements: Quantities = None,
-        controls: Quantities = None,
-        angles: Sequence[Union[int, str]] = (),
-        simulated_controls: Optional[Function] = None,
-        name: str = "model",
-    ):
+    def __init__(self, f: Optional[Function] = None, h: Optional[Function] = None, *, x0: ArrayLike, P0: ArrayLike,
+                 R: ArrayLike, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
+                 increment: Optional[Function] = None, innovation: Optional[Function] = None,
+                 A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
+                 measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
+                 simulated_controls: Optional[Function] = None, name: str = "model"):
         if f is None and increment is None:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
         if h is None:

@@ -60,17 +60,9 @@ def journal_of(out: Path) -> Path:
     return out.with_name(out.name + ".journal")
 
 
-def run_campaign(
-    function: Callable[[Any], Any],
-    tasks: Sequence[Any],
-    *,
-    fingerprint: Mapping[str, Any],
-    journal: Path,
-    workers: Optional[int] = None,
-    dask: Optional[str] = None,
-    progress: Told = None,
-    fresh: bool = False,
-) -> Iterator[Any]:
+def run_campaign(function: Callable[[Any], Any], tasks: Sequence[Any], *, fingerprint: Mapping[str, Any], journal: Path,
+                 workers: Optional[int] = None, dask: Optional[str] = None, progress: Told = None,
+                 fresh: bool = False) -> Iterator[Any]:
     """The results function(task), in the order of the tasks.
 
     function     of a module, so that other processes find it; its result is what JSON can say

@@ -92,12 +92,8 @@ def fitted(fitting: Fitting, setting: Setting, z: np.ndarray) -> Fitted:
 JUMP = {2.0: 9.0, 0.02: 16.0}  # g, as robust.h has it
 
 FILTERS: dict[str, Callable[[Setting], Optional[Robust]]] = {
-    "plain": lambda setting: None,
-    "gate": lambda setting: Robust("gate"),
-    "Huber": lambda setting: Robust("huber"),
-    "Student-t update": lambda setting: Robust("student"),
-    "jump": lambda setting: Robust("jump", JUMP[setting.ratio]),
-}
+    "plain": lambda setting: None, "gate": lambda setting: Robust("gate"), "Huber": lambda setting: Robust("huber"),
+    "Student-t update": lambda setting: Robust("student"), "jump": lambda setting: Robust("jump", JUMP[setting.ratio])}
 SMOOTHERS = {"plain": None, "reweighted": 5, "reweighted, 12 passes": 12}
 
 
