@@ -85,7 +85,6 @@ def _reason(options: Options, made: Designs) -> str:
 
 
 def _write(options: Options, made: Designs, chosen: Way) -> list[Path]:
-    assert options.out is not None
     if not options.out.is_dir():
         raise KalmanqError(f"{options.out}: there is no such folder")
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
@@ -94,7 +93,6 @@ def _write(options: Options, made: Designs, chosen: Way) -> list[Path]:
 
 
 def _written(options: Options, text: Source) -> list[Path]:
-    assert options.out is not None
     files = [(options.out / f"{text.name}.h", text.header), (options.out / f"{text.name}.c", text.text)]
     with ExitStack() as stack:
         for path, content in files:
@@ -114,7 +112,6 @@ def _remarks(made: Designs, chosen: Way) -> list[str]:
 def _accuracy(trial: Trial) -> str:
     """Of the very reading that the header names"""
     reading = trial.reading
-    assert reading is not None
     T, times = trial.arithmetic, f"{math.ceil(10 * reading.times) / 10:g}"
     return f"kq_mean_{T} alone is within {no_less(reading.within)} sigma of double's mean while states are within " \
            f"their ranges. Its 32 bits lose {no_less(reading.low)} at most, which kq_mean_low_{T} has. The rest is {times} " \

@@ -92,7 +92,3 @@ def _source(given: Any, layout: Any) -> Any:
 def read_any(path: Path) -> AnyModel:
     """A linear model of a TOML file, a nonlinear one of a Python file."""
     return nonlinear_file.read(path) if Path(path).suffix == nonlinear_file.SUFFIX else model_file.read(path)
-
-
-__all__ = ["ANY_MODEL", "ARITHMETIC", "AnyModel", "Arithmetic", "ChipArithmetic", "DASK", "DATA", "FRESH",
-           "JSON", "MODEL", "WORKERS", "choices", "command_of", "read_any"]

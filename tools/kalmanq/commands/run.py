@@ -209,7 +209,6 @@ def _run(options: Options, filter_: Any, z: np.ndarray, u: Optional[np.ndarray],
 
 
 def _count(options: Options, summary: Summary, run: Run, z: np.ndarray) -> None:
-    assert run.taken is not None and run.nis is not None and run.log_likelihood is not None
     summary.rows += len(run)
     summary.taken += int(run.taken.clip(0).sum())
     summary.missing += int(np.isnan(z).sum())
@@ -240,7 +239,6 @@ def _plot(options: Options, model: AnyModel, summary: Summary, z: np.ndarray, ah
         parts = [getattr(run, name) for run in summary.kept]
         setattr(whole, name, None if parts[0] is None else np.vstack(parts))
     band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
-    assert options.plot is not None
     pictures.save(pictures.draw_run(whole, z, band), options.plot, [options.data, options.model])
 
 

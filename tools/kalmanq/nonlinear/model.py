@@ -63,7 +63,6 @@ class NonlinearModel:
             ("simulated_controls", simulated_controls)) if function is not None}
         scale = np.sqrt(np.diag(self.P0))
         moves = self.given.get("f", self.given.get("increment"))
-        assert moves is not None
         self.found = {"A": Derivative(moves, n, scale), "H": Derivative(self.given["h"], m, scale, self.angles)}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:

@@ -168,6 +168,3 @@ class Steps:
             return self.parts.words(e[None], "measurements")[0]
         except KalmanqError as problem:
             raise KalmanqError(f"innovation of {str(problem).split(': ', 1)[1]}", problem.status) from None
-
-
-__all__ = ["Steps"]

@@ -81,7 +81,6 @@ def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: st
 
 def page_of(study: Study, model_path: Path, data_name: str) -> str:
     model, run = study.model, study.run
-    assert run.log_likelihood is not None
     sizes = ", ".join(counted(count, what) for count, what in (
         (model.n, "state"), (model.m, "measurement"), (model.l, "control")) if count)
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
@@ -102,7 +101,6 @@ def _verdict(study: Study) -> str:
 
 def _states(study: Study) -> str:
     run, shown = study.run, measured_states(study.model)
-    assert run.sigma is not None and run.smoothed is not None and run.smoothed_sigma is not None
     figures = []
     for i, state in enumerate(study.model.states):
         measured = [study.z[:, c] / factor for c, factor in shown.get(i, [])]
@@ -157,7 +155,6 @@ def _residuals(study: Study) -> str:
 
 def _nis(study: Study) -> str:
     run = study.run
-    assert run.nis is not None and run.taken is not None
     scored = verdict.is_scored(run, study.z)
     nis, taken = np.where(scored, run.nis, np.nan), np.where(scored, run.taken, 0)
 
@@ -198,7 +195,6 @@ def _autocorrelation(study: Study) -> str:
 
 def _sigmas(study: Study) -> str:
     run = study.run
-    assert run.sigma is not None and run.smoothed_sigma is not None
     figures = []
     for i, state in enumerate(study.model.states):
         filtered, smoothed = run.sigma[:, i], run.smoothed_sigma[:, i]

@@ -53,7 +53,6 @@ class Whiteness:
 
 def standardised(run: Run) -> np.ndarray:
     """T x m: innovations over their sigmas; NaN where there is none."""
-    assert run.innovation is not None and run.innovation_sigma is not None
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         made = run.innovation / run.innovation_sigma
     return np.where(np.isfinite(made), made, np.nan)
@@ -86,7 +85,6 @@ def _held(run: Run, wider: Sequence[str]) -> Finding:
 
 def _findings(run: Run, z: np.ndarray) -> list[Finding]:
     scored = is_scored(run, z)
-    assert run.nis is not None and run.taken is not None
     nis, taken, series = run.nis[scored], run.taken[scored], standardised(run)
     white = [whiteness(column) for column in series.T]
     names = [one.name for one in run.model.measurements]

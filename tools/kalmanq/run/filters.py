@@ -379,6 +379,3 @@ def run_many(sequences: Sequence[Any], run: Callable[[Any], Run], workers: Optio
     """`run` of each sequence, on several cores: C runs without Python's lock."""
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(run, sequences))
-
-
-__all__ = ["AdaptiveFilter", "Filter", "LagSmoother", "Robust", "Smoother", "run_many"]

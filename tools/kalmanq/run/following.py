@@ -137,6 +137,3 @@ class FrozenGainFilter(Filter):
 
     def _end(self, q: Any) -> None:
         self._attached = bool(q.is_settling)
-
-
-__all__ = ["InstantSmoother", "FrozenGainFilter"]

@@ -211,6 +211,3 @@ class Results:
             made.covariance = a.numbers(self.any_size["covariance"], f.parts.covariance_scale)
         f._tell(made, self)
         return made
-
-
-__all__ = ["Readable", "Results"]

@@ -148,6 +148,3 @@ class LeastSquares:
     def _score(self, name: str) -> float:
         made = self.arithmetic.function(f"least_squares_{name}")(self._handle)
         return float(self.arithmetic.scores(np.array([made], self.arithmetic.score))[0])
-
-
-__all__ = ["Consistency", "LeastSquares"]

@@ -76,7 +76,6 @@ def _smoothed(entry: Entry, fitted: Fitted, data: Data) -> tuple[Run, Optional[A
         return VaryingSmoother(fitted.model).run(data.z, data.regressors, covariance=True), None
     smoother = Smoother(fitted.model)
     run = smoother.run(data.z, covariance=True)
-    assert smoother.last is not None
     return run, forecast(smoother.last, entry.ahead, data) if entry.ahead else None
 
 

@@ -66,7 +66,6 @@ def _by_fit(entry: Entry, data: Data) -> tuple[dict[str, Any], bool]:
 
 def _pivots(model: Model) -> np.ndarray:
     """Of each noise the state that it moves most: the variances of Q grow with those of the noises."""
-    assert model.G is not None
     return np.argmax(np.abs(model.G), axis=0)
 
 
