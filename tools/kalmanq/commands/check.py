@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
@@ -11,7 +10,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from kalmanq.commands.messages import REFUSED
+from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, command_of, read_any
 from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
@@ -33,7 +32,7 @@ def check(options: Options, console: Console) -> None:
     model = read_any(options.model)
     made = linear.findings(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
     if options.json:
-        print(json.dumps({one.subject: {"good": one.is_good, "said": one.said} for one in made}, indent=2))
+        print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:
         console.print(f"{model.name}: {model.n} states, {model.m} measurements, {model.l} controls")
         for one in made:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler.costs import estimates
 from kalmanq.compiler.files import texts_of
@@ -44,7 +44,7 @@ def compile_file(options: Options, console: Console) -> None:
         texts = texts_of(product, hashlib.sha256(options.model.read_bytes()).hexdigest())
     written = _write(options, texts)
     if options.json:
-        print(json.dumps(_told(product, written), indent=2))
+        print_json(_told(product, written))
     else:
         _tell(product, written, console)
 
@@ -80,7 +80,7 @@ def _told(product: Product, written: list[Path]) -> dict:
                   "damped_settled": proof.track.last, "covariance": proof.track.covariance},
         "costs": {f"{core} {level}": asdict(cost) for (core, level), cost in estimates(plan).items()},
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
-        "files": [str(path) for path in written]}
+        "files": written}
 
 
 def _tell(product: Product, written: list[Path], console: Console) -> None:
@@ -99,8 +99,7 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
         console.print(f"  {line}")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")
-    for path in written:
-        console.print(f"wrote {path}")
+    tell_written(written, console)
 
 
 command = command_of(Options, compile_file)

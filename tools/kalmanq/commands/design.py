@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import textwrap
 from contextlib import ExitStack
@@ -12,8 +11,8 @@ from typing import Optional, Sequence
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
 from kalmanq.compiler.proof_file import no_less
@@ -51,7 +50,7 @@ def design_file(options: Options, console: Console) -> None:
     written = _write(options, made, chosen) if chosen and options.out else []
     compiled = offers(model, made.model)
     if options.json:
-        print(json.dumps(_told(made, compiled, chosen, written), indent=2))
+        print_json(_told(made, compiled, chosen, written))
     else:
         _tell(made, compiled, chosen, written, console)
     if not chosen:
@@ -138,7 +137,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                    for one in which}, "notes": [str(one) for one in made.notes],
         "chosen_ranges": [asdict(one) for one in made.notes],
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
-        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings,
+        "trials": {name: {"worst": trial.worst, "rms": trial.rms, "warnings": trial.warnings,
                           "kq_mean": _reading(trial)}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
@@ -147,7 +146,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "lean": {name: asdict(one) for name, one in made.lean.items()},
         "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
-        "files": [str(path) for path in written]}
+        "files": written}
 
 
 def _reading(trial: Trial) -> Optional[dict]:
@@ -169,60 +168,55 @@ def _formats(made: Designs) -> list[tuple[str, str, float, float]]:
 def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], written: list[Path],
           console: Console) -> None:
     console.print(f"{made.model.name} on {CORES[made.part.core]}, {made.part.flash // 1024} kB of flash and "
-                  f"{made.part.ram / 1024:g} kB of RAM", markup=False)
+                  f"{made.part.ram / 1024:g} kB of RAM")
     for note in made.notes:
-        console.print(f"  {note}", markup=False)
+        console.print(f"  {note}")
     _tell_formats(made, console)
     _tell_ways(made, chosen, console)
     _tell_compiled(made, compiled, console)
     for trial in made.trials.values():
         for warning in trial.warnings:
-            console.print(f"  warning: {warning}", markup=False)
+            console.print(f"  warning: {warning}")
     if chosen:
-        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {WAYS[chosen.way]}", markup=False)
-    for path in written:
-        console.print(f"wrote {path}", markup=False)
+        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {WAYS[chosen.way]}")
+    tell_written(written, console)
 
 
 def _tell_formats(made: Designs, console: Console) -> None:
     rows = _formats(made)
     if not rows:
         return
-    table = Table("state", "largest |mean|", "range", "format", "headroom, bits", "last bit",
-                  title="formats of q31", title_justify="left")
+    shown = table("state", "largest |mean|", "range", "format", "headroom, bits", "last bit", title="formats of q31")
     for one, span, row in zip(made.model.states, made.reached.states, rows):
-        table.add_row(one.label, f"{span:.3g}", f"{one.range:g}", row[1], f"{row[2]:g}", f"{row[3]:.2g}")
-    console.print(table)
+        shown.add_row(one.label, f"{span:.3g}", f"{one.range:g}", row[1], f"{row[2]:g}", f"{row[3]:.2g}")
+    console.print(shown)
 
 
 def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
-    table = Table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits",
-                  "worst error, sigma", title="ways to run it (bytes beside a program without a filter)",
-                  title_justify="left")
+    shown = table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits", "worst error, sigma",
+                  title="ways to run it (bytes beside a program without a filter)")
     for one in made.ways:
-        table.add_row("*" if one is chosen else "", one.arithmetic, one.way, str(one.cost.instructions),
-                      str(one.cost.flash), str(one.cost.ram), str(one.cost.stack), "yes" if one.fits else "no",
-                      f"{one.trial.worst.max(initial=0):.1e}")
-    console.print(table)
+        shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *map(str, asdict(one.cost).values()),
+                      "yes" if one.fits else "no", f"{one.trial.worst.max(initial=0):.1e}")
+    console.print(shown)
     ways = "; sizes: -Isrc/fixed_size, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
-                  f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.", markup=False)
+                  f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.")
     if chosen:
-        console.print(f"  {_accuracy(chosen.trial)}", markup=False)
+        console.print(f"  {_accuracy(chosen.trial)}")
     for name, lean in made.lean.items():
-        console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}", markup=False)
+        console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}")
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
-    table = Table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)",
-                  title_justify="left")
+    shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)")
     for one in compiled:
-        table.add_row(*one.cells(made.part.core))
-    console.print(table)
+        shown.add_row(*one.cells(made.part.core))
+    console.print(shown)
     for one in compiled:
         unpaid = [] if not one.plan or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):
-            console.print(f"  compiled in {one.arithmetic}: {remark}", markup=False)
+            console.print(f"  compiled in {one.arithmetic}: {remark}")
 
 
 command = command_of(Options, design_file)

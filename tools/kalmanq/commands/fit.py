@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Iterator, List, Optional
@@ -13,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kalmanq.commands.messages import NO_MAXIMUM, stop
+from kalmanq.commands.messages import NO_MAXIMUM, print_json, stop, tell_written
 from kalmanq.commands.options import JSON, MODEL, choices, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, whole
@@ -96,8 +95,7 @@ def _fit(options: Options, console: Console, model: Model, records: list[Any], f
 
 def _tell(options: Options, found: Fit, free: list[str], console: Console) -> None:
     if options.json:
-        print(json.dumps(_for_machines(found, free), indent=2))
-        return
+        return print_json(_for_machines(found, free))
     begun = f"{found.course[0]:.6g} -> " if found.course else ""
     console.print(f"log-likelihood {begun}{found.log_likelihood:.6f} in {len(found.course)} evaluations "
                   f"({found.evaluations} in all)")
@@ -111,9 +109,7 @@ def _tell(options: Options, found: Fit, free: list[str], console: Console) -> No
         console.print("standard errors: from the exact Hessian of the log-likelihood")
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
-    for path in (options.out, options.plot):
-        if path:
-            console.print(f"wrote {path}")
+    tell_written((options.out, options.plot), console)
 
 
 def _rows(found: Fit, free: list[str]) -> Iterator[tuple[str, str, str]]:
@@ -132,21 +128,10 @@ def _number(value: float) -> str:
 
 
 def _for_machines(found: Fit, free: list[str]) -> dict[str, Any]:
-    return {
-        "log_likelihood": _or_none(found.log_likelihood), "converged": found.converged, "message": found.message,
-        "distance": _or_none(found.distance), "evaluations": found.evaluations,
-        "course": [_or_none(value) for value in found.course], "em_evaluations": found.em_evaluations,
-        "boundary": list(found.boundary), "undetermined": list(found.undetermined),
-        **{name: getattr(found.model, name).tolist() for name in free},
-        "standard_errors": {name: _nested(errors.tolist()) for name, errors in found.standard_errors.items()}}
-
-
-def _or_none(value: float) -> Optional[float]:
-    return float(value) if np.isfinite(value) else None
-
-
-def _nested(given: Any) -> Any:
-    return [_nested(one) for one in given] if isinstance(given, list) else _or_none(given)
+    told = {name: getattr(found, name) for name in (
+        "log_likelihood", "converged", "message", "distance", "evaluations", "course", "em_evaluations", "boundary",
+        "undetermined")}
+    return {**told, **{name: getattr(found.model, name) for name in free}, "standard_errors": found.standard_errors}
 
 
 command = command_of(Options, fit_files)

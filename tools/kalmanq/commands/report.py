@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import ARITHMETIC, DATA, MODEL, Arithmetic, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import whole
@@ -32,8 +33,8 @@ def report_file(options: Options, console: Console) -> None:
     text = report.page_of(study, options.model, options.data.name)
     with whole(options.out, [options.model, options.data]) as path:
         path.write_text(text, encoding="utf-8")
-    console.print(verdict.headline(study.found), markup=False)
-    console.print(f"wrote {options.out}", markup=False)
+    console.print(verdict.headline(study.found))
+    tell_written([options.out], console)
 
 
 def _refuse(options: Options) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 import warnings
 from contextlib import ExitStack
@@ -13,8 +12,8 @@ from typing import Any, Iterator, Optional
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
     ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
 from kalmanq.core import names_of
@@ -249,22 +248,20 @@ def _tell(options: Options, model: AnyModel, filter_: Any, summary: Summary, ahe
         "missing": summary.missing, "log_likelihood": summary.log_likelihood,
         "nis_per_measurement": summary.nis / summary.taken if summary.taken else None,
         "events": names_of(summary.events), "states": [state.name for state in model.states],
-        "mean": source.mean.tolist(), "covariance": source.covariance.tolist(),
-        "forecast": [{"mean": f.mean.tolist(), "covariance": f.covariance.tolist()} for f in ahead],
-    }
+        "mean": source.mean, "covariance": source.covariance,
+        "forecast": [{"mean": f.mean, "covariance": f.covariance} for f in ahead]}
     if isinstance(model, NonlinearModel):
         told.update(_told_of_nonlinear(filter_))
     if options.json:
-        print(json.dumps(_no_nan(told), indent=2))
-        return
+        return print_json(told)
     arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), options.way)))
-    table = Table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
-                  title=f"{model.name}: after {summary.rows} rows, {arithmetic}", title_justify="left")
+    made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
+                 title=f"{model.name}: after {summary.rows} rows, {arithmetic}")
     for i, state in enumerate(model.states):
         cells = [f"{source.mean[i]:.6g}", f"{source.sigma[i]:.3g}"]
         cells += [f"{ahead[-1].mean[i]:.6g}", f"{ahead[-1].sigma[i]:.3g}"] if ahead else []
-        table.add_row(state.label, *cells)
-    console.print(table)
+        made.add_row(state.label, *cells)
+    console.print(made)
     ratio = f", NIS {summary.nis / summary.taken:.3f} a measurement (1 if the model is right)" if summary.taken else ""
     console.print(f"log-likelihood {summary.log_likelihood:.6f}; {summary.taken} measurements taken, "
                   f"{summary.missing} missing{ratio}")
@@ -274,9 +271,7 @@ def _tell(options: Options, model: AnyModel, filter_: Any, summary: Summary, ahe
                          if told["halvings"] else "not settled"))
     if summary.events:
         console.print("events: " + ", ".join(names_of(summary.events)))
-    for path in (options.out, options.plot):
-        if path:
-            console.print(f"wrote {path}")
+    tell_written((options.out, options.plot), console)
 
 
 def _told_of_nonlinear(filter_: Any) -> dict[str, Any]:
@@ -284,15 +279,6 @@ def _told_of_nonlinear(filter_: Any) -> dict[str, Any]:
         return {"method": filter_.method}
     return {"method": filter_.method, "passes": filter_.passes_done, "is_settled": filter_.is_settled,
             "objectives": filter_.objectives, "halvings": filter_.halvings}
-
-
-def _no_nan(value: Any) -> Any:
-    """JSON has no NaN: null."""
-    if isinstance(value, dict):
-        return {key: _no_nan(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_no_nan(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 command = command_of(Options, run_file)

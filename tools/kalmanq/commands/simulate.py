@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,8 +12,8 @@ from typing import Any, Optional, Tuple
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any
 from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
@@ -142,14 +141,13 @@ def _fingerprint(options: Options, u: Optional[np.ndarray]) -> dict[str, Any]:
 
 def _tell(options: Options, model: Model, said: dict[str, Any], console: Console) -> None:
     if options.json:
-        print(json.dumps({"model": model.name, "arithmetic": options.arithmetic, "rows": options.rows,
-                          "runs": options.runs, "seed": options.seed, **said}, indent=2))
-        return
-    table = Table("column", "mean", "standard error", title_justify="left",
-                  title=f"{model.name}: {options.runs} runs of {options.rows} rows, {options.arithmetic}")
+        return print_json({"model": model.name, "arithmetic": options.arithmetic, "rows": options.rows,
+                           "runs": options.runs, "seed": options.seed, **said})
+    made = table("column", "mean", "standard error",
+                 title=f"{model.name}: {options.runs} runs of {options.rows} rows, {options.arithmetic}")
     for name, of in said["columns"].items():
-        table.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
-    console.print(table)
+        made.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
+    console.print(made)
     for name, what in (("nees", "NEES a dimension"), ("nis", "NIS a measurement")):
         of = said[name]
         if of["bounds"] is None:
@@ -159,7 +157,7 @@ def _tell(options: Options, model: Model, said: dict[str, Any], console: Console
                           f"{of['bounds'][0]:.4f} to {of['bounds'][1]:.4f}")
     if said["runs_with_events"]:
         console.print(f"events in {said['runs_with_events']} runs")
-    console.print(f"wrote {options.out}")
+    tell_written([options.out], console)
 
 
 command = command_of(Options, simulate_file)

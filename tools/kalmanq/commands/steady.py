@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table
 from kalmanq.commands.options import JSON, MODEL, command_of
 from kalmanq.model import model_file
 from kalmanq.run.steady import steady_state
@@ -27,18 +26,14 @@ def tell_steady(options: Options, console: Console) -> None:
     closed = model.A @ (np.eye(model.n) - state.gain @ model.H)
     slowest = float(np.max(np.abs(np.linalg.eigvals(closed))))
     if options.json:
-        print(json.dumps({
-            "states": [one.name for one in model.states], "predicted": state.predicted.tolist(),
-            "filtered": state.filtered.tolist(), "gain": state.gain.tolist(), "largest_eigenvalue": slowest},
-            indent=2))
-        return
-    table = Table("state", "sigma predicted", "sigma filtered",
-                  *(f"gain of {one.name}" for one in model.measurements),
-                  title=f"{model.name}: steady state", title_justify="left")
+        return print_json({"states": [one.name for one in model.states], "predicted": state.predicted,
+                           "filtered": state.filtered, "gain": state.gain, "largest_eigenvalue": slowest})
+    made = table("state", "sigma predicted", "sigma filtered", *(f"gain of {one.name}" for one in model.measurements),
+                 title=f"{model.name}: steady state")
     for i, one in enumerate(model.states):
-        table.add_row(one.label, f"{state.predicted[i, i] ** 0.5:.6g}", f"{state.filtered[i, i] ** 0.5:.6g}",
-                      *(f"{k:.6g}" for k in state.gain[i]))
-    console.print(table)
+        made.add_row(one.label, f"{state.predicted[i, i] ** 0.5:.6g}", f"{state.filtered[i, i] ** 0.5:.6g}",
+                     *(f"{k:.6g}" for k in state.gain[i]))
+    console.print(made)
     rows = np.log(0.01) / np.log(slowest) if 0 < slowest < 1 else 0
     console.print(f"largest |eigenvalue| of A (I - K H): {slowest:.6g}; an error is down to 1 % in {rows:.0f} rows")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from kalmanq.core import arithmetic_of, ffi, require
 from kalmanq.data.rows import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantities, Quantity
-from kalmanq.run.filters import Filter, Robust
+from kalmanq.run.filters import Filter
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping, Optional
@@ -10,8 +9,8 @@ from typing import Any, Mapping, Optional
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table
 from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.core import ARITHMETICS
 from kalmanq.pages import pictures
@@ -40,20 +39,17 @@ def show(options: Options, console: Console) -> None:
         results = {name: example.compute(name, options.seed) for name in wanted}
         said = caption(example, results)
         if options.out:
-            pictures.save_small(example.draw(results, said), options.out)
+            pictures.save_small(example.figure(results, said), options.out)
     _tell(options, {name: example.numbers(of) for name, of in results.items()}, said, console)
 
 
 def _tell(options: Options, numbers: Mapping[str, Mapping[str, Any]], said: str, console: Console) -> None:
     if options.json:
-        arrays = {arithmetic: {name: np.asarray(value).tolist() for name, value in of.items()}
-                  for arithmetic, of in numbers.items()}
-        print(json.dumps({"example": options.name, "seed": options.seed, **arrays}, indent=2))
-        return
-    table = Table("", *numbers, title=f"{options.name}: {EXAMPLES[str(options.name)].shows}", title_justify="left")
+        return print_json({"example": options.name, "seed": options.seed, **numbers})
+    made = table("", *numbers, title=f"{options.name}: {EXAMPLES[str(options.name)].shows}")
     for name in next(iter(numbers.values())):
-        table.add_row(name, *(_text(of[name]) for of in numbers.values()))
-    console.print(table)
+        made.add_row(name, *(_text(of[name]) for of in numbers.values()))
+    console.print(made)
     console.print(said)
     console.print(f"wrote {options.out}" if options.out else "--out FIGURE.png draws it")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Optional
@@ -10,8 +9,8 @@ from typing import Callable, Optional
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import whole
@@ -113,18 +112,15 @@ def _write_run(path: Path, run: Run, data: Data) -> None:
 
 def _tell(options: Options, entry: Entry, fitted: Fitted, written: list[Path], console: Console) -> None:
     if options.json:
-        print(json.dumps({"model": options.name, "builder": entry.builder, "parameters": fitted.parameters,
-                          "free": list(entry.free), "log_likelihood": fitted.log_likelihood,
-                          "converged": fitted.converged, "files": [str(path) for path in written]}, indent=2))
-        return
-    table = Table("parameter", "where fitting began", "fitted", title=f"{options.name}: {entry.shows}",
-                  title_justify="left")
+        return print_json({"model": options.name, "builder": entry.builder, "parameters": fitted.parameters,
+                           "free": entry.free, "log_likelihood": fitted.log_likelihood, "converged": fitted.converged,
+                           "files": written})
+    made = table("parameter", "where fitting began", "fitted", title=f"{options.name}: {entry.shows}")
     for name in entry.free:
-        table.add_row(name, *(_numbers(of[name]) for of in (entry.start, fitted.parameters)))
-    console.print(table)
+        made.add_row(name, *(_numbers(of[name]) for of in (entry.start, fitted.parameters)))
+    console.print(made)
     console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'converged' if fitted.converged else 'NOT converged'}")
-    for path in written:
-        console.print(f"wrote {path}")
+    tell_written(written, console)
     if entry.data().regressors is not None:
         console.print("H is another one at each row, so there is no model file: kalmanq.VaryingSmoother runs it")
     if not written:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import typer
 from PIL import Image
 from rich.console import Console
 
+from kalmanq.commands.messages import print_json
 from kalmanq.commands.options import DASK, FRESH, JSON, WORKERS, choices, command_of
 from kalmanq.data.files import telling_where, whole
 from kalmanq.data.tables import write_text
@@ -53,9 +53,8 @@ def run_study(options: Options, console: Console) -> None:
     journal.unlink(missing_ok=True)
     found = list(claims.claims(collected))
     if options.json:
-        print(json.dumps({"study": options.name, "quick": options.quick, "seed": options.seed, "files": written,
-                          "claims": [vars(claim) for claim in found]}, indent=2))
-        return
+        return print_json({"study": options.name, "quick": options.quick, "seed": options.seed, "files": written,
+                           "claims": [vars(claim) for claim in found]})
     for claim in found:
         console.print(f"{claim.said}\n  {claim.verdict}")
     console.print(f"wrote {', '.join(written)} in {options.out}")
