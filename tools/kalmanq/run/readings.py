@@ -187,7 +187,22 @@ class Results:
         self.taken = np.zeros(T, np.int32)
         self.settled: Optional[np.ndarray] = None
 
+    def add_states(self, name: str, mean: str) -> None:
+        """Room for more of the states at every row: `mean`, NAME_low, NAME_sigma and what words of sigma cannot say"""
+        f, T = self.filter, len(self.taken)
+        for words in (mean, f"{name}_low", f"{name}_sigma"):
+            self.numbers[words] = np.zeros((T, f.model.n), f.arithmetic.number)
+        if f.arithmetic.is_fixed:
+            self.any_size[f"{name}_variance"] = f._variances_of_any_size(T)
+
+    def states(self, name: str, mean: str) -> tuple[np.ndarray, np.ndarray]:
+        """Those that add_states has made room for: their values and sigmas"""
+        f, words = self.filter, self.numbers
+        return (f._values(words[mean], words[f"{name}_low"]),
+                f._sigmas(words[f"{name}_sigma"], self.any_size.get(f"{name}_variance")))
+
     def ask(self, q: Any) -> None:
+        """By the names of the fields of a kq_sequence"""
         a = self.filter.arithmetic
         for name, array in self.numbers.items():
             setattr(q, name, a.pointer(array))
