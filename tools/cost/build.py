@@ -52,7 +52,6 @@ class Place:
 
 
 def model_printer(place: Place) -> None:
-    """The host's program that prints the models."""
     sources = [str(path) for path in sorted((place.source / "src").glob("*.c"))]
     includes = f"-I{place.source / 'include'}"
     run(["cc", *HOST_FLAGS, includes, str(TARGET / "model.c"), *sources, "-lm"] + ["-o", str(place.model)])
@@ -115,7 +114,6 @@ def program(place: Place, wanted: Program) -> Path:
 
 
 def user(place: Place, wanted: Program, n: int, m: int) -> None:
-    """A user's file with functions of one size."""
     flags = (
         *defined(wanted), f"-DUSER_N={n}", f"-DUSER_M={m}", f"-DOPTIONS={OPTIONS[wanted.sizes]}",
         f"-DSMOOTHS={int(wanted.smooths(n))}", f"-I{place.source / 'src'}")
@@ -125,7 +123,6 @@ def user(place: Place, wanted: Program, n: int, m: int) -> None:
 
 
 def objects(place: Place, wanted: Program) -> list[Path]:
-    """The program's and the library's."""
     folders = (place.work / wanted.name, library_folder(place, library_key(wanted)))
     return [path for folder in folders for path in sorted(folder.glob("*.o"))]
 
@@ -177,7 +174,6 @@ def regions(wanted: Program) -> dict[int, str]:
 
 
 def region(what: str, index: int) -> int:
-    """Of the size with this index."""
     return len(REGIONS) * index + REGIONS.index(what)
 
 

@@ -176,7 +176,6 @@ class Own:
 
 
 def own_programs(choice: Choice, own: Own) -> list[Program]:
-    """The programs for its card."""
     every = programs(replace(choice, sizes=(RUNTIME,), profile=(), what=FILTER, n=()))
     return [
         replace(program, dimensions=((own.states, own.components),), controls=own.controls)

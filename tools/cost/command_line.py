@@ -116,7 +116,6 @@ def write_pages() -> None:
 
 
 def show_card(source: Path, choice: Choice, size: Own) -> None:
-    """Prints the cards of a user's own size."""
     size.check()
     report.show_cards(terminal(WIDTH), measured_programs(source, own_programs(choice, size)))
 

@@ -142,7 +142,6 @@ class Emulator:
     # ---- running -----------------------------------------------------------------------------
 
     def run_to(self, pc: int, places: list[int]) -> int:
-        """Runs at full speed until one of the places."""
         stop = [
             self.uc.hook_add(unicorn.UC_HOOK_CODE, lambda uc, *_: uc.emu_stop(), None, place, place)
             for place in places

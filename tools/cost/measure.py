@@ -41,7 +41,6 @@ class Measured:
 
 
 def measure_all(source: Path, wanted: list[Program]) -> list[Measured]:
-    """In the order of the programs"""
     with tempfile.TemporaryDirectory(prefix="kalmanq-cost-") as folder:
         place = Place(source, Path(folder))
         make_tools(place, wanted)
@@ -52,14 +51,12 @@ def measure_all(source: Path, wanted: list[Program]) -> list[Measured]:
 
 
 def make_tools(place: Place, wanted: list[Program]) -> None:
-    """The host's programs."""
     build.model_printer(place)
     if any(BY_NAME[program.core].family == "avr" for program in wanted):
         build.avr_counter(place)
 
 
 def finish(pool: Pool, task: Callable[[Item], Result], items: Sequence[Item], doing: str) -> list[Result]:
-    """The results, in the order of the items."""
     screen = Console(stderr=True)
     results = pool.imap(task, items)
     return list(track(results, doing, len(items), console=screen, transient=True, disable=not screen.is_terminal))
@@ -111,7 +108,6 @@ def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
 
 
 def calls_of(wanted: Program, counted: dict[int, Counted], index: int, n: int) -> dict[str, Counted]:
-    """By name, at one size."""
     calls = {}
     for what in wanted.regions(n):
         if build.region(what, index) not in counted:
@@ -136,7 +132,6 @@ def size_of(place: Place, wanted: Program, what: str, n: int, m: int) -> tuple[i
 
 
 def by_function(elf: Elf, call: Counted) -> Counter[str]:
-    """Instructions of each function itself."""
     found: Counter[str] = Counter()
     for address, times in call.by_address.items():
         found[elf.function_at(address)] += times

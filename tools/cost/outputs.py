@@ -59,7 +59,6 @@ class Outputs:
 
 
 def write(path: Path, text: str) -> None:
-    """One file alone."""
     with Outputs(path.parent) as outputs:
         outputs.write(path.name, text)
 

@@ -18,7 +18,6 @@ BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of c
 
 
 def section(rows: tuple[Row, ...]) -> str:
-    """All of it, for tools/cost/README.md"""
     by_key = {row.key: row for row in rows}
     instructions = (STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
     nonlinear = (NONLINEAR_TITLE, nonlinear_table(by_key))
@@ -30,7 +29,6 @@ Part = Callable[[tuple[Row, ...]], str]
 
 
 def rewritten(path: Path, rows: tuple[Row, ...], part: Part = section) -> str:
-    """The page with its section as the table has it."""
     text = path.read_text(encoding="utf-8")
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
         raise FileError(path, f"needs the lines '{BEGIN}' and '{END}', once each")
@@ -133,7 +131,6 @@ def cards(rows: Iterable[Row]) -> Iterator[Card]:
 
 
 def part(row: Row) -> str:
-    """The smallest that holds the program."""
     flash_kb = smallest(PARTS, (row.flash_program or 0) + START_UP)
     ram_kb = smallest(MEMORIES, (row.ram_program or 0) + (row.stack_worst or 0))
     return f"{flash_kb} + {ram_kb} kB"
@@ -232,7 +229,6 @@ FITTING = (
 
 
 def module_table(by_key: Rows) -> str:
-    """Instructions, a line for each function."""
     titles = ["", *(f"{core.upper()} {arithmetic}: {n}, {m}" for core, arithmetic in MODULE_CORES
                     for n, m in MODULE_SIZES)]
     lines = []
@@ -272,7 +268,6 @@ def nonlinear_cells(fast: Sequence[Row | None], small: Sequence[Row | None]) -> 
 
 
 def step_table(by_key: Rows) -> str:
-    """A line for each core and arithmetic."""
     lines = []
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):

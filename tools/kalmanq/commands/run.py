@@ -73,7 +73,7 @@ def run_file(options: Options, console: Console) -> None:
     summary = Summary()
     shown: list[np.ndarray] = []
     with ExitStack() as stack:
-        writer = None
+        write = None
         is_streamed = options.smooth and isinstance(model, Model)
         for first, z, run in (_smoothed_runs if is_streamed else _runs)(options, model, summary, stack):
             if options.plot:
@@ -81,9 +81,9 @@ def run_file(options: Options, console: Console) -> None:
                 shown.append(z)
             if options.out:
                 columns = {"step": np.arange(first, first + len(run)), **run.columns()}
-                if writer is None:
-                    writer = stack.enter_context(tables.Writer(options.out, list(columns), [options.data, options.model]))
-                writer.write(list(columns.values()))
+                write = write or stack.enter_context(
+                    tables.writing(options.out, list(columns), [options.data, options.model]))
+                write(columns.values())
         filter_ = _finish(summary)
         ahead = _ahead(filter_, options.forecast)
         if options.plot:

@@ -73,8 +73,9 @@ def simulate_file(options: Options, console: Console) -> None:
     if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
         return
-    with tables.Writer(options.out, list(columns), [options.model, *([options.controls] if options.controls else [])]) as writer:
-        writer.write(list(columns.values()))
+    inputs = [one for one in (options.model, options.controls) if one]
+    with tables.writing(options.out, list(columns), inputs) as write:
+        write(columns.values())
 
 
 def controls_of(path: Optional[tables.AnySource], model: AnyModel,
@@ -111,8 +112,8 @@ def simulate_runs(options: Options, console: Console) -> None:
             partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u), journal=journal_of(out),
             workers=options.workers, dask=options.dask, progress=progress, fresh=options.fresh))
     columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
-    with tables.Writer(out, list(columns), [options.model]) as writer:
-        writer.write(list(columns.values()))
+    with tables.writing(out, list(columns), [options.model]) as write:
+        write(columns.values())
     journal_of(out).unlink(missing_ok=True)
     _tell(options, model, summary(columns), console)
 

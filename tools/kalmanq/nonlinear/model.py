@@ -78,7 +78,6 @@ class NonlinearModel:
         return made
 
     def without_jacobians(self) -> NonlinearModel:
-        """The same model with A and H found."""
         functions = {key: given.function for key, given in self.given.items() if key not in ("A", "H")}
         noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
         return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, R=self.R, states=self.states,
@@ -154,7 +153,6 @@ class NonlinearModel:
         return J
 
     def controls_at(self, t: int) -> np.ndarray:
-        """u of a simulated row"""
         if not self.l:
             return NOTHING
         if "simulated_controls" not in self.given:
@@ -177,7 +175,6 @@ def _length(key: str, given: ArrayLike) -> int:
 
 
 def _controls(given: Any) -> Any:
-    """Checked as those of a linear model are"""
     names = list(given)
     if not names:
         return ()

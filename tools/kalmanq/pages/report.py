@@ -15,7 +15,7 @@ from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
 from kalmanq.model import Model, Quantity
 from kalmanq.pages import charts, page, verdict
-from kalmanq.pages.charts import NARROW, Canvas, buckets_for, chart
+from kalmanq.pages.charts import NARROW, buckets_for, chart
 from kalmanq.pages.pictures import measured_states
 from kalmanq.pages.verdict import Finding, Whiteness
 from kalmanq.run.campaigns import versions
@@ -54,6 +54,11 @@ class Study:
     @property
     def rows(self) -> int:
         return len(self.run)
+
+    @property
+    def rows_across(self) -> dict[str, int]:
+        """Of a chart over the rows"""
+        return {"buckets": self.buckets, "span": self.rows}
 
 
 def cost_rows(model: Model) -> list[CostRow]:
@@ -106,13 +111,10 @@ def _states(study: Study) -> str:
         measured = [study.z[:, c] / factor for c, factor in shown.get(i, [])]
         filtered, smoothed = (run.mean[:, i], run.sigma[:, i]), (run.smoothed[:, i], run.smoothed_sigma[:, i])
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_state(canvas, measured, filtered, smoothed)
-
         said = (f"{state.label} over the rows: {_ends(*filtered)}, filtered; {_ends(*smoothed)}, smoothed, each with a "
                 "band of 95 %")
-        figures.append(page.figure(state.label, chart(f"state{i}", said, draw, height=150, buckets=study.buckets,
-                                                      span=study.rows)))
+        figures.append(page.figure(state.label, chart(f"state{i}", said, charts.draw_state, measured, filtered, smoothed,
+                                                      height=150, **study.rows_across)))
     entries = [("filtered", "filtered: given the rows so far, with a band of 95 %"),
                ("smoothed", "smoothed: given all rows, with a band of 95 %")]
     return page.section("Data and bands", page.legend([("data", "measured")] * bool(shown) + entries),
@@ -141,12 +143,9 @@ def _residuals(study: Study) -> str:
         known = series[np.isfinite(series)]
         beyond = f"{100 * np.mean(np.abs(known) > 2):.3g} % of {len(known)} are beyond 2" if len(known) else "none"
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_residuals(canvas, series)
-
         figures.append(page.figure(f"{one.name}: {beyond}", chart(
-            f"residual{c}", f"Standardised innovations of {one.name} over the rows: {beyond}", draw, height=120,
-            buckets=study.buckets, span=study.rows)))
+            f"residual{c}", f"Standardised innovations of {one.name} over the rows: {beyond}", charts.draw_residuals,
+            series, height=120, **study.rows_across)))
     return page.section(
         "Residuals", page.paragraph("What each measurement differs by from its prediction, in sigmas of that "
                                     "difference. Of a right model they look like noise, and 4.6 % are beyond 2."),
@@ -158,11 +157,8 @@ def _nis(study: Study) -> str:
     scored = verdict.is_scored(run, study.z)
     nis, taken = np.where(scored, run.nis, np.nan), np.where(scored, run.taken, 0)
 
-    def draw(canvas: Canvas) -> None:
-        charts.draw_nis(canvas, nis, taken)
-
     one = next(one for one in study.found if one.subject == "NIS")
-    picture = chart("nis", f"NIS over the rows: {one.said}", draw, height=150, buckets=study.buckets, span=study.rows)
+    picture = chart("nis", f"NIS over the rows: {one.said}", charts.draw_nis, nis, taken, height=150, **study.rows_across)
     return page.section(
         "NIS", page.paragraph("The squared innovation of each row, by its covariance (normalised innovation squared). "
                               "Its mean is the number of measurements of the row, and 95 % are within the bounds of "
@@ -180,12 +176,9 @@ def _autocorrelation(study: Study) -> str:
             continue
         outside = f"{len(white.significant)} of {len(white.correlation)} lags outside"
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_autocorrelation(canvas, white)
-
         figures.append(page.figure(f"{one.name}: {outside}", chart(
-            f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %", draw,
-            height=150, buckets=study.buckets, across="lag, in rows", sizes=(NARROW,))))
+            f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %",
+            charts.draw_autocorrelation, white, height=150, buckets=study.buckets, across="lag, in rows", sizes=(NARROW,))))
     return page.section(
         "Autocorrelation", page.paragraph("How innovations resemble those some rows before. Of a right model they do "
                                           "not: 95 % of the lags are within the bounds."),
@@ -199,12 +192,9 @@ def _sigmas(study: Study) -> str:
     for i, state in enumerate(study.model.states):
         filtered, smoothed = run.sigma[:, i], run.smoothed_sigma[:, i]
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_sigma(canvas, filtered, smoothed)
-
         said = f"Sigma of {state.label} over the rows, {_last(filtered)} in the end"
         figures.append(page.figure(f"{state.label}: {_last(filtered)} in the end", chart(
-            f"sigma{i}", said, draw, height=110, buckets=study.buckets, span=study.rows)))
+            f"sigma{i}", said, charts.draw_sigma, filtered, smoothed, height=110, **study.rows_across)))
     return page.section("Sigma", page.paragraph("How well each state is known."),
                         page.legend([("filtered", "filtered"), ("smoothed", "smoothed")]), *figures, name="sigma")
 

@@ -107,7 +107,6 @@ def headline(found: list[Finding]) -> str:
 
 
 def _within(subject: str) -> str:
-    """As it is within a sentence."""
     return subject if subject.isupper() else subject[0].lower() + subject[1:]
 
 
@@ -246,7 +245,6 @@ def _missing(z: np.ndarray, names: list[str]) -> Finding:
 
 
 def _longest(missing: np.ndarray) -> int:
-    """Rows of the longest gap."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(int), [0]])))
     return int(np.max(edges[1::2] - edges[::2], initial=0))
 

@@ -218,7 +218,6 @@ def versions() -> dict[str, str]:
 
 
 def _perform(function: Callable[[Any], Any], task: Any, wanted: Mapping[str, str]) -> str:
-    """A result as the journal has it."""
     if versions() != wanted:
         raise KalmanqError(f"a worker has other versions: {versions()}, not {dict(wanted)}")
     try:

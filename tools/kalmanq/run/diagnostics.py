@@ -24,7 +24,6 @@ def mean_bounds(freedom: int) -> tuple[float, float]:
 
 
 def student_limit(freedom: int) -> float:
-    """|t| stays below with 95 %."""
     from scipy import special
 
     return float(special.stdtrit(freedom, 0.975))

@@ -267,7 +267,7 @@ class AdaptiveFilter(Filter):
         super().__init__(model, arithmetic, parts=parts)
         a, n, m = self.arithmetic, model.n, model.m
         self._adaptation = a.struct("adaptation")
-        store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
+        store = np.zeros(self.arithmetic.length("adaptation", n, m), a.number_of_any_size)
         root = np.zeros(int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)), np.int32)
         self._kept += [store, root]
         extra = [a.pointer(root, "int32_t")] if a.is_fixed else []

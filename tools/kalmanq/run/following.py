@@ -50,7 +50,6 @@ class InstantSmoother(Filter):
         return self._sigmas(self._words("sigma", view)[None], variance)[0]
 
     def _refine(self) -> Any:
-        """A view of the row's state"""
         view = self.arithmetic.struct("filter")
         require(self.arithmetic.function("instant_smooth")(self._instant, view), "instant")
         return view
@@ -89,7 +88,7 @@ class FrozenGainFilter(Filter):
         super().__init__(model, arithmetic, parts=parts)
         a, n, m = self.arithmetic, model.n, model.m
         self._settling, self._attached = a.struct("freeze"), False
-        memory, gain = a.empty(self._length("freeze", n)), np.zeros((n, m), a.number_of_any_size)
+        memory, gain = a.empty(self.arithmetic.length("freeze", n)), np.zeros((n, m), a.number_of_any_size)
         self._kept += [memory, gain]
         require(a.function("freeze_assign")(self._settling, n, m, self._pointer(memory), memory.size,
                                               self._pointer(gain, self._any_size)), "settling")

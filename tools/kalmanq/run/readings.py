@@ -22,7 +22,7 @@ class Readable:
         self._widest = np.zeros(model.n)  # q31: each state's largest variance before an update, in words
         self._is_wide = np.zeros(model.n, bool)  # those that were warned of
         self._handle = self.arithmetic.struct("filter")
-        self._memory = self.arithmetic.empty(self._length("filter", model.n))
+        self._memory = self.arithmetic.empty(self.arithmetic.length("filter", model.n))
         require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
 
     @property
@@ -93,7 +93,6 @@ class Readable:
         run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
 
     def smoothing_events(self, history: Any) -> int:
-        """Of a history that has been smoothed"""
         view = self.arithmetic.struct("filter")
         self.arithmetic.function("smoothed")(history, 0, view)
         return int(self.arithmetic.function("events")(view))
@@ -126,13 +125,9 @@ class Readable:
     def _scores(self, array: np.ndarray) -> Any:
         return self._pointer(array, "int64_t" if self.arithmetic.is_fixed else "")
 
-    def _length(self, stem: str, *sizes: int) -> int:
-        return self.arithmetic.length(stem, *sizes)
-
     def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
-        """A new object with its memory, assigned."""
         made = self.arithmetic.struct(stem)
-        memory = self._space(stem, self._length(stem, *sizes))
+        memory = self._space(stem, self.arithmetic.length(stem, *sizes))
         status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
         require(status, stem)
         self._kept.append(memory)
@@ -142,7 +137,6 @@ class Readable:
         require(self.arithmetic.function("attach")(self._handle, ffi.addressof(thing[0], "attached")), what)
 
     def _space(self, stem: str, length: int) -> np.ndarray:
-        """Memory for what is called so"""
         return self.arithmetic.empty(length)
 
     def _words(self, name: str, source: Any = None) -> np.ndarray:

@@ -55,7 +55,6 @@ def _tell(options: Options, numbers: Mapping[str, Mapping[str, Any]], said: str,
 
 
 def _text(value: Any) -> str:
-    """Rows of a matrix below each other"""
     return "\n".join("  ".join(f"{one:.9g}" for one in row) for row in np.atleast_2d(value))
 
 

@@ -103,8 +103,8 @@ def _write_data(path: Path, data: Data) -> None:
 
 def _write_run(path: Path, run: Run, data: Data) -> None:
     columns = {data.axis: data.at, **run.columns()}
-    with tables.Writer(path, list(columns)) as writer:
-        writer.write(list(columns.values()))
+    with tables.writing(path, list(columns)) as write:
+        write(columns.values())
 
 
 # ------------------------------------------------------------------------------ what is told

@@ -13,7 +13,6 @@ from kalmanq.errors import KalmanqError
 
 def tell_choices(what: str, choices: Mapping[str, str], heading: str, usage: str, out: Optional[Path], as_json: bool,
                  console: Console) -> None:
-    """choices: what each one shows, by name"""
     if out:
         raise KalmanqError(f"--out: of which {what}?  {', '.join(choices)}")
     if as_json:

@@ -32,7 +32,6 @@ class Fitted:
 
 
 def run_of(model: Model, data: Data, arithmetic: str = "f64") -> Run:
-    """Filtered and smoothed"""
     if data.regressors is not None:
         return VaryingSmoother(model, arithmetic).run(data.z, data.regressors)
     return Smoother(model, arithmetic).run(data.z)

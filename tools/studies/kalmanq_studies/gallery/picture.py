@@ -26,7 +26,6 @@ class Ahead:
 
 
 def forecast(last: Filter, rows: int, data: Data) -> Ahead:
-    """From the filter at the last row"""
     made = [last.forecast(k).measurement() for k in range(1, rows + 1)]
     step = data.at[-1] - data.at[-2]
     return Ahead(data.at[-1] + step * np.arange(1, rows + 1), np.array([mean for mean, _ in made]),

@@ -107,7 +107,6 @@ def consumption() -> Data:
 
 
 def drawn(builder: str, rows: int, seed: int, names: tuple[str, ...], **parameters: Any) -> Data:
-    """Of a model with these parameters"""
     truth = Model(**build(builder, arrays(parameters)))
     _, z = simulate(truth, rows, seed)
     text = ", ".join(f"{key} = {np.asarray(value).tolist()}" for key, value in parameters.items())

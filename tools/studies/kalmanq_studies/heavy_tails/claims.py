@@ -75,7 +75,6 @@ def spread_of_groups(c: Collected, alpha: float) -> tuple[float, float]:
 
 
 def grouping(c: Collected) -> str:
-    """What `grouped` makes of the runs"""
     runs = c.runs("known")
     return f"groups of {GROUP} runs" if runs >= 2 * GROUP else f"one group of {min(GROUP, runs)} runs"
 

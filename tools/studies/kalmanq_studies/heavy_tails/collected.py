@@ -50,12 +50,10 @@ class Collected:
         return np.array(sorted({key.beta for key in self.columns if key.part == "skewed"}))
 
     def estimators(self, part: str, kind: str = "filter") -> list[str]:
-        """In the order in which they came"""
         return list(dict.fromkeys(key.estimator for key, of in self.columns.items()
                                   if key.part == part and f"{kind}_square" in of))
 
     def runs(self, part: str) -> int:
-        """For each alpha and beta"""
         return next(len(of["filter_square"]) for key, of in self.columns.items() if key.part == part)
 
     def beside_gaussian(self, part: str, ratio: float, alpha: float, estimator: str, metric: str,
