@@ -169,14 +169,15 @@ static num row_square(const num *S, int n, int i)
 
 /*
  * Where later measurements leave less of a sigma than 8 roundings of the filter's mean, of what the predict from x by A
- * has added to it and of what an update has moved it, the smoothed means before it are not as good as their sigmas say.
- * A state that is known exactly has a sigma at rounding: it is left out.
+ * adds to it and of what an update has moved it, smoothed means are not as good as their sigmas say.  `root` is the
+ * one without those measurements: predicted, of the step that A leads to, or filtered, of the step that it leads
+ * from.  A state that is known exactly has a sigma at rounding: it is left out.
  */
-KQ_COLD KQ_NOINLINE static unsigned smoothing_events(const num *A, const num *x, const num *predicted, const num *smoothed,
+KQ_COLD KQ_NOINLINE static unsigned smoothing_events(const num *A, const num *x, const num *root, const num *smoothed,
                                                      int n)
 {
     for (int i = 0; i < n; i++, A += n) {
-        const num before = row_square(predicted, n, i), after = row_square(smoothed, n, i);
+        const num before = row_square(root, n, i), after = row_square(smoothed, n, i);
         if (after * 4096 >= before || after <= 64 * num_epsilon * num_epsilon * before) continue;
         num moved = num_root(before);
         for (int j = 0; j < n; j++) {

@@ -256,10 +256,10 @@ static inline int root_is_short(const int32_t *T, int n)
     return 0;
 }
 
-static inline unsigned smoothing_events(const scaled *A, const int32_t *x, const int32_t *predicted, const int32_t *smoothed,
+static inline unsigned smoothing_events(const scaled *A, const int32_t *x, const int32_t *root, const int32_t *smoothed,
                                         int n)
 {
-    (void)A, (void)x, (void)predicted, (void)smoothed, (void)n;
+    (void)A, (void)x, (void)root, (void)smoothed, (void)n;
     return 0;
 }
 

@@ -120,21 +120,19 @@ static void likelihood_run_clear(likelihood_run *p)
     p->determinant = scaled_one;
 }
 
-/* Scalar measurements and powers of 2 that are taken into the sum at once, so that their counts do
-   not wrap: a variance is within 2^+-18800, so that so many measurements change the exponent by
-   less than 2^30. */
+/* Measurements that are taken into the sum at once, and powers of 2, in multiples of `likelihood_powers`: what is
+   left of the exponent is below that.  Each measurement adds less than `likelihood_variance` to it. */
 static const int32_t likelihood_part = INT32_C(1) << 15;
-static const int32_t likelihood_powers = INT32_C(1) << 30;
+static const int32_t likelihood_powers = INT32_C(1) << 20;
+static const int32_t likelihood_variance = 18800;
 
-/* 2^15 times log 2 pi, and 2^30 times log 2 or none, in Q24 */
+/* 2^15 times log 2 pi, and so many times 2^20 log 2, in Q24 */
 static int64_t likelihood_run_part(likelihood_run *p)
 {
-    const int64_t powers = shift_up_wide(log_2, 15, 54);
-    const int32_t exponent = p->determinant.exponent;
+    const int32_t times = p->determinant.exponent / likelihood_powers; /* below 2^11 */
     p->count -= likelihood_part;
-    if (exponent > -likelihood_powers && exponent < likelihood_powers) return log_2_pi;
-    p->determinant.exponent -= exponent < 0 ? -likelihood_powers : likelihood_powers;
-    return log_2_pi + (exponent < 0 ? -powers : powers);
+    p->determinant.exponent -= times * likelihood_powers;
+    return log_2_pi + times * shift_up_wide(log_2, 5, 44);
 }
 
 /* What is full is emptied.  2^68 is as far as `carried` reaches: a NIS of 2^23 at every one of 2^45
@@ -164,10 +162,14 @@ KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)
     return 1;
 }
 
+/* Can a call have left it?  Its exponent is what the last part has left of it, less than `likelihood_powers`,
+   what a start has added without a measurement, `likelihood_reach`, and what was measured since. */
 KQ_COLD static int likelihood_run_is_possible(const likelihood_run *p)
 {
+    const int32_t exponent = p->determinant.exponent;
+    const int64_t most = likelihood_powers + likelihood_reach + (int64_t)p->count * likelihood_variance;
     return p->sum <= score_max && p->sum >= -score_max && p->determinant.mantissa >= INT32_C(1) << 30 &&
-           p->count >= 0 && p->count < likelihood_part;
+           p->count >= 0 && p->count < likelihood_part && exponent <= most && exponent >= -most;
 }
 
 /* With everything in the sum */
@@ -187,13 +189,6 @@ static score likelihood_run_log(const likelihood_run *p)
     if (whole.carried > 2) return -score_max;
     if (whole.carried < -2) return score_max;
     return score_saturated(-((whole.carried * score_max + whole.sum) / 2)); /* < 3 2^61 / 2 */
-}
-
-static scaled likelihood_run_log_scaled(const likelihood_run *p)
-{
-    const likelihood_run whole = likelihood_run_whole(p);
-    const scaled high = scaled_of(whole.carried, 61 - 25), low = scaled_of(whole.sum, -25);
-    return scaled_negative(scaled_plus(high, low));
 }
 
 #endif

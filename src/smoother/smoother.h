@@ -190,7 +190,10 @@ static void smooth_back(history *h, const process *p, undo_predict *undo, const 
     h->process = before;
     history_note(h, undo(m, S, after, &v, extras));
     if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, n));
+    const int is_short_now = !states_only && root_is_short(v.T, n);
+    if (is_short_now) copy(v.predicted, S, ROOT_LEN(n));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));
+    if (is_short_now) history_note(h, smoothing_events(m->transition, state, v.predicted, S, n));
     keep_state(h, state, n);
 }
 
