@@ -5,9 +5,10 @@ from __future__ import annotations
 import tempfile
 import warnings
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Iterator, Optional
+from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
 import typer
@@ -20,7 +21,6 @@ from kalmanq.core import names_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
@@ -53,42 +53,10 @@ class Options:
     json: bool = JSON
 
 
-@dataclass
-class Summary:
-    """What is told of all rows."""
-
-    rows: int = 0
-    taken: int = 0
-    missing: int = 0
-    nis: float = 0.0
-    events: int = 0
-    log_likelihood: float = 0.0
-    filter: Any = None
-    kept: list[Run] = field(default_factory=list)  # for the picture
-
-
 def run_file(options: Options, console: Console) -> None:
     model = read_any(options.model)
     _refuse(options, model)
-    summary = Summary()
-    shown: list[np.ndarray] = []
-    with ExitStack() as stack:
-        write = None
-        is_streamed = options.smooth and isinstance(model, Model)
-        for first, z, run in (_smoothed_runs if is_streamed else _runs)(options, model, summary, stack):
-            if options.plot:
-                summary.kept.append(run)
-                shown.append(z)
-            if options.out:
-                columns = {"step": np.arange(first, first + len(run)), **run.columns()}
-                write = write or stack.enter_context(
-                    tables.writing(options.out, list(columns), [options.data, options.model]))
-                write(columns.values())
-        filter_ = _finish(summary)
-        ahead = _ahead(filter_, options.forecast)
-        if options.plot:
-            _plot(options, model, summary, np.vstack(shown), ahead)
-    _tell(options, model, filter_, summary, ahead, console)
+    _FileRun(options, model).perform(console)
 
 
 def _refuse(options: Options, model: AnyModel) -> None:
@@ -126,16 +94,153 @@ def _refuse_way(options: Options) -> None:
             raise KalmanqError(f"--as {options.way} and {name}: a design is a filter in f32 or q31")
 
 
-def _refuse_picture(rows: int) -> None:
-    if rows > PLOTTED:
-        raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
+class _FileRun:
+    """A file on its way through a filter, and what is told of all its rows"""
 
+    def __init__(self, options: Options, model: AnyModel):
+        self.options, self.model = options, model
+        self.is_nonlinear = isinstance(model, NonlinearModel)
+        self.filter: Any = None
+        self.rows = self.taken = self.missing = self.events = 0
+        self.nis = self.log_likelihood = 0.0
+        self.kept: list[tuple[np.ndarray, Run]] = []  # for the picture: measurements, and what was made of them
 
-def _warn_of_jacobians(options: Options, model: NonlinearModel, run: Run, u: Optional[np.ndarray]) -> None:
-    """Wrong ones make wrong numbers without a word: the first rows are looked at."""
-    controls = np.zeros((len(run), 0)) if u is None else u
-    for entry in wrong_entries(model, points_along(run.mean[:LOOKED_AT], controls)):
-        warnings.warn(f"{options.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
+    def perform(self, console: Console) -> None:
+        options, write = self.options, None
+        with ExitStack() as stack:
+            made = self._smoothed(stack) if options.smooth and not self.is_nonlinear else self._filtered()
+            for first, z, run in made:
+                if options.plot:
+                    self.kept.append((z, run))
+                if options.out:
+                    columns = {"step": np.arange(first, first + len(run)), **run.columns()}
+                    write = write or stack.enter_context(
+                        tables.writing(options.out, list(columns), [options.data, options.model]))
+                    write(columns.values())
+            if not self.rows:
+                raise KalmanqError("no rows")
+            ahead = [self.last.forecast(k) for k in range(1, options.forecast + 1)]
+            if options.plot:
+                self._plot(ahead)
+        self._tell(ahead, console)
+
+    @property
+    def last(self) -> Any:
+        """The filter at the last row"""
+        return self.filter.last if isinstance(self.filter, NonlinearSmoother) else self.filter
+
+    def _filtered(self) -> Iterator[tuple[int, np.ndarray, Run]]:
+        """The first row's number, measurements, and what was made of them, in blocks"""
+        options = self.options
+        self.filter = _filter(options, self.model)
+        given = {} if self.is_nonlinear else {"robust": Robust(options.robust) if options.robust else None}
+        for first, row, z, u in self._blocks():
+            run = self._run(partial(self.filter.run, **given), z, u, row)
+            if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
+                self._warn_of_jacobians(run, u)
+            yield first, z, run
+
+    def _smoothed(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+        """The same of a smoother, which goes through all rows and back"""
+        options, out = self.options, self.options.out
+        folder = out.resolve().parent if out and (out.is_file() or not out.exists()) else Path(tempfile.gettempdir())
+        smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK))
+        begin = 0  # the first row's line
+        for first, row, z, u in self._blocks():
+            begin = begin or row
+            smoother.add(z, u)
+        for first, z, u in smoother.rows():
+            self._run(smoother.take, z, u, begin + first)
+        self.filter = smoother.filter
+        for first, z, run in smoother.smoothed():
+            self.events |= run.events
+            yield first, z, run
+
+    def _blocks(self) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
+        """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
+        options, model, first = self.options, self.model, 0
+        blocks = tables.read(options.data, [*model.measurements, *model.controls], BLOCK,
+                             has_to_fit=options.arithmetic == "q31")
+        if options.smooth and self.is_nonlinear:
+            blocks = iter([tables.joined(list(blocks))])
+        for block in blocks:
+            z, u = tables.split(block, model, options.data)
+            yield first, block.first_row, z, u
+            first += len(z)
+
+    def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], row: int) -> Run:
+        """The run of a block, counted; an error names the row of the file."""
+        try:
+            made = run(z, u)
+        except KalmanqError as problem:
+            if problem.row is None:
+                raise
+            text = str(problem).split(": ", 1)[1]
+            raise KalmanqError(f"{self.options.data}: row {row + problem.row}: {text}", problem.status) from problem
+        self.rows += len(made)
+        self.taken += int(made.taken.clip(0).sum())
+        self.missing += int(np.isnan(z).sum())
+        self.nis += float(np.nansum(made.nis))
+        self.log_likelihood += float(np.sum(made.log_likelihood))
+        self.events |= made.events
+        if self.options.plot and self.rows > PLOTTED:
+            raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
+        return made
+
+    def _warn_of_jacobians(self, run: Run, u: Optional[np.ndarray]) -> None:
+        """Wrong ones make wrong numbers without a word: the first rows are looked at."""
+        controls = np.zeros((len(run), 0)) if u is None else u
+        for entry in wrong_entries(self.model, points_along(run.mean[:LOOKED_AT], controls)):
+            warnings.warn(f"{self.options.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
+
+    def _plot(self, ahead: list[Filter]) -> None:
+        from kalmanq.pages import pictures
+
+        whole = self.kept[0][1]
+        for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
+                     "innovation_sigma"):
+            parts = [getattr(run, name) for _, run in self.kept]
+            setattr(whole, name, None if parts[0] is None else np.vstack(parts))
+        band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
+        picture = pictures.draw_run(whole, np.vstack([z for z, _ in self.kept]), band)
+        pictures.save(picture, self.options.plot, [self.options.data, self.options.model])
+
+    def _told(self, ahead: list[Filter]) -> dict[str, Any]:
+        told = {
+            "model": self.model.name, "arithmetic": self.options.arithmetic, "way": self.options.way, "rows": self.rows,
+            "taken": self.taken, "missing": self.missing, "log_likelihood": self.log_likelihood,
+            "nis_per_measurement": self.nis / self.taken if self.taken else None, "events": names_of(self.events),
+            "states": [state.name for state in self.model.states], "mean": self.last.mean,
+            "covariance": self.last.covariance,
+            "forecast": [{"mean": f.mean, "covariance": f.covariance} for f in ahead]}
+        if self.is_nonlinear:
+            told["method"] = self.filter.method
+        if isinstance(self.filter, NonlinearSmoother) and self.filter.passes > 1:
+            told.update(passes=self.filter.passes_done, is_settled=self.filter.is_settled,
+                        objectives=self.filter.objectives, halvings=self.filter.halvings)
+        return told
+
+    def _tell(self, ahead: list[Filter], console: Console) -> None:
+        options, last, told = self.options, self.last, self._told(ahead)
+        if options.json:
+            return print_json(told)
+        arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), options.way)))
+        made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
+                     title=f"{self.model.name}: after {self.rows} rows, {arithmetic}")
+        for i, state in enumerate(self.model.states):
+            made.add_row(state.label, *(cell for f in (last, *ahead[-1:])
+                                        for cell in (f"{f.mean[i]:.6g}", f"{f.sigma[i]:.3g}")))
+        console.print(made)
+        ratio = f", NIS {self.nis / self.taken:.3f} a measurement (1 if the model is right)" if self.taken else ""
+        console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
+                      f"{self.missing} missing{ratio}")
+        if told.get("passes", 1) > 1:
+            console.print(f"{told['passes']} passes of the smoother, "
+                          + ("settled" if told["is_settled"] else "not settled: take no more from them than from the first"
+                             if told["halvings"] else "not settled"))
+        if self.events:
+            console.print("events: " + ", ".join(names_of(self.events)))
+        tell_written((options.out, options.plot), console)
 
 
 def _filter(options: Options, model: AnyModel) -> Any:
@@ -147,138 +252,6 @@ def _filter(options: Options, model: AnyModel) -> Any:
     if options.lag is not None:
         return LagSmoother(model, options.lag, options.arithmetic)
     return Filter(model, options.arithmetic, way=options.way or "")
-
-
-def _runs(options: Options, model: AnyModel, summary: Summary, _: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
-    """The first row's number, measurements, and what was made of them, in blocks"""
-    summary.filter = _filter(options, model)
-    robust = Robust(options.robust) if options.robust else None
-    for first, row, z, u in _blocks(options, model):
-        run = _run(options, summary.filter, z, u, robust, row)
-        if first == 0 and isinstance(model, NonlinearModel) and options.method not in BY_POINTS:
-            _warn_of_jacobians(options, model, run, u)
-        _count(options, summary, run, z)
-        yield first, z, run
-
-
-def _smoothed_runs(options: Options, model: Model, summary: Summary,
-                   stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
-    """The same of a smoother, which goes through all rows and back"""
-    beside = options.out is not None and (options.out.is_file() or not options.out.exists())
-    folder = options.out.resolve().parent if beside and options.out else Path(tempfile.gettempdir())
-    smoother = stack.enter_context(StreamedSmoother(model, options.arithmetic, folder, BLOCK))
-    begin = 0  # the first row's line
-    for first, row, z, u in _blocks(options, model):
-        begin = begin or row
-        smoother.add(z, u)
-    for first, z, u in smoother.rows():
-        run = _run(options, smoother, z, u, None, begin + first)
-        _count(options, summary, run, z)
-    summary.filter = smoother.filter
-    for first, z, run in smoother.smoothed():
-        summary.events |= run.events
-        yield first, z, run
-
-
-def _blocks(options: Options, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
-    """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
-    blocks = tables.read(options.data, [*model.measurements, *model.controls], BLOCK, has_to_fit=options.arithmetic == "q31")
-    if options.smooth and isinstance(model, NonlinearModel):
-        blocks = iter([tables.joined(list(blocks))])
-    first = 0
-    for block in blocks:
-        z, u = tables.split(block, model, options.data)
-        yield first, block.first_row, z, u
-        first += len(z)
-
-
-def _run(options: Options, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
-         row: int) -> Run:
-    try:
-        if isinstance(filter_, StreamedSmoother):
-            return filter_.take(z, u)
-        if isinstance(filter_, (NonlinearFilter, NonlinearSmoother)):
-            return filter_.run(z, u)
-        return filter_.run(z, u, robust=robust)
-    except KalmanqError as problem:
-        if problem.row is None:
-            raise
-        text = str(problem).split(": ", 1)[1]
-        raise KalmanqError(f"{options.data}: row {row + problem.row}: {text}", problem.status) from problem
-
-
-def _count(options: Options, summary: Summary, run: Run, z: np.ndarray) -> None:
-    summary.rows += len(run)
-    summary.taken += int(run.taken.clip(0).sum())
-    summary.missing += int(np.isnan(z).sum())
-    summary.nis += float(np.nansum(run.nis))
-    summary.log_likelihood += float(np.sum(run.log_likelihood))
-    summary.events |= run.events
-    if options.plot:
-        _refuse_picture(summary.rows)
-
-
-def _finish(summary: Summary) -> Any:
-    if summary.rows == 0:
-        raise KalmanqError("no rows")
-    return summary.filter
-
-
-def _ahead(filter_: Any, steps: int) -> list[Filter]:
-    source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
-    return [source.forecast(k) for k in range(1, steps + 1)] if steps else []
-
-
-def _plot(options: Options, model: AnyModel, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
-    from kalmanq.pages import pictures
-
-    whole = summary.kept[0]
-    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
-                 "innovation_sigma"):
-        parts = [getattr(run, name) for run in summary.kept]
-        setattr(whole, name, None if parts[0] is None else np.vstack(parts))
-    band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
-    pictures.save(pictures.draw_run(whole, z, band), options.plot, [options.data, options.model])
-
-
-def _tell(options: Options, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
-    source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
-    told = {
-        "model": model.name, "arithmetic": options.arithmetic, "way": options.way, "rows": summary.rows, "taken": summary.taken,
-        "missing": summary.missing, "log_likelihood": summary.log_likelihood,
-        "nis_per_measurement": summary.nis / summary.taken if summary.taken else None,
-        "events": names_of(summary.events), "states": [state.name for state in model.states],
-        "mean": source.mean, "covariance": source.covariance,
-        "forecast": [{"mean": f.mean, "covariance": f.covariance} for f in ahead]}
-    if isinstance(model, NonlinearModel):
-        told.update(_told_of_nonlinear(filter_))
-    if options.json:
-        return print_json(told)
-    arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), options.way)))
-    made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
-                 title=f"{model.name}: after {summary.rows} rows, {arithmetic}")
-    for i, state in enumerate(model.states):
-        cells = [f"{source.mean[i]:.6g}", f"{source.sigma[i]:.3g}"]
-        cells += [f"{ahead[-1].mean[i]:.6g}", f"{ahead[-1].sigma[i]:.3g}"] if ahead else []
-        made.add_row(state.label, *cells)
-    console.print(made)
-    ratio = f", NIS {summary.nis / summary.taken:.3f} a measurement (1 if the model is right)" if summary.taken else ""
-    console.print(f"log-likelihood {summary.log_likelihood:.6f}; {summary.taken} measurements taken, "
-                  f"{summary.missing} missing{ratio}")
-    if told.get("passes", 1) > 1:
-        console.print(f"{told['passes']} passes of the smoother, "
-                      + ("settled" if told["is_settled"] else "not settled: take no more from them than from the first"
-                         if told["halvings"] else "not settled"))
-    if summary.events:
-        console.print("events: " + ", ".join(names_of(summary.events)))
-    tell_written((options.out, options.plot), console)
-
-
-def _told_of_nonlinear(filter_: Any) -> dict[str, Any]:
-    if isinstance(filter_, NonlinearFilter) or filter_.passes == 1:
-        return {"method": filter_.method}
-    return {"method": filter_.method, "passes": filter_.passes_done, "is_settled": filter_.is_settled,
-            "objectives": filter_.objectives, "halvings": filter_.halvings}
 
 
 command = command_of(Options, run_file)
