@@ -17,11 +17,8 @@ class UserError(Exception):
 class FileError(UserError):
     """A file that cannot be used: says which file, which row and why."""
 
-    def __init__(self, path: Path, reason: str, row: int | None = None, column: int | None = None):
-        place = [one_line(str(path))]
-        if row is not None:
-            place.append(f"row {row}" + (f", column {column}" if column is not None else ""))
-        super().__init__(": ".join(place + [reason]))
+    def __init__(self, path: Path, reason: str, row: int | None = None):
+        super().__init__(": ".join([one_line(str(path)), *([] if row is None else [f"row {row}"]), reason]))
 
 
 def one_line(text: str, longest: int = 200) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Optional
+from typing import Optional
 
 import numpy as np
 
@@ -27,16 +27,6 @@ MATRICES = {
     "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",
     "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
     "R": "R, covariance of the measurement noise"}
-
-
-class CostRow(NamedTuple):
-    """Of one step, predict and update"""
-
-    core: str
-    arithmetic: str
-    instructions: int
-    flash_bytes: int
-    stack_bytes: int
 
 
 @dataclass(frozen=True)
@@ -61,13 +51,13 @@ class Study:
         return {"buckets": self.buckets, "span": self.rows}
 
 
-def cost_rows(model: Model) -> list[CostRow]:
-    """What a step of a model of this shape costs on each core, process and sensor prepared by init."""
+def cost_rows(model: Model) -> list[list[str]]:
+    """What a step, predict and update, of a model of this shape costs on each core, process and sensor prepared by init"""
     made = []
     for core, name in costs.CORES.items():
         for arithmetic in ("f32", "q31"):
             cost = costs.estimate(model, core, arithmetic, "init")
-            made.append(CostRow(name, arithmetic, cost.instructions, cost.flash, cost.stack))
+            made.append([name, arithmetic, *map(str, (cost.instructions, cost.flash, cost.stack))])
     return made
 
 
@@ -229,7 +219,6 @@ def _arithmetics(study: Study) -> str:
 
 
 def _costs(model: Model) -> str:
-    rows = cost_rows(model)
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
                                         "`kalmanq design` says which way to run it is best on one of them."),
@@ -239,8 +228,7 @@ def _costs(model: Model) -> str:
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
-            [[one.core, one.arithmetic, *map(str, one[2:])] for one in rows],
-            text_columns=(1,)), *_compiled(model), name="costs")
+            cost_rows(model), text_columns=(1,)), *_compiled(model), name="costs")
 
 
 def _compiled(model: Model) -> list[str]:
