@@ -17,7 +17,7 @@ from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, comma
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.data import tables
-from kalmanq.data.files import whole
+from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import Source, identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
@@ -84,8 +84,7 @@ def _reason(options: Options, made: Designs) -> str:
 
 
 def _write(options: Options, made: Designs, chosen: Way) -> list[Path]:
-    if not options.out.is_dir():
-        raise KalmanqError(f"{options.out}: there is no such folder")
+    require_folder(options.out)
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
                   _remarks(made, chosen))
     return _written(options, text)

@@ -11,8 +11,7 @@ from rich.console import Console
 from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import ARITHMETIC, DATA, MODEL, Arithmetic, command_of
 from kalmanq.data import tables
-from kalmanq.data.files import whole
-from kalmanq.errors import KalmanqError
+from kalmanq.data.files import refuse_output, whole
 from kalmanq.model import model_file
 from kalmanq.pages import report, verdict
 
@@ -26,7 +25,7 @@ class Options:
 
 
 def report_file(options: Options, console: Console) -> None:
-    _refuse(options)
+    refuse_output(options.out, [options.model, options.data])
     model = model_file.read(options.model)
     z, u = tables.measurements_and_controls(options.data, model, has_to_fit=options.arithmetic == "q31")
     study = report.made_of(model, z, u, options.arithmetic)
@@ -35,15 +34,6 @@ def report_file(options: Options, console: Console) -> None:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found))
     tell_written([options.out], console)
-
-
-def _refuse(options: Options) -> None:
-    """What writing would refuse in the end."""
-    if not options.out.parent.is_dir():
-        raise KalmanqError(f"{options.out}: there is no such folder")
-    for one in (options.model, options.data):
-        if options.out.exists() and one.exists() and options.out.samefile(one):
-            raise KalmanqError(f"{options.out}: is an input; write to another file")
 
 
 command = command_of(Options, report_file)

@@ -19,7 +19,7 @@ from kalmanq.commands.options import (
     ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
 from kalmanq.core import names_of
 from kalmanq.data import tables
-from kalmanq.data.files import refuse_one_output
+from kalmanq.data.files import refuse_one_output, refuse_output
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
@@ -82,8 +82,8 @@ def _refuse(options: Options, model: AnyModel) -> None:
         raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it")
     refuse_one_output(options.out, options.plot)
     for path in (options.out, options.plot):
-        if path and not path.parent.is_dir():
-            raise KalmanqError(f"{path}: there is no such folder")
+        if path:
+            refuse_output(path)
 
 
 def _refuse_way(options: Options) -> None:

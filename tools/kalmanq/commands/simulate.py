@@ -16,6 +16,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any
 from kalmanq.data import tables
+from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
 from kalmanq.nonlinear.simulation import simulate
@@ -126,10 +127,7 @@ def _out(options: Options) -> Path:
         raise KalmanqError("--truth: of one run alone, without --runs")
     if options.workers is not None and options.dask is not None:
         raise KalmanqError("--workers and --dask: one of them")
-    if not options.out.parent.is_dir():
-        raise KalmanqError(f"{options.out}: there is no such folder")
-    if options.out.exists() and options.model.exists() and options.out.samefile(options.model):
-        raise KalmanqError(f"{options.out}: is an input; write to another file")
+    refuse_output(options.out, [options.model])
     return options.out
 
 

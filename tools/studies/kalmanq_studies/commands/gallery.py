@@ -13,8 +13,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.data import tables
-from kalmanq.data.files import whole
-from kalmanq.errors import KalmanqError
+from kalmanq.data.files import require_folder, whole
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record
 from kalmanq.model import model_file
@@ -42,8 +41,8 @@ def show(options: Options, console: Console) -> None:
                      "kalmanq gallery NAME --out FOLDER", options.out, options.json, console)
         return
     entry, name = ENTRIES[options.name], options.name
-    if options.out and not options.out.is_dir():
-        raise KalmanqError(f"{options.out}: there is no such folder")
+    if options.out:
+        require_folder(options.out)
     with console.status(f"{name}: fitting"):
         fitted = fit(entry, name)
         written = _write(entry, name, fitted, options.out) if options.out else []

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json
 from kalmanq.commands.options import DASK, FRESH, JSON, WORKERS, choices, command_of
-from kalmanq.data.files import telling_where, whole
+from kalmanq.data.files import require_folder, telling_where, whole
 from kalmanq.data.tables import write_text
 from kalmanq.errors import KalmanqError
 from kalmanq.pages.pictures import save
@@ -45,8 +45,7 @@ class Options:
 def run_study(options: Options, console: Console) -> None:
     if options.workers is not None and options.dask is not None:
         raise KalmanqError("--workers and --dask: one of them")
-    if not options.out.is_dir():
-        raise KalmanqError(f"{options.out}: there is no such folder")
+    require_folder(options.out)
     journal = journal_of(options.out / options.name)
     collected = collect(options, journal)
     written = write(collected, options)
