@@ -90,7 +90,7 @@ update. Budget: objects + tape + worst stack + the frames of your own functions 
 
 @dataclass(frozen=True)
 class Card:
-    """The rows that a line of it is made of, by profile and what; clang's may be missing, and q31's tables are roots."""
+    """The rows that a line is made of, by profile and what; clang's may be missing, and q31's tables are roots."""
 
     of: Mapping[tuple[str, str], Row]
 

@@ -67,7 +67,8 @@ def _table(figures: dict[str, dict], name: str, rows: int) -> Table:
             made.add_row(name, of["refused"])
         else:
             made.add_row(name, f"{of['mean_error_in_sigma']:.2g}", f"{of['worst_row']}, {of['worst_state']}",
-                         f"{of['sigma_relative_error']:.2g}", f"{of['log_likelihood_error']:.2g}", ", ".join(of["events"]))
+                         f"{of['sigma_relative_error']:.2g}", f"{of['log_likelihood_error']:.2g}",
+                         ", ".join(of["events"]))
     return made
 
 
@@ -84,7 +85,8 @@ def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_
     shown = model.state_names[:SHOWN] if is_known else []
     known = ["NEES", "smoothed", *(f"RMS {name}" for name in shown)] if is_known else []
     said = "NIS a measurement" + (", NEES a state; RMS of smoothed states" if is_known else "")
-    made = table("method", "NIS", "log-likelihood", *known, title=f"{model.name}: methods in double, {rows} rows; {said}")
+    made = table("method", "NIS", "log-likelihood", *known,
+                 title=f"{model.name}: methods in double, {rows} rows; {said}")
     for method, of in found.items():
         if "refused" in of:
             made.add_row(method, "refused")

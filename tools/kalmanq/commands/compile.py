@@ -39,8 +39,8 @@ def compile_file(options: Options, console: Console) -> None:
     name = _name(options.out)
     model = model_file.read(options.model)
     with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis, options.lag,
-                                         options.bound))
+        product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis,
+                                         options.lag, options.bound))
         texts = texts_of(product, hashlib.sha256(options.model.read_bytes()).hexdigest())
     written = _write(options, texts)
     if options.json:

@@ -235,9 +235,9 @@ class _FileRun:
         console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
                       f"{self.missing} missing{ratio}")
         if told.get("passes", 1) > 1:
-            console.print(f"{told['passes']} passes of the smoother, "
-                          + ("settled" if told["is_settled"] else "not settled: take no more from them than from the first"
-                             if told["halvings"] else "not settled"))
+            said = "settled" if told["is_settled"] else \
+                "not settled: take no more from them than from the first" if told["halvings"] else "not settled"
+            console.print(f"{told['passes']} passes of the smoother, {said}")
         if self.events:
             console.print("events: " + ", ".join(names_of(self.events)))
         tell_written((options.out, options.plot), console)

@@ -48,9 +48,8 @@ class Options:
 def simulate_file(options: Options, console: Console) -> None:
     if options.runs is not None:
         return simulate_runs(options, console)
-    of_runs = {"--arith": options.arithmetic, "--smooth": options.smooth, "--workers": options.workers, "--dask": options.dask,
-               "--fresh": options.fresh, "--json": options.json}
-    given = [name for name, value in of_runs.items() if value]
+    given = [f"--{name}" for name in ("arith", "smooth", "workers", "dask", "fresh", "json")
+             if getattr(options, {"arith": "arithmetic"}.get(name, name))]
     if given:
         raise KalmanqError(f"{', '.join(given)}: {'go' if len(given) > 1 else 'goes'} with --runs")
     model = read_any(options.model)
@@ -134,8 +133,8 @@ def _out(options: Options) -> Path:
 def _fingerprint(options: Options, u: Optional[np.ndarray]) -> dict[str, Any]:
     """All that run k comes from; how many runs there are is no part of it."""
     driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
-    return {**driven, "study": "simulate", "model": hashlib.sha256(options.model.read_bytes()).hexdigest(), "rows": options.rows,
-            "seed": options.seed, "arithmetic": options.arithmetic, "smooth": options.smooth, "gap": options.gap}
+    return {**driven, "study": "simulate", "model": hashlib.sha256(options.model.read_bytes()).hexdigest(),
+            **{name: getattr(options, name) for name in ("rows", "seed", "arithmetic", "smooth", "gap")}}
 
 
 def _tell(options: Options, model: Model, said: dict[str, Any], console: Console) -> None:

@@ -171,7 +171,8 @@ def _enumerations(w: Writer) -> list[str]:
     if w.is_fixed:
         fractions = ",\n".join(f"    {name}_FRACTION = {fraction}" for _, _, name, fraction in w.quantities())
         lines += ["/* value = word * 2^-fraction */", "enum {", fractions, "};", ""]
-    return [*lines, "/* present: all measurements */", f"#define {w.upper}_ALL UINT32_C(0x{(1 << w.model.m) - 1:x})", ""]
+    every = f"#define {w.upper}_ALL UINT32_C(0x{(1 << w.model.m) - 1:x})"
+    return [*lines, "/* present: all measurements */", every, ""]
 
 
 def _ranges(w: Writer) -> list[str]:
@@ -382,8 +383,8 @@ def _init(w: Writer) -> str:
     calls.append(_init_filter(w))
     if len(calls) == 1:
         return f"    return {calls[0]};"
-    return "\n".join([f"    kq_status status = {calls[0]};", *(f"    if (!status) status = {call};" for call in calls[1:]),
-                      "    return status;"])
+    others = [f"    if (!status) status = {call};" for call in calls[1:]]
+    return "\n".join([f"    kq_status status = {calls[0]};", *others, "    return status;"])
 
 
 def _init_float(w: Writer) -> list[str]:

@@ -185,7 +185,8 @@ def _logarithmic(axis: Any, decades: float) -> None:
 
 def chart(identity: str, said: str, draw: Callable[..., None], *given: Any, height: float, buckets: int,
           across: str = "row", sizes: tuple[Size, ...] = (WIDE, NARROW), span: Optional[int] = None) -> str:
-    """What `draw` makes of a canvas and `given`, in each size; `said` is what it shows, for those who do not see it; span: rows of its axis."""
+    """What `draw` makes of a canvas and `given`, in each size; `said` is what it shows, for those who do not see it;
+    span: rows of its axis."""
     made = []
     for size in sizes:
         with plt.rc_context({**SVG_STYLE, "svg.hashsalt": identity}):

@@ -52,7 +52,7 @@ class Study:
 
 
 def cost_rows(model: Model) -> list[list[str]]:
-    """What a step, predict and update, of a model of this shape costs on each core, process and sensor prepared by init"""
+    """What a step of a model of this shape costs on each core, process and sensor prepared by init"""
     made = []
     for core, name in costs.CORES.items():
         for arithmetic in ("f32", "q31"):
@@ -103,8 +103,8 @@ def _states(study: Study) -> str:
 
         said = (f"{state.label} over the rows: {_ends(*filtered)}, filtered; {_ends(*smoothed)}, smoothed, each with a "
                 "band of 95 %")
-        figures.append(page.figure(state.label, chart(f"state{i}", said, charts.draw_state, measured, filtered, smoothed,
-                                                      height=150, **study.rows_across)))
+        figures.append(page.figure(state.label, chart(
+            f"state{i}", said, charts.draw_state, measured, filtered, smoothed, height=150, **study.rows_across)))
     entries = [("filtered", "filtered: given the rows so far, with a band of 95 %"),
                ("smoothed", "smoothed: given all rows, with a band of 95 %")]
     return page.section("Data and bands", page.legend([("data", "measured")] * bool(shown) + entries),
@@ -148,7 +148,8 @@ def _nis(study: Study) -> str:
     nis, taken = np.where(scored, run.nis, np.nan), np.where(scored, run.taken, 0)
 
     one = next(one for one in study.found if one.subject == "NIS")
-    picture = chart("nis", f"NIS over the rows: {one.said}", charts.draw_nis, nis, taken, height=150, **study.rows_across)
+    said = f"NIS over the rows: {one.said}"
+    picture = chart("nis", said, charts.draw_nis, nis, taken, height=150, **study.rows_across)
     return page.section(
         "NIS", page.paragraph("The squared innovation of each row, by its covariance (normalised innovation squared). "
                               "Its mean is the number of measurements of the row, and 95 % are within the bounds of "
@@ -168,7 +169,8 @@ def _autocorrelation(study: Study) -> str:
 
         figures.append(page.figure(f"{one.name}: {outside}", chart(
             f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %",
-            charts.draw_autocorrelation, white, height=150, buckets=study.buckets, across="lag, in rows", sizes=(NARROW,))))
+            charts.draw_autocorrelation, white, height=150, buckets=study.buckets, across="lag, in rows",
+            sizes=(NARROW,))))
     return page.section(
         "Autocorrelation", page.paragraph("How innovations resemble those some rows before. Of a right model they do "
                                           "not: 95 % of the lags are within the bounds."),
