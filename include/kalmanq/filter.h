@@ -132,8 +132,9 @@ KQ_NODISCARD kq_status kq_filter_copy_f64(kq_filter_f64 *to, const kq_filter_f64
  *   object   the field `attached` of a history, a lag, an instant, an adaptation, a freeze or a kq_jacobians;
  *            changed.  A diffuse start attaches itself (kq_diffuse_init).
  * f and the object must outlive each other until kq_detach.  A history, a lag or an instant replaces another
- * one of these.  kq_filter_init and kq_filter_assign of f detach without telling the object: call kq_detach
- * before you attach the object to another filter, or assign it anew if its filter is gone.
+ * one of these, which ends its recording and still has the filter: detach it while the filter exists.
+ * kq_filter_init and kq_filter_assign of f detach without telling the object: call kq_detach before you attach
+ * the object to another filter, or assign it anew if its filter is gone.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; an object never assigned), KQ_ERR_SIZE or KQ_ERR_MEMORY (an object
  * without sizes or memory), KQ_ERR_MISMATCH (states), KQ_ERR_RECORDING (the object has another filter, or f
  * has an object that cannot be replaced). */

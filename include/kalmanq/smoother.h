@@ -86,7 +86,7 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
         steps, changes), 0, name##_memory, NULL, NULL, 0}
 
 /** Sets sizes and memory at run time: n in 1..16.  `length` words at memory, KQ_HISTORY_LEN_<T>(n, m, steps,
-    changes), yours while in use.; one step at least.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+    changes), yours while in use; one step at least.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
@@ -159,7 +159,7 @@ KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h
  *   h        smoothed down to step t; read
  *   t        0 .. kq_history_steps() - 1
  *   view     written.  It points into h, and is valid until h records again, is assigned anew or is gone.
- *            After an error its readings are NaN
+ *            After an error its readings are NaN.  Never a filter with memory: it would lose it
  * Readings of a view: kq_mean, kq_mean_low, kq_sigma, kq_covariance, kq_measurement, kq_innovation, kq_gain,
  * kq_forecast, kq_filter_copy; kq_events gives the events of smoothing.  Its NIS and likelihoods are NaN.
  * Calls that move a filter answer KQ_ERR_NOT_READY.

@@ -111,7 +111,7 @@ KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, dou
  *   gains    count x n x m, kept by reference, may be in flash.  Update t takes gain t, later ones the last
  *   count    1 .. KQ_COUNT_MAX; 1: the steady gain only
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, or never assigned), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s),
- * KQ_ERR_MISMATCH (sizes), KQ_ERR_NOT_FINITE.
+ * KQ_ERR_MISMATCH (sizes; s takes innovations), KQ_ERR_NOT_FINITE.
  */
 KQ_NODISCARD kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
     const float *x0, const float *gains, size_t count);
