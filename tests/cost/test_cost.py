@@ -23,7 +23,7 @@ from elf import LINE, Instruction, decoded
 from emulators import Counted, most
 from measure import stack_worst
 from errors import UserError
-from outputs import Outputs, write
+from outputs import whole, write
 from table import Row, Table, compare
 from timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
 
@@ -102,8 +102,8 @@ class Tables(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "cost.csv"
             path.write_text("old")
-            with self.assertRaises(RuntimeError), Outputs(path.parent) as outputs:
-                outputs.write(path.name, "half")
+            with self.assertRaises(RuntimeError), whole(path) as temporary:
+                temporary.write_text("half")
                 raise RuntimeError
             self.assertEqual(path.read_text(), "old")
             self.assertEqual([path], list(Path(folder).iterdir()))

@@ -24,7 +24,7 @@ def of(name: str) -> dict[str, object]:
     made, data = fit(entry, name), entry.data()
     model = made.model
     run = run_of(model, data)
-    return {"parameters": made.parameters, "free": list(entry.free), "is_settled": made.is_settled,
+    return {"parameters": made.parameters, "free": list(entry.free), "converged": made.converged,
             "log_likelihood": made.log_likelihood, "z": listed(data.z), "regressors": listed(data.regressors),
             "unknown": bool(model.unknown.all()), "smoothed": listed(run.smoothed),
             "smoothed_sigma": listed(run.smoothed_sigma),

@@ -74,7 +74,7 @@ def check_fitted(c: Collected) -> None:
         near(all_six, 1.45, "EM of all six, MAE", 0.15)
     free = c.of("fitted", EVEN, GAUSSIAN, "ML of all six from c = 2")
     assert 1.5 < scores.median(free["H"]).value < 2.2, "ML of all six keeps the c that it began with"
-    assert not np.any(free["settled"]) and c.of("fitted", EVEN, GAUSSIAN, "ML of Q, R")["settled"].mean() > 0.9
+    assert not np.any(free["converged"]) and c.of("fitted", EVEN, GAUSSIAN, "ML of Q, R")["converged"].mean() > 0.9
     exploded = c.beside_gaussian("fitted", EVEN, GAUSSIAN, "ML of H, Q, R", "MAE")
     print(f"   ML of H, Q, R at alpha = 2, MAE: {exploded}")
     assert exploded.value > 5

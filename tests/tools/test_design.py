@@ -351,13 +351,13 @@ def test_the_header_and_json_say_what_the_reading_is_off(tmp_path):
 def test_page_header_and_json_say_life_and_chance(tmp_path):
     (tmp_path / "level.toml").write_text("[model]\nA = 1.0\nH = 1.0\nR = 1.0\nQ = 0.1\nP0 = 1e4\n")
     (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
-    asked = ("design", tmp_path / "level.toml", "--core", "m3", "--data", tmp_path / "z.csv", "--arith", "q31")
-    done = kalmanq(*asked, "-o", tmp_path)
+    options = ("design", tmp_path / "level.toml", "--core", "m3", "--data", tmp_path / "z.csv", "--arith", "q31")
+    done = kalmanq(*options, "-o", tmp_path)
     header = " ".join((tmp_path / "level.h").read_text().replace("\n *", "").split())
     for text in (" ".join(done.stdout.split()), header):
         assert re.search(r"x1: a range of 1100 was chosen; the data reach \S+, the model 6\d\d in 10000 rows \(farther: a chance "
                          r"of 1e-06\); it wanders, and goes farther later: declare what bounds it", text), text
-    chosen = json.loads(kalmanq(*asked, "--json").stdout)["chosen_ranges"]
+    chosen = json.loads(kalmanq(*options, "--json").stdout)["chosen_ranges"]
     assert [(one["name"], one["range"], one["rows"], one["chance"], one["wanders"]) for one in chosen] == [
         ("x1", 1100, 10000, 1e-6, True), ("z1", 1100, 10000, 1e-6, True)]
 
@@ -460,14 +460,14 @@ def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path
                            "Q = [[0.0333, 0.05], [0.05, 0.1]]\n[states]\nranges = [1e6, 1e6]\n[measurements]\nranges = [1e6]\n")
     (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
     said = "after 100 rows without measurements all sigmas are within 2 % of the full sensor's in 4 rows"
-    asked = ("design", model_file_, "--core", "m0", "--data", tmp_path / "z.csv", "--way", "lean", "-o", tmp_path)
-    done = kalmanq(*asked, "--arith", "f32")
+    options = ("design", model_file_, "--core", "m0", "--data", tmp_path / "z.csv", "--way", "lean", "-o", tmp_path)
+    done = kalmanq(*options, "--arith", "f32")
     header = " ".join((tmp_path / "velocity.h").read_text().replace(" * ", " ").split())
     assert done.returncode == 0 and f"lean in f32: {said}" in " ".join(done.stdout.split()) and f"lean: {said}." in header
-    told = json.loads(kalmanq(*asked, "--json").stdout)
+    told = json.loads(kalmanq(*options, "--json").stdout)
     assert told["lean"]["f32"] == {"outage": 100, "rows": 4, "refused": ""}
     model_file_.write_text(model_file_.read_text().replace("R = 0.01", "R = 1e-9"))
-    done = kalmanq(*asked)
+    done = kalmanq(*options)
     assert done.returncode == 1 and "lean: on the records R is less than 2^-14 S" in done.stderr
     assert "no lean in f32: on the records R is less than 2^-14 S" in " ".join(done.stdout.split())
 

@@ -187,7 +187,7 @@ def test_figures(name, tmp_path):
     assert caption(example, {"q31": results["q31"]}) == "drawn from q31"
     said = caption(example, results)
     assert said.startswith("drawn from f64; at most so far from it, in sigma: f32 ")
-    figure = example.draw(results, said)
+    figure = example.figure(results, said)
     figure.savefig(tmp_path / "figure.png")
     assert (tmp_path / "figure.png").read_bytes()[:8] == PNG
     assert any(text.get_text() == said for text in figure.texts)

@@ -160,7 +160,7 @@ def test_the_slope_of_what_has_no_noise_is_that_of_the_likelihood():
 def test_the_nile_is_statsmodels_nile(prior, figures, method):
     found = kalmanq.fit(nile_model(**prior), [nile()], method=method)
     measured = found.log_likelihood, found.model.R[0, 0], found.model.Q[0, 0]
-    assert found.is_settled and found.distance < 1e-9
+    assert found.converged and found.distance < 1e-9
     assert np.max(np.abs(np.array(measured) / figures - 1)) < 1e-6
     assert abs(found.standard_errors["Q"][0, 0] - 1280) < 2 and abs(found.standard_errors["R"][0, 0] - 3146) < 2
 
@@ -208,7 +208,7 @@ def test_a_trend_is_statsmodels_trend():
 
 def soon(found, best: float, most: int) -> bool:
     course = np.array(found.course)
-    return found.is_settled and bool(np.any(course[:most] > best - 1e-6)) and abs(found.log_likelihood - best) < 1e-6
+    return found.converged and bool(np.any(course[:most] > best - 1e-6)) and abs(found.log_likelihood - best) < 1e-6
 
 
 @functools.cache
@@ -266,7 +266,7 @@ def level_and_slope(seed: int) -> np.ndarray:
 def test_a_variance_of_0_is_said_and_has_no_standard_error():
     model = model_file.read(EXAMPLES / "trend_season.toml")
     found = kalmanq.fit(model, [fit_cases.quarters(1)], Q_form="diagonal")
-    assert found.boundary == ("Q[1,1]",) and found.is_settled
+    assert found.boundary == ("Q[1,1]",) and found.converged
     errors = np.diag(found.standard_errors["Q"])
     assert np.isnan(errors[1]) and errors[0] > 0 and errors[2] > 0 and found.standard_errors["R"][0, 0] > 0
     zero = found.model.changed(Q=np.diag([1.0, 0, 1, 1, 1]) * found.model.Q)
@@ -283,7 +283,7 @@ PUSHED = Model(fit_cases.AXES, np.eye(4), np.eye(4), 0.1 * np.eye(4), P0=[100] *
 def test_a_variance_as_small_as_it_may_be_is_at_its_boundary(seed, quiet):
     """Its logarithm is flat there, beside a singular Q.  It was called not determined, or a lower place was found."""
     found = kalmanq.fit(PUSHED, [fit_cases.pushed(seed, quiet)], R_form="diagonal")
-    assert found.undetermined == () and found.is_settled, found.message
+    assert found.undetermined == () and found.converged, found.message
     assert f"R[{quiet},{quiet}]" in found.boundary and np.isnan(found.standard_errors["R"][quiet, quiet])
     assert abs(found.log_likelihood - fit_cases.PUSHED_BEST[seed, quiet]) < 1e-6
     assert found.boundary[0].startswith("Q (singular: rank ") and found.evaluations < 300
@@ -293,7 +293,7 @@ def test_a_variance_next_to_0_that_others_make_up_for_is_followed():
     """Its best value was 65 times as large, and it was called not determined"""
     z = fit_cases.pushed(103, 3)
     found = kalmanq.fit(PUSHED, [z], R_form="diagonal")
-    assert found.is_settled and found.undetermined == () and "R[3,3]" not in found.boundary, found.message
+    assert found.converged and found.undetermined == () and "R[3,3]" not in found.boundary, found.message
     best = found.model.R[3, 3]
     for factor in (0.01, 0.1, 10.0):
         held = np.zeros((4, 4), bool)
@@ -327,13 +327,13 @@ def test_a_start_at_a_variance_of_next_to_nothing_is_left():
     z = nile()
     for tiny in ({"Q": 1e-9, "R": 1e4}, {"Q": 1e4, "R": 1e-9}):
         found = kalmanq.fit(nile_model().changed(**{name: [[value]] for name, value in tiny.items()}), [z], method="ml")
-        assert found.is_settled and abs(found.log_likelihood - fit_cases.NILE_EXACT[0]) < 1e-6, found.message
+        assert found.converged and abs(found.log_likelihood - fit_cases.NILE_EXACT[0]) < 1e-6, found.message
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 def test_units_do_not_matter(unit):
     found = kalmanq.fit(nile_model(), [nile() * unit])
-    assert found.is_settled
+    assert found.converged
     assert abs(found.model.R[0, 0] / unit**2 / fit_cases.NILE_EXACT[1] - 1) < 1e-5
     assert abs(found.standard_errors["Q"][0, 0] / unit**2 / 1280.38 - 1) < 1e-3
 
@@ -352,7 +352,7 @@ def test_the_unit_of_a_start_does_not_matter(unit, seed):
     """The maximum and the standard errors are those from a start in the right unit."""
     z = two_sensors(seed, unit)
     wrong, right = (kalmanq.fit(Model([[1]], [[1], [unit]], R, 1), [z]) for R in ([1, 1], [1, unit**2]))
-    assert wrong.is_settled and right.is_settled and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
+    assert wrong.converged and right.converged and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
     for name in ("Q", "R"):
         assert np.max(np.abs(wrong.standard_errors[name] / right.standard_errors[name] - 1)) < 1e-4
 
@@ -365,7 +365,7 @@ def test_the_unit_of_a_start_of_two_noises_does_not_matter(unit):
     for units in ([1, unit], [unit, 1]):
         wrong, right = (kalmanq.fit(Model(np.eye(2), np.eye(2), np.square(units), Q), [z * units])
                         for Q in ([1, 1], np.square(units)))
-        assert wrong.is_settled and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
+        assert wrong.converged and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
         assert np.max(np.abs(wrong.standard_errors["Q"] / right.standard_errors["Q"] - 1)) < 1e-4
 
 
@@ -386,14 +386,14 @@ def test_held_entries_stay_and_only_the_free_ones_move():
     begun = model.changed(A=[[0.5, 0.1], [1, 0]])
     for method in ("em", "ml", "both"):
         found = kalmanq.fit(begun, [z], ("A", "Q", "R"), held={"A": [[0, 0], [1, 1]]}, method=method, iterations=5000)
-        assert found.is_settled, found.message
+        assert found.converged, found.message
         assert found.model.A[1].tolist() == [1, 0] and np.all(np.isnan(found.standard_errors["A"][1]))
         assert np.all(np.abs(found.model.A[0] - [1.2, -0.5]) < 3 * found.standard_errors["A"][0])
         assert found.model.Q[1, 1] == 0
     apart = np.kron(np.eye(2), np.ones((2, 2))) == 0
     model, z = SINGULAR["track"][1], fit_cases.track(0)
     found = kalmanq.fit(model, [z], held={"Q": apart})
-    assert np.all(found.model.Q[apart] == 0) and found.is_settled
+    assert np.all(found.model.Q[apart] == 0) and found.converged
     fixed = kalmanq.fit(model, [z], ("R",), held={"R": [[1, 0], [0, 0]]})
     assert abs(fixed.model.R[0, 0] - 2) < 1e-12 and fixed.model.R[0, 1] != 0
     with pytest.raises(KalmanqError, match="EM holds no entries"):
@@ -404,7 +404,7 @@ def test_common_factors_keep_their_rank():
     G = np.kron(np.eye(2), [[0.5], [1.0]])
     model = Model(fit_cases.AXES, fit_cases.PLACES, [2, 2], G=G, P0=[10] * 4)
     found = kalmanq.fit(model, [fit_cases.track(0)])
-    assert found.is_settled and found.model.G.shape == (4, 2) and np.linalg.matrix_rank(found.model.Q) == 2
+    assert found.converged and found.model.G.shape == (4, 2) and np.linalg.matrix_rank(found.model.Q) == 2
     inner = np.linalg.pinv(G) @ found.model.Q @ np.linalg.pinv(G).T
     assert np.max(np.abs(G @ inner @ G.T - found.model.Q)) < 1e-12
     assert np.all(found.standard_errors["Q"] > 0)
@@ -414,7 +414,7 @@ def test_common_factors_keep_their_rank():
 def test_forms(form):
     model = Model(fit_cases.MATRIX, fit_cases.SENSORS, [2.0, 1], [[1, 0], [0, 0.5]], P0=[1, 1])
     found = kalmanq.fit(model, [fit_cases.pair(0)], Q_form=form, R_form=form)
-    assert found.is_settled
+    assert found.converged
     for name in ("Q", "R"):
         value = getattr(found.model, name)
         assert value[0, 1] == 0
@@ -432,41 +432,41 @@ SLOW = {"quarters": (fit_cases.quarters(1), model_file.read(EXAMPLES / "trend_se
 
 
 @pytest.mark.parametrize("name", SLOW)
-def test_em_never_says_settled_far_from_the_maximum(name):
+def test_em_never_says_converged_far_from_the_maximum(name):
     z, model, form = SLOW[name]
     best = kalmanq.fit(model, [z], Q_form=form).log_likelihood
     for tolerance in (1e-3, 1e-6):
         estimate = kalmanq.Estimation(model, [z], Q_form=form).run(3000, tolerance)
         assert np.all(np.diff(estimate.course) > -1e-8)
-        assert not estimate.is_settled or best - estimate.log_likelihood < 2 * tolerance
+        assert not estimate.converged or best - estimate.log_likelihood < 2 * tolerance
     found = kalmanq.fit(model, [z], Q_form=form, method="em", iterations=3000, tolerance=1e-3)
-    assert not found.is_settled or best - found.log_likelihood < 2e-3
-    assert found.is_settled or "not at the maximum" in found.message or "no maximum" in found.message
+    assert not found.converged or best - found.log_likelihood < 2e-3
+    assert found.converged or "not at the maximum" in found.message or "no maximum" in found.message
 
 
 def test_em_says_what_is_left():
     found = kalmanq.fit(nile_model(), [nile()], method="em", iterations=20)
     left = fit_cases.NILE_EXACT[0] - found.log_likelihood
-    assert not found.is_settled and "is left" in found.message and 0.3 * left < found.distance < 10 * left
+    assert not found.converged and "is left" in found.message and 0.3 * left < found.distance < 10 * left
 
 
 def test_em_with_an_unknown_start_is_that_of_the_maximum():
     estimate = kalmanq.Estimation(nile_model(), [nile()]).run(3000, 1e-9)
-    assert estimate.is_settled and abs(estimate.log_likelihood - fit_cases.NILE_EXACT[0]) < 1e-7
+    assert estimate.converged and abs(estimate.log_likelihood - fit_cases.NILE_EXACT[0]) < 1e-7
     assert abs(estimate.model.R[0, 0] / fit_cases.NILE_EXACT[1] - 1) < 1e-5 and np.all(estimate.model.unknown)
 
 
 def test_em_in_f32_is_near_that_in_f64():
     found = kalmanq.fit(nile_model(P0=[1e7]), [nile()], method="em", arithmetic="f32", tolerance=0.02)
     assert abs(found.model.R[0, 0] / fit_cases.NILE_KNOWN[1] - 1) < 0.05
-    assert not found.is_settled or fit_cases.NILE_KNOWN[0] - found.log_likelihood < 0.04
+    assert not found.converged or fit_cases.NILE_KNOWN[0] - found.log_likelihood < 0.04
 
 
 def test_a_start_may_be_unknown_in_part():
     model = Model([[1, 1], [0, 1]], [1, 0], 3, np.diag([1, 0.1]), P0=[0, 0.5], unknown=[0])
     z = fit_cases.trend(2)
     found = kalmanq.fit(model, [z, z[:50]], Q_form="diagonal")
-    assert found.is_settled and found.model.unknown.tolist() == [True, False] and found.model.P0[1, 1] == 0.5
+    assert found.converged and found.model.unknown.tolist() == [True, False] and found.model.P0[1, 1] == 0.5
     assert abs(kalmanq.likelihood(found.model, [z, z[:50]]) - found.log_likelihood) < 1e-9
     for name in ("Q", "R"):
         for factor in (0.9, 1.1):
@@ -480,7 +480,7 @@ def test_a_start_may_be_unknown_in_part():
 def test_what_is_not_determined_is_named():
     model = Model([[0.5]], [1], 1.5, 1.0, P0=[1])
     found = kalmanq.fit(model, [fit_cases.ar1(1)], ("A", "H", "Q", "R", "x0", "P0"))
-    assert not found.is_settled and "not determined" in found.message
+    assert not found.converged and "not determined" in found.message
     assert found.undetermined == ("H[0,0] +1 %, Q[0,0] -2 %, x0[0] -1 %",)
     assert np.isnan(found.standard_errors["H"][0, 0]) and found.standard_errors["A"][0, 0] > 0
     with pytest.raises(KalmanqError, match="H cannot be free where P0 of x1 is unknown"):
@@ -489,21 +489,21 @@ def test_what_is_not_determined_is_named():
         kalmanq.fit(Model([[1, 0.5], [0, 0.9]], [1, 0], 1, [1, 1]), [nile()], ("A", "Q", "R"),
                     held={"A": [[1, 0], [1, 1]]})
     once = Model([[1]], [[1], [1]], [1.0, 1.0], [[0.0]], P0=[[1.0]])
-    assert kalmanq.fit(once, [np.random.default_rng(1).normal(size=(50, 2))], ("R",)).is_settled
+    assert kalmanq.fit(once, [np.random.default_rng(1).normal(size=(50, 2))], ("R",)).converged
     level, slope = Model([[1, 1], [0, 1]], [1, 0], 3, [[1, 0.1], [0.1, 0.5]]), "Q[0,0] +1 %, Q[1,0] +"
     for seed in (0, 2, 3):  # the sum of a level's and a slope's noises has three autocovariances for four numbers
         for method in ("ml", "both"):
             found = kalmanq.fit(level, [fit_cases.trend(seed)], method=method)
-            assert not found.is_settled and found.undetermined[0].startswith(slope), found.message
+            assert not found.converged and found.undetermined[0].startswith(slope), found.message
     z = np.column_stack([fit_cases.drawn(1, 1, 0.3, 1, 80, 1)[0], np.full(80, np.nan)])
     for form in ("full", "diagonal"):  # a component that is never there
         found = kalmanq.fit(Model([[1]], [[1], [1]], [1, 1], 1), [z], R_form=form)
-        assert not found.is_settled and "R[1,1] +1 %" in found.undetermined and found.boundary == ()
+        assert not found.converged and "R[1,1] +1 %" in found.undetermined and found.boundary == ()
     twice = Model(np.eye(2) * 0.5, [1, 1], 1.0, [0.3, 0.5], P0=[1, 1])
     found = kalmanq.fit(twice, [fit_cases.ar1(2)], ("Q",), Q_form="diagonal")
-    assert not found.is_settled and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])
+    assert not found.converged and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])
     found = kalmanq.fit(twice.changed(Q=[0.3, 1e-12]), [fit_cases.ar1(2)], ("Q",), Q_form="diagonal", method="ml")
-    assert not found.is_settled and "Q[0,0]" in found.undetermined[0] and "Q[1,1]" in found.undetermined[0]
+    assert not found.converged and "Q[0,0]" in found.undetermined[0] and "Q[1,1]" in found.undetermined[0]
 
 
 def test_a_known_start_determines_H_beside_Q():
@@ -514,7 +514,7 @@ def test_a_known_start_determines_H_beside_Q():
         states.append(0.8 * states[-1] + 0.5 * random.normal(size=300))
     records = list((2 * np.array(states) + 0.3 * random.normal(size=(4, 300))).T)
     found = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"))
-    assert found.is_settled and found.undetermined == ()
+    assert found.converged and found.undetermined == ()
     assert abs(found.model.H[0, 0] - 2) < 3 * found.standard_errors["H"][0, 0] < 0.5
     em = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"), method="em", arithmetic="f32")
     assert em.undetermined == ("H +1 %, Q -2 %",)
@@ -526,7 +526,7 @@ def test_a_variance_that_begins_next_to_0_is_found(seed):
     z = fit_cases.drawn(1, 1, 76, 1, 60, seed)[0]
     best = kalmanq.fit(Model([[1]], [1], 1, 1), [z], starts=3, seed=7)
     found = kalmanq.fit(Model([[1]], [1], 1e-3, 200), [z])
-    assert found.is_settled and found.boundary == best.boundary == (), found.message
+    assert found.converged and found.boundary == best.boundary == (), found.message
     assert abs(found.log_likelihood - best.log_likelihood) < 1e-6
 
 
@@ -536,7 +536,7 @@ def test_a_variance_that_begins_next_to_0_is_found(seed):
 @pytest.mark.parametrize("prior", [{}, {"P0": [1e7]}])
 def test_no_maximum_is_a_line_and_the_best_point(z, said, prior):
     found = kalmanq.fit(nile_model(**prior), [z])
-    assert not found.is_settled and said in found.message and "\n" not in found.message
+    assert not found.converged and said in found.message and "\n" not in found.message
     assert np.isfinite(found.log_likelihood) and np.all(np.isfinite(found.model.Q))
     begun = kalmanq.likelihood(nile_model(**prior), [z]) if np.any(np.isfinite(z)) else 0.0
     assert found.log_likelihood >= begun
@@ -546,7 +546,7 @@ def test_no_maximum_is_a_line_and_the_best_point(z, said, prior):
 
 def test_too_few_evaluations_are_said():
     found = kalmanq.fit(nile_model(), [nile()], method="ml", iterations=4)
-    assert not found.is_settled and "given up after" in found.message
+    assert not found.converged and "given up after" in found.message
     assert kalmanq.likelihood(nile_model(), [nile()]) < found.log_likelihood < fit_cases.NILE_EXACT[0]
 
 
@@ -595,7 +595,7 @@ def test_the_command_writes_what_reads_back_to_the_same_bits(tmp_path):
     done = command("fit", guess(tmp_path), NILE, "--out", out, "--plot", plot, "--json", "--starts", 2)
     assert done.returncode == 0, done.stderr
     said, fitted, begun = json.loads(done.stdout), model_file.read(out), model_file.read(tmp_path / "guess.toml")
-    assert said["settled"] and abs(said["R"][0][0] / fit_cases.NILE_EXACT[1] - 1) < 1e-6
+    assert said["converged"] and abs(said["R"][0][0] / fit_cases.NILE_EXACT[1] - 1) < 1e-6
     assert said["Q"] == fitted.Q.tolist() and said["R"] == fitted.R.tolist()
     assert abs(said["standard_errors"]["Q"][0][0] - 1280) < 2 and said["boundary"] == []
     assert fitted.states == begun.states and fitted.measurements == begun.measurements and np.all(fitted.unknown)

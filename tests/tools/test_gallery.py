@@ -19,7 +19,7 @@ from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, VaryingSmoo
 from kalmanq.commands.messages import console
 from kalmanq.data import tables
 from kalmanq.model import model_file
-from kalmanq_studies.commands.gallery import Asked, show
+from kalmanq_studies.commands.gallery import Options, show
 from kalmanq_studies.gallery import ENTRIES, sources
 from kalmanq_studies.gallery.fitted import fit, log_likelihood
 
@@ -36,7 +36,7 @@ def fitted(name):
 def test_no_parameter_leads_uphill(name):
     """Moved by 2 % of its size, either way; and where fitting began was lower"""
     entry, made, data = ENTRIES[name], fitted(name), ENTRIES[name].data()
-    assert made.is_settled and made.log_likelihood > log_likelihood(entry.model(), data) + 0.1
+    assert made.converged and made.log_likelihood > log_likelihood(entry.model(), data) + 0.1
     for parameter in entry.free:
         value = np.array(made.parameters[parameter], float)
         for k in np.ndindex(value.shape):
@@ -85,7 +85,7 @@ def test_drawn_data_are_more_likely_where_they_are_fitted_than_by_their_truth(na
 
 @pytest.mark.parametrize("name", RECORDED)
 def test_files_read_back(name, tmp_path, capsys):
-    show(Asked(name, tmp_path, True), console())
+    show(Options(name, tmp_path, True), console())
     said = json.loads(capsys.readouterr().out)
     stems = [f"{name}{end}" for end in (".toml", "_fitted.toml", ".csv", "_smoothed.csv", ".png")]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(stems)

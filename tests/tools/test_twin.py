@@ -135,7 +135,7 @@ def test_nile_with_an_unknown_start():
 def test_em_reaches_the_nile_s_likelihood():
     model = kalmanq.Model([[1]], [1], 1e4, 1e4, x0=[0], P0=[1e7])
     estimate = kalmanq.Estimation(model, [nile()]).run(3000, 1e-10)
-    assert estimate.is_settled
+    assert estimate.converged
     assert abs(estimate.model.R[0, 0] / 15099.69 - 1) < 1e-5
     assert abs(estimate.model.Q[0, 0] / 1468.50 - 1) < 1e-4
     assert np.all(np.diff(estimate.course) > -1e-9)

@@ -9,7 +9,7 @@ from typing import Sequence
 from cases import (
     CALLS, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, NONLINEAR, REGIONS, ROOTS, RUNTIME, TEXTBOOK,
     Program,
-)  # fmt: skip
+)
 from cores import BY_NAME, ROOT, Core, run, toolchain
 
 TARGET = Path(__file__).resolve().parent / "target"
@@ -19,22 +19,10 @@ FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the lib
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
-    "lean": "step",
-    "smooth": "smooth_step",
-    "hard_update": "update",
-    "hard_step": "step",
-    "hard_smooth": "smooth_step",
-    "steady": "steady_step",
-    "settling": "step",
-    "gated": "update_robust",
-    "huber": "update_robust",
-    "student": "update_robust",
-    "jump": "update_robust",
-    "em": "em_iterate",
-    "em_state": "em_iterate",
-    "extended_predict": "predict_extended",
-    "extended_update": "update",
-}
+    "lean": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
+    "steady": "steady_step", "settling": "step", "gated": "update_robust", "huber": "update_robust",
+    "student": "update_robust", "jump": "update_robust", "em": "em_iterate", "em_state": "em_iterate",
+    "extended_predict": "predict_extended", "extended_update": "update"}
 PARTS = ("filter", "steady", "adaptation", "em", "nonlinear")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
 STEPS = ("changed", "extended", "points")  # and of target/nonlinear.inc
@@ -64,13 +52,9 @@ class Place:
 
 
 def model_printer(place: Place) -> None:
-    """The host's program that prints the models."""
     sources = [str(path) for path in sorted((place.source / "src").glob("*.c"))]
     includes = f"-I{place.source / 'include'}"
-    run(
-        ["cc", *HOST_FLAGS, includes, str(TARGET / "model.c"), *sources, "-lm"]
-        + ["-o", str(place.model)]
-    )
+    run(["cc", *HOST_FLAGS, includes, str(TARGET / "model.c"), *sources, "-lm"] + ["-o", str(place.model)])
 
 
 def avr_counter(place: Place) -> None:
@@ -130,22 +114,15 @@ def program(place: Place, wanted: Program) -> Path:
 
 
 def user(place: Place, wanted: Program, n: int, m: int) -> None:
-    """A user's file with functions of one size."""
     flags = (
-        *defined(wanted),
-        f"-DUSER_N={n}",
-        f"-DUSER_M={m}",
-        f"-DOPTIONS={OPTIONS[wanted.sizes]}",
-        f"-DSMOOTHS={int(wanted.smooths(n))}",
-        f"-I{place.source / 'src'}",
-    )
+        *defined(wanted), f"-DUSER_N={n}", f"-DUSER_M={m}", f"-DOPTIONS={OPTIONS[wanted.sizes]}",
+        f"-DSMOOTHS={int(wanted.smooths(n))}", f"-I{place.source / 'src'}")
     target = place.work / wanted.name / f"user_{n}_{m}.o"
     core = BY_NAME[wanted.core]
     compiled(place, core, wanted.profile, TARGET / "user.c", target, flags, is_user=True)
 
 
 def objects(place: Place, wanted: Program) -> list[Path]:
-    """The program's and the library's."""
     folders = (place.work / wanted.name, library_folder(place, library_key(wanted)))
     return [path for folder in folders for path in sorted(folder.glob("*.o"))]
 
@@ -178,14 +155,10 @@ def numbers(wanted: Program) -> str:
 def defined(wanted: Program) -> list[str]:
     """What target/program.h and the texts after it ask for."""
     asked = {
-        f"KQ_COST_{numbers(wanted)}": True,
-        "KQ_COST_TEXTBOOK": wanted.arithmetic in TEXTBOOK,
-        "KQ_COST_FIXED": wanted.sizes != RUNTIME,
-        "KQ_COST_MODULES": wanted.group == MODULES,
-        "KQ_COST_NONLINEAR": wanted.group == NONLINEAR,
-        "KQ_COST_ROOTS": wanted.has(ROOTS),
-        "KQ_COST_LEAN": wanted.has(LEAN),
-    }
+        f"KQ_COST_{numbers(wanted)}": True, "KQ_COST_TEXTBOOK": wanted.arithmetic in TEXTBOOK,
+        "KQ_COST_FIXED": wanted.sizes != RUNTIME, "KQ_COST_MODULES": wanted.group == MODULES,
+        "KQ_COST_NONLINEAR": wanted.group == NONLINEAR, "KQ_COST_ROOTS": wanted.has(ROOTS),
+        "KQ_COST_LEAN": wanted.has(LEAN)}
     names = [name for name, is_so in asked.items() if is_so]
     return [f"-DCONTROLS={wanted.controls}", *(f"-D{name}" for name in names)]
 
@@ -201,7 +174,6 @@ def regions(wanted: Program) -> dict[int, str]:
 
 
 def region(what: str, index: int) -> int:
-    """Of the size with this index."""
     return len(REGIONS) * index + REGIONS.index(what)
 
 
@@ -227,15 +199,8 @@ def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path
 # ---- compiler and linker ---------------------------------------------------------------------
 
 
-def compiled(
-    place: Place,
-    core: Core,
-    profile: str,
-    source: Path,
-    target: Path,
-    flags: Sequence[str] = (),
-    is_user: bool = False,
-) -> None:
+def compiled(place: Place, core: Core, profile: str, source: Path, target: Path, flags: Sequence[str] = (),
+             is_user: bool = False) -> None:
     name, level = profile.split("-")
     tools = toolchain(core, name)
     includes = [place.source / "include", TARGET, TEXTBOOKS]

@@ -14,18 +14,13 @@ FILTER = ("predict", "update", "step", ROOTS, LEAN, "smooth")
 MODULES = (
     "steady", "settling", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
     "adapted", "em", "em_state",
-)  # fmt: skip
+)
 NONLINEAR = ("changed", "extended", "extended_predict", "extended_update", "points")
 FLOAT_ONLY = ("em", "em_state", "points")
 WHAT = (*FILTER, *MODULES, *NONLINEAR)
 # the worst of these, over hard inputs; and whole programs, for their stack
 HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
-CALLS = {
-    "step": "filter_calls",
-    ROOTS: "root_calls",
-    LEAN: "lean_calls",
-    "smooth": "smoother_calls",
-}
+CALLS = {"step": "filter_calls", ROOTS: "root_calls", LEAN: "lean_calls", "smooth": "smoother_calls"}
 HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
 COUNTED = tuple(what for what in WHAT if what != ROOTS)
 REGIONS = (*COUNTED, *HIDDEN)  # the order of COST_... in target/program.h
@@ -113,9 +108,7 @@ def programs(choice: Choice) -> list[Program]:
     return [p for p in every if all(choice.takes(name, getattr(p, name)) for name in names)]
 
 
-def groups_of(
-    core: Core, arithmetic: str, sizes: str, profile: str
-) -> tuple[tuple[str, ...], ...]:
+def groups_of(core: Core, arithmetic: str, sizes: str, profile: str) -> tuple[tuple[str, ...], ...]:
     groups = (FILTER,) if profile != SMALL else ()
     if profile == GCC and core.name in MODULES_ON.get(arithmetic, ()):
         groups += (MODULES,)
@@ -153,9 +146,7 @@ class Choice:
         for name, known in KNOWN.items():
             for value in getattr(self, name):
                 if value not in known:
-                    raise UserError(
-                        f"--{name} {value}: must be one of {', '.join(map(str, known))}"
-                    )
+                    raise UserError(f"--{name} {value}: must be one of {', '.join(map(str, known))}")
 
     def takes(self, name: str, value: object) -> bool:
         wanted = getattr(self, name)
@@ -165,13 +156,8 @@ class Choice:
         return all(self.takes(name, getattr(row, name)) for name in KNOWN)
 
 KNOWN: dict[str, tuple[object, ...]] = {
-    "core": tuple(BY_NAME),
-    "arithmetic": ("f32", "f64", "q31", *TEXTBOOK),
-    "sizes": KINDS,
-    "profile": PROFILES,
-    "n": tuple(n for n, _ in SIZES),
-    "what": WHAT,
-}
+    "core": tuple(BY_NAME), "arithmetic": ("f32", "f64", "q31", *TEXTBOOK), "sizes": KINDS, "profile": PROFILES,
+    "n": tuple(n for n, _ in SIZES), "what": WHAT}
 
 
 @dataclass(frozen=True)
@@ -190,7 +176,6 @@ class Own:
 
 
 def own_programs(choice: Choice, own: Own) -> list[Program]:
-    """The programs for its card."""
     every = programs(replace(choice, sizes=(RUNTIME,), profile=(), what=FILTER, n=()))
     return [
         replace(program, dimensions=((own.states, own.components),), controls=own.controls)

@@ -32,28 +32,22 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 @app.command(help=" ".join(HELP.split()))
-def main(
-    core: List[str] = typer.Option([], help="m0, m3, m4f, m7, m33, rv32, avr."),
-    arithmetic: List[str] = typer.Option([], help="f32, f64, q31, textbook-f32, textbook-q16."),
-    sizes: List[str] = typer.Option([], help="runtime, fixed, fixed-dense."),
-    profile: List[str] = typer.Option([], help=", ".join(PROFILES) + "."),
-    n: List[int] = typer.Option([], help="Number of states."),
-    what: List[str] = typer.Option([], help=", ".join(WHAT) + "."),
-    states: Optional[int] = typer.Option(None, help="Print the card of a filter of your own size."),
-    components: int = typer.Option(1, help="... measured at once, with --states."),
-    controls: int = typer.Option(0, help="... with --states."),
-    hot: int = typer.Option(0, help="Print the functions with most instructions, too."),
-    source: Path = typer.Option(
-        ROOT, help="A checkout to measure instead of this one.", show_default=False
-    ),
-    check: bool = typer.Option(False, "--check", help="Compare with tools/cost.csv."),
-    out: Optional[Path] = typer.Option(None, "--csv", help="Write what is measured to this file."),
-    update_pages: bool = typer.Option(False, "--readme", help="Put the table into the pages."),
-) -> None:
+def main(core: List[str] = typer.Option([], help="m0, m3, m4f, m7, m33, rv32, avr."),
+         arithmetic: List[str] = typer.Option([], help="f32, f64, q31, textbook-f32, textbook-q16."),
+         sizes: List[str] = typer.Option([], help="runtime, fixed, fixed-dense."),
+         profile: List[str] = typer.Option([], help=", ".join(PROFILES) + "."),
+         n: List[int] = typer.Option([], help="Number of states."),
+         what: List[str] = typer.Option([], help=", ".join(WHAT) + "."),
+         states: Optional[int] = typer.Option(None, help="Print the card of a filter of your own size."),
+         components: int = typer.Option(1, help="... measured at once, with --states."),
+         controls: int = typer.Option(0, help="... with --states."),
+         hot: int = typer.Option(0, help="Print the functions with most instructions, too."),
+         source: Path = typer.Option(ROOT, help="A checkout to measure instead of this one.", show_default=False),
+         check: bool = typer.Option(False, "--check", help="Compare with tools/cost.csv."),
+         out: Optional[Path] = typer.Option(None, "--csv", help="Write what is measured to this file."),
+         update_pages: bool = typer.Option(False, "--readme", help="Put the table into the pages.")) -> None:
     with told_in_one_line("cost"):
-        choice = Choice(
-            tuple(core), tuple(arithmetic), tuple(sizes), tuple(profile), tuple(n), tuple(what)
-        )
+        choice = Choice(tuple(core), tuple(arithmetic), tuple(sizes), tuple(profile), tuple(n), tuple(what))
         choice.check()
         if check:
             raise typer.Exit(0 if as_in_the_table(source, choice) else 1)
@@ -122,7 +116,6 @@ def write_pages() -> None:
 
 
 def show_card(source: Path, choice: Choice, size: Own) -> None:
-    """Prints the cards of a user's own size."""
     size.check()
     report.show_cards(terminal(WIDTH), measured_programs(source, own_programs(choice, size)))
 

@@ -12,7 +12,6 @@ to its estimate as that says.
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from build import TARGET, Place, compiled, linked
 from cores import BY_NAME, ROOT, Core, run, toolchain
 from elf import flash_and_ram
 from emulators import Emulator, count_avr
-from errors import UserError
+from errors import UserError, told_in_one_line
 from outputs import csv_text, end_of, write
 
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
@@ -115,8 +114,5 @@ def main(folders: list[Path] = typer.Argument(...), core: list[str] = typer.Opti
 
 
 if __name__ == "__main__":
-    try:
+    with told_in_one_line("compiled"):
         typer.run(main)
-    except UserError as problem:
-        print(f"compiled: {problem}", file=sys.stderr)
-        raise SystemExit(1)

@@ -36,7 +36,6 @@ class Toolchain:
 
     @property
     def prefix(self) -> str:
-        """Of the binutils."""
         return self.linker[0].removesuffix("gcc")
 
 NANO = ("--specs=nano.specs",)  # of newlib: what firmware for small parts is linked with
@@ -64,7 +63,7 @@ CORES = (
         link_flags=("-Wl,--defsym=__DATA_REGION_LENGTH__=0xFF00,--defsym=__stack=0xFFFF",),
         known_as="atmega1284p",
     ),
-)  # fmt: skip
+)
 
 BY_NAME = {core.name: core for core in CORES}
 
@@ -74,7 +73,6 @@ BY_NAME = {core.name: core for core in CORES}
 
 @lru_cache(maxsize=None)
 def toolchain(core: Core, compiler: str) -> Toolchain:
-    """Of gcc or clang."""
     *commands, port = ask(core, compiler, "compiler", "gcc", "profile", "user_profile", "port")
     return Toolchain(*(command.split() for command in commands), port)
 
@@ -101,7 +99,6 @@ def run(command: Sequence[str]) -> str:
 
 
 def complaint(text: str) -> str:
-    """The line that matters most."""
     lines = [line for line in text.splitlines() if line.strip()] or ["failed"]
     errors = [line for line in lines if any(word in line for word in TELLING)]
     return one_line((errors or lines)[0].strip(), 300)

@@ -12,7 +12,6 @@ promises, what is measured has to be within a fifth of them.
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 from functools import lru_cache, partial
 from multiprocessing import get_context
@@ -28,7 +27,7 @@ from cases import MOST, SIZES
 from cores import BY_NAME, ROOT, Core
 from elf import flash_and_ram
 from emulators import Emulator, count_avr
-from errors import UserError
+from errors import UserError, told_in_one_line
 from measure import WORKERS, finish
 from outputs import csv_text, end_of, write
 
@@ -140,8 +139,5 @@ def main(folder: Path = typer.Argument(...), core: list[str] = typer.Option(list
 
 
 if __name__ == "__main__":
-    try:
+    with told_in_one_line("designs"):
         typer.run(main)
-    except UserError as problem:
-        print(f"designs: {problem}", file=sys.stderr)
-        raise SystemExit(1)

@@ -106,7 +106,6 @@ class Listing:
         return self.known[address]
 
     def with_operand(self, text: str) -> dict[int, Instruction]:
-        """Those whose first operand is this."""
         found = (at for at, match in self.lines.items() if (match[4] or "").startswith(text))
         return {address: self[address] for address in found}
 

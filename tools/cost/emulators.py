@@ -85,18 +85,9 @@ class Registers:
     link: int
     argument: int
 
-ARM = Registers(
-    arm_const.UC_ARM_REG_PC,
-    arm_const.UC_ARM_REG_SP,
-    arm_const.UC_ARM_REG_LR,
-    arm_const.UC_ARM_REG_R0,
-)
+ARM = Registers(arm_const.UC_ARM_REG_PC, arm_const.UC_ARM_REG_SP, arm_const.UC_ARM_REG_LR, arm_const.UC_ARM_REG_R0)
 RISCV = Registers(
-    riscv_const.UC_RISCV_REG_PC,
-    riscv_const.UC_RISCV_REG_SP,
-    riscv_const.UC_RISCV_REG_RA,
-    riscv_const.UC_RISCV_REG_A0,
-)
+    riscv_const.UC_RISCV_REG_PC, riscv_const.UC_RISCV_REG_SP, riscv_const.UC_RISCV_REG_RA, riscv_const.UC_RISCV_REG_A0)
 
 
 class Emulator:
@@ -151,7 +142,6 @@ class Emulator:
     # ---- running -----------------------------------------------------------------------------
 
     def run_to(self, pc: int, places: list[int]) -> int:
-        """Runs at full speed until one of the places."""
         stop = [
             self.uc.hook_add(unicorn.UC_HOOK_CODE, lambda uc, *_: uc.emu_stop(), None, place, place)
             for place in places

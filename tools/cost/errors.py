@@ -17,11 +17,8 @@ class UserError(Exception):
 class FileError(UserError):
     """A file that cannot be used: says which file, which row and why."""
 
-    def __init__(self, path: Path, reason: str, row: int | None = None, column: int | None = None):
-        place = [one_line(str(path))]
-        if row is not None:
-            place.append(f"row {row}" + (f", column {column}" if column is not None else ""))
-        super().__init__(": ".join(place + [reason]))
+    def __init__(self, path: Path, reason: str, row: int | None = None):
+        super().__init__(": ".join([one_line(str(path)), *([] if row is None else [f"row {row}"]), reason]))
 
 
 def one_line(text: str, longest: int = 200) -> str:
@@ -51,14 +48,10 @@ def stop(tool: str, line: str) -> None:
 TIME_LIMIT = float(os.environ.get("KQ_TIME_LIMIT", "1800"))  # seconds
 
 
-def run_program(
-    command: Sequence[str], hint: str, given: str | None = None
-) -> subprocess.CompletedProcess[str]:
+def run_program(command: Sequence[str], hint: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
     """Runs a compiler, an emulator or the like to its end; the hint says where to get it."""
     try:
-        return subprocess.run(
-            command, input=given, capture_output=True, text=True, timeout=TIME_LIMIT, check=False
-        )
+        return subprocess.run(command, input=given, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
     except OSError as problem:
         raise UserError(f"{command[0]}: {problem.strerror}; {hint}") from problem
     except subprocess.TimeoutExpired as problem:

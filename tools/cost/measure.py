@@ -41,7 +41,6 @@ class Measured:
 
 
 def measure_all(source: Path, wanted: list[Program]) -> list[Measured]:
-    """In the order of the programs"""
     with tempfile.TemporaryDirectory(prefix="kalmanq-cost-") as folder:
         place = Place(source, Path(folder))
         make_tools(place, wanted)
@@ -52,28 +51,15 @@ def measure_all(source: Path, wanted: list[Program]) -> list[Measured]:
 
 
 def make_tools(place: Place, wanted: list[Program]) -> None:
-    """The host's programs."""
     build.model_printer(place)
     if any(BY_NAME[program.core].family == "avr" for program in wanted):
         build.avr_counter(place)
 
 
-def finish(
-    pool: Pool, task: Callable[[Item], Result], items: Sequence[Item], doing: str
-) -> list[Result]:
-    """The results, in the order of the items."""
+def finish(pool: Pool, task: Callable[[Item], Result], items: Sequence[Item], doing: str) -> list[Result]:
     screen = Console(stderr=True)
     results = pool.imap(task, items)
-    return list(
-        track(
-            results,
-            doing,
-            len(items),
-            console=screen,
-            transient=True,
-            disable=not screen.is_terminal,
-        )
-    )
+    return list(track(results, doing, len(items), console=screen, transient=True, disable=not screen.is_terminal))
 
 
 # ---- one of them -----------------------------------------------------------------------------
@@ -95,28 +81,12 @@ def measure(place: Place, wanted: Program) -> Measured:
     return Measured(rows, hot)
 
 
-def row(
-    wanted: Program,
-    what: str,
-    size: tuple[int, int],
-    calls: dict[str, Counted],
-    ram_and_flash: tuple[int | None, int | None],
-) -> Row:
+def row(wanted: Program, what: str, size: tuple[int, int], calls: dict[str, Counted],
+        ram_and_flash: tuple[int | None, int | None]) -> Row:
     call, hard = calls[counted_as(what)], calls.get(HARD.get(what, ""))
     return Row(
-        wanted.core,
-        wanted.arithmetic,
-        *size,
-        wanted.sizes,
-        wanted.profile,
-        what,
-        call.instructions,
-        call.cycles,
-        call.stack,
-        hard.instructions if hard else None,
-        stack_worst(calls, what),
-        *ram_and_flash,
-    )
+        wanted.core, wanted.arithmetic, *size, wanted.sizes, wanted.profile, what, call.instructions, call.cycles,
+        call.stack, hard.instructions if hard else None, stack_worst(calls, what), *ram_and_flash)
 
 
 def counted_as(what: str) -> str:
@@ -137,10 +107,7 @@ def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
     return max(call.stack for name, call in calls.items() if name not in without)
 
 
-def calls_of(
-    wanted: Program, counted: dict[int, Counted], index: int, n: int
-) -> dict[str, Counted]:
-    """By name, at one size."""
+def calls_of(wanted: Program, counted: dict[int, Counted], index: int, n: int) -> dict[str, Counted]:
     calls = {}
     for what in wanted.regions(n):
         if build.region(what, index) not in counted:
@@ -156,20 +123,15 @@ def count(place: Place, wanted: Program, program: Path) -> dict[int, Counted]:
     return emulators.Emulator(core, program).count_regions(functions)
 
 
-def size_of(
-    place: Place, wanted: Program, what: str, n: int, m: int
-) -> tuple[int | None, int | None]:
+def size_of(place: Place, wanted: Program, what: str, n: int, m: int) -> tuple[int | None, int | None]:
     """RAM and flash of a program that does `what`, less those of one that does nothing."""
     if what.endswith(("predict", "update")):  # a program has both: step
         return None, None
-    with_it, without = (
-        flash_and_ram(build.program_of(place, wanted, each, n, m)) for each in (what, "nothing")
-    )
+    with_it, without = (flash_and_ram(build.program_of(place, wanted, each, n, m)) for each in (what, "nothing"))
     return with_it[1] - without[1], with_it[0] - without[0]
 
 
 def by_function(elf: Elf, call: Counted) -> Counter[str]:
-    """Instructions of each function itself."""
     found: Counter[str] = Counter()
     for address, times in call.by_address.items():
         found[elf.function_at(address)] += times

@@ -1,8 +1,4 @@
-"""What the tools write: files that appear whole or not at all, CSVs, the terminal.
-
-A file is written under a temporary name beside its place, and renamed once all that belong together
-are complete.
-"""
+"""What the tools write: files that appear whole or not at all, CSVs, the terminal."""
 
 from __future__ import annotations
 
@@ -10,66 +6,28 @@ import csv
 import io
 import os
 import sys
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Iterable, Sequence
+from typing import Iterable, Iterator, Sequence
 
 from rich.console import Console
 
-from errors import FileError
 
-
-class Outputs:
-    """`with Outputs(directory) as outputs:` renames at the end, or cleans up after an error."""
-
-    def __init__(self, directory: Path, inputs: Sequence[Path] = ()):
-        self.directory = directory
-        self.inputs = inputs  # never overwritten
-        self.staged: list[tuple[Path, Path]] = []
-
-    @property
-    def files(self) -> list[Path]:
-        return [final for _, final in self.staged]
-
-    def stage(self, name: str) -> Path:
-        """Where to write the file that will be called `name`."""
-        final = self.directory / name
-        if any(same_file(final, path) for path in self.inputs):
-            raise FileError(final, "is the input; choose another --out")
-        temporary = self.directory / f".{name}.{os.getpid()}.tmp"
-        self.staged.append((temporary, final))
-        return temporary
-
-    def write(self, name: str, text: str) -> None:
-        self.stage(name).write_text(text, encoding="utf-8")
-
-    def __enter__(self) -> Outputs:
-        self.directory.mkdir(parents=True, exist_ok=True)
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        try:
-            if kind is None:
-                for temporary, final in self.staged:
-                    os.replace(temporary, final)
-        finally:
-            for temporary, _ in self.staged:
-                temporary.unlink(missing_ok=True)
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Where to write what will be called `path`, which appears at the end, or after an error does not"""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def write(path: Path, text: str) -> None:
-    """One file alone."""
-    with Outputs(path.parent) as outputs:
-        outputs.write(path.name, text)
-
-
-def same_file(a: Path, b: Path) -> bool:
-    return a.exists() and b.exists() and a.samefile(b)
+    with whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:

@@ -18,7 +18,6 @@ BEGIN, END = "<!-- costs: written by tools/cost.py --readme -->", "<!-- end of c
 
 
 def section(rows: tuple[Row, ...]) -> str:
-    """All of it, for tools/cost/README.md"""
     by_key = {row.key: row for row in rows}
     instructions = (STEPS_TITLE, step_table(by_key), MODULES_TITLE, module_table(by_key))
     nonlinear = (NONLINEAR_TITLE, nonlinear_table(by_key))
@@ -30,7 +29,6 @@ Part = Callable[[tuple[Row, ...]], str]
 
 
 def rewritten(path: Path, rows: tuple[Row, ...], part: Part = section) -> str:
-    """The page with its section as the table has it."""
     text = path.read_text(encoding="utf-8")
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
         raise FileError(path, f"needs the lines '{BEGIN}' and '{END}', once each")
@@ -48,6 +46,13 @@ def with_lean_figures(text: str, rows: Iterable[Row]) -> str:
     return LEAN_FIGURES.sub(of[0], text) if of else text
 
 
+def markdown(titles: Sequence[str], lines: Iterable[Sequence[object]], text: int) -> str:
+    """A table whose first columns, so many, are text; what is None is an empty cell"""
+    made = [titles, *(["" if cell is None else str(cell) for cell in line] for line in lines)]
+    made = ["| " + " | ".join(cells) + " |" for cells in made]
+    return "\n".join([made[0], "|" + "---|" * text + "---:|" * (len(titles) - text), *made[1:]])
+
+
 def matches(path: Path, rows: tuple[Row, ...], part: Part = section) -> bool:
     return rewritten(path, rows, part) == path.read_text(encoding="utf-8")
 
@@ -63,7 +68,7 @@ START_UP = 1024  # bytes of flash: vectors and what a C library does before main
 TITLES = (
     "core", "", "n, m", "flash", "from roots", "lean", "with smoother", "RAM", "lean", "with tape",
     "worst stack", "lean", "with smoother", "step", "lean", "worst update", "part", "lean", "with smoother",
-)  # fmt: skip
+)
 
 EXPLAINED = f"""\
 A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and P0 (q31: from tables),
@@ -85,46 +90,34 @@ update. Budget: objects + tape + worst stack + the frames of your own functions 
 
 @dataclass(frozen=True)
 class Card:
-    """The rows that a line of it is made of; clang's may be missing."""
+    """The rows that a line is made of, by profile and what; clang's may be missing, and q31's tables are roots."""
 
-    step: Row
-    smooth: Row
-    update: Row
-    roots: Row | None  # q31's tables are roots
-    lean: Row
-    clang_step: Row | None
-    clang_lean: Row | None
-    clang_smooth: Row | None
+    of: Mapping[tuple[str, str], Row]
+
+    @property
+    def step(self) -> Row:
+        return self.of[GCC, "step"]
+
+    def named(self) -> list[str]:
+        return [BY_NAME[self.step.core].description, self.step.arithmetic, f"{self.step.n}, {self.step.m}"]
 
     def cells(self) -> list[str]:
-        step, lean, smooth = self.step, self.lean, self.smooth
-        return [
-            BY_NAME[step.core].description,
-            step.arithmetic,
-            f"{step.n}, {step.m}",
-            flash(step, self.clang_step),
-            str(self.roots.flash_program) if self.roots else "",
-            flash(lean, self.clang_lean),
-            flash(smooth, self.clang_smooth),
-            str(step.ram_program),
-            str(lean.ram_program),
-            str(smooth.ram_program),
-            str(step.stack_worst),
-            str(lean.stack_worst),
-            str(smooth.stack_worst),
-            str(step.instructions),
-            str(lean.instructions),
-            str(self.update.instructions_worst),
-            part(step),
-            part(lean),
-            part(smooth),
-        ]
+        step, lean, smooth, roots = self.step, self.of[GCC, LEAN], self.of[GCC, "smooth"], self.of.get((GCC, ROOTS))
+        worst = self.of[GCC, "update"].instructions_worst
+        return [*self.named(), self.flash("step"), str(roots.flash_program) if roots else "", self.flash(LEAN),
+                self.flash("smooth"), *(str(row.ram_program) for row in (step, lean, smooth)),
+                *(str(row.stack_worst) for row in (step, lean, smooth)), str(step.instructions), str(lean.instructions),
+                str(worst), *map(part, (step, lean, smooth))]
 
     def short_cells(self) -> list[str]:
-        step, lean = self.step, self.lean
-        named = [BY_NAME[step.core].description, step.arithmetic, f"{step.n}, {step.m}"]
-        each = ((row.flash_program, row.instructions, row.ram_program, row.stack_worst) for row in (step, lean))
-        return [*named, *(str(figure) for figures in each for figure in figures)]
+        each = ((row.flash_program, row.instructions, row.ram_program, row.stack_worst)
+                for row in (self.step, self.of[GCC, LEAN]))
+        return [*self.named(), *(str(figure) for figures in each for figure in figures)]
+
+    def flash(self, what: str) -> str:
+        """gcc's, then clang's"""
+        rows = [self.of[profile, what] for profile in (GCC, CLANG) if (profile, what) in self.of]
+        return ", ".join(str(row.flash_program) for row in rows)
 
 
 def cards(rows: Iterable[Row]) -> Iterator[Card]:
@@ -132,28 +125,12 @@ def cards(rows: Iterable[Row]) -> Iterator[Card]:
     found: dict[tuple[object, ...], dict[tuple[str, str], Row]] = {}
     for row in rows:
         if row.sizes == RUNTIME and row.arithmetic in CARD_ARITHMETICS:
-            filter_ = (row.core, row.arithmetic, row.n, row.m)
-            found.setdefault(filter_, {})[row.profile, row.what] = row
-    for of in found.values():
-        if {(GCC, "step"), (GCC, LEAN), (GCC, "smooth"), (GCC, "update")} <= set(of):
-            yield Card(
-                of[GCC, "step"],
-                of[GCC, "smooth"],
-                of[GCC, "update"],
-                of.get((GCC, ROOTS)),
-                of[GCC, LEAN],
-                of.get((CLANG, "step")),
-                of.get((CLANG, LEAN)),
-                of.get((CLANG, "smooth")),
-            )
-
-
-def flash(gcc: Row, clang: Row | None) -> str:
-    return f"{gcc.flash_program}, {clang.flash_program}" if clang else str(gcc.flash_program)
+            found.setdefault(row.key[:4], {})[row.profile, row.what] = row
+    needed = {(GCC, what) for what in ("step", LEAN, "smooth", "update")}
+    yield from (Card(of) for of in found.values() if needed <= set(of))
 
 
 def part(row: Row) -> str:
-    """The smallest that holds the program."""
     flash_kb = smallest(PARTS, (row.flash_program or 0) + START_UP)
     ram_kb = smallest(MEMORIES, (row.ram_program or 0) + (row.stack_worst or 0))
     return f"{flash_kb} + {ram_kb} kB"
@@ -165,11 +142,8 @@ def smallest(sizes: Sequence[int], needed: int) -> str:
 
 
 def card_table(rows: Iterable[Row]) -> str:
-    lines = ["| " + " | ".join(TITLES) + " |", "|---|---|" + "---:|" * (len(TITLES) - 2)]
-    for card in cards(rows):
-        if (card.step.n, card.step.m) in CARD_SIZES:
-            lines.append("| " + " | ".join(card.cells()) + " |")
-    return f"{EXPLAINED}\n\n" + "\n".join(lines)
+    shown = (card.cells() for card in cards(rows) if (card.step.n, card.step.m) in CARD_SIZES)
+    return f"{EXPLAINED}\n\n{markdown(TITLES, shown, 2)}"
 
 
 # ---- the rows of all this --------------------------------------------------------------------
@@ -204,20 +178,14 @@ SUMMARY_SIZES = ((4, 2),)
 SUMMARY_TITLES = (
     "core", "", "n, m", "flash", "instructions", "RAM", "worst stack",
     "lean: flash", "instructions", "RAM", "worst stack",
-)  # fmt: skip
+)
 
 
 def summary(rows: tuple[Row, ...]) -> str:
     """For README.md: a line for each core and size."""
-    found = {(c.step.core, c.step.arithmetic, c.step.n, c.step.m): c for c in cards(rows)}
+    found = {card.step.key[:4]: card for card in cards(rows)}
     wanted = [(*where, *size) for where in SUMMARY_CORES for size in SUMMARY_SIZES]
-    lines = [
-        "| " + " | ".join(SUMMARY_TITLES) + " |",
-        "|---|---|" + "---:|" * (len(SUMMARY_TITLES) - 2),
-    ]
-    for card in (found[filter_] for filter_ in wanted if filter_ in found):
-        lines.append("| " + " | ".join(card.short_cells()) + " |")
-    return "\n".join(lines)
+    return markdown(SUMMARY_TITLES, (found[filter_].short_cells() for filter_ in wanted if filter_ in found), 2)
 
 
 # ---- instructions ----------------------------------------------------------------------------
@@ -226,27 +194,19 @@ MODULE_SIZES = ((2, 1), (4, 2), (9, 3))
 MODULE_CORES = (("m4f", "f32"), ("m3", "q31"))
 # what the page calls them; the filter's step first, to compare with
 MODULE_ROWS = (
-    ("step", RUNTIME, "`kq_step`"),
-    ("steady", RUNTIME, "`kq_steady_step`"),
-    ("steady", FIXED, "`kq_fixed_steady_step`"),
-    ("settling", RUNTIME, "`kq_step`, a settled `kq_freeze` attached"),
-    ("update", RUNTIME, "`kq_update`"),
-    ("gated", RUNTIME, "`kq_update_robust`, a gate that accepts"),
-    ("huber", RUNTIME, "`kq_update_robust`, Huber"),
-    ("student", RUNTIME, "`kq_update_robust`, Student"),
-    ("jump", RUNTIME, "`kq_update_robust`, jump, none"),
-    ("lag", RUNTIME, "a sample with `kq_lagged`, L = 10"),
+    ("step", RUNTIME, "`kq_step`"), ("steady", RUNTIME, "`kq_steady_step`"),
+    ("steady", FIXED, "`kq_fixed_steady_step`"), ("settling", RUNTIME, "`kq_step`, a settled `kq_freeze` attached"),
+    ("update", RUNTIME, "`kq_update`"), ("gated", RUNTIME, "`kq_update_robust`, a gate that accepts"),
+    ("huber", RUNTIME, "`kq_update_robust`, Huber"), ("student", RUNTIME, "`kq_update_robust`, Student"),
+    ("jump", RUNTIME, "`kq_update_robust`, jump, none"), ("lag", RUNTIME, "a sample with `kq_lagged`, L = 10"),
     ("lag_states", RUNTIME, "a sample with `kq_lagged_states`, L = 10"),
-    ("point", RUNTIME, "a sample with `kq_instant_smooth`"),
-    ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
-    ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"),
-    ("em_state", RUNTIME, "... A, Q and R free"),
+    ("point", RUNTIME, "a sample with `kq_instant_smooth`"), ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
+    ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"), ("em_state", RUNTIME, "... A, Q and R free"),
     ("changed", RUNTIME, "`kq_predict` and `kq_update`, another A and another H"),
     ("extended_predict", RUNTIME, "`kq_predict_extended`"),
     ("extended_update", RUNTIME, "`kq_update` by an innovation"),
     ("extended", RUNTIME, "an extended step, f and h in it, another A and another H"),
-    ("points", RUNTIME, "`kq_predict_sigma_points` and `kq_update_sigma_points`, 4n + 2 calls in it"),
-)
+    ("points", RUNTIME, "`kq_predict_sigma_points` and `kq_update_sigma_points`, 4n + 2 calls in it"))
 
 NONLINEAR = ("changed", "extended", "points")
 NONLINEAR_SIZES = ((4, 2), (6, 3), (9, 3))
@@ -257,7 +217,7 @@ the linear program, and what the other two add to it without f and h, at `-O2` a
 NONLINEAR_TITLES = (
     "core", "", "n, m", "linear", "extended", "points", "stack", "extended", "points",
     "flash `-O2`", "extended", "points", "flash `-Os`", "extended", "points",
-)  # fmt: skip
+)
 STEPS_TITLE = "Instructions of one settled predict and one full update (`kq_step`) at n, m:"
 MODULES_TITLE = "Instructions of the other functions at n, m, and of the plain ones beside them:"
 Rows = Mapping[tuple[object, ...], Row]
@@ -265,48 +225,21 @@ Rows = Mapping[tuple[object, ...], Row]
 FITTING = (
     ("m0", "q31"), ("m3", "q31"), ("m4f", "f32"), ("m7", "f32"), ("m7", "f64"), ("m33", "f32"),
     ("rv32", "q31"), ("avr", "f32"), ("avr", "q31"),
-)  # fmt: skip
+)
 
 
 def module_table(by_key: Rows) -> str:
-    """Markdown: instructions, a line for each function."""
-    columns = [(where, size) for where in MODULE_CORES for size in MODULE_SIZES]
-    titles = [f"{core.upper()} {arithmetic}: {n}, {m}" for (core, arithmetic), (n, m) in columns]
-    lines = ["| | " + " | ".join(titles) + " |", "|---|" + "---:|" * len(columns)]
+    titles = ["", *(f"{core.upper()} {arithmetic}: {n}, {m}" for core, arithmetic in MODULE_CORES
+                    for n, m in MODULE_SIZES)]
+    lines = []
     for what, kind, name in MODULE_ROWS:
         cells = [module_cells(by_key, where, kind, what) for where in MODULE_CORES]
         if any(cells) and None not in cells:
-            cells = [name, *(cell for core in cells for cell in core or [""] * len(MODULE_SIZES))]
-            lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+            lines.append([name, *(cell for core in cells for cell in core or [""] * len(MODULE_SIZES))])
+    return markdown(titles, lines, 1)
 
 
-def nonlinear_table(by_key: Rows) -> str:
-    """Markdown: what a nonlinear model takes, a line for each size; what is not there has none."""
-    lines = ["| " + " | ".join(NONLINEAR_TITLES) + " |"]
-    lines.append("|---|---|---|" + "---:|" * (len(NONLINEAR_TITLES) - 3))
-    for core, arithmetic in MODULE_CORES:
-        for n, m in NONLINEAR_SIZES:
-            of = [
-                [by_key.get((core, arithmetic, n, m, RUNTIME, profile, what)) for what in NONLINEAR]
-                for profile in (GCC, SMALL)
-            ]
-            if of[0][0] and of[1][0]:
-                cells = [BY_NAME[core].description, arithmetic, f"{n}, {m}", *nonlinear_cells(*of)]
-                lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
-def nonlinear_cells(fast: Sequence[Row | None], small: Sequence[Row | None]) -> list[str]:
-    figures = [row and row.instructions for row in fast]
-    figures += [row and row.stack_bytes for row in fast]
-    for rows in (fast, small):
-        flash = [row and row.flash_program for row in rows]
-        figures += [flash[0], *(bytes_ and bytes_ - (flash[0] or 0) for bytes_ in flash[1:])]
-    return ["" if figure is None else str(figure) for figure in figures]
-
-
-def module_cells(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> list[str] | None:
+def module_cells(by_key: Rows, where: Where, kind: str, what: str) -> list[str] | None:
     """Of one core, instructions at each size; none where it has no such function, or None where
     some figures are missing."""
     keys = [(*where, *size, kind, GCC, what) for size in MODULE_SIZES]
@@ -314,22 +247,32 @@ def module_cells(by_key: Rows, where: tuple[str, str], kind: str, what: str) -> 
     return found if len(found) in (0, len(keys)) else None
 
 
+def nonlinear_table(by_key: Rows) -> str:
+    """What a nonlinear model takes, a line for each size; what is not there has none."""
+    lines = []
+    for core, arithmetic in MODULE_CORES:
+        for n, m in NONLINEAR_SIZES:
+            fast, small = ([by_key.get((core, arithmetic, n, m, RUNTIME, profile, what)) for what in NONLINEAR]
+                           for profile in (GCC, SMALL))
+            if fast[0] and small[0]:
+                lines.append([BY_NAME[core].description, arithmetic, f"{n}, {m}", *nonlinear_cells(fast, small)])
+    return markdown(NONLINEAR_TITLES, lines, 3)
+
+
+def nonlinear_cells(fast: Sequence[Row | None], small: Sequence[Row | None]) -> list[int | None]:
+    figures = [row and row.instructions for row in fast] + [row and row.stack_bytes for row in fast]
+    for rows in (fast, small):
+        flash = [row and row.flash_program for row in rows]
+        figures += [flash[0], *(bytes_ and bytes_ - (flash[0] or 0) for bytes_ in flash[1:])]
+    return figures
+
+
 def step_table(by_key: Rows) -> str:
-    """Markdown: a line for each core and arithmetic."""
-    sizes = " | ".join(f"{n}, {m}" for n, m in SIZES)
-    lines = [
-        f"| core | | sizes | {sizes} |",
-        "|---|---|---|" + "---:|" * len(SIZES),
-    ]
+    lines = []
     for core, arithmetic in FITTING:
         for kind in (RUNTIME, FIXED):
-            keys = {size: (core, arithmetic, *size, kind, GCC, "step") for size in SIZES}
-            if all(key in by_key for key in keys.values()):
-                by_size = {size: by_key[key] for size, key in keys.items()}
-                lines.append(step_line(core, arithmetic, kind, by_size))
-    return "\n".join(lines)
-
-
-def step_line(core: str, arithmetic: str, kind: str, by_size: dict[tuple[int, int], Row]) -> str:
-    cells = [BY_NAME[core].description, arithmetic, {RUNTIME: "run-time"}.get(kind, kind)]
-    return "| " + " | ".join([*cells, *(str(row.instructions) for row in by_size.values())]) + " |"
+            rows = [by_key.get((core, arithmetic, *size, kind, GCC, "step")) for size in SIZES]
+            if all(rows):
+                lines.append([BY_NAME[core].description, arithmetic, {RUNTIME: "run-time"}.get(kind, kind),
+                              *(row.instructions for row in rows if row)])
+    return markdown(["core", "", "sizes", *(f"{n}, {m}" for n, m in SIZES)], lines, 3)

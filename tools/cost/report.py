@@ -25,14 +25,8 @@ def show(console: Console, found: list[Measured], what: Sequence[str], hot: int)
             if what and row.what not in what:
                 continue
             values = (
-                row.instructions,
-                row.cycles_estimate,
-                row.stack_bytes,
-                row.instructions_worst,
-                row.stack_worst,
-                row.ram_program,
-                row.flash_program,
-            )
+                row.instructions, row.cycles_estimate, row.stack_bytes, row.instructions_worst, row.stack_worst,
+                row.ram_program, row.flash_program)
             table.add_row(*names(row), *("" if value is None else str(value) for value in values))
             for name, count in functions.most_common(hot):
                 table.add_row(*[""] * 6, f"  {name}", str(count))
@@ -46,9 +40,7 @@ def show_cards(console: Console, found: list[Measured]) -> None:
     console.print(table)
 
 
-def show_comparison(
-    console: Console, found: Comparison, before: tuple[str, ...], now: tuple[str, ...]
-) -> None:
+def show_comparison(console: Console, found: Comparison, before: tuple[str, ...], now: tuple[str, ...]) -> None:
     if before != now:
         console.print("The table was made with other compilers:")
         console.print("\n".join(f"  {version}" for version in before if version not in now))
@@ -65,13 +57,7 @@ def show_changes(console: Console, title: str, changes: list[Change]) -> None:
         return
     table = empty((*TEXT, "column"), ("table", "now", ""))
     for change in sorted(changes, key=lambda change: -abs(change.share))[:MOST]:
-        table.add_row(
-            *names(change.row),
-            change.column,
-            str(change.before),
-            str(change.now),
-            f"{change.share:+.1%}",
-        )
+        table.add_row(*names(change.row), change.column, str(change.before), str(change.now), f"{change.share:+.1%}")
     console.print(f"{title}: {len(changes)}")
     console.print(table)
 

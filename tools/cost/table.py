@@ -36,15 +36,7 @@ class Row:
     @property
     def key(self) -> tuple[object, ...]:
         """What is measured; the rest is what came out."""
-        return (
-            self.core,
-            self.arithmetic,
-            self.n,
-            self.m,
-            self.sizes,
-            self.profile,
-            self.what,
-        )
+        return (self.core, self.arithmetic, self.n, self.m, self.sizes, self.profile, self.what)
 
 
 @dataclass(frozen=True)
@@ -117,7 +109,7 @@ def row_of(path: Path, number: int, values: list[str]) -> Row:
 COMPARED = (
     "instructions", "stack_bytes", "instructions_worst", "stack_worst", "ram_program",
     "flash_program",
-)  # fmt: skip
+)
 TOLERANCE = 3  # percent
 
 
@@ -156,15 +148,12 @@ class Comparison:
 def compare(table: Iterable[Row], measured: Iterable[Row]) -> Comparison:
     before = {row.key: row for row in table}
     now = {row.key: row for row in measured}
-    changed = [
-        change for key, row in now.items() if key in before for change in changes(before[key], row)
-    ]
+    changed = [change for key, row in now.items() if key in before for change in changes(before[key], row)]
     return Comparison(
         worse=[change for change in changed if change.is_worse],
         better=[change for change in changed if change.is_better],
         not_measured=[row for key, row in before.items() if key not in now],
-        not_in_table=[row for key, row in now.items() if key not in before],
-    )
+        not_in_table=[row for key, row in now.items() if key not in before])
 
 
 def changes(before: Row, now: Row) -> Iterator[Change]:

@@ -138,11 +138,6 @@ def riscv_push(i: Instruction) -> int | None:
 
 
 TIMING: dict[str, Timing] = {
-    "m0": (m0_cycles, 2),
-    "m3": (m3_cycles, 2),
-    "m4f": (m4_cycles, 2),
-    "m7": (m7_cycles, 1),
-    "m33": (m4_cycles, 1),
-    "rv32": (rv32_cycles, 2),
-}
+    "m0": (m0_cycles, 2), "m3": (m3_cycles, 2), "m4f": (m4_cycles, 2), "m7": (m7_cycles, 1), "m33": (m4_cycles, 1),
+    "rv32": (rv32_cycles, 2)}
 PUSH = {"arm": arm_push, "riscv": riscv_push}

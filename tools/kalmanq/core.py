@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from kalmanq._core import ffi, lib
 from kalmanq.errors import KalmanqError, KalmanqWarning
 
-__all__ = ["ARITHMETICS", "Arithmetic", "EVENTS", "arithmetic_of", "ffi", "lib", "require", "warn_of"]
 
 EVENTS = {
     lib.KQ_EVENT_REDUNDANT: ("redundant", "a measurement was not taken: its innovation variance is rounding"),

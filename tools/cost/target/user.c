@@ -60,33 +60,20 @@ kq_status SIZED(user_smooth_step)(T(kq_history) * h, const T(kq_process) * p,
 
 #include "user.h"
 
-/* With what is past: predict, update, and the past anew, LAG steps back or the chosen instant. */
-kq_status T(user_lag)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
-                      const T(kq_sensor) * s, const word *z)
-{
-    T(kq_filter) view;
-    kq_status status = T(kq_predict)(f, p, NULL);
-    if (!status) status = T(kq_update)(f, s, z);
-    return status ? status : T(kq_lagged)(past, LAG, &view);
-}
+/* A sample: predict, update, and then what is past anew, LAG steps back or the chosen instant. */
+#define SAMPLE(name, object, answer)                                                               \
+    kq_status T(user_##name)(T(object) * past, const T(kq_process) * p, T(kq_filter) * f,          \
+                             const T(kq_sensor) * s, const word *z)                                \
+    {                                                                                              \
+        T(kq_filter) view;                                                                         \
+        kq_status status = T(kq_predict)(f, p, NULL);                                              \
+        if (!status) status = T(kq_update)(f, s, z);                                               \
+        return status ? status : answer;                                                           \
+    }
 
-kq_status T(user_lag_states)(T(kq_lag) * past, const T(kq_process) * p, T(kq_filter) * f,
-                             const T(kq_sensor) * s, const word *z)
-{
-    T(kq_filter) view;
-    kq_status status = T(kq_predict)(f, p, NULL);
-    if (!status) status = T(kq_update)(f, s, z);
-    return status ? status : T(kq_lagged_states)(past, LAG, &view);
-}
-
-kq_status T(user_point)(T(kq_instant) * start, const T(kq_process) * p, T(kq_filter) * f,
-                        const T(kq_sensor) * s, const word *z)
-{
-    T(kq_filter) view;
-    kq_status status = T(kq_predict)(f, p, NULL);
-    if (!status) status = T(kq_update)(f, s, z);
-    return status ? status : T(kq_instant_smooth)(start, &view);
-}
+SAMPLE(lag, kq_lag, T(kq_lagged)(past, LAG, &view))
+SAMPLE(lag_states, kq_lag, T(kq_lagged_states)(past, LAG, &view))
+SAMPLE(point, kq_instant, T(kq_instant_smooth)(past, &view))
 
 /* With scales of the noises that adapt: predict and update. */
 kq_status T(user_adapted)(T(kq_filter) * f, const T(kq_process) * p, const T(kq_sensor) * s,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
@@ -11,7 +10,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from kalmanq.commands.messages import REFUSED
+from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, command_of, read_any
 from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
@@ -21,19 +20,19 @@ from kalmanq.run import checks as linear
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = ANY_MODEL
     data: Optional[Path] = typer.Argument(None, metavar="[DATA.csv]", help="Of a nonlinear model: what to look along.")
     json: bool = JSON
 
 
-def check(asked: Asked, console: Console) -> None:
-    if asked.data is not None and asked.model.suffix != ".py":
-        raise KalmanqError(f"{asked.data}: a linear model is checked without data")
-    model = read_any(asked.model)
-    made = linear.findings(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(asked, model))
-    if asked.json:
-        print(json.dumps({one.subject: {"good": one.is_good, "said": one.said} for one in made}, indent=2))
+def check(options: Options, console: Console) -> None:
+    if options.data is not None and options.model.suffix != ".py":
+        raise KalmanqError(f"{options.data}: a linear model is checked without data")
+    model = read_any(options.model)
+    made = linear.findings(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
+    if options.json:
+        print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:
         console.print(f"{model.name}: {model.n} states, {model.m} measurements, {model.l} controls")
         for one in made:
@@ -42,11 +41,11 @@ def check(asked: Asked, console: Console) -> None:
         raise SystemExit(REFUSED)
 
 
-def _rows(asked: Asked, model: nonlinear.NonlinearModel) -> Optional[nonlinear.Rows]:
-    if asked.data is None:
+def _rows(options: Options, model: nonlinear.NonlinearModel) -> Optional[nonlinear.Rows]:
+    if options.data is None:
         return None
-    z, u = tables.measurements_and_controls(asked.data, model)
+    z, u = tables.measurements_and_controls(options.data, model)
     return z, np.zeros((len(z), 0)) if u is None else u
 
 
-command = command_of(Asked, check)
+command = command_of(Options, check)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
@@ -12,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, DATA, JSON, command_of, read_any
 from kalmanq.data import tables
 from kalmanq.model import Model
@@ -23,56 +23,53 @@ SHOWN = 4  # states in the table; the JSON has all
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = ANY_MODEL
     data: Path = DATA
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
     json: bool = JSON
 
 
-def compare_file(asked: Asked, console: Console) -> None:
-    model = read_any(asked.model)
+def compare_file(options: Options, console: Console) -> None:
+    model = read_any(options.model)
     if isinstance(model, Model):
-        z, u = tables.measurements_and_controls(asked.data, model)
+        z, u = tables.measurements_and_controls(options.data, model)
         errors, figures = compare(model, z, u)
-        _draw(asked, errors)
-        if asked.json:
-            print(json.dumps(figures, indent=2))
-            return
+        _draw(options, errors)
+        if options.json:
+            return print_json(figures)
         console.print(_table(figures, model.name, len(z)))
     else:
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
-        z, u, truth = tables.measurements_controls_and(asked.data, model, true_states)
+        z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
         errors, figures = arithmetics(model, z, u)
         found = compare_methods(model, z, u, truth)
-        _draw(asked, errors)
-        if asked.json:
-            print(json.dumps({"arithmetics": figures, "methods": found}, indent=2))
-            return
+        _draw(options, errors)
+        if options.json:
+            return print_json({"arithmetics": figures, "methods": found})
         console.print(_table(figures, model.name, len(z)))
         _tell_methods(model, found, len(z), truth is not None, console)
-    if asked.plot:
-        console.print(f"wrote {asked.plot}")
+    tell_written([options.plot], console)
 
 
-def _draw(asked: Asked, errors: dict[str, np.ndarray]) -> None:
-    if asked.plot:
+def _draw(options: Options, errors: dict[str, np.ndarray]) -> None:
+    if options.plot:
         from kalmanq.pages import pictures
 
-        pictures.save(pictures.draw_errors(errors), asked.plot, [asked.data, asked.model])
+        pictures.save(pictures.draw_errors(errors), options.plot, [options.data, options.model])
 
 
 def _table(figures: dict[str, dict], name: str, rows: int) -> Table:
-    table = Table("arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events",
-                  title=f"{name}: worst errors of {rows} rows beside double", title_justify="left")
+    made = table("arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events",
+                 title=f"{name}: worst errors of {rows} rows beside double")
     for name, of in figures.items():
         if "refused" in of:
-            table.add_row(name, of["refused"])
+            made.add_row(name, of["refused"])
         else:
-            table.add_row(name, f"{of['mean_error_in_sigma']:.2g}", f"{of['worst_row']}, {of['worst_state']}",
-                          f"{of['sigma_relative_error']:.2g}", f"{of['log_likelihood_error']:.2g}",
-                          ", ".join(of["events"]))
-    return table
+            made.add_row(name, f"{of['mean_error_in_sigma']:.2g}", f"{of['worst_row']}, {of['worst_state']}",
+                         f"{of['sigma_relative_error']:.2g}", f"{of['log_likelihood_error']:.2g}",
+                         ", ".join(of["events"]))
+    return made
 
 
 def _tell_methods(model: NonlinearModel, found: dict[str, dict], rows: int, is_known: bool, console: Console) -> None:
@@ -88,22 +85,22 @@ def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_
     shown = model.state_names[:SHOWN] if is_known else []
     known = ["NEES", "smoothed", *(f"RMS {name}" for name in shown)] if is_known else []
     said = "NIS a measurement" + (", NEES a state; RMS of smoothed states" if is_known else "")
-    table = Table("method", "NIS", "log-likelihood", *known, title_justify="left",
-                  title=f"{model.name}: methods in double, {rows} rows; {said}")
+    made = table("method", "NIS", "log-likelihood", *known,
+                 title=f"{model.name}: methods in double, {rows} rows; {said}")
     for method, of in found.items():
         if "refused" in of:
-            table.add_row(method, "refused")
+            made.add_row(method, "refused")
             continue
         cells = [_cell(of.get("nis_per_measurement"), ".3f"), _cell(of.get("log_likelihood"), ".2f")]
         if is_known:
             cells += [_cell(of.get("filtered_nees_per_state"), ".4g"), _cell(of["smoothed_nees_per_state"], ".4g")]
             cells += [f"{of['smoothed_rms'][name]:.4g}" for name in shown]
-        table.add_row(method + (" (!)" if of["warnings"] else ""), *cells)
-    return table
+        made.add_row(method + (" (!)" if of["warnings"] else ""), *cells)
+    return made
 
 
 def _cell(value: Optional[float], form: str) -> str:
     return "" if value is None else format(value, form)
 
 
-command = command_of(Asked, compare_file)
+command = command_of(Options, compare_file)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler.costs import estimates
 from kalmanq.compiler.files import texts_of
@@ -23,7 +23,7 @@ from kalmanq.model import model_file
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_proof.txt go beside it.")
     arithmetic: ChipArithmetic = typer.Option("f32", "--arith", help="The numbers that the chip will have.")
@@ -35,16 +35,16 @@ class Asked:
     json: bool = JSON
 
 
-def compile_file(asked: Asked, console: Console) -> None:
-    name = _name(asked.out)
-    model = model_file.read(asked.model)
+def compile_file(options: Options, console: Console) -> None:
+    name = _name(options.out)
+    model = model_file.read(options.model)
     with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(asked.arithmetic, name, asked.form, asked.partial, asked.nis, asked.lag,
-                                         asked.bound))
-        texts = texts_of(product, hashlib.sha256(asked.model.read_bytes()).hexdigest())
-    written = _write(asked, texts)
-    if asked.json:
-        print(json.dumps(_told(product, written), indent=2))
+        product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis,
+                                         options.lag, options.bound))
+        texts = texts_of(product, hashlib.sha256(options.model.read_bytes()).hexdigest())
+    written = _write(options, texts)
+    if options.json:
+        print_json(_told(product, written))
     else:
         _tell(product, written, console)
 
@@ -57,11 +57,11 @@ def _name(out: Path) -> str:
     return out.stem
 
 
-def _write(asked: Asked, texts: dict[str, str]) -> list[Path]:
-    paths = [asked.out.with_name(name) for name in texts]
+def _write(options: Options, texts: dict[str, str]) -> list[Path]:
+    paths = [options.out.with_name(name) for name in texts]
     with ExitStack() as stack:
         for path, text in zip(paths, texts.values()):
-            stack.enter_context(whole(path, [asked.model])).write_text(text, encoding="utf-8")
+            stack.enter_context(whole(path, [options.model])).write_text(text, encoding="utf-8")
     return paths
 
 
@@ -80,7 +80,7 @@ def _told(product: Product, written: list[Path]) -> dict:
                   "damped_settled": proof.track.last, "covariance": proof.track.covariance},
         "costs": {f"{core} {level}": asdict(cost) for (core, level), cost in estimates(plan).items()},
         "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
-        "files": [str(path) for path in written]}
+        "files": written}
 
 
 def _tell(product: Product, written: list[Path], console: Console) -> None:
@@ -99,8 +99,7 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
         console.print(f"  {line}")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")
-    for path in written:
-        console.print(f"wrote {path}")
+    tell_written(written, console)
 
 
-command = command_of(Asked, compile_file)
+command = command_of(Options, compile_file)

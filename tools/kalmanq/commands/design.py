@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import textwrap
 from contextlib import ExitStack
@@ -12,13 +11,13 @@ from typing import Optional, Sequence
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler.offers import COLUMNS, Offer, offers
 from kalmanq.compiler.proof_file import no_less
 from kalmanq.data import tables
-from kalmanq.data.files import whole
+from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import Source, identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
@@ -31,7 +30,7 @@ from kalmanq.run.parts import WAYS, Parts
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     core: choices("Core", CORES) = typer.Option(..., "--core", help="What it will run on.")
     data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="What it will be given; otherwise drawn.")
@@ -44,34 +43,34 @@ class Asked:
     json: bool = JSON
 
 
-def design_file(asked: Asked, console: Console) -> None:
-    model = model_file.read(asked.model)
-    made = _designs(asked, model)
-    chosen = made.chosen(asked.arithmetic, asked.way)
-    written = _write(asked, made, chosen) if chosen and asked.out else []
+def design_file(options: Options, console: Console) -> None:
+    model = model_file.read(options.model)
+    made = _designs(options, model)
+    chosen = made.chosen(options.arithmetic, options.way)
+    written = _write(options, made, chosen) if chosen and options.out else []
     compiled = offers(model, made.model)
-    if asked.json:
-        print(json.dumps(_told(made, compiled, chosen, written), indent=2))
+    if options.json:
+        print_json(_told(made, compiled, chosen, written))
     else:
         _tell(made, compiled, chosen, written, console)
     if not chosen:
-        raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(asked, made)}")
+        raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(options, made)}")
 
 
-def _designs(asked: Asked, model: Model) -> Designs:
-    flash, ram = PARTS[asked.core]
-    part = Part(asked.core, int(1024 * (asked.flash or flash)), int(1024 * (asked.ram or ram)))
-    records = [Record(*tables.measurements_and_controls(asked.data, model))] if asked.data else []
+def _designs(options: Options, model: Model) -> Designs:
+    flash, ram = PARTS[options.core]
+    part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)))
+    records = [Record(*tables.measurements_and_controls(options.data, model))] if options.data else []
     ranged, notes = with_ranges(model, records)
     return design(ranged, part, records or draw(ranged), notes)
 
 
-def _reason(asked: Asked, made: Designs) -> str:
-    ways = [one for one in made.ways if asked.arithmetic in (None, one.arithmetic) and asked.way in (None, one.way)]
+def _reason(options: Options, made: Designs) -> str:
+    ways = [one for one in made.ways if options.arithmetic in (None, one.arithmetic) and options.way in (None, one.way)]
     if not ways:
         refused = [trial.refused for trial in made.trials.values() if trial.refused]
         lean = [f"lean: {one.refused}" for name, one in made.lean.items()
-                if asked.way == "lean" and asked.arithmetic in (None, name) and one.refused]
+                if options.way == "lean" and options.arithmetic in (None, name) and one.refused]
         return (lean or refused or ["there is no such way to run it"])[0]
     fitting = [one for one in ways if one.fits]
     if not fitting:
@@ -84,21 +83,18 @@ def _reason(asked: Asked, made: Designs) -> str:
 # ------------------------------------------------------------------------------ the files
 
 
-def _write(asked: Asked, made: Designs, chosen: Way) -> list[Path]:
-    assert asked.out is not None
-    if not asked.out.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    text = source(Parts(made.model, chosen.arithmetic), chosen.way, asked.name or identifier(made.model.name),
+def _write(options: Options, made: Designs, chosen: Way) -> list[Path]:
+    require_folder(options.out)
+    text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
                   _remarks(made, chosen))
-    return _written(asked, text)
+    return _written(options, text)
 
 
-def _written(asked: Asked, text: Source) -> list[Path]:
-    assert asked.out is not None
-    files = [(asked.out / f"{text.name}.h", text.header), (asked.out / f"{text.name}.c", text.text)]
+def _written(options: Options, text: Source) -> list[Path]:
+    files = [(options.out / f"{text.name}.h", text.header), (options.out / f"{text.name}.c", text.text)]
     with ExitStack() as stack:
         for path, content in files:
-            stack.enter_context(whole(path, [asked.model])).write_text(content, encoding="utf-8")
+            stack.enter_context(whole(path, [options.model])).write_text(content, encoding="utf-8")
     return [path for path, _ in files]
 
 
@@ -114,7 +110,6 @@ def _remarks(made: Designs, chosen: Way) -> list[str]:
 def _accuracy(trial: Trial) -> str:
     """Of the very reading that the header names"""
     reading = trial.reading
-    assert reading is not None
     T, times = trial.arithmetic, f"{math.ceil(10 * reading.times) / 10:g}"
     return f"kq_mean_{T} alone is within {no_less(reading.within)} sigma of double's mean while states are within " \
            f"their ranges. Its 32 bits lose {no_less(reading.low)} at most, which kq_mean_low_{T} has. The rest is {times} " \
@@ -141,7 +136,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                    for one in which}, "notes": [str(one) for one in made.notes],
         "chosen_ranges": [asdict(one) for one in made.notes],
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],
-        "trials": {name: {"worst": trial.worst.tolist(), "rms": trial.rms.tolist(), "warnings": trial.warnings,
+        "trials": {name: {"worst": trial.worst, "rms": trial.rms, "warnings": trial.warnings,
                           "kq_mean": _reading(trial)}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
@@ -150,7 +145,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "lean": {name: asdict(one) for name, one in made.lean.items()},
         "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
-        "files": [str(path) for path in written]}
+        "files": written}
 
 
 def _reading(trial: Trial) -> Optional[dict]:
@@ -172,60 +167,55 @@ def _formats(made: Designs) -> list[tuple[str, str, float, float]]:
 def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], written: list[Path],
           console: Console) -> None:
     console.print(f"{made.model.name} on {CORES[made.part.core]}, {made.part.flash // 1024} kB of flash and "
-                  f"{made.part.ram / 1024:g} kB of RAM", markup=False)
+                  f"{made.part.ram / 1024:g} kB of RAM")
     for note in made.notes:
-        console.print(f"  {note}", markup=False)
+        console.print(f"  {note}")
     _tell_formats(made, console)
     _tell_ways(made, chosen, console)
     _tell_compiled(made, compiled, console)
     for trial in made.trials.values():
         for warning in trial.warnings:
-            console.print(f"  warning: {warning}", markup=False)
+            console.print(f"  warning: {warning}")
     if chosen:
-        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {WAYS[chosen.way]}", markup=False)
-    for path in written:
-        console.print(f"wrote {path}", markup=False)
+        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {WAYS[chosen.way]}")
+    tell_written(written, console)
 
 
 def _tell_formats(made: Designs, console: Console) -> None:
     rows = _formats(made)
     if not rows:
         return
-    table = Table("state", "largest |mean|", "range", "format", "headroom, bits", "last bit",
-                  title="formats of q31", title_justify="left")
+    shown = table("state", "largest |mean|", "range", "format", "headroom, bits", "last bit", title="formats of q31")
     for one, span, row in zip(made.model.states, made.reached.states, rows):
-        table.add_row(one.label, f"{span:.3g}", f"{one.range:g}", row[1], f"{row[2]:g}", f"{row[3]:.2g}")
-    console.print(table)
+        shown.add_row(one.label, f"{span:.3g}", f"{one.range:g}", row[1], f"{row[2]:g}", f"{row[3]:.2g}")
+    console.print(shown)
 
 
 def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
-    table = Table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits",
-                  "worst error, sigma", title="ways to run it (bytes beside a program without a filter)",
-                  title_justify="left")
+    shown = table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits", "worst error, sigma",
+                  title="ways to run it (bytes beside a program without a filter)")
     for one in made.ways:
-        table.add_row("*" if one is chosen else "", one.arithmetic, one.way, str(one.cost.instructions),
-                      str(one.cost.flash), str(one.cost.ram), str(one.cost.stack), "yes" if one.fits else "no",
-                      f"{one.trial.worst.max(initial=0):.1e}")
-    console.print(table)
+        shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *map(str, asdict(one.cost).values()),
+                      "yes" if one.fits else "no", f"{one.trial.worst.max(initial=0):.1e}")
+    console.print(shown)
     ways = "; sizes: -Isrc/fixed_size, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
-                  f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.", markup=False)
+                  f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.")
     if chosen:
-        console.print(f"  {_accuracy(chosen.trial)}", markup=False)
+        console.print(f"  {_accuracy(chosen.trial)}")
     for name, lean in made.lean.items():
-        console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}", markup=False)
+        console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}")
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
-    table = Table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)",
-                  title_justify="left")
+    shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)")
     for one in compiled:
-        table.add_row(*one.cells(made.part.core))
-    console.print(table)
+        shown.add_row(*one.cells(made.part.core))
+    console.print(shown)
     for one in compiled:
         unpaid = [] if not one.plan or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):
-            console.print(f"  compiled in {one.arithmetic}: {remark}", markup=False)
+            console.print(f"  compiled in {one.arithmetic}: {remark}")
 
 
-command = command_of(Asked, design_file)
+command = command_of(Options, design_file)

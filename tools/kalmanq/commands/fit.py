@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Iterator, List, Optional
@@ -13,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kalmanq.commands.messages import NO_MAXIMUM, stop
+from kalmanq.commands.messages import NO_MAXIMUM, print_json, stop, tell_written
 from kalmanq.commands.options import JSON, MODEL, choices, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, whole
@@ -31,7 +30,7 @@ Form = choices("Form", FORMS)
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file.")
     free: str = typer.Option("Q,R", "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0].")
@@ -48,60 +47,59 @@ class Asked:
     json: bool = JSON
 
 
-def fit_files(asked: Asked, console: Console) -> None:
+def fit_files(options: Options, console: Console) -> None:
     """The best point is written, whether or not it is a maximum."""
-    _require_two_outputs(asked)
-    model = model_file.read(asked.model)
-    free, held = free_and_held(asked.free, asked.hold, model)
+    _require_two_outputs(options)
+    model = model_file.read(options.model)
+    free, held = free_and_held(options.free, options.hold, model)
     if not free:
         raise KalmanqError("--free: names nothing")
     require_units(model, free, held)
-    records = [tables.measurements_and_controls(path, model) for path in asked.data]
-    found = _fit(asked, console, model, records, free, held)
-    inputs = [asked.model, *asked.data]
-    if asked.out:
-        with whole(asked.out, inputs) as path:
+    records = [tables.measurements_and_controls(path, model) for path in options.data]
+    found = _fit(options, console, model, records, free, held)
+    inputs = [options.model, *options.data]
+    if options.out:
+        with whole(options.out, inputs) as path:
             path.write_text(model_file.text_of(found.model), encoding="utf-8")
-    if asked.plot:
+    if options.plot:
         from kalmanq.pages import pictures
 
-        pictures.save(pictures.draw_course(found, model.name), asked.plot, inputs)
-    _tell(asked, found, free, console)
-    if not found.is_settled:
-        stop(f"{asked.model}: {found.message}", NO_MAXIMUM)
+        pictures.save(pictures.draw_course(found, model.name), options.plot, inputs)
+    _tell(options, found, free, console)
+    if not found.converged:
+        stop(f"{options.model}: {found.message}", NO_MAXIMUM)
 
 
-def _require_two_outputs(asked: Asked) -> None:
-    refuse_one_output(asked.out, asked.plot)
-    if asked.plot:
+def _require_two_outputs(options: Options) -> None:
+    refuse_one_output(options.out, options.plot)
+    if options.plot:
         from kalmanq.pages import pictures
 
-        pictures.require_png(asked.plot)
+        pictures.require_png(options.plot)
 
 
-def _fit(asked: Asked, console: Console, model: Model, records: list[Any], free: list[str],
+def _fit(options: Options, console: Console, model: Model, records: list[Any], free: list[str],
          held: dict[str, np.ndarray]) -> Fit:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[now]}"))
-    with Progress(*columns, console=console, disable=asked.json or not console.is_terminal) as progress:
+    with Progress(*columns, console=console, disable=options.json or not console.is_terminal) as progress:
         task = progress.add_task("fit", total=None, now="")
         return fit(
-            model, [z for z, _ in records], free, u=[u for _, u in records], method=asked.method, held=held,
-            Q_form=asked.Q_form, R_form=asked.R_form, starts=asked.starts, seed=asked.seed,
-            iterations=asked.iterations, tolerance=asked.tolerance,
+            model, [z for z, _ in records], free, u=[u for _, u in records], method=options.method, held=held,
+            Q_form=options.Q_form, R_form=options.R_form, starts=options.starts, seed=options.seed,
+            iterations=options.iterations, tolerance=options.tolerance,
             report=lambda k, value: progress.update(task, now=f"{k} evaluations, log-likelihood {value:.6f}"))
 
 
 # ------------------------------------------------------------------------------ what came out
 
 
-def _tell(asked: Asked, found: Fit, free: list[str], console: Console) -> None:
-    if asked.json:
-        print(json.dumps(_for_machines(found, free), indent=2))
-        return
+def _tell(options: Options, found: Fit, free: list[str], console: Console) -> None:
+    if options.json:
+        return print_json(_for_machines(found, free))
     begun = f"{found.course[0]:.6g} -> " if found.course else ""
     console.print(f"log-likelihood {begun}{found.log_likelihood:.6f} in {len(found.course)} evaluations "
                   f"({found.evaluations} in all)")
-    if found.is_settled:
+    if found.converged:
         console.print(found.message)
     table = Table("parameter", "estimate", "standard error", box=None, pad_edge=False)
     for row in _rows(found, free):
@@ -111,9 +109,7 @@ def _tell(asked: Asked, found: Fit, free: list[str], console: Console) -> None:
         console.print("standard errors: from the exact Hessian of the log-likelihood")
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
-    for path in (asked.out, asked.plot):
-        if path:
-            console.print(f"wrote {path}")
+    tell_written((options.out, options.plot), console)
 
 
 def _rows(found: Fit, free: list[str]) -> Iterator[tuple[str, str, str]]:
@@ -132,21 +128,10 @@ def _number(value: float) -> str:
 
 
 def _for_machines(found: Fit, free: list[str]) -> dict[str, Any]:
-    return {
-        "log_likelihood": _or_none(found.log_likelihood), "settled": found.is_settled, "message": found.message,
-        "distance": _or_none(found.distance), "evaluations": found.evaluations,
-        "course": [_or_none(value) for value in found.course], "em_evaluations": found.em_evaluations,
-        "boundary": list(found.boundary), "undetermined": list(found.undetermined),
-        **{name: getattr(found.model, name).tolist() for name in free},
-        "standard_errors": {name: _nested(errors.tolist()) for name, errors in found.standard_errors.items()}}
+    told = {name: getattr(found, name) for name in (
+        "log_likelihood", "converged", "message", "distance", "evaluations", "course", "em_evaluations", "boundary",
+        "undetermined")}
+    return {**told, **{name: getattr(found.model, name) for name in free}, "standard_errors": found.standard_errors}
 
 
-def _or_none(value: float) -> Optional[float]:
-    return float(value) if np.isfinite(value) else None
-
-
-def _nested(given: Any) -> Any:
-    return [_nested(one) for one in given] if isinstance(given, list) else _or_none(given)
-
-
-command = command_of(Asked, fit_files)
+command = command_of(Options, fit_files)

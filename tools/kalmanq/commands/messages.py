@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import sys
 import warnings
 from contextlib import contextmanager
-from typing import Any, Iterator, Optional
+from typing import Any, Iterable, Iterator, Optional
 
 from rich.console import Console
+from rich.table import Table
 
 from kalmanq.errors import KalmanqError, KalmanqWarning
 
@@ -68,6 +71,30 @@ def stop(line: str, code: int = REFUSED) -> None:
 
 def _shown(line: str) -> str:
     return "".join(c if c.isprintable() else " " for c in line)
+
+
+def print_json(told: Any) -> None:
+    """For machines; what is NaN or infinite, which JSON has no word for, is null."""
+    print(json.dumps(_plain(told), indent=2))
+
+
+def _plain(told: Any) -> Any:
+    """In words of JSON: arrays, their numbers and paths, too"""
+    if isinstance(told, dict):
+        return {key: _plain(one) for key, one in told.items()}
+    told = os.fspath(told) if isinstance(told, os.PathLike) else told.tolist() if hasattr(told, "tolist") else told
+    if isinstance(told, (list, tuple)):
+        return [_plain(one) for one in told]
+    return None if isinstance(told, float) and not math.isfinite(told) else told
+
+
+def table(*columns: str, title: str) -> Table:
+    return Table(*columns, title=title, title_justify="left")
+
+
+def tell_written(paths: Iterable[Any], console: Console) -> None:
+    for path in filter(None, paths):
+        console.print(f"wrote {path}")
 
 
 def console() -> Console:

@@ -51,16 +51,16 @@ LAYOUT = {
 READ = ("data", "controls")  # fields that are files of data
 
 
-def command_of(asked: Any, perform: Callable[[Any, Console], None]) -> Callable[..., None]:
-    """A function for typer.  The fields of the dataclass `asked` are its options: `perform` gets one of it, with a Source
+def command_of(Options: Any, perform: Callable[[Any, Console], None]) -> Callable[..., None]:
+    """A function for typer.  The fields of the dataclass `Options` are the options: `perform` gets one of it, with a Source
     for each file of data."""
-    hints, own = get_type_hints(asked), [one.name for one in fields(asked)]
-    options = {one.name: (hints[one.name], one.default) for one in fields(asked)}
-    reads = [name for name in READ if name in options]
+    hints, own = get_type_hints(Options), [one.name for one in fields(Options)]
+    parameters = {one.name: (hints[one.name], one.default) for one in fields(Options)}
+    reads = [name for name in READ if name in parameters]
     if reads:
-        last = options.popitem()
-        options.update(LAYOUT)
-        options.update([last])
+        last = parameters.popitem()
+        parameters.update(LAYOUT)
+        parameters.update([last])
 
     def command(**given: Any) -> None:
         with told_in_one_line():
@@ -71,12 +71,12 @@ def command_of(asked: Any, perform: Callable[[Any, Console], None]) -> Callable[
         paths = [path for name in ("data", "out", "plot", "controls")
                  for path in (made.get(name) if isinstance(made.get(name), list) else [made.get(name)])]
         with told_in_one_line(made.get("model"), *paths):
-            perform(asked(**made), console())
+            perform(Options(**made), console())
 
     command.__signature__ = inspect.Signature([  # type: ignore[attr-defined]
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-        for name, (kind, default) in options.items()])
-    command.__annotations__ = {name: kind for name, (kind, _) in options.items()}
+        for name, (kind, default) in parameters.items()])
+    command.__annotations__ = {name: kind for name, (kind, _) in parameters.items()}
     return command
 
 
@@ -92,7 +92,3 @@ def _source(given: Any, layout: Any) -> Any:
 def read_any(path: Path) -> AnyModel:
     """A linear model of a TOML file, a nonlinear one of a Python file."""
     return nonlinear_file.read(path) if Path(path).suffix == nonlinear_file.SUFFIX else model_file.read(path)
-
-
-__all__ = ["ANY_MODEL", "ARITHMETIC", "AnyModel", "Arithmetic", "ChipArithmetic", "DASK", "DATA", "FRESH",
-           "JSON", "MODEL", "WORKERS", "choices", "command_of", "read_any"]

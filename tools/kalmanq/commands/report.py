@@ -8,41 +8,32 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import ARITHMETIC, DATA, MODEL, Arithmetic, command_of
 from kalmanq.data import tables
-from kalmanq.data.files import whole
-from kalmanq.errors import KalmanqError
+from kalmanq.data.files import refuse_output, whole
 from kalmanq.model import model_file
 from kalmanq.pages import report, verdict
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = MODEL
     data: Path = DATA
     out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
     arithmetic: Arithmetic = ARITHMETIC
 
 
-def report_file(asked: Asked, console: Console) -> None:
-    _refuse(asked)
-    model = model_file.read(asked.model)
-    z, u = tables.measurements_and_controls(asked.data, model, has_to_fit=asked.arithmetic == "q31")
-    study = report.made_of(model, z, u, asked.arithmetic)
-    text = report.page_of(study, asked.model, asked.data.name)
-    with whole(asked.out, [asked.model, asked.data]) as path:
+def report_file(options: Options, console: Console) -> None:
+    refuse_output(options.out, [options.model, options.data])
+    model = model_file.read(options.model)
+    z, u = tables.measurements_and_controls(options.data, model, has_to_fit=options.arithmetic == "q31")
+    study = report.made_of(model, z, u, options.arithmetic)
+    text = report.page_of(study, options.model, options.data.name)
+    with whole(options.out, [options.model, options.data]) as path:
         path.write_text(text, encoding="utf-8")
-    console.print(verdict.headline(study.found), markup=False)
-    console.print(f"wrote {asked.out}", markup=False)
+    console.print(verdict.headline(study.found))
+    tell_written([options.out], console)
 
 
-def _refuse(asked: Asked) -> None:
-    """What writing would refuse in the end."""
-    if not asked.out.parent.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    for one in (asked.model, asked.data):
-        if asked.out.exists() and one.exists() and asked.out.samefile(one):
-            raise KalmanqError(f"{asked.out}: is an input; write to another file")
-
-
-command = command_of(Asked, report_file)
+command = command_of(Options, report_file)

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 import warnings
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Iterator, Optional
+from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
     ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
 from kalmanq.core import names_of
 from kalmanq.data import tables
-from kalmanq.data.files import refuse_one_output
+from kalmanq.data.files import refuse_one_output, refuse_output
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
@@ -37,7 +36,7 @@ LOOKED_AT = 10  # rows at which a nonlinear model's own Jacobians are compared w
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = ANY_MODEL
     data: Path = DATA
     arithmetic: Arithmetic = ARITHMETIC
@@ -54,247 +53,205 @@ class Asked:
     json: bool = JSON
 
 
-@dataclass
-class Summary:
-    """What is told of all rows."""
-
-    rows: int = 0
-    taken: int = 0
-    missing: int = 0
-    nis: float = 0.0
-    events: int = 0
-    log_likelihood: float = 0.0
-    filter: Any = None
-    kept: list[Run] = field(default_factory=list)  # for the picture
+def run_file(options: Options, console: Console) -> None:
+    model = read_any(options.model)
+    _refuse(options, model)
+    _FileRun(options, model).perform(console)
 
 
-def run_file(asked: Asked, console: Console) -> None:
-    model = read_any(asked.model)
-    _refuse(asked, model)
-    summary = Summary()
-    shown: list[np.ndarray] = []
-    with ExitStack() as stack:
-        writer = None
-        is_streamed = asked.smooth and isinstance(model, Model)
-        for first, z, run in (_smoothed_runs if is_streamed else _runs)(asked, model, summary, stack):
-            if asked.plot:
-                summary.kept.append(run)
-                shown.append(z)
-            if asked.out:
-                columns = {"step": np.arange(first, first + len(run)), **run.columns()}
-                if writer is None:
-                    writer = stack.enter_context(tables.Writer(asked.out, list(columns), [asked.data, asked.model]))
-                writer.write(list(columns.values()))
-        filter_ = _finish(summary)
-        ahead = _ahead(filter_, asked.forecast)
-        if asked.plot:
-            _plot(asked, model, summary, np.vstack(shown), ahead)
-    _tell(asked, model, filter_, summary, ahead, console)
-
-
-def _refuse(asked: Asked, model: AnyModel) -> None:
+def _refuse(options: Options, model: AnyModel) -> None:
     if isinstance(model, NonlinearModel):
-        for name, is_given in (("--lag", asked.lag is not None), ("--forecast", asked.forecast > 0),
-                               ("--robust", asked.robust is not None), ("--as", asked.way is not None)):
+        for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
+                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
             if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
-        if asked.iterate is not None and asked.method not in ("iterated", "posterior"):
+        if options.iterate is not None and options.method not in ("iterated", "posterior"):
             raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
-        if asked.passes is not None and not asked.smooth:
+        if options.passes is not None and not options.smooth:
             raise KalmanqError("--passes: of --smooth")
     else:
-        for name, given in (("--method", asked.method), ("--iterate", asked.iterate), ("--passes", asked.passes)):
+        for name, given in (("--method", options.method), ("--iterate", options.iterate), ("--passes", options.passes)):
             if given is not None:
                 raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
-        _refuse_way(asked)
-    if asked.smooth and asked.lag is not None:
+        _refuse_way(options)
+    if options.smooth and options.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
-    if asked.smooth and asked.robust:
+    if options.smooth and options.robust:
         raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
-    if asked.robust == "jump" and asked.lag is not None:
-        raise KalmanqError(f"--lag and --robust {asked.robust}: a lag cannot follow it")
-    refuse_one_output(asked.out, asked.plot)
-    for path in (asked.out, asked.plot):
-        if path and not path.parent.is_dir():
-            raise KalmanqError(f"{path}: there is no such folder")
-
-
-def _refuse_way(asked: Asked) -> None:
-    """A design is a filter in numbers of a chip: what it has not, cannot be run as it."""
-    for name, is_given in (("--arith f64", asked.arithmetic == "f64"), ("--smooth", asked.smooth),
-                           ("--lag", asked.lag is not None)):
-        if asked.way and is_given:
-            raise KalmanqError(f"--as {asked.way} and {name}: a design is a filter in f32 or q31")
-
-
-def _refuse_picture(rows: int) -> None:
-    if rows > PLOTTED:
-        raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
-
-
-def _warn_of_jacobians(asked: Asked, model: NonlinearModel, run: Run, u: Optional[np.ndarray]) -> None:
-    """Wrong ones make wrong numbers without a word: the first rows are looked at."""
-    controls = np.zeros((len(run), 0)) if u is None else u
-    for entry in wrong_entries(model, points_along(run.mean[:LOOKED_AT], controls)):
-        warnings.warn(f"{asked.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
-
-
-def _filter(asked: Asked, model: AnyModel) -> Any:
-    if isinstance(model, NonlinearModel):
-        method, count = asked.method or "extended", asked.iterate or ITERATIONS
-        if asked.smooth:
-            return NonlinearSmoother(model, asked.arithmetic, method, count, asked.passes or 1)
-        return NonlinearFilter(model, asked.arithmetic, method, count)
-    if asked.lag is not None:
-        return LagSmoother(model, asked.lag, asked.arithmetic)
-    return Filter(model, asked.arithmetic, way=asked.way or "")
-
-
-def _runs(asked: Asked, model: AnyModel, summary: Summary, _: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
-    """The first row's number, measurements, and what was made of them, in blocks"""
-    summary.filter = _filter(asked, model)
-    robust = Robust(asked.robust) if asked.robust else None
-    for first, row, z, u in _blocks(asked, model):
-        run = _run(asked, summary.filter, z, u, robust, row)
-        if first == 0 and isinstance(model, NonlinearModel) and asked.method not in BY_POINTS:
-            _warn_of_jacobians(asked, model, run, u)
-        _count(asked, summary, run, z)
-        yield first, z, run
-
-
-def _smoothed_runs(asked: Asked, model: Model, summary: Summary,
-                   stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
-    """The same of a smoother, which goes through all rows and back"""
-    beside = asked.out is not None and (asked.out.is_file() or not asked.out.exists())
-    folder = asked.out.resolve().parent if beside and asked.out else Path(tempfile.gettempdir())
-    smoother = stack.enter_context(StreamedSmoother(model, asked.arithmetic, folder, BLOCK))
-    begin = 0  # the first row's line
-    for first, row, z, u in _blocks(asked, model):
-        begin = begin or row
-        smoother.add(z, u)
-    for first, z, u in smoother.rows():
-        run = _run(asked, smoother, z, u, None, begin + first)
-        _count(asked, summary, run, z)
-    summary.filter = smoother.filter
-    for first, z, run in smoother.smoothed():
-        summary.events |= run.events
-        yield first, z, run
-
-
-def _blocks(asked: Asked, model: AnyModel) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
-    """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
-    blocks = tables.read(asked.data, [*model.measurements, *model.controls], BLOCK, has_to_fit=asked.arithmetic == "q31")
-    if asked.smooth and isinstance(model, NonlinearModel):
-        blocks = iter([tables.joined(list(blocks))])
-    first = 0
-    for block in blocks:
-        z, u = tables.split(block, model, asked.data)
-        yield first, block.first_row, z, u
-        first += len(z)
-
-
-def _run(asked: Asked, filter_: Any, z: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust],
-         row: int) -> Run:
-    try:
-        if isinstance(filter_, StreamedSmoother):
-            return filter_.take(z, u)
-        if isinstance(filter_, (NonlinearFilter, NonlinearSmoother)):
-            return filter_.run(z, u)
-        return filter_.run(z, u, robust=robust)
-    except KalmanqError as problem:
-        if problem.row is None:
-            raise
-        text = str(problem).split(": ", 1)[1]
-        raise KalmanqError(f"{asked.data}: row {row + problem.row}: {text}", problem.status) from problem
-
-
-def _count(asked: Asked, summary: Summary, run: Run, z: np.ndarray) -> None:
-    assert run.taken is not None and run.nis is not None and run.log_likelihood is not None
-    summary.rows += len(run)
-    summary.taken += int(run.taken.clip(0).sum())
-    summary.missing += int(np.isnan(z).sum())
-    summary.nis += float(np.nansum(run.nis))
-    summary.log_likelihood += float(np.sum(run.log_likelihood))
-    summary.events |= run.events
-    if asked.plot:
-        _refuse_picture(summary.rows)
-
-
-def _finish(summary: Summary) -> Any:
-    if summary.rows == 0:
-        raise KalmanqError("no rows")
-    return summary.filter
-
-
-def _ahead(filter_: Any, steps: int) -> list[Filter]:
-    source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
-    return [source.forecast(k) for k in range(1, steps + 1)] if steps else []
-
-
-def _plot(asked: Asked, model: AnyModel, summary: Summary, z: np.ndarray, ahead: list[Filter]) -> None:
-    from kalmanq.pages import pictures
-
-    whole = summary.kept[0]
-    for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
-                 "innovation_sigma"):
-        parts = [getattr(run, name) for run in summary.kept]
-        setattr(whole, name, None if parts[0] is None else np.vstack(parts))
-    band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
-    assert asked.plot is not None
-    pictures.save(pictures.draw_run(whole, z, band), asked.plot, [asked.data, asked.model])
-
-
-def _tell(asked: Asked, model: AnyModel, filter_: Any, summary: Summary, ahead: list[Filter], console: Console) -> None:
-    source = filter_.last if isinstance(filter_, NonlinearSmoother) else filter_
-    told = {
-        "model": model.name, "arithmetic": asked.arithmetic, "way": asked.way, "rows": summary.rows, "taken": summary.taken,
-        "missing": summary.missing, "log_likelihood": summary.log_likelihood,
-        "nis_per_measurement": summary.nis / summary.taken if summary.taken else None,
-        "events": names_of(summary.events), "states": [state.name for state in model.states],
-        "mean": source.mean.tolist(), "covariance": source.covariance.tolist(),
-        "forecast": [{"mean": f.mean.tolist(), "covariance": f.covariance.tolist()} for f in ahead],
-    }
-    if isinstance(model, NonlinearModel):
-        told.update(_told_of_nonlinear(filter_))
-    if asked.json:
-        print(json.dumps(_no_nan(told), indent=2))
-        return
-    arithmetic = ", ".join(filter(None, (asked.arithmetic, told.get("method"), asked.way)))
-    table = Table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
-                  title=f"{model.name}: after {summary.rows} rows, {arithmetic}", title_justify="left")
-    for i, state in enumerate(model.states):
-        cells = [f"{source.mean[i]:.6g}", f"{source.sigma[i]:.3g}"]
-        cells += [f"{ahead[-1].mean[i]:.6g}", f"{ahead[-1].sigma[i]:.3g}"] if ahead else []
-        table.add_row(state.label, *cells)
-    console.print(table)
-    ratio = f", NIS {summary.nis / summary.taken:.3f} a measurement (1 if the model is right)" if summary.taken else ""
-    console.print(f"log-likelihood {summary.log_likelihood:.6f}; {summary.taken} measurements taken, "
-                  f"{summary.missing} missing{ratio}")
-    if told.get("passes", 1) > 1:
-        console.print(f"{told['passes']} passes of the smoother, "
-                      + ("settled" if told["is_settled"] else "not settled: take no more from them than from the first"
-                         if told["halvings"] else "not settled"))
-    if summary.events:
-        console.print("events: " + ", ".join(names_of(summary.events)))
-    for path in (asked.out, asked.plot):
+    if options.robust == "jump" and options.lag is not None:
+        raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it")
+    refuse_one_output(options.out, options.plot)
+    for path in (options.out, options.plot):
         if path:
-            console.print(f"wrote {path}")
+            refuse_output(path)
 
 
-def _told_of_nonlinear(filter_: Any) -> dict[str, Any]:
-    if isinstance(filter_, NonlinearFilter) or filter_.passes == 1:
-        return {"method": filter_.method}
-    return {"method": filter_.method, "passes": filter_.passes_done, "is_settled": filter_.is_settled,
-            "objectives": filter_.objectives, "halvings": filter_.halvings}
+def _refuse_way(options: Options) -> None:
+    """A design is a filter in numbers of a chip: what it has not, cannot be run as it."""
+    for name, is_given in (("--arith f64", options.arithmetic == "f64"), ("--smooth", options.smooth),
+                           ("--lag", options.lag is not None)):
+        if options.way and is_given:
+            raise KalmanqError(f"--as {options.way} and {name}: a design is a filter in f32 or q31")
 
 
-def _no_nan(value: Any) -> Any:
-    """JSON has no NaN: null."""
-    if isinstance(value, dict):
-        return {key: _no_nan(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_no_nan(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+class _FileRun:
+    """A file on its way through a filter, and what is told of all its rows"""
+
+    def __init__(self, options: Options, model: AnyModel):
+        self.options, self.model = options, model
+        self.is_nonlinear = isinstance(model, NonlinearModel)
+        self.filter: Any = None
+        self.rows = self.taken = self.missing = self.events = 0
+        self.nis = self.log_likelihood = 0.0
+        self.kept: list[tuple[np.ndarray, Run]] = []  # for the picture: measurements, and what was made of them
+
+    def perform(self, console: Console) -> None:
+        options, write = self.options, None
+        with ExitStack() as stack:
+            made = self._smoothed(stack) if options.smooth and not self.is_nonlinear else self._filtered()
+            for first, z, run in made:
+                if options.plot:
+                    self.kept.append((z, run))
+                if options.out:
+                    columns = {"step": np.arange(first, first + len(run)), **run.columns()}
+                    write = write or stack.enter_context(
+                        tables.writing(options.out, list(columns), [options.data, options.model]))
+                    write(columns.values())
+            if not self.rows:
+                raise KalmanqError("no rows")
+            ahead = [self.last.forecast(k) for k in range(1, options.forecast + 1)]
+            if options.plot:
+                self._plot(ahead)
+        self._tell(ahead, console)
+
+    @property
+    def last(self) -> Any:
+        """The filter at the last row"""
+        return self.filter.last if isinstance(self.filter, NonlinearSmoother) else self.filter
+
+    def _filtered(self) -> Iterator[tuple[int, np.ndarray, Run]]:
+        """The first row's number, measurements, and what was made of them, in blocks"""
+        options = self.options
+        self.filter = _filter(options, self.model)
+        given = {} if self.is_nonlinear else {"robust": Robust(options.robust) if options.robust else None}
+        for first, row, z, u in self._blocks():
+            run = self._run(partial(self.filter.run, **given), z, u, row)
+            if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
+                self._warn_of_jacobians(run, u)
+            yield first, z, run
+
+    def _smoothed(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+        """The same of a smoother, which goes through all rows and back"""
+        options, out = self.options, self.options.out
+        folder = out.resolve().parent if out and (out.is_file() or not out.exists()) else Path(tempfile.gettempdir())
+        smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK))
+        begin = 0  # the first row's line
+        for first, row, z, u in self._blocks():
+            begin = begin or row
+            smoother.add(z, u)
+        for first, z, u in smoother.rows():
+            self._run(smoother.take, z, u, begin + first)
+        self.filter = smoother.filter
+        for first, z, run in smoother.smoothed():
+            self.events |= run.events
+            yield first, z, run
+
+    def _blocks(self) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
+        """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
+        options, model, first = self.options, self.model, 0
+        blocks = tables.read(options.data, [*model.measurements, *model.controls], BLOCK,
+                             has_to_fit=options.arithmetic == "q31")
+        if options.smooth and self.is_nonlinear:
+            blocks = iter([tables.joined(list(blocks))])
+        for block in blocks:
+            z, u = tables.split(block, model, options.data)
+            yield first, block.first_row, z, u
+            first += len(z)
+
+    def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], row: int) -> Run:
+        """The run of a block, counted; an error names the row of the file."""
+        try:
+            made = run(z, u)
+        except KalmanqError as problem:
+            if problem.row is None:
+                raise
+            text = str(problem).split(": ", 1)[1]
+            raise KalmanqError(f"{self.options.data}: row {row + problem.row}: {text}", problem.status) from problem
+        self.rows += len(made)
+        self.taken += int(made.taken.clip(0).sum())
+        self.missing += int(np.isnan(z).sum())
+        self.nis += float(np.nansum(made.nis))
+        self.log_likelihood += float(np.sum(made.log_likelihood))
+        self.events |= made.events
+        if self.options.plot and self.rows > PLOTTED:
+            raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
+        return made
+
+    def _warn_of_jacobians(self, run: Run, u: Optional[np.ndarray]) -> None:
+        """Wrong ones make wrong numbers without a word: the first rows are looked at."""
+        controls = np.zeros((len(run), 0)) if u is None else u
+        for entry in wrong_entries(self.model, points_along(run.mean[:LOOKED_AT], controls)):
+            warnings.warn(f"{self.options.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
+
+    def _plot(self, ahead: list[Filter]) -> None:
+        from kalmanq.pages import pictures
+
+        whole = self.kept[0][1]
+        for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
+                     "innovation_sigma"):
+            parts = [getattr(run, name) for _, run in self.kept]
+            setattr(whole, name, None if parts[0] is None else np.vstack(parts))
+        band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
+        picture = pictures.draw_run(whole, np.vstack([z for z, _ in self.kept]), band)
+        pictures.save(picture, self.options.plot, [self.options.data, self.options.model])
+
+    def _told(self, ahead: list[Filter]) -> dict[str, Any]:
+        told = {
+            "model": self.model.name, "arithmetic": self.options.arithmetic, "way": self.options.way, "rows": self.rows,
+            "taken": self.taken, "missing": self.missing, "log_likelihood": self.log_likelihood,
+            "nis_per_measurement": self.nis / self.taken if self.taken else None, "events": names_of(self.events),
+            "states": [state.name for state in self.model.states], "mean": self.last.mean,
+            "covariance": self.last.covariance,
+            "forecast": [{"mean": f.mean, "covariance": f.covariance} for f in ahead]}
+        if self.is_nonlinear:
+            told["method"] = self.filter.method
+        if isinstance(self.filter, NonlinearSmoother) and self.filter.passes > 1:
+            told.update(passes=self.filter.passes_done, is_settled=self.filter.is_settled,
+                        objectives=self.filter.objectives, halvings=self.filter.halvings)
+        return told
+
+    def _tell(self, ahead: list[Filter], console: Console) -> None:
+        options, last, told = self.options, self.last, self._told(ahead)
+        if options.json:
+            return print_json(told)
+        arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), options.way)))
+        made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
+                     title=f"{self.model.name}: after {self.rows} rows, {arithmetic}")
+        for i, state in enumerate(self.model.states):
+            made.add_row(state.label, *(cell for f in (last, *ahead[-1:])
+                                        for cell in (f"{f.mean[i]:.6g}", f"{f.sigma[i]:.3g}")))
+        console.print(made)
+        ratio = f", NIS {self.nis / self.taken:.3f} a measurement (1 if the model is right)" if self.taken else ""
+        console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
+                      f"{self.missing} missing{ratio}")
+        if told.get("passes", 1) > 1:
+            said = "settled" if told["is_settled"] else \
+                "not settled: take no more from them than from the first" if told["halvings"] else "not settled"
+            console.print(f"{told['passes']} passes of the smoother, {said}")
+        if self.events:
+            console.print("events: " + ", ".join(names_of(self.events)))
+        tell_written((options.out, options.plot), console)
 
 
-command = command_of(Asked, run_file)
+def _filter(options: Options, model: AnyModel) -> Any:
+    if isinstance(model, NonlinearModel):
+        method, count = options.method or "extended", options.iterate or ITERATIONS
+        if options.smooth:
+            return NonlinearSmoother(model, options.arithmetic, method, count, options.passes or 1)
+        return NonlinearFilter(model, options.arithmetic, method, count)
+    if options.lag is not None:
+        return LagSmoother(model, options.lag, options.arithmetic)
+    return Filter(model, options.arithmetic, way=options.way or "")
+
+
+command = command_of(Options, run_file)

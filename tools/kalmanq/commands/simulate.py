@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,10 +12,11 @@ from typing import Any, Optional, Tuple
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any
 from kalmanq.data import tables
+from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
 from kalmanq.nonlinear.simulation import simulate
@@ -28,7 +28,7 @@ ROWS = 200  # if nothing says how many
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     model: Path = ANY_MODEL
     rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv has.")
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere.")
@@ -45,37 +45,37 @@ class Asked:
     json: bool = JSON
 
 
-def simulate_file(asked: Asked, console: Console) -> None:
-    if asked.runs is not None:
-        return simulate_runs(asked, console)
-    options = {"--arith": asked.arithmetic, "--smooth": asked.smooth, "--workers": asked.workers, "--dask": asked.dask,
-               "--fresh": asked.fresh, "--json": asked.json}
-    given = [name for name, value in options.items() if value]
+def simulate_file(options: Options, console: Console) -> None:
+    if options.runs is not None:
+        return simulate_runs(options, console)
+    given = [f"--{name}" for name in ("arith", "smooth", "workers", "dask", "fresh", "json")
+             if getattr(options, {"arith": "arithmetic"}.get(name, name))]
     if given:
         raise KalmanqError(f"{', '.join(given)}: {'go' if len(given) > 1 else 'goes'} with --runs")
-    model = read_any(asked.model)
-    rows, controls = controls_of(asked.controls, model, asked.rows)
-    _refuse_gap(asked.gap, rows)
+    model = read_any(options.model)
+    rows, controls = controls_of(options.controls, model, options.rows)
+    _refuse_gap(options.gap, rows)
     if isinstance(model, Model):
-        x, z = drawn(model, rows, asked.seed, asked.gap, controls)
+        x, z = drawn(model, rows, options.seed, options.gap, controls)
         u = np.zeros((rows, model.l)) if controls is None else controls
     else:
-        x, z, u = simulate(model, rows, asked.seed, controls)
-        if asked.gap:
-            z[asked.gap[0] : asked.gap[1]] = np.nan
+        x, z, u = simulate(model, rows, options.seed, controls)
+        if options.gap:
+            z[options.gap[0] : options.gap[1]] = np.nan
     columns = {"step": np.arange(rows)}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
-    if asked.truth:
+    if options.truth:
         taken = [one.name for one in model.states if f"{one.name}_true" in columns]
         if taken:
             raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
         columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
-    if asked.out is None:
+    if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
         return
-    with tables.Writer(asked.out, list(columns), [asked.model, *([asked.controls] if asked.controls else [])]) as writer:
-        writer.write(list(columns.values()))
+    inputs = [one for one in (options.model, options.controls) if one]
+    with tables.writing(options.out, list(columns), inputs) as write:
+        write(columns.values())
 
 
 def controls_of(path: Optional[tables.AnySource], model: AnyModel,
@@ -100,56 +100,52 @@ def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
 # ------------------------------------------------------------------------------ many runs
 
 
-def simulate_runs(asked: Asked, console: Console) -> None:
-    out = _out(asked)
-    model = model_file.read(asked.model)
-    rows, u = controls_of(asked.controls, model, asked.rows)
-    _refuse_gap(asked.gap, rows)
-    asked = replace(asked, rows=rows, arithmetic=asked.arithmetic or "f64")
-    study = Study(model, rows, asked.seed, asked.arithmetic, asked.smooth, asked.gap, u)
-    with progress_bar(f"{model.name}, {asked.arithmetic}") as progress:
+def simulate_runs(options: Options, console: Console) -> None:
+    out = _out(options)
+    model = model_file.read(options.model)
+    rows, u = controls_of(options.controls, model, options.rows)
+    _refuse_gap(options.gap, rows)
+    options = replace(options, rows=rows, arithmetic=options.arithmetic or "f64")
+    study = Study(model, rows, options.seed, options.arithmetic, options.smooth, options.gap, u)
+    with progress_bar(f"{model.name}, {options.arithmetic}") as progress:
         made = list(run_campaign(
-            partial(one_run, study), range(asked.runs), fingerprint=_fingerprint(asked, u), journal=journal_of(out),
-            workers=asked.workers, dask=asked.dask, progress=progress, fresh=asked.fresh))
+            partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u), journal=journal_of(out),
+            workers=options.workers, dask=options.dask, progress=progress, fresh=options.fresh))
     columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
-    with tables.Writer(out, list(columns), [asked.model]) as writer:
-        writer.write(list(columns.values()))
+    with tables.writing(out, list(columns), [options.model]) as write:
+        write(columns.values())
     journal_of(out).unlink(missing_ok=True)
-    _tell(asked, model, summary(columns), console)
+    _tell(options, model, summary(columns), console)
 
 
-def _out(asked: Asked) -> Path:
+def _out(options: Options) -> Path:
     """Where to write; what would be refused after all runs is refused before them."""
-    if asked.out is None:
+    if options.out is None:
         raise KalmanqError("--runs: needs --out, a row a run")
-    if asked.truth:
+    if options.truth:
         raise KalmanqError("--truth: of one run alone, without --runs")
-    if asked.workers is not None and asked.dask is not None:
+    if options.workers is not None and options.dask is not None:
         raise KalmanqError("--workers and --dask: one of them")
-    if not asked.out.parent.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    if asked.out.exists() and asked.model.exists() and asked.out.samefile(asked.model):
-        raise KalmanqError(f"{asked.out}: is an input; write to another file")
-    return asked.out
+    refuse_output(options.out, [options.model])
+    return options.out
 
 
-def _fingerprint(asked: Asked, u: Optional[np.ndarray]) -> dict[str, Any]:
+def _fingerprint(options: Options, u: Optional[np.ndarray]) -> dict[str, Any]:
     """All that run k comes from; how many runs there are is no part of it."""
     driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
-    return {**driven, "study": "simulate", "model": hashlib.sha256(asked.model.read_bytes()).hexdigest(), "rows": asked.rows,
-            "seed": asked.seed, "arithmetic": asked.arithmetic, "smooth": asked.smooth, "gap": asked.gap}
+    return {**driven, "study": "simulate", "model": hashlib.sha256(options.model.read_bytes()).hexdigest(),
+            **{name: getattr(options, name) for name in ("rows", "seed", "arithmetic", "smooth", "gap")}}
 
 
-def _tell(asked: Asked, model: Model, said: dict[str, Any], console: Console) -> None:
-    if asked.json:
-        print(json.dumps({"model": model.name, "arithmetic": asked.arithmetic, "rows": asked.rows,
-                          "runs": asked.runs, "seed": asked.seed, **said}, indent=2))
-        return
-    table = Table("column", "mean", "standard error", title_justify="left",
-                  title=f"{model.name}: {asked.runs} runs of {asked.rows} rows, {asked.arithmetic}")
+def _tell(options: Options, model: Model, said: dict[str, Any], console: Console) -> None:
+    if options.json:
+        return print_json({"model": model.name, "arithmetic": options.arithmetic, "rows": options.rows,
+                           "runs": options.runs, "seed": options.seed, **said})
+    made = table("column", "mean", "standard error",
+                 title=f"{model.name}: {options.runs} runs of {options.rows} rows, {options.arithmetic}")
     for name, of in said["columns"].items():
-        table.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
-    console.print(table)
+        made.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
+    console.print(made)
     for name, what in (("nees", "NEES a dimension"), ("nis", "NIS a measurement")):
         of = said[name]
         if of["bounds"] is None:
@@ -159,7 +155,7 @@ def _tell(asked: Asked, model: Model, said: dict[str, Any], console: Console) ->
                           f"{of['bounds'][0]:.4f} to {of['bounds'][1]:.4f}")
     if said["runs_with_events"]:
         console.print(f"events in {said['runs_with_events']} runs")
-    console.print(f"wrote {asked.out}")
+    tell_written([options.out], console)
 
 
-command = command_of(Asked, simulate_file)
+command = command_of(Options, simulate_file)

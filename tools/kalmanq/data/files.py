@@ -23,12 +23,28 @@ def telling_where(path: Path) -> Iterator[None]:
         raise KalmanqError(f"{path}: {problem.strerror}") from None
 
 
+def require_folder(folder: Path) -> None:
+    if not folder.is_dir():
+        raise KalmanqError(f"{folder}: there is no such folder")
+
+
+def refuse_output(path: Path, inputs: Sequence[Any] = ()) -> None:
+    """What writing would refuse in the end"""
+    if not path.parent.is_dir():
+        raise KalmanqError(f"{path}: there is no such folder")
+    _refuse_input(path, inputs)
+
+
+def _refuse_input(path: Path, inputs: Sequence[Any]) -> None:
+    if any(path.exists() and one.exists() and path.samefile(one) for one in inputs):
+        raise KalmanqError(f"{path}: is an input; write to another file")
+
+
 @contextmanager
 def whole(path: Path, inputs: Sequence[Any] = ()) -> Iterator[Path]:
     """Where to write what will be called `path`; gone after an error.  An input is never overwritten.  A link is
     followed, a file's mode stays; to a device or a pipe what was written is copied."""
-    if any(path.exists() and one.exists() and path.samefile(one) for one in inputs):
-        raise KalmanqError(f"{path}: is an input; write to another file")
+    _refuse_input(path, inputs)
     if path.is_dir():
         raise KalmanqError(f"{path}: is a folder")
     if path.exists() and not path.is_file():

@@ -79,7 +79,6 @@ def source_of(given: AnySource) -> Source:
 
 def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequence[str],
               rename: Sequence[str]) -> Layout:
-    """Of what a command was given"""
     separator = {"tab": "\t", "\\t": "\t"}.get(separator or "", separator)
     if separator is not None and (len(separator) != 1 or separator in '"\r\n'):
         raise KalmanqError(f"--separator: {separator!r} is not one letter, nor tab")

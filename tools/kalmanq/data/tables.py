@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import re
 import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Iterator, Optional, Sequence, TextIO, Union
+from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, TextIO, Union
 
 import numpy as np
 
@@ -196,7 +197,6 @@ def measurements_controls_and(data: AnySource, model: Any, others: Sequence[str]
 
 
 def split(block: Block, model: Any, data: AnySource) -> tuple[np.ndarray, Optional[np.ndarray]]:
-    """Measurements and controls of a block"""
     z = np.column_stack([block.columns[one.name] for one in model.measurements])
     return z, controls_in(block, model.controls, data) if model.controls else None
 
@@ -216,7 +216,7 @@ def write_text(text: TextIO, names: Sequence[str], columns: Sequence[np.ndarray]
     _write_rows(writer, columns)
 
 
-def _write_rows(writer: "csv._writer", columns: Sequence[np.ndarray]) -> None:
+def _write_rows(writer: "csv._writer", columns: Iterable[np.ndarray]) -> None:
     writer.writerows(zip(*([_cell(value) for value in column.tolist()] for column in columns)))
 
 
@@ -226,32 +226,11 @@ def _cell(value: object) -> str:
     return str(value)
 
 
-class Writer:
-    """`with Writer(path, names, inputs) as writer:` writes rows of columns; the file appears at the end."""
-
-    def __init__(self, path: Path, names: Sequence[str], inputs: Sequence[AnySource] = ()):
-        self._whole = whole(path, inputs)
-        self._names = names
-
-    def __enter__(self) -> Writer:
-        temporary = self._whole.__enter__()
-        try:
-            self._text = open(temporary, "w", newline="", encoding="utf-8")
-        except OSError as problem:
-            if not self._whole.__exit__(type(problem), problem, problem.__traceback__):
-                raise
-        self._writer = csv.writer(self._text, lineterminator="\n")
-        self._writer.writerow(self._names)
-        return self
-
-    def write(self, columns: Sequence[np.ndarray]) -> None:
-        _write_rows(self._writer, columns)
-
-    def __exit__(self, kind: Optional[type[BaseException]], problem: Optional[BaseException],
-                 trace: Optional[TracebackType]) -> None:
-        try:
-            self._text.close()
-        except OSError as last:  # what was still to be written
-            self._whole.__exit__(type(last), last, last.__traceback__)
-            raise
-        self._whole.__exit__(kind, problem, trace)
+@contextmanager
+def writing(path: Path, names: Sequence[str],
+            inputs: Sequence[AnySource] = ()) -> Iterator[Callable[[Iterable[np.ndarray]], None]]:
+    """`with writing(path, names, inputs) as write:` writes rows of columns; the file appears at the end."""
+    with whole(path, inputs) as temporary, open(temporary, "w", newline="", encoding="utf-8") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(names)
+        yield partial(_write_rows, writer)

@@ -114,6 +114,3 @@ def _clocks(cells: Sequence[str]) -> np.ndarray:
     parts = [[float(part) for part in cell.split(":")] if cell else [0.0] for cell in cells]
     return np.array([3600 * one[0] + 60 * one[1] + (one[2] if len(one) > 2 else 0) if one[1:] else np.nan
                      for one in parts])
-
-
-__all__ = ["Times", "times_in"]

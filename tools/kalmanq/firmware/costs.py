@@ -104,7 +104,6 @@ class Factors:
 
 @lru_cache(maxsize=None)
 def factors() -> Mapping[tuple[str, str, str, str], Factors]:
-    """By core, arithmetic, way and measure"""
     fixed = ("core", "arithmetic", "way", "measure")
     return {(row["core"], row["arithmetic"], row["way"], row["measure"]): Factors(
         {name: float(value) for name, value in row.items() if value and name not in (*fixed, "off")},

@@ -229,7 +229,6 @@ def _reading(model: Model, trial: Trial, reached: Reach, records: Sequence[Recor
 
 def errors_of(run: Run, exact: Run) -> np.ndarray:
     """T x n, of means in sigma; NaN where nothing is known, or all."""
-    assert exact.sigma is not None
     sigma = np.where(exact.sigma > 0, exact.sigma, np.nan)
     return (run.mean - exact.mean) / sigma
 
@@ -266,7 +265,6 @@ def _recovery(model: Model, arithmetic: str, outage: int) -> Optional[int]:
 def _is_blunt(model: Model, runs: Sequence[Run]) -> bool:
     """Is no measurement of so little noise that a lean sensor might take it coarsely?"""
     for run in runs:
-        assert run.innovation_sigma is not None
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.diag(model.R) / run.innovation_sigma**2
         if np.nanmin(share, initial=np.inf) < BLUNT:

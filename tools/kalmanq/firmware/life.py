@@ -95,7 +95,6 @@ def _given(records: Sequence[Record]) -> list[np.ndarray]:
 
 
 def _spread(model: Model, records: Sequence[Record]) -> np.ndarray:
-    """Of controls about their mean"""
     given = _given(records)
     return np.atleast_2d(np.cov(np.concatenate(given).T, bias=True)) if given else np.zeros((model.l, model.l))
 

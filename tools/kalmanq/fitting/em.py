@@ -23,14 +23,14 @@ class Estimate:
     """model           with what was estimated
     log_likelihood  of it
     course          the log-likelihood before each iteration, and at last
-    is_settled      is what is left of the log-likelihood, extrapolated, within the tolerance?
+    converged       is what is left of the log-likelihood, extrapolated, within the tolerance?
     distance        what is left of it, extrapolated; NaN where that is not known
     """
 
     model: Model
     log_likelihood: float
     course: list[float] = field(default_factory=list)
-    is_settled: bool = False
+    converged: bool = False
     distance: float = float("nan")
 
 

@@ -34,7 +34,7 @@ class Fit:
     evaluations      E-steps in all, those of the standard errors and of further starts too
     em_evaluations   of the course, those of EM
     course           the log-likelihood at each evaluation of the search, of the best start
-    is_settled       is this a maximum, with every parameter determined, and no more than `tolerance` below its top?
+    converged        is this a maximum, with every parameter determined, and no more than `tolerance` below its top?
     distance         of the log-likelihood from the maximum, extrapolated; NaN where that is not known
     message          one line: how it ended
     """
@@ -47,7 +47,7 @@ class Fit:
     evaluations: int = 0
     em_evaluations: int = 0
     course: list[float] = field(default_factory=list)
-    is_settled: bool = False
+    converged: bool = False
     distance: float = float("nan")
     message: str = ""
 
@@ -76,7 +76,7 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
 
     Standard errors are the roots of the diagonal of J^-1, J the observed information from differences of the
     gradient (Harvey 1989, section 3.4).
-    Too few records, no maximum, or a likelihood that is not finite: `is_settled` is False and `message` says why.
+    Too few records, no maximum, or a likelihood that is not finite: `converged` is False and `message` says why.
     KalmanqError: what is asked for cannot be.
     """
     if method not in METHODS:

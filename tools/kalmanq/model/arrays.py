@@ -25,6 +25,3 @@ def _refuse_complex(array: np.ndarray) -> None:
             isinstance(one, (complex, np.complexfloating)) or getattr(getattr(one, "dtype", None), "kind", "") == "c"
             for one in array.flat):
         raise TypeError("complex numbers, of which the imaginary part would be lost")
-
-
-__all__ = ["numbers_of"]

@@ -65,24 +65,11 @@ class Model:
     ModelError names what does not fit.
     """
 
-    def __init__(
-        self,
-        A: ArrayLike,
-        H: ArrayLike,
-        R: ArrayLike,
-        Q: Optional[ArrayLike] = None,
-        *,
-        G: Optional[ArrayLike] = None,
-        B: Optional[ArrayLike] = None,
-        x0: Optional[ArrayLike] = None,
-        P0: Optional[ArrayLike] = None,
-        unknown: Union[str, Sequence[Union[int, str]]] = (),
-        states: Quantities = None,
-        measurements: Quantities = None,
-        controls: Quantities = None,
-        gaps: Gaps = Gaps(),
-        name: str = "model",
-    ):
+    def __init__(self, A: ArrayLike, H: ArrayLike, R: ArrayLike, Q: Optional[ArrayLike] = None, *,
+                 G: Optional[ArrayLike] = None, B: Optional[ArrayLike] = None, x0: Optional[ArrayLike] = None,
+                 P0: Optional[ArrayLike] = None, unknown: Union[str, Sequence[Union[int, str]]] = (),
+                 states: Quantities = None, measurements: Quantities = None, controls: Quantities = None,
+                 gaps: Gaps = Gaps(), name: str = "model"):
         self.name = name
         self.gaps = gaps
         self.A = _square("A", A)
@@ -121,8 +108,7 @@ class Model:
         made = dict(
             A=self.A, H=self.H, R=self.R, Q=None if self.G is not None else self.Q, G=self.G, B=self.B,
             x0=self.x0, P0=self.P0, unknown=np.flatnonzero(self.unknown).tolist(), states=self.states,
-            measurements=self.measurements, controls=self.controls, gaps=self.gaps, name=self.name,
-        )
+            measurements=self.measurements, controls=self.controls, gaps=self.gaps, name=self.name)
         if "Q" in what:
             made["G"] = None
         if "G" in what:

@@ -1,4 +1,10 @@
-/* The text of fixed_size_<T>.c: SIZES lists n, PAIRS lists n and m. */
+/* The text of fixed_size_<T>.c: SIZES lists n, PAIRS lists n and m; q31 has its own, it is more code. */
+#ifndef SIZES
+#define SIZES(of) of(1) of(2) of(3) of(4) of(5) of(6)
+#define PAIRS(of)                                                                                  \
+    of(1, 1) of(1, 2) of(2, 1) of(2, 2) of(3, 1) of(3, 2) of(3, 3) of(4, 1) of(4, 2) of(4, 3)      \
+    of(5, 1) of(5, 2) of(5, 3) of(6, 1) of(6, 2) of(6, 3)
+#endif
 
 #define PREDICT(n)                                                                                 \
     static kq_status predict_##n(filter *f, const process *p, const num *u)                        \

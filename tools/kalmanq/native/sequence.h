@@ -355,19 +355,12 @@ kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number
                                const number *r, num *mean, num *mean_low, num *sigma, number *variance,
                                score *nis, score *log_likelihood, int32_t *taken, size_t *done)
 {
-    number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
     const K(filter) *f = fit->filter;
-    const size_t n = f->states;
     for (*done = 0; *done < steps; ++*done) {
         const size_t t = *done;
-        const kq_status status = K(least_squares_add)(fit, H + t * n, z + t, r + t, 1);
+        const kq_status status = K(least_squares_add)(fit, H + t * f->states, z + t, r + t, 1);
         if (status < KQ_OK) return status;
-        for (size_t i = 0; i < n; i++) {
-            if (mean) mean[t * n + i] = K(mean)(f, (int)i);
-            if (mean_low) mean_low[t * n + i] = K(mean_low)(f, (int)i);
-            if (sigma) sigma[t * n + i] = K(sigma)(f, (int)i);
-        }
-        if (variance) K(diagonal)(P, K(covariance)(f, P), n, variance + t * n);
+        (void)K(read_view)(f, f->states, t, mean, mean_low, sigma, variance, NULL); /* what is not to be had is lost */
         if (nis) nis[t] = K(nis)(f);
         if (log_likelihood) log_likelihood[t] = K(log_likelihood_last)(f);
         if (taken) taken[t] = K(taken)(f);

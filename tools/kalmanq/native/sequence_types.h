@@ -1,4 +1,5 @@
-/* A sequence and what is asked of it, in one arithmetic: K, num, number and score are its names. */
+/* A sequence and what is asked of it, in one arithmetic: K, num, number and score are its names,
+   up to the end of it. */
 
 typedef struct {
     K(filter) *filter;
@@ -62,3 +63,8 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
 kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
                                const number *r, num *mean, num *mean_low, num *sigma, number *variance,
                                score *nis, score *log_likelihood, int32_t *taken, size_t *done);
+
+#undef K
+#undef num
+#undef number
+#undef score

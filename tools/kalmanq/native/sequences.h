@@ -11,29 +11,17 @@
 #define number float
 #define score float
 #include "sequence_types.h"
-#undef K
-#undef num
-#undef number
-#undef score
 
 #define K(name) kq_##name##_f64
 #define num double
 #define number double
 #define score double
 #include "sequence_types.h"
-#undef K
-#undef num
-#undef number
-#undef score
 
 #define K(name) kq_##name##_q31
 #define num int32_t
 #define number kq_scaled_q31
 #define score int64_t
 #include "sequence_types.h"
-#undef K
-#undef num
-#undef number
-#undef score
 
 #endif

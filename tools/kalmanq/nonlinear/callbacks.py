@@ -46,6 +46,3 @@ def kalmanq_answer_f32(context: Any, x: Any, y: Any) -> None:
 @ffi.def_extern()
 def kalmanq_answer_f64(context: Any, x: Any, y: Any) -> None:
     ffi.from_handle(context).write(x, y)
-
-
-__all__ = ["Answer"]

@@ -29,7 +29,6 @@ class Given:
         self.count = leading + self._arguments(leading)
 
     def _arguments(self, leading: int) -> int:
-        """How many of x, t, u it takes"""
         try:
             parameters = inspect.signature(self.function).parameters.values()
         except (TypeError, ValueError):

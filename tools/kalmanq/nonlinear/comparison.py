@@ -60,7 +60,6 @@ def compare_methods(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray
 
 
 def _figures(model: NonlinearModel, run: Run, truth: Optional[np.ndarray], is_filter: bool) -> dict[str, Any]:
-    assert run.nis is not None and run.taken is not None and run.log_likelihood is not None
     taken = int(run.taken.sum())
     made: dict[str, Any] = {}
     if is_filter:
@@ -72,7 +71,6 @@ def _figures(model: NonlinearModel, run: Run, truth: Optional[np.ndarray], is_fi
                                       ("smoothed", run.smoothed, run.smoothed_covariance)):
         if which == "filtered" and not is_filter:
             continue
-        assert states is not None and covariance is not None
         errors = states - truth
         made[f"{which}_rms"] = dict(zip(model.state_names, np.sqrt(np.nanmean(errors**2, axis=0)).tolist()))
         score, dimensions = nees(errors, covariance, "f64")

@@ -127,6 +127,3 @@ def _line(source: bytes, key: str) -> int:
         if re.match(rf"(def\s+)?{re.escape(key)}\b\s*[=(:,]", line):
             found = number
     return found
-
-
-__all__ = ["SUFFIX", "read"]

@@ -177,6 +177,3 @@ def controls_of(u: Any, model: NonlinearModel, rows: int) -> np.ndarray:
         row, column = map(int, wrong[0])
         raise KalmanqError(f"{model.controls[column].name}: a control is missing", row=row)
     return made
-
-
-__all__ = ["NonlinearFilter"]

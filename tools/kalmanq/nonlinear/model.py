@@ -37,27 +37,12 @@ class NonlinearModel:
     ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
     """
 
-    def __init__(
-        self,
-        f: Optional[Function] = None,
-        h: Optional[Function] = None,
-        *,
-        x0: ArrayLike,
-        P0: ArrayLike,
-        R: ArrayLike,
-        Q: Optional[ArrayLike] = None,
-        G: Optional[ArrayLike] = None,
-        increment: Optional[Function] = None,
-        innovation: Optional[Function] = None,
-        A: Optional[Function] = None,
-        H: Optional[Function] = None,
-        states: Quantities = None,
-        measurements: Quantities = None,
-        controls: Quantities = None,
-        angles: Sequence[Union[int, str]] = (),
-        simulated_controls: Optional[Function] = None,
-        name: str = "model",
-    ):
+    def __init__(self, f: Optional[Function] = None, h: Optional[Function] = None, *, x0: ArrayLike, P0: ArrayLike,
+                 R: ArrayLike, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
+                 increment: Optional[Function] = None, innovation: Optional[Function] = None,
+                 A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
+                 measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
+                 simulated_controls: Optional[Function] = None, name: str = "model"):
         if f is None and increment is None:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
         if h is None:
@@ -78,7 +63,6 @@ class NonlinearModel:
             ("simulated_controls", simulated_controls)) if function is not None}
         scale = np.sqrt(np.diag(self.P0))
         moves = self.given.get("f", self.given.get("increment"))
-        assert moves is not None
         self.found = {"A": Derivative(moves, n, scale), "H": Derivative(self.given["h"], m, scale, self.angles)}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
@@ -94,7 +78,6 @@ class NonlinearModel:
         return made
 
     def without_jacobians(self) -> NonlinearModel:
-        """The same model with A and H found."""
         functions = {key: given.function for key, given in self.given.items() if key not in ("A", "H")}
         noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
         return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, R=self.R, states=self.states,
@@ -170,7 +153,6 @@ class NonlinearModel:
         return J
 
     def controls_at(self, t: int) -> np.ndarray:
-        """u of a simulated row"""
         if not self.l:
             return NOTHING
         if "simulated_controls" not in self.given:
@@ -193,7 +175,6 @@ def _length(key: str, given: ArrayLike) -> int:
 
 
 def _controls(given: Any) -> Any:
-    """Checked as those of a linear model are"""
     names = list(given)
     if not names:
         return ()

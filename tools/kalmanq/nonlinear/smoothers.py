@@ -120,7 +120,6 @@ class NonlinearSmoother:
 
 
 def settled(run: Run, before: np.ndarray) -> bool:
-    assert run.smoothed is not None and run.smoothed_sigma is not None
     sigma = np.where(run.smoothed_sigma > 0, run.smoothed_sigma, np.inf)  # what has none stays, or is rounding
     return bool(np.max(np.abs(run.smoothed - before) / sigma) <= SETTLED)
 
@@ -167,7 +166,6 @@ class Densities:
     """The smoothed rows of a pass, to linearise at: means, and by sigma points the C core's densities."""
 
     def __init__(self, recording: _Recording, run: Run, method: str):
-        assert run.smoothed is not None
         self.means = run.smoothed
         self.rule = "central" if method == "central" else "cubature" if method in methods.BY_POINTS else None
         self.may_rise = POINTS_MAY_RISE if self.rule else 0.0
@@ -190,6 +188,3 @@ class Densities:
         if self.rule is None:
             return methods.AtMeans(self.means)
         return methods.AtDensities([one._handle for one in self._filters], self.rule)
-
-
-__all__ = ["NonlinearSmoother"]

@@ -54,7 +54,6 @@ class Steps:
         require(self._function("predict_extended")(filter_, process, self._pointer(self._states(d))), "predict")
 
     def measure(self, H: np.ndarray) -> Any:
-        """The sensor of this H."""
         sensor = self.parts.sensor
         if self.arithmetic.is_fixed:
             self._fixed_table(self._H, H, "measurements", "H", lib.kq_sensor_change_measurement_q31, sensor)
@@ -168,6 +167,3 @@ class Steps:
             return self.parts.words(e[None], "measurements")[0]
         except KalmanqError as problem:
             raise KalmanqError(f"innovation of {str(problem).split(': ', 1)[1]}", problem.status) from None
-
-
-__all__ = ["Steps"]

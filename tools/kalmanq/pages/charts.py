@@ -94,7 +94,6 @@ def envelope(values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray, 
 
 
 def buckets_for(series: int) -> int:
-    """As many as keep the page small."""
     return int(np.clip(SIZE_WANTED / (BYTES_A_BUCKET * max(series, 1)), 120, 700))
 
 
@@ -184,9 +183,10 @@ def _logarithmic(axis: Any, decades: float) -> None:
 # ------------------------------------------------------------------------------ SVG
 
 
-def chart(identity: str, said: str, draw: Callable[[Canvas], None], *, height: float, buckets: int,
+def chart(identity: str, said: str, draw: Callable[..., None], *given: Any, height: float, buckets: int,
           across: str = "row", sizes: tuple[Size, ...] = (WIDE, NARROW), span: Optional[int] = None) -> str:
-    """The picture, in each size; `said` is what it shows, for those who do not see it; span: rows of its axis."""
+    """What `draw` makes of a canvas and `given`, in each size; `said` is what it shows, for those who do not see it;
+    span: rows of its axis."""
     made = []
     for size in sizes:
         with plt.rc_context({**SVG_STYLE, "svg.hashsalt": identity}):
@@ -195,7 +195,7 @@ def chart(identity: str, said: str, draw: Callable[[Canvas], None], *, height: f
             figure.patch.set_visible(False)
             axis.patch.set_visible(False)
             with np.errstate(all="ignore"):
-                draw(Canvas(axis, max(60, int(buckets * size.share))))
+                draw(Canvas(axis, max(60, int(buckets * size.share))), *given)
             _finish(axis, across, span)
             text = io.StringIO()
             figure.savefig(text, format="svg", metadata={"Date": None})
@@ -240,6 +240,5 @@ def _shortened(path: str) -> str:
 
 
 def _font(given: str) -> str:
-    """The size alone."""
     size = re.search(r"([\d.]+)px", given)
     return f"font-size: {size.group(1)}px" if size else ""

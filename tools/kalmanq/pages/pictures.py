@@ -102,7 +102,6 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
 
 
 def _draw_measurement(axis: Any, run: Run, z: np.ndarray, c: int) -> None:
-    assert run.innovation is not None and run.innovation_sigma is not None
     rows = np.arange(len(run))
     axis.plot(rows, z[:, c], ".", ms=3.5, color=DATA, alpha=0.7, label="measured", zorder=1)
     _band(axis, rows, z[:, c] - run.innovation[:, c], run.innovation_sigma[:, c], AHEAD, "expected, 95 %")

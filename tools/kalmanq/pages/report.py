@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Optional
+from typing import Optional
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
 from kalmanq.model import Model, Quantity
 from kalmanq.pages import charts, page, verdict
-from kalmanq.pages.charts import NARROW, Canvas, buckets_for, chart
+from kalmanq.pages.charts import NARROW, buckets_for, chart
 from kalmanq.pages.pictures import measured_states
 from kalmanq.pages.verdict import Finding, Whiteness
 from kalmanq.run.campaigns import versions
@@ -27,16 +27,6 @@ MATRICES = {
     "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",
     "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
     "R": "R, covariance of the measurement noise"}
-
-
-class CostRow(NamedTuple):
-    """Of one step, predict and update"""
-
-    core: str
-    arithmetic: str
-    instructions: int
-    flash_bytes: int
-    stack_bytes: int
 
 
 @dataclass(frozen=True)
@@ -55,14 +45,19 @@ class Study:
     def rows(self) -> int:
         return len(self.run)
 
+    @property
+    def rows_across(self) -> dict[str, int]:
+        """Of a chart over the rows"""
+        return {"buckets": self.buckets, "span": self.rows}
 
-def cost_rows(model: Model) -> list[CostRow]:
-    """What a step of a model of this shape costs on each core, process and sensor prepared by init."""
+
+def cost_rows(model: Model) -> list[list[str]]:
+    """What a step of a model of this shape costs on each core, process and sensor prepared by init"""
     made = []
     for core, name in costs.CORES.items():
         for arithmetic in ("f32", "q31"):
             cost = costs.estimate(model, core, arithmetic, "init")
-            made.append(CostRow(name, arithmetic, cost.instructions, cost.flash, cost.stack))
+            made.append([name, arithmetic, *map(str, (cost.instructions, cost.flash, cost.stack))])
     return made
 
 
@@ -81,7 +76,6 @@ def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: st
 
 def page_of(study: Study, model_path: Path, data_name: str) -> str:
     model, run = study.model, study.run
-    assert run.log_likelihood is not None
     sizes = ", ".join(counted(count, what) for count, what in (
         (model.n, "state"), (model.m, "measurement"), (model.l, "control")) if count)
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
@@ -102,19 +96,15 @@ def _verdict(study: Study) -> str:
 
 def _states(study: Study) -> str:
     run, shown = study.run, measured_states(study.model)
-    assert run.sigma is not None and run.smoothed is not None and run.smoothed_sigma is not None
     figures = []
     for i, state in enumerate(study.model.states):
         measured = [study.z[:, c] / factor for c, factor in shown.get(i, [])]
         filtered, smoothed = (run.mean[:, i], run.sigma[:, i]), (run.smoothed[:, i], run.smoothed_sigma[:, i])
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_state(canvas, measured, filtered, smoothed)
-
         said = (f"{state.label} over the rows: {_ends(*filtered)}, filtered; {_ends(*smoothed)}, smoothed, each with a "
                 "band of 95 %")
-        figures.append(page.figure(state.label, chart(f"state{i}", said, draw, height=150, buckets=study.buckets,
-                                                      span=study.rows)))
+        figures.append(page.figure(state.label, chart(
+            f"state{i}", said, charts.draw_state, measured, filtered, smoothed, height=150, **study.rows_across)))
     entries = [("filtered", "filtered: given the rows so far, with a band of 95 %"),
                ("smoothed", "smoothed: given all rows, with a band of 95 %")]
     return page.section("Data and bands", page.legend([("data", "measured")] * bool(shown) + entries),
@@ -143,12 +133,9 @@ def _residuals(study: Study) -> str:
         known = series[np.isfinite(series)]
         beyond = f"{100 * np.mean(np.abs(known) > 2):.3g} % of {len(known)} are beyond 2" if len(known) else "none"
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_residuals(canvas, series)
-
         figures.append(page.figure(f"{one.name}: {beyond}", chart(
-            f"residual{c}", f"Standardised innovations of {one.name} over the rows: {beyond}", draw, height=120,
-            buckets=study.buckets, span=study.rows)))
+            f"residual{c}", f"Standardised innovations of {one.name} over the rows: {beyond}", charts.draw_residuals,
+            series, height=120, **study.rows_across)))
     return page.section(
         "Residuals", page.paragraph("What each measurement differs by from its prediction, in sigmas of that "
                                     "difference. Of a right model they look like noise, and 4.6 % are beyond 2."),
@@ -157,15 +144,12 @@ def _residuals(study: Study) -> str:
 
 def _nis(study: Study) -> str:
     run = study.run
-    assert run.nis is not None and run.taken is not None
     scored = verdict.is_scored(run, study.z)
     nis, taken = np.where(scored, run.nis, np.nan), np.where(scored, run.taken, 0)
 
-    def draw(canvas: Canvas) -> None:
-        charts.draw_nis(canvas, nis, taken)
-
     one = next(one for one in study.found if one.subject == "NIS")
-    picture = chart("nis", f"NIS over the rows: {one.said}", draw, height=150, buckets=study.buckets, span=study.rows)
+    said = f"NIS over the rows: {one.said}"
+    picture = chart("nis", said, charts.draw_nis, nis, taken, height=150, **study.rows_across)
     return page.section(
         "NIS", page.paragraph("The squared innovation of each row, by its covariance (normalised innovation squared). "
                               "Its mean is the number of measurements of the row, and 95 % are within the bounds of "
@@ -183,12 +167,10 @@ def _autocorrelation(study: Study) -> str:
             continue
         outside = f"{len(white.significant)} of {len(white.correlation)} lags outside"
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_autocorrelation(canvas, white)
-
         figures.append(page.figure(f"{one.name}: {outside}", chart(
-            f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %", draw,
-            height=150, buckets=study.buckets, across="lag, in rows", sizes=(NARROW,))))
+            f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %",
+            charts.draw_autocorrelation, white, height=150, buckets=study.buckets, across="lag, in rows",
+            sizes=(NARROW,))))
     return page.section(
         "Autocorrelation", page.paragraph("How innovations resemble those some rows before. Of a right model they do "
                                           "not: 95 % of the lags are within the bounds."),
@@ -198,17 +180,13 @@ def _autocorrelation(study: Study) -> str:
 
 def _sigmas(study: Study) -> str:
     run = study.run
-    assert run.sigma is not None and run.smoothed_sigma is not None
     figures = []
     for i, state in enumerate(study.model.states):
         filtered, smoothed = run.sigma[:, i], run.smoothed_sigma[:, i]
 
-        def draw(canvas: Canvas) -> None:
-            charts.draw_sigma(canvas, filtered, smoothed)
-
         said = f"Sigma of {state.label} over the rows, {_last(filtered)} in the end"
         figures.append(page.figure(f"{state.label}: {_last(filtered)} in the end", chart(
-            f"sigma{i}", said, draw, height=110, buckets=study.buckets, span=study.rows)))
+            f"sigma{i}", said, charts.draw_sigma, filtered, smoothed, height=110, **study.rows_across)))
     return page.section("Sigma", page.paragraph("How well each state is known."),
                         page.legend([("filtered", "filtered"), ("smoothed", "smoothed")]), *figures, name="sigma")
 
@@ -243,7 +221,6 @@ def _arithmetics(study: Study) -> str:
 
 
 def _costs(model: Model) -> str:
-    rows = cost_rows(model)
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
                                         "`kalmanq design` says which way to run it is best on one of them."),
@@ -253,8 +230,7 @@ def _costs(model: Model) -> str:
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
-            [[one.core, one.arithmetic, *map(str, one[2:])] for one in rows],
-            text_columns=(1,)), *_compiled(model), name="costs")
+            cost_rows(model), text_columns=(1,)), *_compiled(model), name="costs")
 
 
 def _compiled(model: Model) -> list[str]:

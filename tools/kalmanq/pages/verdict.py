@@ -53,7 +53,6 @@ class Whiteness:
 
 def standardised(run: Run) -> np.ndarray:
     """T x m: innovations over their sigmas; NaN where there is none."""
-    assert run.innovation is not None and run.innovation_sigma is not None
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         made = run.innovation / run.innovation_sigma
     return np.where(np.isfinite(made), made, np.nan)
@@ -86,7 +85,6 @@ def _held(run: Run, wider: Sequence[str]) -> Finding:
 
 def _findings(run: Run, z: np.ndarray) -> list[Finding]:
     scored = is_scored(run, z)
-    assert run.nis is not None and run.taken is not None
     nis, taken, series = run.nis[scored], run.taken[scored], standardised(run)
     white = [whiteness(column) for column in series.T]
     names = [one.name for one in run.model.measurements]
@@ -109,7 +107,6 @@ def headline(found: list[Finding]) -> str:
 
 
 def _within(subject: str) -> str:
-    """As it is within a sentence."""
     return subject if subject.isupper() else subject[0].lower() + subject[1:]
 
 
@@ -248,7 +245,6 @@ def _missing(z: np.ndarray, names: list[str]) -> Finding:
 
 
 def _longest(missing: np.ndarray) -> int:
-    """Rows of the longest gap."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(int), [0]])))
     return int(np.max(edges[1::2] - edges[::2], initial=0))
 

@@ -60,17 +60,9 @@ def journal_of(out: Path) -> Path:
     return out.with_name(out.name + ".journal")
 
 
-def run_campaign(
-    function: Callable[[Any], Any],
-    tasks: Sequence[Any],
-    *,
-    fingerprint: Mapping[str, Any],
-    journal: Path,
-    workers: Optional[int] = None,
-    dask: Optional[str] = None,
-    progress: Told = None,
-    fresh: bool = False,
-) -> Iterator[Any]:
+def run_campaign(function: Callable[[Any], Any], tasks: Sequence[Any], *, fingerprint: Mapping[str, Any], journal: Path,
+                 workers: Optional[int] = None, dask: Optional[str] = None, progress: Told = None,
+                 fresh: bool = False) -> Iterator[Any]:
     """The results function(task), in the order of the tasks.
 
     function     of a module, so that other processes find it; its result is what JSON can say
@@ -226,7 +218,6 @@ def versions() -> dict[str, str]:
 
 
 def _perform(function: Callable[[Any], Any], task: Any, wanted: Mapping[str, str]) -> str:
-    """A result as the journal has it."""
     if versions() != wanted:
         raise KalmanqError(f"a worker has other versions: {versions()}, not {dict(wanted)}")
     try:

@@ -28,8 +28,6 @@ def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> tuple[dict[
 
 def beside(run: Run, exact: Run) -> tuple[np.ndarray, dict]:
     """A run beside another one of the same rows: the worst error of a mean in sigma at each row, and figures"""
-    assert run.sigma is not None and run.log_likelihood is not None
-    assert exact.sigma is not None and exact.log_likelihood is not None
     with np.errstate(invalid="ignore", divide="ignore"):
         error = np.abs(run.mean - exact.mean) / exact.sigma
         sigma = np.abs(run.sigma / exact.sigma - 1)

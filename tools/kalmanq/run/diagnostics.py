@@ -24,7 +24,6 @@ def mean_bounds(freedom: int) -> tuple[float, float]:
 
 
 def student_limit(freedom: int) -> float:
-    """|t| stays below with 95 %."""
     from scipy import special
 
     return float(special.stdtrit(freedom, 0.975))
@@ -46,7 +45,6 @@ def is_scored(run: Run, z: np.ndarray) -> np.ndarray:
     A measurement that finds something of an unknown start adds nothing to the NIS: until all that is measured is
     known, rows are not scored.
     """
-    assert run.taken is not None and run.innovation_sigma is not None
     return (run.taken > 0) & np.all(np.isnan(z) | np.isfinite(run.innovation_sigma), axis=1)
 
 

@@ -175,8 +175,8 @@ class Filter(Readable):
         q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
         q.watch = ffi.NULL if watch is None else watch.of(self)
         kept = self._loss(q, robust)
-        out.ask(q)
         self._ask(q, out)
+        out.ask(q)
         status = a.function("sequence_run")(q)
         del kept
         done = int(q.done)
@@ -241,16 +241,11 @@ class LagSmoother(Filter):
 
     def _ask(self, q: Any, out: Results) -> None:
         q.lag, q.age, q.lag_follows = self._lag, self.lag, self._follows
-        for name in ("lagged", "lagged_low", "lagged_sigma"):
-            out.numbers[name] = np.zeros((int(q.steps), self.model.n), self.arithmetic.number)
-            setattr(q, name, self._pointer(out.numbers[name]))
-        self._lagged_variance = self._variances_of_any_size(int(q.steps))
-        q.lagged_variance = self._pointer(self._lagged_variance, self._any_size)
+        out.add_states("lagged", "lagged")
 
     def _tell(self, run: Run, out: Results) -> None:
         run.lag = self.lag
-        run.lagged = self._values(out.numbers["lagged"], out.numbers["lagged_low"])
-        run.lagged_sigma = self._sigmas(out.numbers["lagged_sigma"], self._lagged_variance)
+        run.lagged, run.lagged_sigma = out.states("lagged", "lagged")
 
     def _end(self, q: Any) -> None:
         self._follows = bool(q.lag_follows)
@@ -272,7 +267,7 @@ class AdaptiveFilter(Filter):
         super().__init__(model, arithmetic, parts=parts)
         a, n, m = self.arithmetic, model.n, model.m
         self._adaptation = a.struct("adaptation")
-        store = np.zeros(self._length("adaptation", n, m), a.number_of_any_size)
+        store = np.zeros(self.arithmetic.length("adaptation", n, m), a.number_of_any_size)
         root = np.zeros(int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)), np.int32)
         self._kept += [store, root]
         extra = [a.pointer(root, "int32_t")] if a.is_fixed else []
@@ -291,9 +286,7 @@ class AdaptiveFilter(Filter):
 
     def _ask(self, q: Any, out: Results) -> None:
         q.adaptation = self._adaptation
-        made = np.zeros((int(q.steps), 2), self.arithmetic.number_of_any_size)
-        out.any_size["scales"] = made
-        q.scales = self._pointer(made, self._any_size)
+        out.any_size["scales"] = np.zeros((int(q.steps), 2), self.arithmetic.number_of_any_size)
 
     def _tell(self, run: Run, out: Results) -> None:
         run.scales = self.arithmetic.numbers(out.any_size["scales"])
@@ -379,6 +372,3 @@ def run_many(sequences: Sequence[Any], run: Callable[[Any], Run], workers: Optio
     """`run` of each sequence, on several cores: C runs without Python's lock."""
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(run, sequences))
-
-
-__all__ = ["AdaptiveFilter", "Filter", "LagSmoother", "Robust", "Smoother", "run_many"]

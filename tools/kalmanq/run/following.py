@@ -50,7 +50,6 @@ class InstantSmoother(Filter):
         return self._sigmas(self._words("sigma", view)[None], variance)[0]
 
     def _refine(self) -> Any:
-        """A view of the row's state"""
         view = self.arithmetic.struct("filter")
         require(self.arithmetic.function("instant_smooth")(self._instant, view), "instant")
         return view
@@ -60,20 +59,14 @@ class InstantSmoother(Filter):
         q.instant, q.instant_follows = self._instant, self._follows
         first = self.row + int(not q.begins)  # of this call
         q.instant_row = self.instant_row - first if self.instant_row >= first else T
-        for name in ("instant", "instant_low", "instant_sigma"):
-            out.numbers[name] = np.zeros((T, n), self.arithmetic.number)
-        q.instant_mean, q.instant_low, q.instant_sigma = (
-            self._pointer(out.numbers[name]) for name in ("instant", "instant_low", "instant_sigma"))
-        self._instant_variance = self._variances_of_any_size(T)
-        q.instant_variance = self._pointer(self._instant_variance, self._any_size)
+        out.add_states("instant", "instant_mean")
         if "covariance" in out.any_size:
             out.any_size["instant_covariance"] = np.zeros((T, n, n), self.arithmetic.number_of_any_size)
-            q.instant_covariance = self._pointer(out.any_size["instant_covariance"], self._any_size)
 
     def _tell(self, run: Run, out: Results) -> None:
         run.instant_row = self.instant_row
-        run.instant = self._values(out.numbers["instant"], out.numbers["instant_low"])
-        run.instant_sigma = self._sigmas(out.numbers["instant_sigma"], self._instant_variance)
+        run.instant, run.instant_sigma = out.states("instant", "instant_mean")
+        run.words["instant"] = run.words.pop("instant_mean")
         if "instant_covariance" in out.any_size:
             full = out.any_size["instant_covariance"]
             run.instant_covariance = self.arithmetic.numbers(full, self.parts.covariance_scale)
@@ -95,7 +88,7 @@ class FrozenGainFilter(Filter):
         super().__init__(model, arithmetic, parts=parts)
         a, n, m = self.arithmetic, model.n, model.m
         self._settling, self._attached = a.struct("freeze"), False
-        memory, gain = a.empty(self._length("freeze", n)), np.zeros((n, m), a.number_of_any_size)
+        memory, gain = a.empty(self.arithmetic.length("freeze", n)), np.zeros((n, m), a.number_of_any_size)
         self._kept += [memory, gain]
         require(a.function("freeze_assign")(self._settling, n, m, self._pointer(memory), memory.size,
                                               self._pointer(gain, self._any_size)), "settling")
@@ -137,6 +130,3 @@ class FrozenGainFilter(Filter):
 
     def _end(self, q: Any) -> None:
         self._attached = bool(q.is_settling)
-
-
-__all__ = ["InstantSmoother", "FrozenGainFilter"]

@@ -50,8 +50,6 @@ def _row(study: Study, number: int) -> dict[str, Any]:
         warnings.simplefilter("ignore", KalmanqWarning)  # the row has the events
         run = Filter(model, study.arithmetic).run(z, study.u, covariance=True)
         smoothed = Smoother(model, study.arithmetic).run(z, study.u).smoothed if study.smooth else None
-    assert run.covariance is not None and run.nis is not None and run.taken is not None
-    assert run.log_likelihood is not None
     made: dict[str, Any] = {"run": number}
     for i, state in enumerate(model.states):
         made[f"{state.name}_rmse"] = root_mean_square(run.mean[:, i] - x[:, i])

@@ -132,7 +132,6 @@ class Parts:
 
 
 def ways_of(parts: Parts) -> list[str]:
-    """The ways in which a filter can be written."""
     made = ["init"]
     has_tables = is_diagonal(parts.model.R) and not np.any(parts.model.unknown)
     if has_tables and np.all(np.diag(parts.model.R) > LEAST_VARIANCE):

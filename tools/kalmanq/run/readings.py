@@ -22,7 +22,7 @@ class Readable:
         self._widest = np.zeros(model.n)  # q31: each state's largest variance before an update, in words
         self._is_wide = np.zeros(model.n, bool)  # those that were warned of
         self._handle = self.arithmetic.struct("filter")
-        self._memory = self.arithmetic.empty(self._length("filter", model.n))
+        self._memory = self.arithmetic.empty(self.arithmetic.length("filter", model.n))
         require(self._call("filter_assign", model.n, self._pointer(self._memory), self._memory.size), "filter")
 
     @property
@@ -89,7 +89,6 @@ class Readable:
         run.words.update(smoothed=mean, smoothed_low=low, smoothed_sigma=sigma)
 
     def smoothing_events(self, history: Any) -> int:
-        """Of a history that has been smoothed"""
         view = self.arithmetic.struct("filter")
         self.arithmetic.function("smoothed")(history, 0, view)
         return int(self.arithmetic.function("events")(view))
@@ -122,13 +121,9 @@ class Readable:
     def _scores(self, array: np.ndarray) -> Any:
         return self._pointer(array, "int64_t" if self.arithmetic.is_fixed else "")
 
-    def _length(self, stem: str, *sizes: int) -> int:
-        return self.arithmetic.length(stem, *sizes)
-
     def _object(self, stem: str, *assign: Any, sizes: tuple[int, ...]) -> Any:
-        """A new object with its memory, assigned."""
         made = self.arithmetic.struct(stem)
-        memory = self._space(stem, self._length(stem, *sizes))
+        memory = self._space(stem, self.arithmetic.length(stem, *sizes))
         status = self.arithmetic.function(f"{stem}_assign")(made, *assign, self._pointer(memory), memory.size)
         require(status, stem)
         self._kept.append(memory)
@@ -138,7 +133,6 @@ class Readable:
         require(self.arithmetic.function("attach")(self._handle, ffi.addressof(thing[0], "attached")), what)
 
     def _space(self, stem: str, length: int) -> np.ndarray:
-        """Memory for what is called so"""
         return self.arithmetic.empty(length)
 
     def _words(self, name: str, source: Any = None) -> np.ndarray:
@@ -183,7 +177,22 @@ class Results:
         self.taken = np.zeros(T, np.int32)
         self.settled: Optional[np.ndarray] = None
 
+    def add_states(self, name: str, mean: str) -> None:
+        """Room for more of the states at every row: `mean`, NAME_low, NAME_sigma and what words of sigma cannot say"""
+        f, T = self.filter, len(self.taken)
+        for words in (mean, f"{name}_low", f"{name}_sigma"):
+            self.numbers[words] = np.zeros((T, f.model.n), f.arithmetic.number)
+        if f.arithmetic.is_fixed:
+            self.any_size[f"{name}_variance"] = f._variances_of_any_size(T)
+
+    def states(self, name: str, mean: str) -> tuple[np.ndarray, np.ndarray]:
+        """Those that add_states has made room for: their values and sigmas"""
+        f, words = self.filter, self.numbers
+        return (f._values(words[mean], words[f"{name}_low"]),
+                f._sigmas(words[f"{name}_sigma"], self.any_size.get(f"{name}_variance")))
+
     def ask(self, q: Any) -> None:
+        """By the names of the fields of a kq_sequence"""
         a = self.filter.arithmetic
         for name, array in self.numbers.items():
             setattr(q, name, a.pointer(array))
@@ -207,6 +216,3 @@ class Results:
             made.covariance = a.numbers(self.any_size["covariance"], f.parts.covariance_scale)
         f._tell(made, self)
         return made
-
-
-__all__ = ["Readable", "Results"]

@@ -10,6 +10,8 @@ import numpy as np
 from kalmanq.core import names_of
 from kalmanq.model import Model
 
+Array = Any  # an np.ndarray; None where it was not asked for
+
 
 @dataclass
 class Run:
@@ -34,26 +36,26 @@ class Run:
     model: Model
     arithmetic: str
     mean: np.ndarray
-    sigma: Optional[np.ndarray] = None
-    covariance: Optional[np.ndarray] = None
-    innovation: Optional[np.ndarray] = None
-    innovation_sigma: Optional[np.ndarray] = None
-    nis: Optional[np.ndarray] = None
-    taken: Optional[np.ndarray] = None
-    log_likelihood: Optional[np.ndarray] = None
-    smoothed: Optional[np.ndarray] = None
-    smoothed_sigma: Optional[np.ndarray] = None
-    smoothed_covariance: Optional[np.ndarray] = None
+    sigma: Array = None
+    covariance: Array = None
+    innovation: Array = None
+    innovation_sigma: Array = None
+    nis: Array = None
+    taken: Array = None
+    log_likelihood: Array = None
+    smoothed: Array = None
+    smoothed_sigma: Array = None
+    smoothed_covariance: Array = None
     lag: Optional[int] = None
-    lagged: Optional[np.ndarray] = None
-    lagged_sigma: Optional[np.ndarray] = None
+    lagged: Array = None
+    lagged_sigma: Array = None
     instant_row: Optional[int] = None
-    instant: Optional[np.ndarray] = None
-    instant_sigma: Optional[np.ndarray] = None
-    instant_covariance: Optional[np.ndarray] = None
-    settled: Optional[np.ndarray] = None
-    scales: Optional[np.ndarray] = None
-    weights: Optional[np.ndarray] = None
+    instant: Array = None
+    instant_sigma: Array = None
+    instant_covariance: Array = None
+    settled: Array = None
+    scales: Array = None
+    weights: Array = None
     events: int = 0
     index: Any = None
     words: dict[str, np.ndarray] = field(default_factory=dict, repr=False)  # as the chip has them

@@ -77,6 +77,3 @@ class _Weighted(_Recording):
 
     def _smooth(self, means_only: bool) -> None:
         self.reweight()
-
-
-__all__ = ["ReweightedSmoother"]

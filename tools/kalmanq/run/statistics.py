@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from kalmanq.core import arithmetic_of, ffi, require
 from kalmanq.data.rows import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantities, Quantity
-from kalmanq.run.filters import Filter, Robust
+from kalmanq.run.filters import Filter
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
 
@@ -148,6 +148,3 @@ class LeastSquares:
     def _score(self, name: str) -> float:
         made = self.arithmetic.function(f"least_squares_{name}")(self._handle)
         return float(self.arithmetic.scores(np.array([made], self.arithmetic.score))[0])
-
-
-__all__ = ["Consistency", "LeastSquares"]

@@ -148,6 +148,3 @@ class _Tape:
         """Out of memory; the file has it"""
         if hasattr(mmap, "MADV_DONTNEED"):
             self._map.madvise(mmap.MADV_DONTNEED)
-
-
-__all__ = ["StreamedSmoother"]

@@ -75,7 +75,6 @@ def _change_measurement(parts: Parts, H: np.ndarray) -> None:
 
 
 def _joined(runs: Sequence[Run]) -> Run:
-    """Of one row each"""
     if not runs:
         raise KalmanqError("z has no rows")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping, Optional
@@ -10,8 +9,8 @@ from typing import Any, Mapping, Optional
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table
 from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.core import ARITHMETICS
 from kalmanq.pages import pictures
@@ -21,7 +20,7 @@ from kalmanq_studies.lectures.example import caption
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     name: Optional[choices("Example", EXAMPLES)] = typer.Argument(None, metavar="EXAMPLE", help="Otherwise the list of them.")
     arithmetic: choices("AnyArithmetic", [*ARITHMETICS, "all"]) = typer.Option("all", "--arith", help="The numbers to compute with.")
     seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn.")
@@ -29,38 +28,34 @@ class Asked:
     json: bool = JSON
 
 
-def show(asked: Asked, console: Console) -> None:
-    if asked.name is None:
+def show(options: Options, console: Console) -> None:
+    if options.name is None:
         tell_choices("example", {name: one.shows for name, one in EXAMPLES.items()}, "what it shows",
-                     "kalmanq examples NAME --out FIGURE.png", asked.out, asked.json, console)
+                     "kalmanq examples NAME --out FIGURE.png", options.out, options.json, console)
         return
-    example = EXAMPLES[asked.name]
-    wanted = ("f64", "f32", "q31") if asked.arithmetic == "all" else (asked.arithmetic,)
-    with console.status(f"{asked.name} in {', '.join(wanted)}"):
-        results = {name: example.compute(name, asked.seed) for name in wanted}
+    example = EXAMPLES[options.name]
+    wanted = ("f64", "f32", "q31") if options.arithmetic == "all" else (options.arithmetic,)
+    with console.status(f"{options.name} in {', '.join(wanted)}"):
+        results = {name: example.compute(name, options.seed) for name in wanted}
         said = caption(example, results)
-        if asked.out:
-            pictures.save_small(example.draw(results, said), asked.out)
-    _tell(asked, {name: example.numbers(of) for name, of in results.items()}, said, console)
+        if options.out:
+            pictures.save_small(example.figure(results, said), options.out)
+    _tell(options, {name: example.numbers(of) for name, of in results.items()}, said, console)
 
 
-def _tell(asked: Asked, numbers: Mapping[str, Mapping[str, Any]], said: str, console: Console) -> None:
-    if asked.json:
-        arrays = {arithmetic: {name: np.asarray(value).tolist() for name, value in of.items()}
-                  for arithmetic, of in numbers.items()}
-        print(json.dumps({"example": asked.name, "seed": asked.seed, **arrays}, indent=2))
-        return
-    table = Table("", *numbers, title=f"{asked.name}: {EXAMPLES[str(asked.name)].shows}", title_justify="left")
+def _tell(options: Options, numbers: Mapping[str, Mapping[str, Any]], said: str, console: Console) -> None:
+    if options.json:
+        return print_json({"example": options.name, "seed": options.seed, **numbers})
+    made = table("", *numbers, title=f"{options.name}: {EXAMPLES[str(options.name)].shows}")
     for name in next(iter(numbers.values())):
-        table.add_row(name, *(_text(of[name]) for of in numbers.values()))
-    console.print(table)
+        made.add_row(name, *(_text(of[name]) for of in numbers.values()))
+    console.print(made)
     console.print(said)
-    console.print(f"wrote {asked.out}" if asked.out else "--out FIGURE.png draws it")
+    console.print(f"wrote {options.out}" if options.out else "--out FIGURE.png draws it")
 
 
 def _text(value: Any) -> str:
-    """Rows of a matrix below each other"""
     return "\n".join("  ".join(f"{one:.9g}" for one in row) for row in np.atleast_2d(value))
 
 
-command = command_of(Asked, show)
+command = command_of(Options, show)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Optional
@@ -10,12 +9,11 @@ from typing import Callable, Optional
 import numpy as np
 import typer
 from rich.console import Console
-from rich.table import Table
 
+from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.data import tables
-from kalmanq.data.files import whole
-from kalmanq.errors import KalmanqError
+from kalmanq.data.files import require_folder, whole
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record
 from kalmanq.model import model_file
@@ -31,24 +29,24 @@ from kalmanq_studies.gallery.sources import Data
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     name: Optional[choices("Entry", ENTRIES)] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them.")
     out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there.")
     json: bool = JSON
 
 
-def show(asked: Asked, console: Console) -> None:
-    if asked.name is None:
+def show(options: Options, console: Console) -> None:
+    if options.name is None:
         tell_choices("model", {name: one.shows for name, one in ENTRIES.items()}, "what it is, and its data",
-                     "kalmanq gallery NAME --out FOLDER", asked.out, asked.json, console)
+                     "kalmanq gallery NAME --out FOLDER", options.out, options.json, console)
         return
-    entry, name = ENTRIES[asked.name], asked.name
-    if asked.out and not asked.out.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
+    entry, name = ENTRIES[options.name], options.name
+    if options.out:
+        require_folder(options.out)
     with console.status(f"{name}: fitting"):
         fitted = fit(entry, name)
-        written = _write(entry, name, fitted, asked.out) if asked.out else []
-    _tell(asked, entry, fitted, written, console)
+        written = _write(entry, name, fitted, options.out) if options.out else []
+    _tell(options, entry, fitted, written, console)
 
 
 # ------------------------------------------------------------------------------ files
@@ -76,7 +74,6 @@ def _smoothed(entry: Entry, fitted: Fitted, data: Data) -> tuple[Run, Optional[A
         return VaryingSmoother(fitted.model).run(data.z, data.regressors, covariance=True), None
     smoother = Smoother(fitted.model)
     run = smoother.run(data.z, covariance=True)
-    assert smoother.last is not None
     return run, forecast(smoother.last, entry.ahead, data) if entry.ahead else None
 
 
@@ -105,27 +102,24 @@ def _write_data(path: Path, data: Data) -> None:
 
 def _write_run(path: Path, run: Run, data: Data) -> None:
     columns = {data.axis: data.at, **run.columns()}
-    with tables.Writer(path, list(columns)) as writer:
-        writer.write(list(columns.values()))
+    with tables.writing(path, list(columns)) as write:
+        write(columns.values())
 
 
 # ------------------------------------------------------------------------------ what is told
 
 
-def _tell(asked: Asked, entry: Entry, fitted: Fitted, written: list[Path], console: Console) -> None:
-    if asked.json:
-        print(json.dumps({"model": asked.name, "builder": entry.builder, "parameters": fitted.parameters,
-                          "free": list(entry.free), "log_likelihood": fitted.log_likelihood,
-                          "settled": fitted.is_settled, "files": [str(path) for path in written]}, indent=2))
-        return
-    table = Table("parameter", "where fitting began", "fitted", title=f"{asked.name}: {entry.shows}",
-                  title_justify="left")
+def _tell(options: Options, entry: Entry, fitted: Fitted, written: list[Path], console: Console) -> None:
+    if options.json:
+        return print_json({"model": options.name, "builder": entry.builder, "parameters": fitted.parameters,
+                           "free": entry.free, "log_likelihood": fitted.log_likelihood, "converged": fitted.converged,
+                           "files": written})
+    made = table("parameter", "where fitting began", "fitted", title=f"{options.name}: {entry.shows}")
     for name in entry.free:
-        table.add_row(name, *(_numbers(of[name]) for of in (entry.start, fitted.parameters)))
-    console.print(table)
-    console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'settled' if fitted.is_settled else 'NOT settled'}")
-    for path in written:
-        console.print(f"wrote {path}")
+        made.add_row(name, *(_numbers(of[name]) for of in (entry.start, fitted.parameters)))
+    console.print(made)
+    console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'converged' if fitted.converged else 'NOT converged'}")
+    tell_written(written, console)
     if entry.data().regressors is not None:
         console.print("H is another one at each row, so there is no model file: kalmanq.VaryingSmoother runs it")
     if not written:
@@ -136,4 +130,4 @@ def _numbers(value: object) -> str:
     return "  ".join(f"{one:.6g}" for one in np.ravel(value))
 
 
-command = command_of(Asked, show)
+command = command_of(Options, show)

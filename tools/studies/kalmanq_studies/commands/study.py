@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +12,9 @@ import typer
 from PIL import Image
 from rich.console import Console
 
+from kalmanq.commands.messages import print_json
 from kalmanq.commands.options import DASK, FRESH, JSON, WORKERS, choices, command_of
-from kalmanq.data.files import telling_where, whole
+from kalmanq.data.files import require_folder, telling_where, whole
 from kalmanq.data.tables import write_text
 from kalmanq.errors import KalmanqError
 from kalmanq.pages.pictures import save
@@ -31,7 +31,7 @@ COLOURS = 256  # of a picture: of fewer, some curves come out in one colour
 
 
 @dataclass(frozen=True)
-class Asked:
+class Options:
     name: choices("Study", ["heavy-tails"]) = typer.Argument(..., metavar="NAME", help="heavy-tails: where the state jumps.")
     out: Path = typer.Option(..., "-o", "--out", metavar="FOLDER", help="Where the page goes; it has to be there.")
     quick: bool = typer.Option(False, "--quick", help="Few runs, in less than a minute.")
@@ -42,36 +42,34 @@ class Asked:
     json: bool = JSON
 
 
-def run_study(asked: Asked, console: Console) -> None:
-    if asked.workers is not None and asked.dask is not None:
+def run_study(options: Options, console: Console) -> None:
+    if options.workers is not None and options.dask is not None:
         raise KalmanqError("--workers and --dask: one of them")
-    if not asked.out.is_dir():
-        raise KalmanqError(f"{asked.out}: there is no such folder")
-    journal = journal_of(asked.out / asked.name)
-    collected = collect(asked, journal)
-    written = write(collected, asked)
+    require_folder(options.out)
+    journal = journal_of(options.out / options.name)
+    collected = collect(options, journal)
+    written = write(collected, options)
     journal.unlink(missing_ok=True)
     found = list(claims.claims(collected))
-    if asked.json:
-        print(json.dumps({"study": asked.name, "quick": asked.quick, "seed": asked.seed, "files": written,
-                          "claims": [vars(claim) for claim in found]}, indent=2))
-        return
+    if options.json:
+        return print_json({"study": options.name, "quick": options.quick, "seed": options.seed, "files": written,
+                           "claims": [vars(claim) for claim in found]})
     for claim in found:
         console.print(f"{claim.said}\n  {claim.verdict}")
-    console.print(f"wrote {', '.join(written)} in {asked.out}")
+    console.print(f"wrote {', '.join(written)} in {options.out}")
 
 
-def collect(asked: Asked, journal: Path) -> Collected:
-    plan = QUICK if asked.quick else FULL
-    tasks = tasks_of(plan, asked.seed)
-    fingerprint = {"study": asked.name, "seed": asked.seed, **plan.fingerprint()}
-    with progress_bar(asked.name) as progress:
-        results = run_campaign(perform, tasks, fingerprint=fingerprint, journal=journal, workers=asked.workers,
-                               dask=asked.dask, progress=progress, fresh=asked.fresh)
+def collect(options: Options, journal: Path) -> Collected:
+    plan = QUICK if options.quick else FULL
+    tasks = tasks_of(plan, options.seed)
+    fingerprint = {"study": options.name, "seed": options.seed, **plan.fingerprint()}
+    with progress_bar(options.name) as progress:
+        results = run_campaign(perform, tasks, fingerprint=fingerprint, journal=journal, workers=options.workers,
+                               dask=options.dask, progress=progress, fresh=options.fresh)
         return Collected(tasks, list(results))  # all of the work is in the campaign, which tells how to go on
 
 
-def write(collected: Collected, asked: Asked) -> list[str]:
+def write(collected: Collected, options: Options) -> list[str]:
     """All files, or none: they are made elsewhere first."""
     with tempfile.TemporaryDirectory() as folder, telling_where(Path(folder)):
         made = Path(folder)
@@ -81,9 +79,9 @@ def write(collected: Collected, asked: Asked) -> list[str]:
         rows = list(collected.table())
         with open(made / TABLE, "w", newline="", encoding="utf-8") as text:
             write_text(text, HEADER, [np.array(column, object) for column in zip(*rows)])
-        (made / PAGE).write_text(page(collected, written_by(asked), versions()), encoding="utf-8")
+        (made / PAGE).write_text(page(collected, written_by(options), versions()), encoding="utf-8")
         for path in sorted(made.iterdir()):
-            with whole(asked.out / path.name) as temporary:
+            with whole(options.out / path.name) as temporary:
                 temporary.write_bytes(path.read_bytes())
         return sorted(path.name for path in made.iterdir())
 
@@ -93,8 +91,8 @@ def shrink(picture: Path) -> None:
     Image.open(picture).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(picture, optimize=True)
 
 
-def written_by(asked: Asked) -> str:
-    return f"kalmanq study {asked.name}{' --quick' if asked.quick else ''} --seed {asked.seed} --out FOLDER"
+def written_by(options: Options) -> str:
+    return f"kalmanq study {options.name}{' --quick' if options.quick else ''} --seed {options.seed} --out FOLDER"
 
 
-command = command_of(Asked, run_study)
+command = command_of(Options, run_study)

@@ -23,16 +23,15 @@ REFUSED = 1e10  # of minus the log-likelihood, where there is no such model
 
 @dataclass(frozen=True)
 class Fitted:
-    """parameters: of the builder; log_likelihood: of `model`; is_settled: is it the optimum, as far as can be told?"""
+    """parameters: of the builder; log_likelihood: of `model`; converged: is it the optimum, as far as can be told?"""
 
     parameters: dict[str, Any]
     model: Model
     log_likelihood: float
-    is_settled: bool
+    converged: bool
 
 
 def run_of(model: Model, data: Data, arithmetic: str = "f64") -> Run:
-    """Filtered and smoothed"""
     if data.regressors is not None:
         return VaryingSmoother(model, arithmetic).run(data.z, data.regressors)
     return Smoother(model, arithmetic).run(data.z)
@@ -46,9 +45,9 @@ def log_likelihood(model: Model, data: Data) -> float:
 
 def fit(entry: Entry, name: str) -> Fitted:
     data = entry.data()
-    parameters, is_settled = (_by_fit if entry.by == "fit" else _by_builder)(entry, data)
+    parameters, converged = (_by_fit if entry.by == "fit" else _by_builder)(entry, data)
     model = entry.model(parameters, name)
-    return Fitted(parameters, model, log_likelihood(model, data), is_settled)
+    return Fitted(parameters, model, log_likelihood(model, data), converged)
 
 
 # ------------------------------------------------------------------------------ noises, by kalmanq.fit
@@ -61,12 +60,11 @@ def _by_fit(entry: Entry, data: Data) -> tuple[dict[str, Any], bool]:
     first = entry.free[0]
     scale = grown[: np.size(entry.start[first])]
     fitted = {first: scale * entry.start[first], "noise": np.diag(made.model.R)}
-    return _like_start(entry, fitted), made.is_settled
+    return _like_start(entry, fitted), made.converged
 
 
 def _pivots(model: Model) -> np.ndarray:
     """Of each noise the state that it moves most: the variances of Q grow with those of the noises."""
-    assert model.G is not None
     return np.argmax(np.abs(model.G), axis=0)
 
 

@@ -26,7 +26,6 @@ class Ahead:
 
 
 def forecast(last: Filter, rows: int, data: Data) -> Ahead:
-    """From the filter at the last row"""
     made = [last.forecast(k).measurement() for k in range(1, rows + 1)]
     step = data.at[-1] - data.at[-2]
     return Ahead(data.at[-1] + step * np.arange(1, rows + 1), np.array([mean for mean, _ in made]),
@@ -35,7 +34,6 @@ def forecast(last: Filter, rows: int, data: Data) -> Ahead:
 
 def signal(run: Run, data: Data) -> tuple[np.ndarray, np.ndarray]:
     """H x, smoothed, and its sigma: T x m"""
-    assert run.smoothed is not None and run.smoothed_covariance is not None
     H = np.broadcast_to(run.model.H, (len(run), run.model.m, run.model.n))
     if data.regressors is not None:
         H = data.regressors[:, None, :]
@@ -66,7 +64,6 @@ def _draw_measurement(axis: Any, data: Data, run: Run, ahead: Optional[Ahead], c
         mean, sigma = signal(run, data)
         _band(axis, data.at, mean[:, c], sigma[:, c], SMOOTHED, "smoothed, 95 %")
     else:  # what is measured is the signal itself
-        assert run.innovation is not None and run.innovation_sigma is not None
         _band(axis, data.at, data.z[:, c] - run.innovation[:, c], run.innovation_sigma[:, c], FILTERED,
               "predicted from the rows before, 95 %")
     if ahead is not None:
@@ -75,7 +72,6 @@ def _draw_measurement(axis: Any, data: Data, run: Run, ahead: Optional[Ahead], c
 
 
 def _draw_state(axis: Any, data: Data, run: Run, i: int) -> None:
-    assert run.smoothed is not None and run.smoothed_sigma is not None
     _band(axis, data.at, run.smoothed[:, i], run.smoothed_sigma[:, i], SMOOTHED, "smoothed, 95 %")
     axis.set_ylabel(run.model.states[i].label)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -50,17 +50,21 @@ def nile() -> Data:
 
 
 def co2() -> Data:
-    path = HERE / "co2.csv"
-    year, *months = _read(path, "year", *MONTHS)
-    value = np.ravel(np.column_stack(months))
+    at, value = _from_rows(HERE / "co2.csv", "year", MONTHS, np.arange(12) / 12)
+    return Data(source_of(HERE / "co2.csv"), "year", at, ("co2",), value[:, None])
+
+
+def _from_rows(path: Path, name: str, columns: Sequence[str], after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values of a file with several values a row: each so long after what its row is called"""
+    at, *values = _read(path, name, *columns)
+    value = np.ravel(np.column_stack(values))
     first, last = np.flatnonzero(np.isfinite(value))[[0, -1]]
-    at = np.ravel(year[:, None] + np.arange(12) / 12)[first : last + 1]
-    return Data(source_of(path), "year", at, ("co2",), value[first : last + 1, None])
+    return np.ravel(at[:, None] + after)[first : last + 1], value[first : last + 1]
 
 
 def sunspots() -> Data:
     path = HERE / "sunspots.csv"
-    year, number = _read(path, "year", "sunspots")
+    year, number = _from_rows(path, "decade", [str(k) for k in range(10)], np.arange(10))
     said = f"{source_of(path)} Here: less their mean, {number.mean():.4f}."
     return Data(said, "year", year, ("sunspots",), (number - number.mean())[:, None])
 
@@ -103,7 +107,6 @@ def consumption() -> Data:
 
 
 def drawn(builder: str, rows: int, seed: int, names: tuple[str, ...], **parameters: Any) -> Data:
-    """Of a model with these parameters"""
     truth = Model(**build(builder, arrays(parameters)))
     _, z = simulate(truth, rows, seed)
     text = ", ".join(f"{key} = {np.asarray(value).tolist()}" for key, value in parameters.items())

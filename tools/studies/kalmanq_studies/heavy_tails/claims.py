@@ -75,7 +75,6 @@ def spread_of_groups(c: Collected, alpha: float) -> tuple[float, float]:
 
 
 def grouping(c: Collected) -> str:
-    """What `grouped` makes of the runs"""
     runs = c.runs("known")
     return f"groups of {GROUP} runs" if runs >= 2 * GROUP else f"one group of {min(GROUP, runs)} runs"
 
@@ -161,12 +160,12 @@ def fitted_noise(c: Collected) -> Claim:
 def fitted_all(c: Collected) -> Claim:
     made = {metric: c.beside_gaussian("fitted", EVEN, TAILED, "EM of all six", metric) for metric in METRICS}
     holds = {metric: 2 <= figure.value <= 3 for metric, figure in made.items()}
-    settled = c.of("fitted", EVEN, TAILED, "EM of all six")["settled"].mean()
+    converged = c.of("fitted", EVEN, TAILED, "EM of all six")["converged"].mean()
     return Claim(
         "EM of all six parameters: 2 to 3 times the Gaussian error at alpha = 1.3.", REFERENCE,
         [of_estimator(c, name, TAILED) for name in ("EM of all six", "EM of all six, 30 iterations", "ML of all six")]
         + [of_estimator(c, "EM of all six", GAUSSIAN), worst_runs(c, "EM of all six"),
-           f"EM of all six has settled after {ITERATIONS} iterations in {100 * settled:.0f} % of the runs"],
+           f"EM of all six has converged after {ITERATIONS} iterations in {100 * converged:.0f} % of the runs"],
         f"{'; '.join(f'{worded(holds[metric])} in {metric} ({made[metric]})' for metric in METRICS)}; an artefact of "
         "EM that is not at its end, of the unit of x, and in RMSE of the metric",
         "EM creeps where R is far below Q, as it is among large jumps, and where the likelihood is flat, as it is "
@@ -190,7 +189,7 @@ def worst_runs(c: Collected, name: str) -> str:
 def likely_all(c: Collected) -> Claim:
     size = c.beside_gaussian("fitted", EVEN, GAUSSIAN, "ML of all six", "MAE")
     names = ("ML of all six", "ML of all six from c = 2", "ML of H, Q, R", "ML of Q, R")
-    settled, fixed = (c.of("fitted", EVEN, GAUSSIAN, name)["settled"].mean() for name in (names[0], names[-1]))
+    converged, fixed = (c.of("fitted", EVEN, GAUSSIAN, name)["converged"].mean() for name in (names[0], names[-1]))
     return Claim(
         "ML of all six parameters explodes, already at alpha = 2.", REFERENCE,
         [of_estimator(c, name, GAUSSIAN) for name in names] + [spread_of_products(c, name) for name in names[:3]],
@@ -198,7 +197,7 @@ def likely_all(c: Collected) -> Claim:
         f"The likelihood does not change along c^2 q, with x0 and P0 in the same units. A search by the exact gradient "
         f"does not move along it: it keeps the c that it began with, true or false. With x0 and P0 held (ML of H, Q, "
         f"R) nothing but that prior tells one c from another, and c runs away: that is what explodes. kalmanq.fit "
-        f"tells of it: {100 * settled:.0f} % of the fits of all six are called settled, and {100 * fixed:.0f} % of "
+        f"tells of it: {100 * converged:.0f} % of the fits of all six are called converged, and {100 * fixed:.0f} % of "
         f"those of Q and R, which are well behaved.")
 
 

@@ -14,7 +14,7 @@ GAUSSIAN = 2.0  # alpha
 KINDS = ("filter", "smoother")
 ESTIMATES = ("Q", "R", "H", "A", "P", "K")
 HEADER = ("part", "Q_over_R", "rows", "runs", "alpha", "beta", "estimator", "of", "rmse", "rmse_error", "mae",
-          "mae_error", "settled", *(f"{name}_{share}" for name in ESTIMATES for share in ("low", "median", "high")))
+          "mae_error", "converged", *(f"{name}_{share}" for name in ESTIMATES for share in ("low", "median", "high")))
 
 
 class Key(NamedTuple):
@@ -50,12 +50,10 @@ class Collected:
         return np.array(sorted({key.beta for key in self.columns if key.part == "skewed"}))
 
     def estimators(self, part: str, kind: str = "filter") -> list[str]:
-        """In the order in which they came"""
         return list(dict.fromkeys(key.estimator for key, of in self.columns.items()
                                   if key.part == part and f"{kind}_square" in of))
 
     def runs(self, part: str) -> int:
-        """For each alpha and beta"""
         return next(len(of["filter_square"]) for key, of in self.columns.items() if key.part == part)
 
     def beside_gaussian(self, part: str, ratio: float, alpha: float, estimator: str, metric: str,
@@ -75,7 +73,7 @@ class Collected:
                 if f"{kind}_square" in of:
                     rmse, mae = (scores.error_of(of, kind, metric) for metric in ("RMSE", "MAE"))
                     numbers = [rmse.value, rmse.error, mae.value, mae.error,
-                               float(np.mean(of["settled"])) if "settled" in of else None, *_estimates(of)]
+                               float(np.mean(of["converged"])) if "converged" in of else None, *_estimates(of)]
                     yield [key.part, f"{key.ratio:g}", self.rows[key.ratio], len(of[f"{kind}_square"]),
                            f"{key.alpha:g}", f"{key.beta:g}", key.estimator, kind,
                            *("" if number is None else f"{number:.6g}" for number in numbers)]

@@ -41,13 +41,13 @@ class Fitting:
     c: float = 1.0
 
     def model(self, setting: Setting, z: np.ndarray) -> tuple[Model, bool]:
-        """Fitted to one run; did it settle?"""
+        """Fitted to one run; did it converge?"""
         begin = setting.model().changed(H=[[self.c]])
         if self.method == "em":
             made = Estimation(begin, [z], self.free).run(self.iterations, TOLERANCE)
         else:
             made = fit(begin, [z], self.free, method="ml", iterations=self.iterations)
-        return made.model, made.is_settled
+        return made.model, made.converged
 
 
 DETERMINED = (Fitting("EM of Q", "em", ("Q",)), Fitting("EM of Q, R", "em", ("Q", "R")),
@@ -72,19 +72,19 @@ class Fitted:
     model: Model
     weight: float
     variance: float
-    is_settled: bool
+    converged: bool
 
 
 def fitted(fitting: Fitting, setting: Setting, z: np.ndarray) -> Fitted:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # of R that is fitted to nearly 0
-        model, is_settled = fitting.model(setting, z)
+        model, converged = fitting.model(setting, z)
         smoother = Smoother(model)
         run = smoother.run(z)
     last = smoother.last.copy()
     last.predict()
     weight = float(last.gain()[0, 0] * model.H[0, 0])
-    return Fitted(run.mean[:, 0], run.smoothed[:, 0], model, weight, float(run.sigma[-1, 0] ** 2), is_settled)
+    return Fitted(run.mean[:, 0], run.smoothed[:, 0], model, weight, float(run.sigma[-1, 0] ** 2), converged)
 
 
 # ------------------------------------------------------------------------------ robust steps
@@ -92,12 +92,8 @@ def fitted(fitting: Fitting, setting: Setting, z: np.ndarray) -> Fitted:
 JUMP = {2.0: 9.0, 0.02: 16.0}  # g, as robust.h has it
 
 FILTERS: dict[str, Callable[[Setting], Optional[Robust]]] = {
-    "plain": lambda setting: None,
-    "gate": lambda setting: Robust("gate"),
-    "Huber": lambda setting: Robust("huber"),
-    "Student-t update": lambda setting: Robust("student"),
-    "jump": lambda setting: Robust("jump", JUMP[setting.ratio]),
-}
+    "plain": lambda setting: None, "gate": lambda setting: Robust("gate"), "Huber": lambda setting: Robust("huber"),
+    "Student-t update": lambda setting: Robust("student"), "jump": lambda setting: Robust("jump", JUMP[setting.ratio])}
 SMOOTHERS = {"plain": None, "reweighted": 5, "reweighted, 12 passes": 12}
 
 

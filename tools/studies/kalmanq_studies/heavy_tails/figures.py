@@ -25,13 +25,11 @@ LOOK = {**STYLE, "figure.dpi": 110, "font.size": 9, "legend.fontsize": 8, "lines
 
 
 def figures() -> dict[str, Callable[[Collected], Picture]]:
-    """By the names of their files"""
     return {"known": draw_known, "runs": draw_runs, "skewness": draw_skewness, "fitted": draw_fitted,
             "estimates": draw_estimates, "robust": draw_robust}
 
 
 def _panels(count: int, height: float, **options: Any) -> tuple[Picture, np.ndarray]:
-    """Side by side"""
     return plt.subplots(1, count, figsize=(WIDTH, height), layout="constrained", **options)
 
 

@@ -37,7 +37,6 @@ class Grid:
 
     @property
     def half(self) -> int:
-        """Points on each side."""
         return int(np.ceil(self.width / self.spacing))
 
 
@@ -84,7 +83,6 @@ class _Moves:
         self.length = fft.next_fast_len(len(self.reach), real=True)
 
     def densities(self, points: np.ndarray) -> np.ndarray:
-        """At points of the lattice."""
         size = np.abs(points)
         made = self.table[np.minimum(size, TABLE - 1).astype(int)]
         far = size >= TABLE

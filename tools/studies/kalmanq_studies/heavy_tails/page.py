@@ -5,6 +5,8 @@ from __future__ import annotations
 from textwrap import fill
 from typing import Sequence
 
+import numpy as np
+
 from kalmanq_studies.heavy_tails import population, scores
 from kalmanq_studies.heavy_tails.claims import (
     EVEN, METRICS, QUIET, ROBUST_ALPHAS, TAILED, Claim, claims, nearest, worst)
@@ -14,6 +16,7 @@ from kalmanq_studies.heavy_tails.grid import FINER, Grid
 from kalmanq_studies.heavy_tails.scores import Figure
 from kalmanq_studies.heavy_tails.settings import SETTINGS
 
+TABLED = (1.0, 1.3, 1.5, 1.7, 2.0)
 CAPTIONS = {
     "known": "Known parameters: how the filter's error grows as alpha falls, and what smoothing gains. Bars are two "
              "standard errors; the lines of the population need no runs. The RMSE has no population value below alpha = 2.",
@@ -133,9 +136,14 @@ def percent(ratio: Figure) -> str:
 # ------------------------------------------------------------------------------ tables
 
 
+def tabled(alphas: np.ndarray) -> np.ndarray:
+    """Those of a table: the CSV has all of them"""
+    return alphas[np.isclose(alphas[:, None], TABLED).any(axis=1)]
+
+
 def _known(c: Collected) -> str:
     rows = []
-    for alpha in (one for one in c.alphas("known") if round(one * 10) == one * 10):
+    for alpha in tabled(c.alphas("known")):
         for setting in SETTINGS:
             of = c.of("known", setting.ratio, alpha)
             made = [f"{scores.error_of(of, kind, metric)}" for kind in ("filter", "smoother") for metric in METRICS]
@@ -148,15 +156,15 @@ def _known(c: Collected) -> str:
 
 def _estimates(c: Collected) -> str:
     rows = []
-    for alpha in c.alphas("fitted"):
+    for alpha in tabled(c.alphas("fitted")):
         for name in ("EM of Q", "EM of Q, R"):
             of = c.of("fitted", EVEN, alpha, name)
             rows.append([f"{alpha:g}", name, *(f"{scores.median(of[column])}" for column in "QRPK"),
-                         f"{100 * of['settled'].mean():.0f} %"])
+                         f"{100 * of['converged'].mean():.0f} %"])
     return "\n\n".join([
         "## What is fitted", filled(f"""Medians over the runs, Q/R = {EVEN:g}, after at most {ITERATIONS} iterations;
-        settled: no parameter moved by more than {TOLERANCE:g} of itself in the last one."""),
-        table(["alpha", "fitted", "Q", "R", "P", "K", "settled"], rows),
+        converged: no parameter moved by more than {TOLERANCE:g} of itself in the last one."""),
+        table(["alpha", "fitted", "Q", "R", "P", "K", "converged"], rows),
         picture("estimates")])
 
 
@@ -180,7 +188,7 @@ def _robust(c: Collected) -> str:
 
 def _grid(c: Collected) -> str:
     rows = []
-    for alpha in c.alphas("robust"):
+    for alpha in tabled(c.alphas("robust")):
         for ratio in (EVEN, QUIET):
             exact = c.of("robust", ratio, alpha, "exact")
             made = [f"{scores.error_of(exact, kind, metric)}" for kind in ("filter", "smoother") for metric in METRICS]

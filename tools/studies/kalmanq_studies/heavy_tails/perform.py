@@ -46,7 +46,7 @@ def _fitted(task: Task, x: np.ndarray, z: np.ndarray) -> dict[str, Columns]:
             **errors("measured", H * filtered - x),
             **{name: [float(getattr(run.model, name).ravel()[0]) for run in runs] for name in estimators.SIX},
             "K": [run.weight for run in runs], "P": [run.variance for run in runs],
-            "settled": [float(run.is_settled) for run in runs]}
+            "converged": [float(run.converged) for run in runs]}
     return made
 
 

@@ -12,8 +12,7 @@ from scipy.stats import norm
 
 from kalmanq.run.filters import Filter
 from kalmanq_studies.lectures.densities import TRUTH, constant, readings
-from kalmanq_studies.lectures.example import (
-    BLUE, FIGURE_STYLE, GREY, ORANGE, Example, apart, put_caption, ranged, shown)
+from kalmanq_studies.lectures.example import BLUE, GREY, ORANGE, Example, apart, ranged, shown
 
 ROWS, RUNS, WIDTH = 600, 200, 0.1
 
@@ -75,24 +74,22 @@ def distance(result: Result, exact: Result) -> float:
     return apart(result.mean, exact.mean, exact.sigma)
 
 
-def draw(results: Mapping[str, Result], said: str) -> Figure:
+def draw(results: Mapping[str, Result]) -> Figure:
     result = shown(results)
     k = np.arange(1, ROWS + 1)
-    with plt.rc_context(FIGURE_STYLE):
-        figure, axis = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
-        axis.plot(k, result.outside[1:20].T, color=GREY, lw=0.4, alpha=0.45)
-        axis.plot([], [], color=GREY, lw=0.8, label="others")
-        axis.plot(k, result.outside[0], color=BLUE, lw=1.5, label="one run")
-        band = 2 * result.standard_error
-        axis.fill_between(k, result.average - band, result.average + band, color=ORANGE, alpha=0.35, lw=0,
-                          label=f"mean of {RUNS} runs, ± 2 standard errors")
-        axis.plot(k, result.expected, color="black", ls="--", lw=1.2, label="mean, theory")
-        place = f"{TRUTH:g} ± {WIDTH:g}"
-        axis.set(xlabel="measurements", ylabel=f"probability outside {place}", ylim=(0, 1.02), xlim=(0, ROWS),
-                 title=f"The density gathers at the constant: what it gives to values outside {place} falls towards 0")
-        axis.legend(loc="upper right")
-        put_caption(figure, said)
-        return figure
+    figure, axis = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
+    axis.plot(k, result.outside[1:20].T, color=GREY, lw=0.4, alpha=0.45)
+    axis.plot([], [], color=GREY, lw=0.8, label="others")
+    axis.plot(k, result.outside[0], color=BLUE, lw=1.5, label="one run")
+    band = 2 * result.standard_error
+    axis.fill_between(k, result.average - band, result.average + band, color=ORANGE, alpha=0.35, lw=0,
+                      label=f"mean of {RUNS} runs, ± 2 standard errors")
+    axis.plot(k, result.expected, color="black", ls="--", lw=1.2, label="mean, theory")
+    place = f"{TRUTH:g} ± {WIDTH:g}"
+    axis.set(xlabel="measurements", ylabel=f"probability outside {place}", ylim=(0, 1.02), xlim=(0, ROWS),
+             title=f"The density gathers at the constant: what it gives to values outside {place} falls towards 0")
+    axis.legend(loc="upper right")
+    return figure
 
 
 EXAMPLE = Example("the probability outside 10 ± 0.1 over 600 measurements of a constant", compute, numbers, distance,

@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
-from kalmanq_studies.lectures.example import FIGURE_STYLE, GREY, Example, apart, put_caption, ranged, shown
+from kalmanq_studies.lectures.example import GREY, Example, apart, ranged, shown
 
 TRUTH, SHOWN = 10.0, 5
 
@@ -50,22 +50,20 @@ def distance(result: Result, exact: Result) -> float:
     return apart(result.mean, exact.mean, exact.sigma)
 
 
-def draw(results: Mapping[str, Result], said: str) -> Figure:
+def draw(results: Mapping[str, Result]) -> Figure:
     result = shown(results)
     theta = np.linspace(5, 12.5, 600)
-    with plt.rc_context(FIGURE_STYLE):
-        figure, axis = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
-        prior = constant()
-        axis.plot(theta, norm.pdf(theta, prior.x0[0], np.sqrt(prior.P0[0, 0])), color=GREY, ls=":", label="prior")
-        for k, (mean, sigma) in enumerate(zip(result.mean, result.sigma), 1):
-            axis.plot(theta, norm.pdf(theta, mean, sigma), color=plt.cm.viridis(0.95 - 0.19 * k), lw=1 + 0.25 * k,
-                      label=f"after {k}")
-        axis.axvline(TRUTH, color="black", lw=1, ls="--", label="the constant")
-        axis.set(xlabel="value of the constant", ylabel="probability density", xlim=(theta[0], theta[-1]),
-                 ylim=(0, None), title="Each measurement draws the density towards the constant and narrows it")
-        axis.legend(loc="upper left")
-        put_caption(figure, said)
-        return figure
+    figure, axis = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
+    prior = constant()
+    axis.plot(theta, norm.pdf(theta, prior.x0[0], np.sqrt(prior.P0[0, 0])), color=GREY, ls=":", label="prior")
+    for k, (mean, sigma) in enumerate(zip(result.mean, result.sigma), 1):
+        axis.plot(theta, norm.pdf(theta, mean, sigma), color=plt.cm.viridis(0.95 - 0.19 * k), lw=1 + 0.25 * k,
+                  label=f"after {k}")
+    axis.axvline(TRUTH, color="black", lw=1, ls="--", label="the constant")
+    axis.set(xlabel="value of the constant", ylabel="probability density", xlim=(theta[0], theta[-1]),
+             ylim=(0, None), title="Each measurement draws the density towards the constant and narrows it")
+    axis.legend(loc="upper left")
+    return figure
 
 
 EXAMPLE = Example("a constant of 10 from noisy readings: its first five posterior densities", compute, numbers,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Callable, Iterator, Mapping, Sequence
 
+import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
@@ -17,7 +18,6 @@ from kalmanq.run.filters import Filter
 
 # Colours that are told apart without red and green: M. Okabe and K. Ito, "Color Universal Design", 2008.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#777777"
-FIGURE_STYLE: dict[str, Any] = {**STYLE, "figure.dpi": 110}
 ARITHMETIC_STYLES = {"f64": ("#000000", "-"), "f32": (ORANGE, "--"), "q31": (BLUE, ":")}
 
 
@@ -26,14 +26,21 @@ class Example:
     """compute   (arithmetic, seed): the result in one arithmetic
     numbers   of a result, by name: what is printed
     distance  (result, exact): how far apart two results are at most, in sigma
-    draw      of results by arithmetic, with a caption
+    draw      of results by arithmetic
     """
 
     shows: str
     compute: Callable[[str, int], Any]
     numbers: Callable[[Any], Mapping[str, ArrayLike]]
     distance: Callable[[Any, Any], float]
-    draw: Callable[[Mapping[str, Any], str], Figure]
+    draw: Callable[[Mapping[str, Any]], Figure]
+
+    def figure(self, results: Mapping[str, Any], said: str) -> Figure:
+        """With what is said of it beneath"""
+        with plt.rc_context({**STYLE, "figure.dpi": 110}):
+            made = self.draw(results)
+            made.supxlabel(said, fontsize=8.5, color=GREY)
+            return made
 
 
 def shown(results: Mapping[str, Any]) -> Any:
@@ -47,10 +54,6 @@ def caption(example: Example, results: Mapping[str, Any]) -> str:
         return f"drawn from {', '.join(results)}"
     others = [f"{name} {example.distance(of, results['f64']):.1g}" for name, of in results.items() if name != "f64"]
     return "drawn from f64" + (f"; at most so far from it, in sigma: {', '.join(others)}" if others else "")
-
-
-def put_caption(figure: Figure, text: str) -> None:
-    figure.supxlabel(text, fontsize=8.5, color=GREY)
 
 
 def ranged(model: Model, records: Sequence[np.ndarray]) -> Model:

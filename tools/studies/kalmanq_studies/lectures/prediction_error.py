@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
 from kalmanq.run.simulation import simulate
-from kalmanq_studies.lectures.example import (
-    BLUE, FIGURE_STYLE, ORANGE, Example, apart, predicted_covariances, put_caption, ranged, shown)
+from kalmanq_studies.lectures.example import BLUE, ORANGE, Example, apart, predicted_covariances, ranged, shown
 
 ROWS, RUNS = 51, 400  # the first row is not predicted
 
@@ -70,25 +69,23 @@ def distance(result: Result, exact: Result) -> float:
     return apart(result.predicted, exact.predicted, np.sqrt(np.diagonal(exact.covariance, axis1=1, axis2=2)))
 
 
-def draw(results: Mapping[str, Result], said: str) -> Figure:
+def draw(results: Mapping[str, Result]) -> Figure:
     result, rows = shown(results), np.arange(1, ROWS)
-    with plt.rc_context(FIGURE_STYLE):
-        figure, (one, mean) = plt.subplots(2, 1, figsize=(7.6, 5.6), sharex=True, layout="constrained")
-        for errors, theory, colour, mark, label in (
-                (result.filter, result.expected_filter, BLUE, "o", "filter"),
-                (result.oracle, np.full(ROWS - 1, result.expected_oracle), ORANGE, "s", "sees the true state")):
-            one.plot(rows, errors[0], color=colour, marker=mark, ms=2.8, lw=1, label=label)
-            mean.errorbar(rows, errors.mean(axis=0), 2 * standard_error(errors), color=colour, marker=mark, ms=2.8,
-                          lw=0, elinewidth=0.9, label=label)
-            mean.plot(rows, theory, color="black", lw=1, ls="--", label="theory" if mark == "s" else None)
-        one.set(ylabel="squared error", ylim=(0, None), title="One run: either may be the better one in a row")
-        mean.set(xlabel="row", ylabel="mean squared error", ylim=(0, None),
-                 title=f"Mean of {RUNS} runs, ± 2 standard errors: not to see the true state costs "
-                       f"{result.expected_filter[-1] / result.expected_oracle:.2f} times the error")
-        one.legend(loc="upper right", ncols=2)
-        mean.legend(loc="lower right", ncols=3)
-        put_caption(figure, said)
-        return figure
+    figure, (one, mean) = plt.subplots(2, 1, figsize=(7.6, 5.6), sharex=True, layout="constrained")
+    for errors, theory, colour, mark, label in (
+            (result.filter, result.expected_filter, BLUE, "o", "filter"),
+            (result.oracle, np.full(ROWS - 1, result.expected_oracle), ORANGE, "s", "sees the true state")):
+        one.plot(rows, errors[0], color=colour, marker=mark, ms=2.8, lw=1, label=label)
+        mean.errorbar(rows, errors.mean(axis=0), 2 * standard_error(errors), color=colour, marker=mark, ms=2.8,
+                      lw=0, elinewidth=0.9, label=label)
+        mean.plot(rows, theory, color="black", lw=1, ls="--", label="theory" if mark == "s" else None)
+    one.set(ylabel="squared error", ylim=(0, None), title="One run: either may be the better one in a row")
+    mean.set(xlabel="row", ylabel="mean squared error", ylim=(0, None),
+             title=f"Mean of {RUNS} runs, ± 2 standard errors: not to see the true state costs "
+                   f"{result.expected_filter[-1] / result.expected_oracle:.2f} times the error")
+    one.legend(loc="upper right", ncols=2)
+    mean.legend(loc="lower right", ncols=3)
+    return figure
 
 
 EXAMPLE = Example("one-step prediction errors beside those of a predictor that sees the true state before", compute,

@@ -12,8 +12,7 @@ from scipy.stats import multivariate_normal
 
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
-from kalmanq_studies.lectures.example import (
-    BLUE, FIGURE_STYLE, GREEN, GREY, ORANGE, Example, apart, covariances_apart, put_caption, ranged, shown)
+from kalmanq_studies.lectures.example import BLUE, GREEN, GREY, ORANGE, Example, apart, covariances_apart, ranged, shown
 
 READING = np.array([2.3, -1.9])
 WITHIN = (0.9, 0.5, 0.2)  # probability inside each contour
@@ -67,21 +66,19 @@ def distance(result: Result, exact: Result) -> float:
                    covariances_apart(of.covariance, beside.covariance)) for of, beside in pairs)
 
 
-def draw(results: Mapping[str, Result], said: str) -> Figure:
+def draw(results: Mapping[str, Result]) -> Figure:
     result = shown(results)
     parts = (("prior", result.prior, GREY, ":"), ("measurement", result.reading, ORANGE, "--"),
              ("filtered", result.filtered, BLUE, "-"), ("predicted", result.predicted, GREEN, "-."))
-    with plt.rc_context(FIGURE_STYLE):
-        figure, axis = plt.subplots(figsize=(7.4, 6.0), layout="constrained")
-        for name, density, colour, line in parts:
-            _contours(axis, density, colour, line)
-            axis.plot([], [], color=colour, ls=line, label=name)
-        axis.set(xlabel=PLACES[0].label, ylabel=PLACES[1].label, xlim=(-1.6, 3.9), ylim=(-3.2, 2.4), aspect="equal",
-                 title="The filtered density lies between prior and measurement and is narrower than both;\n"
-                       "contours hold 20, 50 and 90 % of the probability, + is the mean")
-        axis.legend(loc="upper left")
-        put_caption(figure, said)
-        return figure
+    figure, axis = plt.subplots(figsize=(7.4, 6.0), layout="constrained")
+    for name, density, colour, line in parts:
+        _contours(axis, density, colour, line)
+        axis.plot([], [], color=colour, ls=line, label=name)
+    axis.set(xlabel=PLACES[0].label, ylabel=PLACES[1].label, xlim=(-1.6, 3.9), ylim=(-3.2, 2.4), aspect="equal",
+             title="The filtered density lies between prior and measurement and is narrower than both;\n"
+                   "contours hold 20, 50 and 90 % of the probability, + is the mean")
+    axis.legend(loc="upper left")
+    return figure
 
 
 def _contours(axis: Any, density: Density, colour: str, line: str) -> None:

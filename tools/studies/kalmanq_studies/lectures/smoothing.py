@@ -20,8 +20,7 @@ from kalmanq.run.filters import Filter, LagSmoother, Smoother
 from kalmanq.run.following import InstantSmoother
 from kalmanq.run.parts import Parts
 from kalmanq.run.simulation import simulate
-from kalmanq_studies.lectures.example import (
-    BLUE, FIGURE_STYLE, GREEN, GREY, ORANGE, PURPLE, Example, apart, put_caption, ranged, shown)
+from kalmanq_studies.lectures.example import BLUE, GREEN, GREY, ORANGE, PURPLE, Example, apart, ranged, shown
 
 ROWS, POINT, FAR, RUNS = 60, 30, 12, 400  # rows of a record, the fixed point, the largest lag and horizon, records
 
@@ -145,17 +144,15 @@ def distance(result: Result, exact: Result) -> float:
 # ------------------------------------------------------------------------------ the figure
 
 
-def draw(results: Mapping[str, Result], said: str) -> Figure:
+def draw(results: Mapping[str, Result]) -> Figure:
     result = shown(results)
-    with plt.rc_context(FIGURE_STYLE):
-        figure, axes = plt.subplot_mosaic([["signal", "signal"], ["offset", "offset"], ["point", "interval"]],
-                                          figsize=(9.4, 9.2), layout="constrained")
-        _draw_signal(axes["signal"], result.record)
-        _draw_offsets(axes["offset"], result)
-        _draw_point(axes["point"], result)
-        _draw_interval(axes["interval"], result)
-        put_caption(figure, said)
-        return figure
+    figure, axes = plt.subplot_mosaic([["signal", "signal"], ["offset", "offset"], ["point", "interval"]],
+                                      figsize=(9.4, 9.2), layout="constrained")
+    _draw_signal(axes["signal"], result.record)
+    _draw_offsets(axes["offset"], result)
+    _draw_point(axes["point"], result)
+    _draw_interval(axes["interval"], result)
+    return figure
 
 
 def _draw_signal(axis: Any, record: Record) -> None:

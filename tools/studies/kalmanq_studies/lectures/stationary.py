@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from kalmanq.run.steady import steady_state
 from kalmanq_studies.lectures.example import (
-    ARITHMETIC_STYLES, BLUE, FIGURE_STYLE, GREEN, ORANGE, Example, covariances_apart, predicted_covariances,
-    put_caption, ranged, shown)
+    ARITHMETIC_STYLES, BLUE, GREEN, ORANGE, Example, covariances_apart, predicted_covariances, ranged, shown)
 from kalmanq_studies.lectures.prediction_error import model
 
 SIZES, ROWS = (0.1, 0.3, 0.5), 40
@@ -50,28 +49,26 @@ def distance(result: Result, exact: Result) -> float:
     return max(covariances_apart(result.course[size], exact.course[size]) for size in SIZES)
 
 
-def draw(results: Mapping[str, Result], said: str) -> Figure:
+def draw(results: Mapping[str, Result]) -> Figure:
     result, rows = shown(results), np.arange(ROWS)
-    with plt.rc_context(FIGURE_STYLE):
-        figure, (way, rest) = plt.subplots(1, 2, figsize=(9.4, 4.2), layout="constrained", width_ratios=[1, 1.1])
-        for size in SIZES:
-            for (i, j), mark in (((0, 0), "o"), ((0, 1), "s")):
-                way.plot(rows[:13], result.course[size][:13, i, j], color=COLOURS[size], lw=1, marker=mark, ms=3.2)
-                way.axhline(result.limit[size][i, j], color=COLOURS[size], lw=0.9, ls="--")
-            way.plot([], [], color=COLOURS[size], label=f"Q = {size:g} I")
-        for mark, label in (("o", "P11"), ("s", "P12")):
-            way.plot([], [], color="black", marker=mark, ms=3.2, lw=0, label=label)
-        way.set(xlabel="row", ylabel="entry of the predicted covariance", ylim=(0, 0.95),
-                title="More process noise, a larger covariance;\ndashed: solution of the Riccati equation")
-        way.legend(loc="upper right", ncols=2)
-        for name, of in results.items():
-            colour, line = ARITHMETIC_STYLES[name]
-            rest.semilogy(rows, np.maximum(of.left(0.3), 1e-17), color=colour, ls=line, lw=1.6, label=name)
-        rest.set(xlabel="row", ylabel="largest distance / (sigma_i sigma_j)", ylim=(1e-17, 3),
-                 title="Q = 0.3 I: the distance to where it stays falls\nby one factor a row, down to the last bits")
-        rest.legend(loc="upper right")
-        put_caption(figure, said)
-        return figure
+    figure, (way, rest) = plt.subplots(1, 2, figsize=(9.4, 4.2), layout="constrained", width_ratios=[1, 1.1])
+    for size in SIZES:
+        for (i, j), mark in (((0, 0), "o"), ((0, 1), "s")):
+            way.plot(rows[:13], result.course[size][:13, i, j], color=COLOURS[size], lw=1, marker=mark, ms=3.2)
+            way.axhline(result.limit[size][i, j], color=COLOURS[size], lw=0.9, ls="--")
+        way.plot([], [], color=COLOURS[size], label=f"Q = {size:g} I")
+    for mark, label in (("o", "P11"), ("s", "P12")):
+        way.plot([], [], color="black", marker=mark, ms=3.2, lw=0, label=label)
+    way.set(xlabel="row", ylabel="entry of the predicted covariance", ylim=(0, 0.95),
+            title="More process noise, a larger covariance;\ndashed: solution of the Riccati equation")
+    way.legend(loc="upper right", ncols=2)
+    for name, of in results.items():
+        colour, line = ARITHMETIC_STYLES[name]
+        rest.semilogy(rows, np.maximum(of.left(0.3), 1e-17), color=colour, ls=line, lw=1.6, label=name)
+    rest.set(xlabel="row", ylabel="largest distance / (sigma_i sigma_j)", ylim=(1e-17, 3),
+             title="Q = 0.3 I: the distance to where it stays falls\nby one factor a row, down to the last bits")
+    rest.legend(loc="upper right")
+    return figure
 
 
 EXAMPLE = Example("the way to the stationary covariance for Q = 0.1 I, 0.3 I and 0.5 I", compute, numbers, distance,
