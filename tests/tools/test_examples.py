@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from functools import lru_cache
 
 import numpy as np
 import pytest
+from command import kalmanq as command
 from models import textbook
 from scipy.stats import chi2, norm
 
@@ -199,8 +198,7 @@ def test_figures(name, tmp_path):
 
 
 def kalmanq(*arguments):
-    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", "examples", *map(str, arguments)],
-                          capture_output=True, text=True)
+    return command("examples", *arguments)
 
 
 def test_the_command(tmp_path):
