@@ -545,7 +545,7 @@ class EmTest(unittest.TestCase):
     def test_distance(self) -> None:
         """What is left of the likelihood once a small distance is told: at most that, and no less
         than half of it; f32 does not promise more than it sees"""
-        for title, problem in self.levels().items():
+        for title, problem in some(self.levels().items()):
             top = library(problem, 40000).likelihoods.max()
             for arithmetic in EPS:
                 run = library(problem, 8000, arithmetic)

@@ -140,13 +140,18 @@ def test_stationary_covariances(arithmetic):
         assert np.all(np.diff(left[:6]) < 0)
 
 
+@lru_cache(None)
+def textbook_of(rows: int):
+    """What the textbook has of the smoothers' model: its covariances know no measurements"""
+    return textbook(smoothing.model(), np.zeros((rows, 1)), None)
+
+
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_smoothing_has_the_textbooks_covariances(arithmetic):
     """Lag, point, interval and horizon each beside a dense smoother of the rows that they are given"""
     made, model, rows = result("smoothing", arithmetic), smoothing.model(), smoothing.ROWS
-    whole = textbook(model, np.zeros((rows, 1)), None)
-    of_row = [textbook(model, np.zeros((end + 1, 1)), None)["smoothed_covariance"][smoothing.POINT]
-              for end in range(smoothing.POINT, rows)]
+    whole = textbook_of(rows)
+    of_row = [textbook_of(end + 1)["smoothed_covariance"][smoothing.POINT] for end in range(smoothing.POINT, rows)]
     ahead, P = [], whole["covariance"][-1]
     for _ in range(smoothing.FAR):
         P = model.A @ P @ model.A.T + model.Q
