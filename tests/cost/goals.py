@@ -2,7 +2,8 @@
 
 Prints each figure beside its goal; fails where one is missed.
 
-    goals.py [CORE...]  what is held, on these cores or on all
+    goals.py            what is held
+    goals.py N CORE...  what is held on these cores by filters of up to N states
     goals.py --ahead    what is not reached yet
 """
 
@@ -180,8 +181,10 @@ def reached(goal: Goal, rows: list[Row]) -> bool:
 
 
 def main() -> int:
-    cores = sys.argv[1:]
-    goals = AHEAD if cores == ["--ahead"] else [goal for goal in GOALS if not cores or goal.core in cores]
+    goals = AHEAD if sys.argv[1:] == ["--ahead"] else GOALS
+    if len(sys.argv) > 2:
+        most, cores = int(sys.argv[1]), sys.argv[2:]
+        goals = [goal for goal in GOALS if goal.n <= most and goal.core in cores]
     wanted = list(dict.fromkeys(each for goal in goals for each in programs(goal.choice)))
     rows = [row for measured in measure_all(ROOT, wanted) for row in measured.rows]
     return 0 if goals and all([reached(goal, rows) for goal in goals]) else 1
