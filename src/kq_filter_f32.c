@@ -1,4 +1,4 @@
-/* kalmanq in float: models, the filter, the smoothers, outliers, an unknown start, linearised predicts. */
+/* kalmanq in float: models, the filter, the smoothers, outliers, a diffuse start, linearised predicts. */
 #include "arithmetic/f32.h"
 #include "model/api.h"
 #include "filter/api.h"

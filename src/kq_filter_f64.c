@@ -1,4 +1,4 @@
-/* kalmanq in double: models, the filter, the smoothers, outliers, an unknown start, linearised predicts. */
+/* kalmanq in double: models, the filter, the smoothers, outliers, a diffuse start, linearised predicts. */
 #include "arithmetic/has_double.h"
 #if KQ_HAS_DOUBLE
 #include "arithmetic/f64.h"

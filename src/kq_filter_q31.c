@@ -1,4 +1,4 @@
-/* kalmanq in fixed point: models, the filter, the smoothers, outliers, an unknown start, linearised predicts. */
+/* kalmanq in fixed point: models, the filter, the smoothers, outliers, a diffuse start, linearised predicts. */
 #include "arithmetic/q31.h"
 #include "model/api.h"
 #include "filter/api.h"

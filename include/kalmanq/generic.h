@@ -4,11 +4,10 @@
  *     #include <kalmanq/kalmanq.h>
  *     #include <kalmanq/generic.h>
  *
- *     kq_step(&cart, &motion, NULL, &ranger, z);        kq_step_f32, if cart is a kq_filter_f32
+ *     kq_step(&cart, &motion, NULL, &ranger, z);        kq_step_f32 if cart is a kq_filter_f32
  *
- * The type of the first argument says which arithmetic it is: by _Generic in C11, by overloads in C++.  There is no
- * other code: a call is the call of the function with the suffix, whose header is its manual.  The other functions
- * have their names with the suffix alone.
+ * The type of the first argument selects the arithmetic: _Generic in C11, overloads in C++.  The
+ * manual is the header of the function with the suffix.  Other functions have the suffix only.
  */
 #ifndef KALMANQ_GENERIC_H
 #define KALMANQ_GENERIC_H
@@ -20,54 +19,47 @@
 
 #ifdef __cplusplus
 
-#define KQ_PRIVATE_OVERLOADS(T, word, number, score)                                               \
-    KQ_NODISCARD inline kq_status kq_predict(kq_filter_##T *f, const kq_process_##T *p, const word *u)          \
-    { return kq_predict_##T(f, p, u); }                                                            \
-    KQ_NODISCARD inline kq_status kq_update(kq_filter_##T *f, const kq_sensor_##T *s, const word *z)            \
-    { return kq_update_##T(f, s, z); }                                                             \
-    KQ_NODISCARD inline kq_status kq_update_subset(kq_filter_##T *f, const kq_sensor_##T *s, const word *z,     \
-                                      uint32_t present)                                            \
-    { return kq_update_subset_##T(f, s, z, present); }                                             \
-    KQ_NODISCARD inline kq_status kq_step(kq_filter_##T *f, const kq_process_##T *p, const word *u,             \
-                             const kq_sensor_##T *s, const word *z)                                \
-    { return kq_step_##T(f, p, u, s, z); }                                                         \
-    KQ_NODISCARD inline kq_status kq_forecast(const kq_filter_##T *f, const kq_process_##T *p, const word *u,   \
-                                 size_t steps, kq_filter_##T *ahead)                               \
-    { return kq_forecast_##T(f, p, u, steps, ahead); }                                             \
-    KQ_NODISCARD inline kq_status kq_innovation(const kq_filter_##T *f, const kq_sensor_##T *s, const word *z,  \
-                                   word *e)                                                        \
-    { return kq_innovation_##T(f, s, z, e); }                                                      \
-    KQ_NODISCARD inline kq_status kq_covariance(const kq_filter_##T *f, number *P)                              \
-    { return kq_covariance_##T(f, P); }                                                            \
-    inline word kq_mean(const kq_filter_##T *f, int i) { return kq_mean_##T(f, i); }               \
-    inline word kq_sigma(const kq_filter_##T *f, int i) { return kq_sigma_##T(f, i); }             \
-    inline score kq_nis(const kq_filter_##T *f) { return kq_nis_##T(f); }                          \
-    inline unsigned kq_events(const kq_filter_##T *f) { return kq_events_##T(f); }                 \
-    KQ_NODISCARD inline kq_status kq_attach(kq_filter_##T *f, struct kq_attached_##T *object)                   \
-    { return kq_attach_##T(f, object); }                                                           \
-    KQ_NODISCARD inline kq_status kq_detach(struct kq_attached_##T *object) { return kq_detach_##T(object); }   \
-    KQ_NODISCARD inline kq_status kq_smooth(kq_history_##T *h) { return kq_smooth_##T(h); }
+/* An inline function `name` of (parameters) that passes (arguments) on */
+#define KQ_PRIVATE_INLINE(T, result, name, parameters, arguments) \
+    inline result kq_##name parameters { return kq_##name##_##T arguments; }
+#define KQ_PRIVATE_STATUS(T, name, parameters, arguments) \
+    KQ_NODISCARD KQ_PRIVATE_INLINE(T, kq_status, name, parameters, arguments)
 
-#define KQ_PRIVATE_FLOATING_OVERLOADS(T, word)                                                     \
-    KQ_PRIVATE_OVERLOADS(T, word, word, word)                                                      \
-    KQ_NODISCARD inline kq_status kq_process_init(kq_process_##T *p, const word *A, const word *B, const word *Q) \
-    { return kq_process_init_##T(p, A, B, Q); }                                                    \
-    KQ_NODISCARD inline kq_status kq_sensor_init(kq_sensor_##T *s, const word *H, const word *R)                \
-    { return kq_sensor_init_##T(s, H, R); }                                                        \
-    KQ_NODISCARD inline kq_status kq_filter_init(kq_filter_##T *f, const word *x0, const word *P0)              \
-    { return kq_filter_init_##T(f, x0, P0); }
+#define KQ_PRIVATE_OVERLOADS(T, word, number, score) \
+    KQ_PRIVATE_STATUS(T, predict, (kq_filter_##T *f, const kq_process_##T *p, const word *u), (f, p, u)) \
+    KQ_PRIVATE_STATUS(T, update, (kq_filter_##T *f, const kq_sensor_##T *s, const word *z), (f, s, z)) \
+    KQ_PRIVATE_STATUS(T, update_subset, (kq_filter_##T *f, const kq_sensor_##T *s, const word *z, \
+        uint32_t present), (f, s, z, present)) \
+    KQ_PRIVATE_STATUS(T, step, (kq_filter_##T *f, const kq_process_##T *p, const word *u, \
+        const kq_sensor_##T *s, const word *z), (f, p, u, s, z)) \
+    KQ_PRIVATE_STATUS(T, forecast, (const kq_filter_##T *f, const kq_process_##T *p, const word *u, \
+        size_t steps, kq_filter_##T *ahead), (f, p, u, steps, ahead)) \
+    KQ_PRIVATE_STATUS(T, innovation, (const kq_filter_##T *f, const kq_sensor_##T *s, const word *z, \
+        word *e), (f, s, z, e)) \
+    KQ_PRIVATE_STATUS(T, covariance, (const kq_filter_##T *f, number *P), (f, P)) \
+    KQ_PRIVATE_INLINE(T, word, mean, (const kq_filter_##T *f, int i), (f, i)) \
+    KQ_PRIVATE_INLINE(T, word, sigma, (const kq_filter_##T *f, int i), (f, i)) \
+    KQ_PRIVATE_INLINE(T, score, nis, (const kq_filter_##T *f), (f)) \
+    KQ_PRIVATE_INLINE(T, unsigned, events, (const kq_filter_##T *f), (f)) \
+    KQ_PRIVATE_STATUS(T, attach, (kq_filter_##T *f, struct kq_attached_##T *object), (f, object)) \
+    KQ_PRIVATE_STATUS(T, detach, (struct kq_attached_##T *object), (object)) \
+    KQ_PRIVATE_STATUS(T, smooth, (kq_history_##T *h), (h))
 
-#define KQ_PRIVATE_FIXED_OVERLOADS(T)                                                              \
-    KQ_PRIVATE_OVERLOADS(T, int32_t, kq_scaled_##T, int64_t)                                       \
-    KQ_NODISCARD inline kq_status kq_process_init(kq_process_##T *p, const kq_process_table_##T *table,         \
-                                     kq_range_error_##T *range_error)                                        \
-    { return kq_process_init_##T(p, table, range_error); }                                              \
-    KQ_NODISCARD inline kq_status kq_sensor_init(kq_sensor_##T *s, const kq_sensor_table_##T *table,            \
-                                    kq_range_error_##T *range_error)                                         \
-    { return kq_sensor_init_##T(s, table, range_error); }                                               \
-    KQ_NODISCARD inline kq_status kq_filter_init(kq_filter_##T *f, const kq_prior_table_##T *prior,             \
-                                    kq_range_error_##T *range_error)                                         \
-    { return kq_filter_init_##T(f, prior, range_error); }
+#define KQ_PRIVATE_FLOATING_OVERLOADS(T, word) \
+    KQ_PRIVATE_OVERLOADS(T, word, word, word) \
+    KQ_PRIVATE_STATUS(T, process_init, (kq_process_##T *p, const word *A, const word *B, const word *Q), \
+        (p, A, B, Q)) \
+    KQ_PRIVATE_STATUS(T, sensor_init, (kq_sensor_##T *s, const word *H, const word *R), (s, H, R)) \
+    KQ_PRIVATE_STATUS(T, filter_init, (kq_filter_##T *f, const word *x0, const word *P0), (f, x0, P0))
+
+#define KQ_PRIVATE_FIXED_OVERLOADS(T) \
+    KQ_PRIVATE_OVERLOADS(T, int32_t, kq_scaled_##T, int64_t) \
+    KQ_PRIVATE_STATUS(T, process_init, (kq_process_##T *p, const kq_process_table_##T *table, \
+        kq_range_error_##T *range_error), (p, table, range_error)) \
+    KQ_PRIVATE_STATUS(T, sensor_init, (kq_sensor_##T *s, const kq_sensor_table_##T *table, \
+        kq_range_error_##T *range_error), (s, table, range_error)) \
+    KQ_PRIVATE_STATUS(T, filter_init, (kq_filter_##T *f, const kq_prior_table_##T *prior, \
+        kq_range_error_##T *range_error), (f, prior, range_error))
 
 extern "C++" {
 KQ_PRIVATE_FLOATING_OVERLOADS(f32, float)
@@ -78,10 +70,9 @@ KQ_PRIVATE_FIXED_OVERLOADS(q31)
 #else
 
 /* The function of the arithmetic of `object`, a pointer to a TYPE, const or not */
-#define KQ_PRIVATE_OF(TYPE, object, name)                                                          \
-    _Generic((object),                                                                             \
-        TYPE##_f32 *: kq_##name##_f32, const TYPE##_f32 *: kq_##name##_f32,                        \
-        TYPE##_f64 *: kq_##name##_f64, const TYPE##_f64 *: kq_##name##_f64,                        \
+#define KQ_PRIVATE_OF(TYPE, object, name) \
+    _Generic((object), TYPE##_f32 *: kq_##name##_f32, const TYPE##_f32 *: kq_##name##_f32, \
+        TYPE##_f64 *: kq_##name##_f64, const TYPE##_f64 *: kq_##name##_f64, \
         TYPE##_q31 *: kq_##name##_q31, const TYPE##_q31 *: kq_##name##_q31)
 
 #define kq_process_init(p, ...) KQ_PRIVATE_OF(kq_process, p, process_init)(p, __VA_ARGS__)

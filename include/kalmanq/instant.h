@@ -1,31 +1,18 @@
 /*
- * kalmanq: the fixed-point smoother: one chosen instant, given all measurements so far.
+ * kalmanq: the fixed-point smoother: one instant s, given all measurements so far.
  *
  *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
  *
- * The instant is the filter's when you attach the INSTANT to it: the start of a run, a launch, an alarm.  The
- * memory does not depend on the number of steps.  The state is what kq_smooth of the whole run gives for that
- * step, but for rounding.
+ * The instant is the filter's state at kq_attach: the start of a run, a launch, an alarm.  The memory does
+ * not grow with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
  *
- *     kq_filter_f32 view;                               without memory
  *     kq_attach_f32(&track, &launch.attached);
- *     for (;;) {
- *         kq_update_f32(&track, &ranger, &z);
- *         if (kq_instant_smooth_f32(&launch, &view) == KQ_OK)
- *             ... kq_mean_f32(&view, i), kq_sigma_f32(&view, i)
- *         kq_predict_f32(&track, &motion, NULL);
- *     }
+ *     ... updates and predicts ...
+ *     kq_instant_smooth_f32(&launch, &view);   kq_mean_f32(&view, i), kq_sigma_f32(&view, i)
  *
- * The filter is, bit for bit, what it is without an instant.  Processes, sensors and their matrices may change
- * from step to step: the instant keeps nothing of them.
+ * The filter's bits stay.  Processes and sensors may change at every step: the instant keeps nothing of them.
  *
- * How it works.  The map of the coordinates of the root (smoother.h, lag.h),
- *     xi_s = C xi_t + c + E zeta,    zeta ~ N(0, I),    x_s = x_f(s) + S_s xi_s
- * goes forwards with each step: C <- C J, c <- c + C d, E <- tria [E, C Theta12].  Nothing is inverted or
- * subtracted: the covariance is positive semi-definite.
- *
- * Sources: Rauch, Tung and Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA J. 3 (1965);
- * Anderson and Moore, Optimal Filtering (1979), chapter 7.
+ * Source: Anderson and Moore, Optimal Filtering (1979), chapter 7; the maps of lag.h, composed forwards.
  */
 #ifndef KALMANQ_INSTANT_H
 #define KALMANQ_INSTANT_H
@@ -36,17 +23,14 @@
 extern "C" {
 #endif
 
-/**
- * Words of memory of an instant.
- *   n   states, 1..16
- *   m   the most scalar measurements of one step, of all sensors together, at least 1
- */
-#define KQ_INSTANT_LEN_F32(n, m)                                                                   \
-    (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_FILTER_LEN_F32((size_t)(n)) +                           \
-     2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
-#define KQ_INSTANT_LEN_F64(n, m)                                                                   \
-    (KQ_PRIVATE_ON_LINE_LEN_F64(n, m) + KQ_FILTER_LEN_F64((size_t)(n)) +                           \
-     2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
+/** Length of an instant's memory, in words: n states, 1..16; m, the most scalar measurements of one step, all
+    sensors together, at least 1. */
+#define KQ_INSTANT_LEN_F32(n, m) \
+    (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_FILTER_LEN_F32((size_t)(n)) + \
+        2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
+#define KQ_INSTANT_LEN_F64(n, m) \
+    (KQ_PRIVATE_ON_LINE_LEN_F64(n, m) + KQ_FILTER_LEN_F64((size_t)(n)) + \
+        2 * KQ_PRIVATE_MAP_LEN_F64((size_t)(n)))
 
 /* The fields are the library's (see process.h). */
 typedef struct kq_instant_f32 {
@@ -55,69 +39,56 @@ typedef struct kq_instant_f32 {
         struct kq_attached_f32 attached;
     };
 } kq_instant_f32;
-
 extern const struct kq_hooks_f32 kq_instant_hooks_f32; /* what it does in the steps */
-
 typedef struct kq_instant_f64 {
     union {
         kq_history_f64 tape;
         struct kq_attached_f64 attached;
     };
 } kq_instant_f64;
-
 extern const struct kq_hooks_f64 kq_instant_hooks_f64; /* what it does in the steps */
 
-/** An instant `name` with its storage, in static memory: for n states, at most m scalar
-    measurements a step. */
-#define KQ_INSTANT_F32(name, n, m)                                                                 \
-    static float name##_memory[KQ_INSTANT_LEN_F32(n, m)];                                          \
-    static kq_instant_f32 name = {                                                                 \
-        {{{&kq_instant_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}}}
-#define KQ_INSTANT_F64(name, n, m)                                                                 \
-    static double name##_memory[KQ_INSTANT_LEN_F64(n, m)];                                         \
-    static kq_instant_f64 name = {                                                                 \
-        {{{&kq_instant_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}}
+/** Declares an instant `name` with its static memory. */
+#define KQ_INSTANT_F32(name, n, m) \
+    static float name##_memory[KQ_INSTANT_LEN_F32(n, m)]; \
+    static kq_instant_f32 name = { {{{&kq_instant_hooks_f32}, n, 0, 0, 0, 0, 0, \
+        KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}}}
+#define KQ_INSTANT_F64(name, n, m) \
+    static double name##_memory[KQ_INSTANT_LEN_F64(n, m)]; \
+    static kq_instant_f64 name = { {{{&kq_instant_hooks_f64}, n, 0, 0, 0, 0, 0, \
+        KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}}
 
-/**
- * Sizes and memory known at run time only (the macros do the same at compile time).
- *   instant  written
- *   length   words at memory: KQ_INSTANT_LEN_<T>(n, m)
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
- */
-KQ_NODISCARD kq_status kq_instant_assign_f32(kq_instant_f32 *instant, int n, int m, float *memory, size_t length);
-KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int m, double *memory, size_t length);
+/** Sets sizes and memory at run time: n, m as above.  `length` words at memory, KQ_INSTANT_LEN_<T>(n, m),
+    yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+KQ_NODISCARD kq_status kq_instant_assign_f32(kq_instant_f32 *instant, int n, int m, float *memory,
+    size_t length);
+KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int m, double *memory,
+    size_t length);
 
 /*
- * Attaching (kq_attach): the state as it is, updates made or not, is the one to refine.  The instant takes the place of
- * the filter's history: a filter has one of them.  kq_filter_init, or another instant, lag or history, ends it.
- * Instant and filter must be alive until the instant is detached.  After kq_detach the last view stays valid.
- *     More than m measurements in a step set KQ_EVENT_HISTORY_FULL in the filter, which goes on by itself: the instant
- * is lost.
- *     Cost of a predict from then on, besides kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots and as
- * many divisions.
+ * kq_attach (filter.h) makes the present state the instant.  kq_filter_init, or another instant, lag or
+ * history, ends it.  The last view stays valid after kq_detach.
+ * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step; the instant is lost.
+ * Cost of a predict, besides kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots, n divisions.
  */
 
 /**
- * Smooths the instant, given all measurements so far, and shows it in a view, as kq_smoothed does.
- *   instant  attached; keeps what is shown until the next call
- *   view     written; without memory, not the instant's filter.  After an error its readings are NaN.
- * The filter does not change.
+ * Shows the instant, given all measurements so far, in a view (kq_smoothed).
+ *   instant  attached; its scratch changes.  It keeps what the view shows until the next call
+ *   view     written; without memory, not the instant's filter.  After an error its readings are NaN
+ * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
  * Cost: about 2.5 n^3 multiplications, n square roots.
- * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma (tests/README.md, Accuracy).
- * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or not any more), KQ_ERR_HISTORY_FULL
+ * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended), KQ_ERR_HISTORY_FULL
  * (the instant is lost).
  */
 KQ_NODISCARD kq_status kq_instant_smooth_f32(kq_instant_f32 *instant, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_instant_smooth_f64(kq_instant_f64 *instant, kq_filter_f64 *view);
 
-/* ------------------------------------------------------------------ q31, as in f32
- *
- * Events as lag.h says.
- */
+/* ------------------------------------------------------------------ q31, as f32; events as in lag.h */
 
-#define KQ_INSTANT_LEN_Q31(n, m)                                                                   \
-    (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_FILTER_LEN_Q31((size_t)(n)) +                           \
-     2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
+#define KQ_INSTANT_LEN_Q31(n, m) \
+    (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_FILTER_LEN_Q31((size_t)(n)) + \
+        2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
 /* The fields are the library's. */
 typedef struct kq_instant_q31 {
@@ -126,15 +97,15 @@ typedef struct kq_instant_q31 {
         struct kq_attached_q31 attached;
     };
 } kq_instant_q31;
-
 extern const struct kq_hooks_q31 kq_instant_hooks_q31; /* what it does in the steps */
 
-#define KQ_INSTANT_Q31(name, n, m)                                                                 \
-    static int32_t name##_memory[KQ_INSTANT_LEN_Q31(n, m)];                                        \
-    static kq_instant_q31 name = {                                                                 \
-        {{{&kq_instant_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}}}
+#define KQ_INSTANT_Q31(name, n, m) \
+    static int32_t name##_memory[KQ_INSTANT_LEN_Q31(n, m)]; \
+    static kq_instant_q31 name = { {{{&kq_instant_hooks_q31}, n, 0, 0, 0, 0, 0, \
+        KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}}}
 
-KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory, size_t length);
+KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory,
+    size_t length);
 KQ_NODISCARD kq_status kq_instant_smooth_q31(kq_instant_q31 *instant, kq_filter_q31 *view);
 
 #ifdef __cplusplus

@@ -1,9 +1,7 @@
 /*
- * kalmanq: sizes and lengths as functions, for languages that have no C macros.
+ * kalmanq: sizes and lengths as functions, for languages without C macros.
  *
- * What C says with KQ_FILTER_LEN_F32(n) and sizeof(kq_filter_f32) is here a call.  A binding, or a program that
- * links the shared library, allocates an object and its memory by these, gives both to kq_..._assign, and never
- * looks inside.
+ * A binding allocates an object and its memory by these, gives both to kq_..._assign, and never looks inside.
  */
 #ifndef KALMANQ_LENGTHS_H
 #define KALMANQ_LENGTHS_H
@@ -22,23 +20,20 @@
 extern "C" {
 #endif
 
-/**
- * What has a size or a length.  Behind each: the arguments of kq_length that it takes, and their meaning.  Pass 0
- * for the others.
- */
+/** What has a size or a length, and the arguments of kq_length that count; pass 0 for the others. */
 typedef enum {
     KQ_OBJECT_PROCESS = 0,       /* n (f32, f64) */
     KQ_OBJECT_SENSOR = 1,        /* m (f32, f64) */
     KQ_OBJECT_FILTER = 2,        /* n */
-    KQ_OBJECT_HISTORY = 3,       /* n, m: scalar measurements a step, 1..65535; k: steps; l: changes of process */
+    KQ_OBJECT_HISTORY = 3,       /* n, m: scalars a step, 1..65535; k: steps; l: changes of process */
     KQ_OBJECT_LAG = 4,           /* n, m: scalar measurements a step; k: the longest lag */
     KQ_OBJECT_INSTANT = 5,       /* n, m: scalar measurements a step */
-    KQ_OBJECT_DIFFUSE = 6,         /* n, k: early instants */
+    KQ_OBJECT_DIFFUSE = 6,       /* n, k: early instants */
     KQ_OBJECT_ADAPTATION = 7,    /* n, m */
     KQ_OBJECT_CONSISTENCY = 8,   /* m, k: the window, 1..KQ_WINDOW_MAX */
     KQ_OBJECT_LEAST_SQUARES = 9, /* no length */
     KQ_OBJECT_STEADY = 10,       /* n */
-    KQ_OBJECT_FREEZE = 11,     /* n */
+    KQ_OBJECT_FREEZE = 11,       /* n */
     KQ_OBJECT_LOSS = 12,         /* no length */
     KQ_OBJECT_EM = 13,           /* n, m, k: steps (f32, f64) */
     KQ_OBJECT_STEADY_SOLVE = 14, /* n, m: the scratch of kq_steady_solve (f32, f64); no size */
@@ -46,19 +41,18 @@ typedef enum {
 } kq_object;
 
 /**
- * Numbers of memory of an object, of the arithmetic's kind: float, double, and in q31 int32_t (an adaptation:
- * kq_scaled_q31).  It is the macro KQ_<OBJECT>_LEN of the object's header.
+ * Length of an object's memory in numbers: float, double, int32_t (an adaptation in q31: kq_scaled_q31).  It
+ * is the macro KQ_<OBJECT>_LEN_<T>.
  *   object   KQ_OBJECT_...
  *   n, m     states and measurements, 1..16 unless the object says otherwise
  *   k, l     counts
- * Answers 0 for a size or a count out of its range, and for what has no length in this arithmetic.
- * Cost: a few instructions.
+ * 0 for an argument out of its range, or an object without a length in this arithmetic.
  */
 kq_length kq_length_f32(kq_object object, int n, int m, size_t k, size_t l);
 kq_length kq_length_f64(kq_object object, int n, int m, size_t k, size_t l);
 kq_length kq_length_q31(kq_object object, int n, int m, size_t k, size_t l);
 
-/** Bytes of the object itself; 0 for what is none in this arithmetic. */
+/** Bytes of the object itself; 0 if it does not exist in this arithmetic. */
 size_t kq_object_size_f32(kq_object object);
 size_t kq_object_size_f64(kq_object object);
 size_t kq_object_size_q31(kq_object object);

@@ -3,9 +3,8 @@
  *
  *     z[t] = H x[t] + v[t],     v ~ N(0, R)
  *
- * Prepared and checked once, only read afterwards, shared by as many filters as you like.  It
- * refers to the caller's H (and to R, where the components are correlated), which must stay
- * as they are for as long as the sensor is used.
+ * Init checks a sensor once; many filters may then read it.  It refers to your H, and to your R if the
+ * components are correlated: do not move or change them while the sensor is in use.
  */
 #ifndef KALMANQ_SENSOR_H
 #define KALMANQ_SENSOR_H
@@ -24,171 +23,115 @@ extern "C" {
 
 /* The fields are the library's (see process.h). */
 typedef struct {
-    uint8_t states;               /* n */
-    uint8_t components;           /* m */
-    uint8_t length;               /* words at memory */
-    uint8_t measurement_seal;     /* of H (kq_sensor_check) */
-    float *memory;                /* the caller's; NULL for a const table */
-    const float *noise;           /* diagonal: m variances; correlated: the decorrelation,
-                                     upper triangle by columns; NULL until initialised */
-    const float *measurement;     /* H, m x n, the caller's */
-    const float *covariance;      /* R, m x m, the caller's; NULL where it is diagonal */
-    uint8_t selects[KQ_SIZE_MAX]; /* 1 + the state that is measured alone and as it is, or 0 */
-    uint16_t plain;               /* n + 256 m where R is diagonal and has noise, otherwise 0 */
-    uint8_t seal;                 /* of sizes and addresses; 0: none */
-    uint8_t noise_seal;           /* of the noise */
+    uint8_t states;                        /* n */
+    uint8_t components;                    /* m */
+    uint8_t length;                        /* words at memory */
+    uint8_t measurement_seal;              /* of H (kq_sensor_check) */
+    float *memory;                         /* yours; NULL for a const table */
+    const float *noise;                    /* diagonal: m variances; correlated: the decorrelation, upper
+                                              triangle by columns; NULL until initialised */
+    const float *measurement;              /* H, m x n, yours */
+    const float *covariance;               /* R, m x m, yours; NULL if it is diagonal */
+    uint8_t selects[KQ_SIZE_MAX];          /* 1 + the state that is measured alone and as it is, or 0 */
+    uint16_t plain;                        /* n + 256 m where R is diagonal and has noise, otherwise 0 */
+    uint8_t seal;                          /* of sizes and addresses; 0: none */
+    uint8_t noise_seal;                    /* of the noise */
     const struct kq_sensor_kind_f32 *kind; /* what an update does with it */
 } kq_sensor_f32;
 
 typedef struct {
-    uint8_t states;
-    uint8_t components;
-    uint8_t length;
-    uint8_t measurement_seal;
+    uint8_t states, components, length, measurement_seal;
     double *memory;
-    const double *noise;
-    const double *measurement;
-    const double *covariance;
+    const double *noise, *measurement, *covariance;
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
-    uint8_t seal;
-    uint8_t noise_seal;
+    uint8_t seal, noise_seal;
     const struct kq_sensor_kind_f64 *kind;
 } kq_sensor_f64;
 
-/** A sensor `name` of m components for n states with its storage, in static memory. */
-#define KQ_SENSOR_F32(name, n, m)                                                                  \
-    static float name##_memory[KQ_SENSOR_LEN(m)];                                                  \
-    static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
-#define KQ_SENSOR_F64(name, n, m)                                                                  \
-    static double name##_memory[KQ_SENSOR_LEN(m)];                                                 \
-    static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
+/** Declares a sensor `name` of m components for n states, with static memory; DIAGONAL: R is diagonal. */
+#define KQ_SENSOR_F32(name, n, m) KQ_PRIVATE_SENSOR_WITH(float, kq_sensor_f32, name, n, m, KQ_SENSOR_LEN(m))
+#define KQ_SENSOR_F64(name, n, m) KQ_PRIVATE_SENSOR_WITH(double, kq_sensor_f64, name, n, m, KQ_SENSOR_LEN(m))
+#define KQ_SENSOR_DIAGONAL_F32(name, n, m) \
+    KQ_PRIVATE_SENSOR_WITH(float, kq_sensor_f32, name, n, m, KQ_SENSOR_DIAGONAL_LEN(m))
+#define KQ_SENSOR_DIAGONAL_F64(name, n, m) \
+    KQ_PRIVATE_SENSOR_WITH(double, kq_sensor_f64, name, n, m, KQ_SENSOR_DIAGONAL_LEN(m))
+#define KQ_PRIVATE_SENSOR_WITH(number, type, name, n, m, length) \
+    static number name##_memory[length]; \
+    static type name = {n, m, length, 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
 
 /** What an update does with a sensor; for the tables that follow. */
 extern const struct kq_sensor_kind_f32 kq_sensor_independent_f32, kq_sensor_lean_f32;
 extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean_f64;
 
-/**
- * A sensor with independent noises as a constant, in flash (KQ_PROCESS_TABLE), and a lean one
- * (kq_sensor_init_lean_f32):
+/** The initialiser of a static const sensor with independent noises in flash, and of a lean one
+ * (kq_sensor_init_lean_f32).  Nothing is checked; kalmanq design writes them.
  *   H        m x n
  *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
- * One more argument may name the components that measure one state as it is (H_ck = 1, and 0 elsewhere),
- * and a step then costs what it costs by init: m numbers in parentheses, 1 + k for such a component and 0 for
- * any other.  For positions at states 0 and 2:
- *
- *     KQ_SENSOR_TABLE_F32(4, 2, H, r, (1, 3));
- *
- * Without it H is taken for dense.  kalmanq design writes it.  Nothing of a table is checked.
- */
-#define KQ_SENSOR_TABLE_F32(n, m, H, ...)                                                          \
+ * One more argument names the components that measure one state as it is (H_ck = 1, else 0), so that a step
+ * costs what it costs after init: m numbers in parentheses, 1 + k for such a component, 0 for another one.
+ * Positions at states 0 and 2: KQ_SENSOR_TABLE_F32(4, 2, H, r, (1, 3)).  Without it H is dense. */
+#define KQ_SENSOR_TABLE_F32(n, m, H, ...) \
     KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f32, __VA_ARGS__)
-#define KQ_SENSOR_TABLE_F64(n, m, H, ...)                                                          \
+#define KQ_SENSOR_TABLE_F64(n, m, H, ...) \
     KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f64, __VA_ARGS__)
-#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, ...)                                                     \
-    KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f32, __VA_ARGS__)
-#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, ...)                                                     \
-    KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f64, __VA_ARGS__)
-#define KQ_PRIVATE_SENSOR(n, m, H, plain, kind, ...)                                               \
-    {                                                                                              \
-        n, m, 0, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__),       \
-            plain, 0, 0, kind                                                                      \
-    }
+#define KQ_SENSOR_LEAN_TABLE_F32(n, m, H, ...) KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f32, __VA_ARGS__)
+#define KQ_SENSOR_LEAN_TABLE_F64(n, m, H, ...) KQ_PRIVATE_SENSOR(n, m, H, 0, &kq_sensor_lean_f64, __VA_ARGS__)
+#define KQ_PRIVATE_SENSOR(n, m, H, plain, kind, ...) \
+    {n, m, 0, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__), plain, 0, \
+        0, kind}
 
-/** The same with the memory of a diagonal R only. */
-#define KQ_SENSOR_DIAGONAL_F32(name, n, m)                                                         \
-    static float name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                         \
-    static kq_sensor_f32 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
-#define KQ_SENSOR_DIAGONAL_F64(name, n, m)                                                         \
-    static double name##_memory[KQ_SENSOR_DIAGONAL_LEN(m)];                                        \
-    static kq_sensor_f64 name = {                                                                  \
-        n, m, KQ_SENSOR_DIAGONAL_LEN(m), 0, name##_memory, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}
-
-/**
- * Sizes and memory known at run time only (the macros do the same at compile time).
- *   s        written
- *   n, m     1..16
- *   memory   KQ_SENSOR_LEN(m) words, or KQ_SENSOR_DIAGONAL_LEN(m) if only
- *            kq_sensor_init_diagonal will be called
- *   length   words at memory
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (shorter than a diagonal R needs).
- */
+/** Gives a sensor n states, m components (1..16) and its memory at run time.  Then initialise it.
+ *   memory   `length` words: KQ_SENSOR_LEN(m), or KQ_SENSOR_DIAGONAL_LEN(m) for a diagonal R; kept
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (shorter than a diagonal R needs). */
 KQ_NODISCARD kq_status kq_sensor_assign_f32(kq_sensor_f32 *s, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, size_t length);
 
-/**
- * z = H x + v,  v ~ N(0, R), components correlated or not.
- *   s        read: sizes, memory.  Written: the rest.
+/** Checks the model and decorrelates R = U D U', so that the components of U^-1 z are independent.
+ *   s        with sizes and memory; written
  *   H        m x n, kept by reference
- *   R        m x m, symmetric positive semi-definite, may be singular or 0; both triangles are
- *            compared, the upper one is used; kept by reference unless it is diagonal
- * A correlated R is decorrelated once, here: R = U D U', U unit upper triangular, and the
- * components of U^-1 z are independent.  May be called again with another model, between steps too; a
- * settling is to be told of that by kq_freeze_release (steady.h).
- * Cost: about 2 m^3 multiplications, 2m square roots; stack: 424 words.
- * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32) or 2^-400 (f64).  What the other
- * components leave of one counts as none below 8 m eps of it (f32: 2^-20 for two): such a combination is
- * free of noise then.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC,
- * KQ_ERR_NOT_SEMIDEFINITE.
- */
+ *   R        m x m, symmetric positive semi-definite, may be singular or 0; kept by reference unless
+ *            diagonal.  The upper triangle is used, the lower one compared with it.
+ * You may initialise a sensor again between steps; then call kq_freeze_release of a freeze (steady.h).
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE.
+ * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32), 2^-400 (f64).  If the other components
+ * leave less than 8 m eps of a variance (f32: 2^-20 for m = 2), that combination counts as noise-free.
+ * Cost: about 2 m^3 multiplications, 2m square roots.  Stack: 424 words. */
 KQ_NODISCARD kq_status kq_sensor_init_f32(kq_sensor_f32 *s, const float *H, const float *R);
 KQ_NODISCARD kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R);
 
-/**
- * The same for independent components.
- *   r        m variances, each >= 0, 0 for a noise-free component; not kept
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE
- * (a negative variance).
- */
+/** kq_sensor_init for independent components.
+ *   r        m variances >= 0, 0 for a noise-free component; not kept
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a variance < 0). */
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
-/**
- * The same for a program without flash to spare: the careful path for low-noise measurements is not linked
- * (2 kB f32, 4 kB q31; kq_update in filter.h), nor what sums the log-likelihood.
- * S = H P H' + r.  A component with r < 2^-16 S (f32; q31: 2^-16 or 2^-17) or 2^-48 S (f64), or without
- * noise, is taken coarsely: r is raised to 2^-15 S (f64: 2^-47 S), and KQ_EVENT_LOW_NOISE is set.  NIS, the
- * likelihood and a history have the raised noise: what was done.  So after an outage of any length each
- * measurement lowers the sigma of H x by at least 2^7 (f64: 2^23), until r is no longer raised.  Observed on
- * chains of 1 to 4 integrators, outages of up to 1e5 steps: its sigmas are at most 4 n measurements (f64: n)
- * behind those by an ordinary sensor.
- * For P0 below 2^16 r (2^48 r), in the units of z, and without outages nothing is raised.
- * An innovation variance that overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state that
- * a component leads out of its word is held there before the next component (KQ_EVENT_SATURATED).  Rounding
- * is not looked for: after a noise-free measurement of another sensor at the same instant, r must be above
- * 2^-32 of what H P H' was before that one.
- * Accuracy: as kq_update, q31: 2^-22 of S.  kq_log_likelihood knows nothing of its measurements.
- * Elsewhere it is an ordinary sensor: to robust.h, adaptation.h, diffuse.h while a state is unknown, which
- * take what is sharp with care; to kq_gain and steady.h, whose gain has it taken.  The functions for known
- * sizes (src/fixed_size/) leave it to those here.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE.
- */
+/** A lean sensor: kq_sensor_init_diagonal without the code for low-noise measurements (filter.h) and for the
+ * sum of log-likelihoods.  Saves 2 kB (f32), 4 kB (q31) of flash.
+ * If r is 0 or below 2^-16 S (f32; q31: 2^-16 or 2^-17), 2^-48 S (f64), S = H P H' + r, an update raises r to
+ * 2^-15 S (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised
+ * noise.  So after an outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r
+ * is used as it is (figures: tests/ACCURACY.md).  Without outages and with P0 below 2^16 r (f64: 2^48 r), in
+ * the units of z, nothing is raised.
+ * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state beyond
+ * +-2^31 raw values is saturated before the next component (KQ_EVENT_SATURATED).  Redundant measurements are
+ * not found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the
+ * earlier H P H'.  kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h,
+ * adaptation.h, and diffuse.h while a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
+ * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S. */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
-/**
- * Another H with the noise as it is: a regression with changing regressors, or a linearised
- * measurement.  The same array with new content counts as another H.
- *   s        initialised before
- *   H        m x n, kept by reference
- * Recorded history is not touched by it: a sensor may change at every step (smoother.h).  A freeze
- * knows H by its array: it is to be told of new content there by kq_freeze_release (steady.h).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
- */
+/** Changes H and keeps the noise: for changing regressors, or a linearised measurement.
+ *   s        initialised; changed
+ *   H        m x n, kept by reference.  New content in the same array is a change too: call this after it.
+ * A history is not affected.  A freeze knows H by its array: after new content call kq_freeze_release.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE. */
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
-/**
- * Has memory damaged s?  As kq_process_check: the first call after an init or a change keeps seals.
- *   s        read, with its memory and H; its seals are written
- * One turned bit is always found in s (but in bytes that are not used), in its memory and in H.  R and the formats are not looked at.
- * Cost: as kq_sensor_change_measurement.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (s is damaged: initialise it again).
- */
+/** As kq_process_check, for s, its memory and H.  R and formats are not checked.  Errors as there.
+    Cost: as kq_sensor_change_measurement. */
 KQ_NODISCARD kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
 KQ_NODISCARD kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
 
@@ -202,79 +145,56 @@ typedef struct {
     const kq_format_q31 *state_format;       /* n */
     const kq_format_q31 *measurement_format; /* m */
     const kq_scaled_q31 *measurement;        /* H, m x n */
-    const kq_scaled_q31 *noise;              /* m variances; correlated: KQ_TRIANGLE(m) numbers, D
-                                                and U of R = U D U' (prepare.h) */
+    const kq_scaled_q31 *noise;              /* m variances; correlated: KQ_TRIANGLE(m) numbers, D and U of
+                                                R = U D U' (prepare.h) */
 } kq_sensor_table_q31;
 
 /* The fields are the library's. */
 typedef struct {
-    uint8_t states;
-    uint8_t components;
-    uint8_t correlated;
-    uint8_t measurement_seal;
-    const kq_format_q31 *state_format;
-    const kq_format_q31 *measurement_format;
+    uint8_t states, components, correlated, measurement_seal;
+    const kq_format_q31 *state_format, *measurement_format;
     const kq_scaled_q31 *measurement;
     const kq_scaled_q31 *noise; /* NULL until initialised */
     uint8_t selects[KQ_SIZE_MAX];
     uint16_t plain;
-    uint8_t seal;
-    uint8_t noise_seal;
+    uint8_t seal, noise_seal;
     const struct kq_sensor_kind_q31 *kind;
 } kq_sensor_q31;
 
-/**
- * Checks a table and takes it into use: its arrays are kept by reference.  No float code.
- *   s        written; needs no memory of its own
- *   range_error   written: KQ_NO_RANGE_ERROR, or what does not fit where that is refused (KQ_ERR_RANGE); or NULL
- * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in words: if not, measurement c
- * needs more integer bits.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.
- */
+/** As kq_sensor_init_f32, _diagonal and _lean, from a table; its arrays are kept by reference.  No float.
+ *   s            written; needs no memory of its own
+ *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
+ * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in raw values (KQ_ERR_RANGE: c needs more bits).
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (diagonal, lean: also a correlated
+ * R).  The diagonal init links 1 to 4 kB less than the first. */
 KQ_NODISCARD kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                             kq_range_error_q31 *range_error);
-
-/**
- * The same for a table whose R is diagonal, and for no other (KQ_ERR_TABLE): what takes a correlated R
- * apart is not linked, 1 to 4 kB.
- */
+    kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                                      kq_range_error_q31 *range_error);
-
-/**
- * As kq_sensor_init_lean_f32, for a table whose R is diagonal (KQ_ERR_TABLE).  The errors of
- * kq_sensor_init_q31.
- */
+    kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
-                                  kq_range_error_q31 *range_error);
+    kq_range_error_q31 *range_error);
 
 /** What an update does with a sensor; for the tables that follow. */
 extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean_q31;
 
-/**
- * A sensor with independent noises as a constant, in flash, that is not checked where it runs
- * (KQ_PROCESS_TABLE_Q31), and a lean one: kq_sensor_init_diagonal_q31 must accept the same arrays.  One more
- * argument may name the components that measure one state as it is in raw values, both of one fraction
- * (KQ_SENSOR_TABLE_F32).  With it the raw values are those by init.
- */
-#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                        \
-    {                                                                                              \
-        n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
-            KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, 0, 0, &kq_sensor_independent_q31         \
-    }
-#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, ...)                   \
-    {                                                                                              \
-        n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__),               \
-            KQ_PRIVATE_LIST(__VA_ARGS__), 0, 0, 0, &kq_sensor_lean_q31                             \
-    }
+/** As KQ_SENSOR_TABLE_F32, KQ_SENSOR_LEAN_TABLE_F32.  Nothing is checked: let a test on the host call
+ * kq_sensor_init_diagonal_q31 with the same arrays.  The optional argument names components that measure one
+ * state as it is in raw values, both of one fraction; with it the results are those after init. */
+#define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...) \
+    {n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__), \
+        KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, 0, 0, &kq_sensor_independent_q31}
+#define KQ_SENSOR_LEAN_TABLE_Q31(n, m, state_format, measurement_format, H, ...) \
+    {n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__), \
+        KQ_PRIVATE_LIST(__VA_ARGS__), 0, 0, 0, &kq_sensor_lean_q31}
 
-/**
- * As kq_sensor_change_measurement_f32; H in words, checked as by init.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT.
- */
-KQ_NODISCARD kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H);
+/** As kq_sensor_change_measurement_f32; H in raw values, checked as by init.
+ *   range_error  written: KQ_NO_RANGE_ERROR; or the component that is refused, and the integer bits that its
+ *                format lacks (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT. */
+KQ_NODISCARD kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
+    kq_range_error_q31 *range_error);
 
-/** As kq_sensor_check_f32; the noise is where its table has it. */
+/** As kq_sensor_check_f32; the noise is checked where its table has it. */
 KQ_NODISCARD kq_status kq_sensor_check_q31(kq_sensor_q31 *s);
 
 #ifdef __cplusplus

@@ -1,6 +1,27 @@
 /*
- * The scales of the noises, learnt from innovations: recursive maximum likelihood over
- * (log q, log r), scalar measurement by scalar measurement (adaptation.h has the formulas).
+ * The scales of the noises, learnt from innovations: recursive maximum likelihood over (log q, log r), scalar
+ * measurement by scalar measurement.  Beside the filter run the slopes of P and x with log q,
+ *
+ *     D- = A D A' + q Q        D+ = (I - K H) D- (I - K H)'
+ *     d- = A d                 d+ = (I - K H) (d- + D- H' nu / sqrt(s))
+ *
+ * with log r they are P - D and -d, as a gain stays where q and r grow together.  A scalar measurement, of innovation e
+ * and variance s, has with nu = e / sqrt(s), a = H D- H' / s, y = H d- / sqrt(s), nu and y within -4 .. 4, the scores
+ * and the information
+ *
+ *     g_q = a (nu^2 - 1) / 2 + nu y              J_qq = a^2 / 2 + y^2
+ *     g_r = (1 - a) (nu^2 - 1) / 2 - nu y        J_rr = (1 - a)^2 / 2 + y^2
+ *                                                J_qr = a (1 - a) / 2 - y^2
+ *
+ * nu^2 says how large both scales are together; nu y, whether innovations are white, which of the two is too small.
+ * Summed over the measurements of an update,
+ *
+ *     J <- (1 - 1/M) J + J(z)        (c_q, c_r) = (J + 4 I)^-1 (g_q, g_r)
+ *     q <- q (1 + c_q) where c_q >= 0, q / (1 + |c_q|) where c_q < 0, and so r by c_r
+ *
+ * which is log q += c_q to first order, the same up as down, without an exponential.  4 is the information that the
+ * scales are worth before anything is measured.  |c_q| and |c_r| count up to `step`.  Where one scale alone is learnt
+ * J_qr counts as 0.
  */
 #ifndef KQ_SRC_ADAPTATION_ADAPTATION_H
 #define KQ_SRC_ADAPTATION_ADAPTATION_H
@@ -529,14 +550,13 @@ const hooks T(kq_adaptation_hooks) = {
     .attach = adaptation_attach, .detach = adaptation_detach, .predict = adaptation_predict, .update = adaptation_update, .step = adaptation_step,
     KQ_RECORDS_NOTHING};
 
-scaled T(kq_adaptation_process_scale)(const adaptation *a)
+kq_status T(kq_adaptation_scales)(const adaptation *a, scaled *q, scaled *r)
 {
-    return adaptation_check(a) ? not_a_scale() : a->process_scale;
-}
-
-scaled T(kq_adaptation_sensor_scale)(const adaptation *a)
-{
-    return adaptation_check(a) ? not_a_scale() : a->sensor_scale;
+    const kq_status status = adaptation_check(a);
+    if (status) return status;
+    if (q) *q = a->process_scale;
+    if (r) *r = a->sensor_scale;
+    return KQ_OK;
 }
 
 #endif

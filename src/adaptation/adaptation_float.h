@@ -104,7 +104,4 @@ static void set_scaled_sensor(adaptation *a, const sensor *s, num r, num *noise)
     a->scaled_sensor.covariance = R;
 }
 
-/* The scale of an object that is bad */
-static num not_a_scale(void) { return num_nan(); }
-
 #endif

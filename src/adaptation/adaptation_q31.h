@@ -73,7 +73,4 @@ static void set_scaled_sensor(adaptation *a, const sensor *s, scaled r, scaled *
     }
 }
 
-/* The scale of an object that is bad */
-static scaled not_a_scale(void) { return (scaled){0, 0}; }
-
 #endif

@@ -95,17 +95,6 @@ static inline int is_weak(num r, num s)
     return upper.bits - lower.bits - 1 < 15;
 }
 
-/* a without the lower 12 of its 24 bits */
-static inline num num_upper(num a)
-{
-    union {
-        num value;
-        uint32_t bits;
-    } both = {a};
-    both.bits &= UINT32_C(0xfffff000);
-    return both.value;
-}
-
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
 static inline num low_noise_share(num s) { return s * 0x1p-16f; }
 static const num num_sure_share = 0x1p-15f; /* twice that */

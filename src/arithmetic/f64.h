@@ -102,17 +102,6 @@ static inline int is_weak(num r, num s)
     return 0;
 }
 
-/* a without the lower 27 of its 53 bits */
-static inline num num_upper(num a)
-{
-    union {
-        num value;
-        uint64_t bits;
-    } both = {a};
-    both.bits &= UINT64_C(0xfffffffff8000000);
-    return both.value;
-}
-
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
 static inline num low_noise_share(num s) { return s * 0x1p-48; }
 static const num num_sure_share = 0x1p-47; /* twice that */

@@ -1,4 +1,4 @@
-/* The public functions of the unknown start. */
+/* The public functions of the diffuse start. */
 #ifndef KQ_SRC_DIFFUSE_API_H
 #define KQ_SRC_DIFFUSE_API_H
 

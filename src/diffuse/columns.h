@@ -1,4 +1,4 @@
-/* The unknown start: the columns of D (unknown.h). */
+/* The diffuse start: the columns of D (unknown.h). */
 #ifndef KQ_SRC_DIFFUSE_COLUMNS_H
 #define KQ_SRC_DIFFUSE_COLUMNS_H
 

@@ -1,4 +1,4 @@
-/* The unknown start: predict and update, its beginning, and what is known on the way. */
+/* The diffuse start: predict and update, its beginning, and what is known on the way. */
 #ifndef KQ_SRC_DIFFUSE_DIFFUSE_H
 #define KQ_SRC_DIFFUSE_DIFFUSE_H
 
@@ -219,22 +219,17 @@ static void diffuse_begin(start *s, filter *f, uint32_t unknown)
 
 /* ------------------------------------------------------------------ what is known */
 
-int T(kq_diffuse_is_determined)(const start *s, int i)
-{
-    return !diffuse_check(s) && index_is_valid(s->filter, i);
-}
-
 int T(kq_diffuse_count)(const start *s)
 {
     if (diffuse_check(s)) return -1;
     return diffuse_is_open(s) ? s->unknowns : 0;
 }
 
-size_t T(kq_diffuse_steps)(const start *s) { return diffuse_check(s) ? 0 : (size_t)s->steps; }
-
-size_t T(kq_diffuse_first)(const start *s)
+size_t T(kq_diffuse_steps)(const start *s, size_t *first)
 {
-    return diffuse_check(s) ? 0 : (size_t)diffuse_first(s);
+    const int is_bad = diffuse_check(s) != KQ_OK;
+    if (first) *first = is_bad ? 0 : (size_t)diffuse_first(s);
+    return is_bad ? 0 : (size_t)s->steps;
 }
 
 #endif

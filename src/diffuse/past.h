@@ -1,6 +1,6 @@
 /*
- * The unknown start: early instants, carried along until all is known (unknown.h).  Before
- * they are smoothed their means are no results, and may be beyond their words.
+ * The diffuse start: early instants, carried along until all is known (unknown.h).  Before
+ * they are smoothed their means are no results, and may be beyond the largest raw value.
  */
 #ifndef KQ_SRC_DIFFUSE_PAST_H
 #define KQ_SRC_DIFFUSE_PAST_H

@@ -1,4 +1,4 @@
-/* The unknown start without ranges: what is unknown may be anywhere.  ranges_q31.h is the twin. */
+/* The diffuse start without ranges: what is unknown may be anywhere.  ranges_q31.h is the twin. */
 #ifndef KQ_SRC_DIFFUSE_RANGES_FLOAT_H
 #define KQ_SRC_DIFFUSE_RANGES_FLOAT_H
 

@@ -1,9 +1,9 @@
 /*
- * The unknown start within declared ranges.  delta is counted in the ranges of the unknown states, so
+ * The diffuse start within declared ranges.  delta is counted in the ranges of the unknown states, so
  * that x^, which is as near to x0 as the measurements allow, is as near in shares of the ranges.  A
  * direction of delta has sigma range_sigma, which is a third, by the ranges alone.  Where a measurement
  * would tell less of it than half of that, it is given this prior, and the measurement is then
- * an ordinary one: the exact estimate would be beyond the words.  ranges_float.h is the twin.
+ * an ordinary one: the exact estimate would overflow.  ranges_float.h is the twin.
  */
 #ifndef KQ_SRC_DIFFUSE_RANGES_Q31_H
 #define KQ_SRC_DIFFUSE_RANGES_Q31_H

@@ -1,4 +1,4 @@
-/* The unknown start: what rounding has left in D (unknown.h). */
+/* The diffuse start: what rounding has left in D (unknown.h). */
 #ifndef KQ_SRC_DIFFUSE_ROUNDING_H
 #define KQ_SRC_DIFFUSE_ROUNDING_H
 

@@ -1,4 +1,4 @@
-/* The unknown start: the smoother through it. */
+/* The diffuse start: the smoother through it. */
 #ifndef KQ_SRC_DIFFUSE_SMOOTH_H
 #define KQ_SRC_DIFFUSE_SMOOTH_H
 
@@ -58,8 +58,8 @@ static void past_finish(const start *s, uint32_t t, const num *a, const num *T)
             move = scaled_plus(move, scaled_times(row[k], mean));
         }
         const unsigned moved = mean_correct_exactly(q.mean, n, i, move, scaled_one);
-        const unsigned held = mean_saturate(q.mean, n, i);
-        if (!(lost_rows(&q) >> i & 1)) filter_note(s->filter, moved | held);
+        const unsigned saturated = mean_saturate(q.mean, n, i);
+        if (!(lost_rows(&q) >> i & 1)) filter_note(s->filter, moved | saturated);
         if (T) project(w, T, row, n);
         else row_fitted(w, row, n);
         past_join_row(v.joined, &q, n, i, w, n);
@@ -67,8 +67,8 @@ static void past_finish(const start *s, uint32_t t, const num *a, const num *T)
     root_of_rows(q.root, v.joined, 2 * n, n, v.spare);
 }
 
-/* Was a state held at its word, in a step or now?  What was recorded is then not what was. */
-static kq_status diffuse_held(const start *s)
+/* Did a state saturate, in a step or now?  What was recorded is then wrong. */
+static kq_status diffuse_saturation(const start *s)
 {
     const unsigned events = s->filter->events | (s->tape ? s->tape->events : 0u);
     return events & KQ_EVENT_SATURATED ? KQ_SATURATED : KQ_OK;
@@ -105,7 +105,7 @@ kq_status T(kq_diffuse_smooth)(start *s)
     }
     for (uint32_t t = diffuse_first(s); t < s->steps; t++) past_finish(s, t, a, T);
     s->phase = phase;
-    return diffuse_held(s);
+    return diffuse_saturation(s);
 }
 
 /* Is step t one of the tape's? */

@@ -1,4 +1,4 @@
-/* The unknown start: one scalar measurement (unknown.h). */
+/* The diffuse start: one scalar measurement (unknown.h). */
 #ifndef KQ_SRC_DIFFUSE_TAKE_H
 #define KQ_SRC_DIFFUSE_TAKE_H
 

@@ -1,5 +1,5 @@
 /*
- * The unknown start: what is known while some of the state is not.
+ * The diffuse start: what is known while some of the state is not.
  *     x = x^ + S xi + D delta,     xi ~ N(0, I),  delta flat
  * D has d columns, at first those of the identity for the unknown components.  A scalar
  * measurement z = h'x + sqrt(r) v sees delta through g = D'h.  If g is 0 it is an ordinary update

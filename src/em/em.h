@@ -194,8 +194,6 @@ num T(kq_em_distance)(const estimation *e)
     return e->rate < 1 ? e->gain * e->rate * e->rate / (1 - e->rate) : num_nan();
 }
 
-int T(kq_em_is_settled)(const estimation *e, num tolerance) { return T(kq_em_change)(e) <= tolerance; }
-
 /* ------------------------------------------------------------------ gradient */
 
 kq_status T(kq_em_gradient)(const estimation *e, const gradient *g)

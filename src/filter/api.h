@@ -24,7 +24,6 @@
 #include "independent.h"
 #include "init.h"
 #include "intact.h"
-#include "measured.h"
 #include "readings.h"
 #include "step.h"
 

@@ -37,7 +37,7 @@ struct T(kq_hooks) {
     kq_status (*give)(filter *f, history *h);
     void (*lose)(filter *f, const history *h);
     /* Did the last step move the mean alone, and judge no measurement?  NULL where every step judges. */
-    int (*rests)(const filter *f);
+    int (*is_frozen)(const filter *f);
     /* kq_attach and kq_detach of the object that has these hooks; NULL where its init attaches it. */
     kq_status (*attach)(filter *f, attached *object);
     kq_status (*detach)(attached *object);
@@ -54,7 +54,7 @@ static int is_recorded(const filter *f) { return f->attached && f->attached->hoo
 /* Are NIS and count those of a step before the last one? */
 static int is_resting(const filter *f)
 {
-    return is_attached(f) && f->attached->hooks->rests && f->attached->hooks->rests(f);
+    return is_attached(f) && f->attached->hooks->is_frozen && f->attached->hooks->is_frozen(f);
 }
 
 /*

@@ -191,11 +191,4 @@ static score likelihood_run_log(const likelihood_run *p)
     return score_saturated(-((whole.carried * score_max + whole.sum) / 2)); /* < 3 2^61 / 2 */
 }
 
-static scaled likelihood_run_log_scaled(const likelihood_run *p)
-{
-    const likelihood_run whole = likelihood_run_whole(p);
-    const scaled high = scaled_of(whole.carried, 61 - 25), low = scaled_of(whole.sum, -25);
-    return scaled_negative(scaled_plus(high, low));
-}
-
 #endif

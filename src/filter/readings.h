@@ -74,8 +74,8 @@ KQ_COLD static void innovation_covariance(scaled *out, const filter *f, const se
     }
 }
 
-/* h_c'x.  Compiled once, so that what it leaves (measured_float.h) is of the same rounding. */
-KQ_NOINLINE static num measured(const filter *f, const sensor *s, int c)
+/* h_c'x */
+KQ_COLD static num measured(const filter *f, const sensor *s, int c)
 {
     const int n = f->states;
     const scaled below = mean_residual(0, s->measurement + c * n, f->memory, n, 0, n);

@@ -18,7 +18,6 @@
 #include "../arithmetic/scaled.h"
 #include "../model/definitions.h"
 #include "../model/process.h"
-#include "../model/sensor.h"
 #include "../model/types.h"
 #include "../model/units.h"
 
@@ -65,23 +64,6 @@ static kq_status increment_check(const num *d, int n)
     return KQ_OK;
 }
 
-/* The first row with a coefficient that is none, or -1 */
-static int wrong_row(const scaled *M, int rows, int n)
-{
-    for (int i = 0; i < rows; i++) {
-        if (coefficients_check(M + i * n, n)) return i;
-    }
-    return -1;
-}
-
-static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity, kq_range_error_q31 *range_error)
-{
-    const int row = wrong_row(M, rows, n);
-    if (row < 0) return KQ_OK;
-    if (range_error) *range_error = (kq_range_error_q31){.quantity = quantity, .component = row};
-    return KQ_ERR_COEFFICIENT;
-}
-
 KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_range_error_q31 *range_error)
 {
     kq_status status = jacobian_is_ready(p);
@@ -99,19 +81,6 @@ KQ_COLD kq_status T(kq_process_change_jacobian)(process *p, const scaled *A, kq_
     own.plain |= PROCESS_OF_JACOBIAN;
     own.fingerprint |= process_mixed;
     *p = own;
-    say_all_fit(range_error);
-    return KQ_OK;
-}
-
-KQ_COLD kq_status T(kq_sensor_change_jacobian)(sensor *s, const scaled *H, kq_range_error_q31 *range_error)
-{
-    kq_status status = sensor_check(s);
-    if (status) return status;
-    if (!H) return KQ_ERR_NULL;
-    status = rows_check(H, s->components, s->states, KQ_MEASUREMENT, range_error);
-    if (!status) status = measurement_check(H, s->components, s->states, range_error);
-    if (status) return status;
-    sensor_set_measurement(s, H);
     say_all_fit(range_error);
     return KQ_OK;
 }

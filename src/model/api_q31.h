@@ -44,14 +44,16 @@ KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *tab
     return KQ_OK;
 }
 
-KQ_COLD kq_status T(kq_process_change_transition)(process *p, const scaled *A)
+KQ_COLD kq_status T(kq_process_change_transition)(process *p, const scaled *A, kq_range_error_q31 *range_error)
 {
     kq_status status = process_check(p);
     if (status) return status;
     if (!A) return KQ_ERR_NULL;
-    status = transition_check(A, p->control, p->states, p->controls, 0);
+    status = transition_check(A, p->control, p->states, p->controls, range_error);
+    if (status == KQ_ERR_COEFFICIENT) name_row(A, p->states, range_error);
     if (status) return status;
     process_set_transition(p, A);
+    say_all_fit(range_error);
     return KQ_OK;
 }
 
@@ -74,14 +76,16 @@ kq_status T(kq_sensor_init_lean)(sensor *s, const kq_sensor_table_q31 *table, kq
     return sensor_init_diagonal(s, table, &T(kq_sensor_lean), range_error);
 }
 
-KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const scaled *H)
+KQ_COLD kq_status T(kq_sensor_change_measurement)(sensor *s, const scaled *H, kq_range_error_q31 *range_error)
 {
     kq_status status = sensor_check(s);
     if (status) return status;
     if (!H) return KQ_ERR_NULL;
-    status = measurement_check(H, s->components, s->states, 0);
+    status = measurement_check(H, s->components, s->states, range_error);
+    if (status == KQ_ERR_COEFFICIENT) return rows_check(H, s->components, s->states, KQ_MEASUREMENT, range_error);
     if (status) return status;
     sensor_set_measurement(s, H);
+    say_all_fit(range_error);
     return KQ_OK;
 }
 

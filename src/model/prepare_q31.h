@@ -55,9 +55,9 @@ static kq_status fractions_check(const kq_format_q31 *format, int count)
 
 /* ------------------------------------------------------------------ formats and words */
 
-kq_status kq_format_prepare_q31(kq_format_q31 *format, double range)
+/* The format with the most fraction bits that holds +-range */
+static kq_status format_of_range(kq_format_q31 *format, double range)
 {
-    if (!format) return KQ_ERR_NULL;
     if (!is_finite(range)) return KQ_ERR_NOT_FINITE;
     if (!(range > 0)) return KQ_ERR_RANGE;
     int fraction = 31 - exponent_of(range);
@@ -73,13 +73,14 @@ kq_status kq_format_prepare_q31(kq_format_q31 *format, double range)
     return KQ_OK;
 }
 
-kq_status kq_format_prepare_named_q31(kq_format_q31 *format, int fraction, double range,
-                                      kq_range_error_q31 *range_error)
+kq_status kq_format_prepare_q31(kq_format_q31 *format, int fraction, double range,
+                                kq_range_error_q31 *range_error)
 {
     kq_format_q31 best;
     if (!format) return KQ_ERR_NULL;
+    if (fraction == KQ_FRACTION_BEST_Q31) return format_of_range(format, range);
     if (fraction < KQ_FRACTION_MIN_Q31 || fraction > KQ_FRACTION_MAX_Q31) return KQ_ERR_SIZE;
-    const kq_status status = kq_format_prepare_q31(&best, range);
+    const kq_status status = format_of_range(&best, range);
     if (status) return status;
     if (best.fraction < fraction) {
         if (range_error) *range_error = (kq_range_error_q31){.bits = fraction - best.fraction};

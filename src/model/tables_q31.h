@@ -94,6 +94,23 @@ KQ_COLD static kq_status root_check(const num *S, int n)
     return KQ_OK;
 }
 
+/* Row i is refused, and no integer bits would help. */
+static kq_status row_is_refused(kq_quantity quantity, int i, kq_range_error_q31 *range_error)
+{
+    if (range_error) *range_error = (kq_range_error_q31){.quantity = quantity, .component = i};
+    return KQ_ERR_COEFFICIENT;
+}
+
+/* Coefficients; which row has the first one that is not normalised? */
+KQ_COLD static kq_status rows_check(const scaled *M, int rows, int n, kq_quantity quantity,
+                                    kq_range_error_q31 *range_error)
+{
+    for (int i = 0; i < rows; i++) {
+        if (coefficients_check(M + i * n, n)) return row_is_refused(quantity, i, range_error);
+    }
+    return KQ_OK;
+}
+
 /* What was found of a table that is taken */
 static void say_all_fit(kq_range_error_q31 *range_error)
 {
@@ -117,6 +134,15 @@ KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int 
         status = gain_check(own, others, KQ_STATE, i, range_error);
     }
     return status;
+}
+
+/* Of an A that is refused with KQ_ERR_COEFFICIENT: the row */
+KQ_COLD static void name_row(const scaled *A, int n, kq_range_error_q31 *range_error)
+{
+    if (rows_check(A, n, n, KQ_STATE, range_error)) return;
+    for (int i = n; i-- > 0;) {
+        if (gain_check(add_magnitude(0, A[i * (n + 1)]), 0, KQ_STATE, i, 0)) row_is_refused(KQ_STATE, i, range_error);
+    }
 }
 
 /* ------------------------------------------------------------------ sensor */

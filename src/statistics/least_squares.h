@@ -119,8 +119,8 @@ static kq_status least_squares_take(least_squares *q, const sensor *row, num z)
     return KQ_OK;
 }
 
-kq_status T(kq_least_squares_add_all)(least_squares *q, const scaled *H, const num *z,
-                                      const scaled *r, size_t count)
+kq_status T(kq_least_squares_add)(least_squares *q, const scaled *H, const num *z, const scaled *r,
+                                  size_t count)
 {
     sensor row;
     scaled memory[KQ_SENSOR_DIAGONAL_LEN(1)];
@@ -137,11 +137,6 @@ kq_status T(kq_least_squares_add_all)(least_squares *q, const scaled *H, const n
         if (!status) status = least_squares_take(q, &row, z[k]);
     }
     return status;
-}
-
-kq_status T(kq_least_squares_add)(least_squares *q, const scaled *h, num z, scaled r)
-{
-    return T(kq_least_squares_add_all)(q, h, &z, &r, 1);
 }
 
 static score least_squares_score(const least_squares *q, const compensated *sum)

@@ -1,4 +1,4 @@
-/* A filter that leaves its covariance alone while that has settled. */
+/* A filter that freezes its gain in the steady state, and leaves its covariance alone. */
 #ifndef KQ_SRC_STEADY_FREEZE_H
 #define KQ_SRC_STEADY_FREEZE_H
 
@@ -132,7 +132,7 @@ static void freeze_move_mean(const freeze *w, filter *f, const process *p, const
     filter_note(f, events | mean_saturated(x, filter_root(f), n, far));
 }
 
-/* predict and update; has the root settled by it? */
+/* predict and update; is the root steady? */
 static kq_status freeze_move_all(freeze *w, filter *f, const process *p, const num *u,
                                    const sensor *s, const num *z)
 {
@@ -142,8 +142,8 @@ static kq_status freeze_move_all(freeze *w, filter *f, const process *p, const n
     if (!status && keep) status = T(kq_gain)(f, s, w->gain);
     if (!status) status = update_alone(f, s, z, UINT32_MAX);
     if (status) return status;
-    const int calm = may_freeze && root_is_steady(filter_root(f), w->memory, n, w->bits);
-    w->phase = (uint8_t)(!calm ? FREEZE_MOVING : keep ? FREEZE_KEEPING : FREEZE_STEADY);
+    const int is_steady = may_freeze && root_is_steady(filter_root(f), w->memory, n, w->bits);
+    w->phase = (uint8_t)(!is_steady ? FREEZE_MOVING : keep ? FREEZE_KEEPING : FREEZE_STEADY);
     copy(w->memory, filter_root(f), ROOT_LEN(n));
     w->process = p;
     w->sensor = s;
@@ -189,7 +189,7 @@ static kq_status freeze_step(filter *f, const process *p, const num *u, const se
     return KQ_OK;
 }
 
-/* An update by itself has moved the root since the step that was settled. */
+/* An update by itself has moved the root since the frozen step. */
 static int freeze_is_active(const filter *f)
 {
     const freeze *w = (const freeze *)f->attached;
@@ -224,7 +224,7 @@ static kq_status freeze_detach(attached *object)
 }
 
 const hooks T(kq_freeze_hooks) = {
-    .attach = freeze_attach, .detach = freeze_detach, .predict = freeze_predict, .step = freeze_step, .rests = freeze_is_active, KQ_RECORDS_NOTHING};
+    .attach = freeze_attach, .detach = freeze_detach, .predict = freeze_predict, .step = freeze_step, .is_frozen = freeze_is_active, KQ_RECORDS_NOTHING};
 
 int T(kq_freeze_is_active)(const freeze *w) { return w && w->phase == FREEZE_FROZEN; }
 

@@ -1,3 +1,5 @@
+#include <math.h>
+
 #include "beyond.h"
 #include "digest.h"
 
@@ -337,8 +339,7 @@ static void fit(num lambda)
     put_status(K(least_squares_init)(&squares, &filter, lambda));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
-        if (t % 2) put_status(K(least_squares_add)(&squares, M.H, z[0], r[0]));
-        else put_status(K(least_squares_add_all)(&squares, M.H, z, r, (size_t)M.m));
+        put_status(K(least_squares_add)(&squares, M.H, z, r, t % 2 ? 1 : (size_t)M.m));
         put(K(least_squares_residual)(&squares));
         put(K(least_squares_weight)(&squares));
         put_filter();
@@ -382,8 +383,9 @@ static void put_start(const K(diffuse) * s)
 {
     put_word((uint32_t)K(diffuse_count)(s));
     for (int i = 0; i < M.n; i++) {
-        put_word((uint32_t)K(diffuse_is_determined)(s, i));
-        if (!K(diffuse_is_determined)(s, i)) continue;
+        const int is_determined = !isnan(K(mean)(&filter, i));
+        put_word((uint32_t)is_determined);
+        if (!is_determined) continue;
         put(K(mean)(&filter, i));
         put(K(mean_low)(&filter, i));
         put(K(sigma)(&filter, i));
@@ -396,7 +398,9 @@ static void put_start(const K(diffuse) * s)
 static void put_start_smoothed(K(diffuse) * s)
 {
     put_status(K(diffuse_smooth)(s));
-    for (size_t t = K(diffuse_first)(s); t < STEPS; t++) {
+    size_t first;
+    (void)K(diffuse_steps)(s, &first);
+    for (size_t t = first; t < STEPS; t++) {
         K(filter) view;
         const kq_status shown = K(diffuse_smoothed)(s, t, &view); /* refused: it reads NaN */
         (void)shown;
@@ -447,8 +451,10 @@ static void adaptation(kq_adapted scales)
     for (int t = 0; t < 2 * STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
-        put(K(adaptation_process_scale)(&a));
-        put(K(adaptation_sensor_scale)(&a));
+        num q, r;
+        need(K(adaptation_scales)(&a, &q, &r));
+        put(q);
+        put(r);
         put_all(a.information, 3);
         put_filter();
         put_status(K(predict)(&filter, &process, draw_control()));

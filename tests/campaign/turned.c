@@ -158,9 +158,10 @@ static void make(const model *p)
     const int n = p->n, m = p->m, is_correlated = p->R[1] != 0 && m > 1;
     square(Q, p->F, n);
     memset(&now, 0, sizeof now);
-    for (int i = 0; i < n; i++) need(kq_format_prepare_q31(&now.x[i], 200), "format"), I[i * (n + 1)] = 1;
-    for (int c = 0; c < m; c++) need(kq_format_prepare_q31(&now.z[c], 200), "format");
-    need(kq_format_prepare_q31(&now.u[0], 20), "format");
+    const int best = KQ_FRACTION_BEST_Q31;
+    for (int i = 0; i < n; i++) need(kq_format_prepare_q31(&now.x[i], best, 200, NULL), "format"), I[i * (n + 1)] = 1;
+    for (int c = 0; c < m; c++) need(kq_format_prepare_q31(&now.z[c], best, 200, NULL), "format");
+    need(kq_format_prepare_q31(&now.u[0], best, 20, NULL), "format");
     need(kq_matrix_prepare_q31(now.A, p->A, n, n, now.x, now.x), "A");
     if (p->l) need(kq_matrix_prepare_q31(now.B, p->B, n, p->l, now.x, now.u), "B");
     need(kq_matrix_prepare_q31(now.H, p->H, m, n, now.z, now.x), "H");

@@ -184,10 +184,11 @@ static void q31_begin_filter(const model *M)
 static void q31_begin(const model *M, double (*z)[COMPONENTS])
 {
     for (int i = 0; i < M->n; i++) {
-        need(kq_format_prepare_q31(&state_format[i], M->state_range[i]), "a state's range");
+        need(kq_format_prepare_q31(&state_format[i], KQ_FRACTION_BEST_Q31, M->state_range[i], NULL), "a state's range");
     }
     for (int c = 0; c < M->m; c++) {
-        need(kq_format_prepare_q31(&measurement_format[c], M->measurement_range), "a range");
+        need(kq_format_prepare_q31(&measurement_format[c], KQ_FRACTION_BEST_Q31, M->measurement_range, NULL),
+             "a range");
     }
     q31_begin_process(M);
     q31_begin_sensor(M);

@@ -150,8 +150,9 @@ int main(void)
         print_filtered(t, n);
     }
     require(K(diffuse_smooth)(&start), "smooth");
-    printf("steps %d %d %d\n", (int)K(diffuse_steps)(&start), (int)K(diffuse_first)(&start),
-           (int)K(history_steps)(&tape));
+    size_t first;
+    const size_t early_steps = K(diffuse_steps)(&start, &first);
+    printf("steps %d %d %d\n", (int)early_steps, (int)first, (int)K(history_steps)(&tape));
     for (int t = 0; t < steps; t++) print_smoothed(t, n);
     return 0;
 }

@@ -246,7 +246,7 @@ int main(void)
         K(em_init)(&em, &model, choice.free ? &choice : NULL, recordings, (size_t)count);
     require(status, "init");
     printf("init %d\n", status);
-    for (int k = 1; k <= iterations && !K(em_is_settled)(&em, tolerance); k++) {
+    for (int k = 1; k <= iterations && !(K(em_change)(&em) <= tolerance); k++) {
         if (!iterate()) break;
         printf("iteration %d %.17g %.17g %.17g\n", k, (double)K(em_log_likelihood)(&em),
                (double)K(em_change)(&em), (double)K(em_distance)(&em));

@@ -162,12 +162,12 @@ static void change_models(run *r)
 {
     model *m = &r->m;
     const kq_status process =
-        kq_process_change_transition_q31(&m->process[0], m->process_table[1].transition);
+        kq_process_change_transition_q31(&m->process[0], m->process_table[1].transition, NULL);
     demand(process == KQ_OK || process == KQ_ERR_RANGE || process == KQ_ERR_COEFFICIENT,
            "change_transition", process);
     kq_sensor_q31 *last = &m->sensor[m->sensors - 1];
     if (last->components > m->sensor[0].components) return;
-    must(kq_sensor_change_measurement_q31(last, m->sensor[0].measurement), "change_measurement");
+    must(kq_sensor_change_measurement_q31(last, m->sensor[0].measurement, NULL), "change_measurement");
 }
 
 /* ------------------------------------------------------------------ smoothing */
@@ -353,8 +353,10 @@ static void adapt(run *r)
             const kq_process_q31 *p = &r->m.process[chance(0.1)]; /* the other one teaches nothing */
             must(kq_predict_q31(&r->filter, p, NULL), "adaptation, predict");
         }
-        check_scale(kq_adaptation_process_scale_q31(&a));
-        check_scale(kq_adaptation_sensor_scale_q31(&a));
+        kq_scaled_q31 scale_q, scale_r;
+        must(kq_adaptation_scales_q31(&a, &scale_q, &scale_r), "adaptation_scales");
+        check_scale(scale_q);
+        check_scale(scale_r);
         check_filter(&r->filter);
     }
     if (!status) must(kq_detach_q31(&a.attached), "adaptation_detach");

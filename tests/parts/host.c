@@ -53,9 +53,10 @@ static model model_of(int n, int is_lean)
     M.is_lean = is_lean;
     if (is_lean) M.P0[0] = 1e5;
     for (int i = 0; i < n; i++) {
-        need(!kq_format_prepare_q31(M.state + i, i ? 100 : 2 * FULL_SCALE), "a state's format");
+        need(!kq_format_prepare_q31(M.state + i, KQ_FRACTION_BEST_Q31, i ? 100 : 2 * FULL_SCALE, NULL),
+             "a state's format");
     }
-    need(!kq_format_prepare_named_q31(&M.measured, 0, FULL_SCALE, NULL), "the ADC's format");
+    need(!kq_format_prepare_q31(&M.measured, 0, FULL_SCALE, NULL), "the ADC's format");
     return M;
 }
 

@@ -103,7 +103,6 @@ template <> struct Api<float> {
     static constexpr auto startAssign = kq_diffuse_assign_f32;
     static constexpr auto startInit = kq_diffuse_init_f32;
     static constexpr auto startCount = kq_diffuse_count_f32;
-    static constexpr auto startIsDetermined = kq_diffuse_is_determined_f32;
     static constexpr auto startSteps = kq_diffuse_steps_f32;
     static constexpr auto startSmooth = kq_diffuse_smooth_f32;
     static constexpr auto startSmoothed = kq_diffuse_smoothed_f32;
@@ -182,7 +181,6 @@ template <> struct Api<double> {
     static constexpr auto startAssign = kq_diffuse_assign_f64;
     static constexpr auto startInit = kq_diffuse_init_f64;
     static constexpr auto startCount = kq_diffuse_count_f64;
-    static constexpr auto startIsDetermined = kq_diffuse_is_determined_f64;
     static constexpr auto startSteps = kq_diffuse_steps_f64;
     static constexpr auto startSmooth = kq_diffuse_smooth_f64;
     static constexpr auto startSmoothed = kq_diffuse_smoothed_f64;
@@ -257,7 +255,6 @@ template <> struct Api<Q31> {
     static constexpr auto startAssign = kq_diffuse_assign_q31;
     static constexpr auto startInit = kq_diffuse_init_q31;
     static constexpr auto startCount = kq_diffuse_count_q31;
-    static constexpr auto startIsDetermined = kq_diffuse_is_determined_q31;
     static constexpr auto startSteps = kq_diffuse_steps_q31;
     static constexpr auto startSmooth = kq_diffuse_smooth_q31;
     static constexpr auto startSmoothed = kq_diffuse_smoothed_q31;

@@ -110,7 +110,7 @@ template <> class Formats<Q31>
         if (ranges.size() != count) throw std::runtime_error("a sequence without ranges");
         for (Index i = 0; i < count; ++i) {
             kq_format_q31 format;
-            kq::require(kq_format_prepare_q31(&format, ranges(i)), "format prepare");
+            kq::require(kq_format_prepare_q31(&format, KQ_FRACTION_BEST_Q31, ranges(i), nullptr), "format prepare");
             formats_.push_back(format);
         }
     }

@@ -224,7 +224,7 @@ template <> class ProcessOwner<Q31> : NotCopied
     void changeTransition(const Matrix<double> &A)
     {
         transition_ = prepared(A, states_, states_);
-        kq::require(kq_process_change_transition_q31(&handle_, transition_.data()),
+        kq::require(kq_process_change_transition_q31(&handle_, transition_.data(), nullptr),
                     "process change transition");
     }
 
@@ -270,7 +270,7 @@ template <> class SensorOwner<Q31> : NotCopied
     void changeMeasurement(const Matrix<double> &H)
     {
         measurement_ = prepared(H, components_, states_);
-        kq::require(kq_sensor_change_measurement_q31(&handle_, measurement_.data()),
+        kq::require(kq_sensor_change_measurement_q31(&handle_, measurement_.data(), nullptr),
                     "sensor change measurement");
     }
 

@@ -28,8 +28,7 @@ template <> struct Adaptation<float> {
     using Number = float;
     static constexpr auto init = kq_adaptation_init_f32;
     static constexpr auto attach = kq_attach_f32;
-    static constexpr auto processScale = kq_adaptation_process_scale_f32;
-    static constexpr auto sensorScale = kq_adaptation_sensor_scale_f32;
+    static constexpr auto scales = kq_adaptation_scales_f32;
     std::vector<float> memory;
     void assign(Object &a, int n, int m)
     {
@@ -46,8 +45,7 @@ template <> struct Adaptation<double> {
     using Number = double;
     static constexpr auto init = kq_adaptation_init_f64;
     static constexpr auto attach = kq_attach_f64;
-    static constexpr auto processScale = kq_adaptation_process_scale_f64;
-    static constexpr auto sensorScale = kq_adaptation_sensor_scale_f64;
+    static constexpr auto scales = kq_adaptation_scales_f64;
     std::vector<double> memory;
     void assign(Object &a, int n, int m)
     {
@@ -64,8 +62,7 @@ template <> struct Adaptation<Q31> {
     using Number = kq_scaled_q31;
     static constexpr auto init = kq_adaptation_init_q31;
     static constexpr auto attach = kq_attach_q31;
-    static constexpr auto processScale = kq_adaptation_process_scale_q31;
-    static constexpr auto sensorScale = kq_adaptation_sensor_scale_q31;
+    static constexpr auto scales = kq_adaptation_scales_q31;
     std::vector<kq_scaled_q31> memory;
     std::vector<std::int32_t> root;
     void assign(Object &a, int n, int m)
@@ -247,8 +244,9 @@ template <class T> class Run
 
     Errors errors() const
     {
-        return {std::log(Tool::value(Tool::processScale(&adaptation_)) / truth_.q),
-                std::log(Tool::value(Tool::sensorScale(&adaptation_)) / truth_.r)};
+        typename Tool::Number q{}, r{};
+        kq::require(Tool::scales(&adaptation_, &q, &r), "scales");
+        return {std::log(Tool::value(q) / truth_.q), std::log(Tool::value(r) / truth_.r)};
     }
 
   private:

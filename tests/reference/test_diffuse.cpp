@@ -195,9 +195,8 @@ template <class T> class Run
     {
         const Belief<Quad> &exact = model_.filtered[t].belief;
         for (int i = 0; i < exact.mean.size(); ++i) {
-            const bool is = Api::startIsDetermined(start_.get(), i) != 0;
+            const bool is = isKnown(Api::mean(filter_.get(), i));
             errors_.wrong += is != model_.filtered[t].known[static_cast<std::size_t>(i)];
-            errors_.wrong += is != isKnown(Api::mean(filter_.get(), i));
         }
         if (Api::startCount(start_.get()) > 0) return;
         errors_.determinedAt = std::min(errors_.determinedAt, t);

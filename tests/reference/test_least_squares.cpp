@@ -98,11 +98,12 @@ template <> kq_status Fit<Q31>::begin(FilterOwner<Q31> &filter, double lambda)
 }
 template <> kq_status Fit<float>::take(const Vector<double> &h, float z, double r)
 {
-    return kq_least_squares_add_f32(&handle_, flattened<float>(h).data(), z, static_cast<float>(r));
+    const float noise = static_cast<float>(r);
+    return kq_least_squares_add_f32(&handle_, flattened<float>(h).data(), &z, &noise, 1);
 }
 template <> kq_status Fit<double>::take(const Vector<double> &h, double z, double r)
 {
-    return kq_least_squares_add_f64(&handle_, h.data(), z, r);
+    return kq_least_squares_add_f64(&handle_, h.data(), &z, &r, 1);
 }
 template <> kq_status Fit<Q31>::take(const Vector<double> &h, std::int32_t z, double r)
 {
@@ -110,7 +111,7 @@ template <> kq_status Fit<Q31>::take(const Vector<double> &h, std::int32_t z, do
     const kq_status prepared_r = kq_noise_prepare_diagonal_q31(&noise, &r, 1, measured_.data());
     if (prepared_r != KQ_OK) return prepared_r;
     const Matrix<double> row = h.transpose();
-    return kq_least_squares_add_q31(&handle_, prepared(row, measured_, states_).data(), z, noise);
+    return kq_least_squares_add_q31(&handle_, prepared(row, measured_, states_).data(), &z, &noise, 1);
 }
 
 // ------------------------------------------------------------------ the normal equations

@@ -18,6 +18,7 @@ from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, Ran
 from test_nonlinear import off
 
 POINTER, INT = ctypes.c_void_p, ctypes.c_int32
+FRACTION_BEST = 1000  # KQ_FRACTION_BEST_Q31
 
 
 class ProcessTable(ctypes.Structure):
@@ -88,7 +89,7 @@ class Words:
     def formats(self, ranges):
         formats = self.words(2 * len(ranges))
         for k, most in enumerate(ranges):
-            self.call("format_prepare", formats[2 * k:], ctypes.c_double(most))
+            self.call("format_prepare", formats[2 * k:], FRACTION_BEST, ctypes.c_double(most), None)
         return formats
 
     def matrix(self, M, rows, columns):
@@ -118,7 +119,7 @@ class Words:
             x = self.mean("mean", self.filter)
         if model.measures(t):
             self.H = self.matrix(jacobian(lambda y: model.h(y, t), x), self.seen, self.state)
-            self.call("sensor_change_jacobian", self.sensor, self.H, None)
+            self.call("sensor_change_measurement", self.sensor, self.H, None)
             e = self.vector(wrapped(model, z - np.real(model.h(x, t))), self.seen)
             self.call("update", self.filter, self.sensor, e)
 

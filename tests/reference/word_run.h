@@ -65,14 +65,14 @@ static inline int choose_formats(const word_model *w, const quad_step *s, const 
     int status = 0;
     largest_states(most, s, q);
     for (int i = 0; i < w->n; i++) {
-        status |= kq_format_prepare_q31(state_format + i, 1.5 * room * (double)most[i]);
+        status |= kq_format_prepare_q31(state_format + i, KQ_FRACTION_BEST_Q31, 1.5 * room * (double)most[i], NULL);
     }
     for (int c = 0; c < w->m; c++) {
         double range = 1e-300;
         for (int t = 0; t < w->steps; t++) range = fmax(range, fabs(w->z[t][c]));
-        status |= kq_format_prepare_q31(measurement_format + c, 1.5 * room * range);
+        status |= kq_format_prepare_q31(measurement_format + c, KQ_FRACTION_BEST_Q31, 1.5 * room * range, NULL);
     }
-    for (int k = 0; k < w->l; k++) status |= kq_format_prepare_q31(control_format + k, 8);
+    for (int k = 0; k < w->l; k++) status |= kq_format_prepare_q31(control_format + k, KQ_FRACTION_BEST_Q31, 8, NULL);
     return status;
 }
 

@@ -289,7 +289,7 @@ class Replay:
         self.kept.append(table)
         assert words == pairs(table, self.n**2)
         self.tell("changes")
-        return [lib.kq_process_change_transition_q31(parts.process, table)]
+        return [lib.kq_process_change_transition_q31(parts.process, table, ffi.NULL)]
 
     def measurement(self, given: Inputs) -> list[int]:
         parts = self.parts(0, given.word())
@@ -299,7 +299,7 @@ class Replay:
         self.kept.append(table)
         assert words == pairs(table, m * self.n)
         self.tell("changes")
-        return [lib.kq_sensor_change_measurement_q31(parts.sensor, table)]
+        return [lib.kq_sensor_change_measurement_q31(parts.sensor, table, ffi.NULL)]
 
     # ------------------------------------------------------------------ what goes in and what comes out
 
@@ -814,11 +814,12 @@ class Replay:
         unknown = lib.kq_diffuse_count_q31(s)
         made = [unknown]
         for i in range(n):
-            readings = (Q31.function(name)(f._handle, i) for name in ("mean", "mean_low", "sigma"))
-            made += [lib.kq_diffuse_is_determined_q31(s, i), *readings]
+            readings = [Q31.function(name)(f._handle, i) for name in ("mean", "mean_low", "sigma")]
+            made += [int(readings[0] != NOT_A_VALUE), *readings]
         for name in ("log_likelihood_last", "log_likelihood"):
             made += score(Q31.function(name)(f._handle))
-        made += [lib.kq_diffuse_steps_q31(s), lib.kq_diffuse_first_q31(s)]
+        first = ffi.new("size_t *")
+        made += [lib.kq_diffuse_steps_q31(s, first), first[0]]
         if not unknown:
             return made + self.filter_words()
         return [*made, f.events, -1, *score(NOT_A_SCORE), *[NOT_A_VALUE] * n, *f.memory.tolist()]

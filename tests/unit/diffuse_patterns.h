@@ -5,7 +5,7 @@
  *
  * Before this: S(name) is kq_name_<T>; start and filter, its objects, of up to PATTERN_STATES
  * states; put_model(n, A, h), begin(n), take(z) and advance(); mean_of(high, low, i) and
- * sigma_of(word, i), what words stand for.
+ * sigma_of(word, i), what words stand for; is_determined(i), can its mean be read?
  */
 #ifndef KALMANQ_TESTS_START_PATTERNS_H
 #define KALMANQ_TESTS_START_PATTERNS_H
@@ -147,7 +147,7 @@ static int compare_rank(void)
     if (is < count) return EARLY;
     if (is > count && (model.is_regular || count == 0)) return LATE;
     for (int i = 0; count > 0 && i < model.same; i++) {
-        const int known = exact_is_determined(&exact, i), says = S(diffuse_is_determined)(&start, i);
+        const int known = exact_is_determined(&exact, i), says = is_determined(i);
         if (known != says) return says ? EARLY_STATE : LATE;
     }
     return RIGHT;

@@ -36,7 +36,7 @@ typedef struct {
 
 static inline void put_formats(kq_format_q31 *format, const double *range, int count)
 {
-    for (int i = 0; i < count; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], range[i]));
+    for (int i = 0; i < count; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], KQ_FRACTION_BEST_Q31, range[i], NULL));
 }
 
 /* B may be NULL */

@@ -59,8 +59,22 @@ static void set_up(void)
     WATCH(z), WATCH(u);
 }
 
-static double process_scale(void) { return (double)K(adaptation_process_scale)(&tuner); }
-static double sensor_scale(void) { return (double)K(adaptation_sensor_scale)(&tuner); }
+static num process_scale_of(const K(adaptation) * a)
+{
+    num q = (num)NAN;
+    ASSERT_OK(K(adaptation_scales)(a, &q, NULL));
+    return q;
+}
+
+static num sensor_scale_of(const K(adaptation) * a)
+{
+    num r = (num)NAN;
+    ASSERT_OK(K(adaptation_scales)(a, NULL, &r));
+    return r;
+}
+
+static double process_scale(void) { return (double)process_scale_of(&tuner); }
+static double sensor_scale(void) { return (double)sensor_scale_of(&tuner); }
 
 /* Both, by turns one or the other, none */
 static uint32_t present_at(int t)
@@ -202,8 +216,8 @@ static void the_scales_of_a_plant_are_found(void)
         ASSERT_OK(K(predict)(&level, &walk, NULL));
         x += noise(&seed) / 2;
     }
-    ASSERT_WITHIN(0.4, log(0.25), log((double)K(adaptation_process_scale)(&finder)));
-    ASSERT_WITHIN(0.25, log(4), log((double)K(adaptation_sensor_scale)(&finder)));
+    ASSERT_WITHIN(0.4, log(0.25), log((double)process_scale_of(&finder)));
+    ASSERT_WITHIN(0.25, log(4), log((double)sensor_scale_of(&finder)));
 }
 
 static void learning_begins_after_n_measurements(void)
@@ -256,8 +270,7 @@ static void an_outlier_counts_as_four_sigma(void)
         }
         z[0] = k == 0 ? 30 : k == 1 ? 1000 : NUM_MAX / 4;
         ASSERT_OK(K(update_subset)(&track, &radar, z, 1));
-        found[k][0] = K(adaptation_process_scale)(&tuner);
-        found[k][1] = K(adaptation_sensor_scale)(&tuner);
+        ASSERT_OK(K(adaptation_scales)(&tuner, &found[k][0], &found[k][1]));
     }
     ASSERT_SAME_BITS(found[0], found[1]);
     ASSERT_SAME_BITS(found[0], found[2]);
@@ -304,7 +317,7 @@ static void what_leaves_the_numbers_is_forgotten(void)
         ASSERT_OK(K(update_subset)(&track, &single, z, 1));
         ASSERT_OK(K(predict)(&track, &motion, u));
     }
-    const num q = K(adaptation_process_scale)(&other), s = K(adaptation_sensor_scale)(&other);
+    const num q = process_scale_of(&other), s = sensor_scale_of(&other);
     TEST_ASSERT_TRUE(q > 0 && q <= 16 && s > 0 && s <= 8);
 }
 
@@ -324,7 +337,7 @@ static void no_noise_stays_none(void)
     const K(process) *p = K(adaptation_process)(&tuner);
     TEST_ASSERT_EQUAL_MEMORY(motion_memory, p->noise_root, sizeof motion_memory);
     TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[0] == radar.noise[0]);
-    TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[1] == K(adaptation_sensor_scale)(&tuner));
+    TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[1] == sensor_scale_of(&tuner));
 }
 
 /* ------------------------------------------------------------------------------ objects */
@@ -348,7 +361,7 @@ static void the_scaled_models_are_those_of_the_scales(void)
     num S[4], S0[4];
     learn_something();
     const K(process) *p = K(adaptation_process)(&tuner);
-    ASSERT_OK(K(process_scale_noise)(&expected, &motion, K(adaptation_process_scale)(&tuner)));
+    ASSERT_OK(K(process_scale_noise)(&expected, &motion, process_scale_of(&tuner)));
     TEST_ASSERT_EQUAL_MEMORY(expected_memory, p->noise_root, sizeof expected_memory);
     ASSERT_OK(K(forecast)(&track, p, u, 1, &twin));
     ASSERT_OK(K(measurement)(&track, &coupled, NULL, S0));
@@ -369,7 +382,7 @@ static void another_model_is_that_of_the_next_step(void)
     PROCESS(expected, 2, 1);
     learn_something();
     ASSERT_OK(K(process_change_transition)(&motion, A2));
-    ASSERT_OK(K(process_scale_noise)(&expected, &motion, K(adaptation_process_scale)(&tuner)));
+    ASSERT_OK(K(process_scale_noise)(&expected, &motion, process_scale_of(&tuner)));
     ASSERT_OK(K(forecast)(&track, &expected, u, 1, &twin));
     ASSERT_OK(K(predict)(&track, &motion, u));
     ASSERT_SAME_STATE(&twin, &track, 2);
@@ -444,8 +457,8 @@ static void a_step_is_a_predict_and_an_update(void)
             ASSERT_OK(K(update)(&track, s, z));
             ASSERT_OK(K(step)(&twin, p, u, s, z));
             ASSERT_SAME_FILTER(&track, &twin, 2);
-            TEST_ASSERT_TRUE(K(adaptation_process_scale)(&other) == (num)process_scale());
-            TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&other) == (num)sensor_scale());
+            TEST_ASSERT_TRUE(process_scale_of(&other) == (num)process_scale());
+            TEST_ASSERT_TRUE(sensor_scale_of(&other) == (num)sensor_scale());
         }
         TEST_ASSERT_TRUE(sensor_scale() != 1 && process_scale() != 1);
     }
@@ -555,8 +568,8 @@ static void an_adaptation_works_at_every_size(void)
             ASSERT_OK(K(update_subset)(&f, &s, seen, t % 4 ? ALL : 0x5555));
             ASSERT_OK(K(predict)(&f, &p, NULL));
         }
-        TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a) != 1);
-        TEST_ASSERT_TRUE(K(adaptation_process_scale)(&a) != 1);
+        TEST_ASSERT_TRUE(sensor_scale_of(&a) != 1);
+        TEST_ASSERT_TRUE(process_scale_of(&a) != 1);
         assert_guards(room, length, COUNT(room));
     }
 }
@@ -804,10 +817,11 @@ static void refusals_of_models_that_changed(void)
 
 static void readings_of_nothing(void)
 {
-    ASSERT_NAN(K(adaptation_process_scale)(NULL));
-    ASSERT_NAN(K(adaptation_sensor_scale)(NULL));
-    ASSERT_NAN(K(adaptation_process_scale)(&blank_tuner));
-    ASSERT_NAN(K(adaptation_sensor_scale)(&blank_tuner));
+    static num scales[2] = {5, 6};
+    WATCH(scales);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_scales)(NULL, &scales[0], &scales[1]));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(adaptation_scales)(&blank_tuner, &scales[0], &scales[1]));
+    ASSERT_OK(K(adaptation_scales)(&tuner, NULL, NULL));
     TEST_ASSERT_NULL(K(adaptation_process)(NULL));
     TEST_ASSERT_NULL(K(adaptation_sensor)(&blank_tuner));
 }

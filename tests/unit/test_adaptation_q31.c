@@ -38,8 +38,20 @@ static const kq_scaled_q31 one = {INT32_C(1) << 30, -30}, none = {0, 0};
 static kq_scaled_q31 power(int k) { return (kq_scaled_q31){INT32_C(1) << 30, k - 30}; }
 
 static double of_number(kq_scaled_q31 a) { return ldexp(a.mantissa, a.exponent); }
-static double process_scale(void) { return of_number(kq_adaptation_process_scale_q31(&tuner)); }
-static double sensor_scale(void) { return of_number(kq_adaptation_sensor_scale_q31(&tuner)); }
+
+static double process_scale(void)
+{
+    kq_scaled_q31 q = none;
+    ASSERT_OK(kq_adaptation_scales_q31(&tuner, &q, NULL));
+    return of_number(q);
+}
+
+static double sensor_scale(void)
+{
+    kq_scaled_q31 r = none;
+    ASSERT_OK(kq_adaptation_scales_q31(&tuner, NULL, &r));
+    return of_number(r);
+}
 
 static void set_up(void)
 {
@@ -129,8 +141,8 @@ static void follow_double(const kq_sensor_q31 *s, const double *R_wide, kq_adapt
         for (int c = 0; c < 2; c++) seen[c] = ldexp(z[c], -s->measurement_format[c].fraction);
         ASSERT_OK(kq_update_subset_q31(&track, s, z, present_at(t)));
         ASSERT_OK(K(update_subset)(&wide_track, &wide_radar, seen, present_at(t)));
-        const double q = K(adaptation_process_scale)(&wide_tuner);
-        const double r = K(adaptation_sensor_scale)(&wide_tuner);
+        double q, r;
+        ASSERT_OK(K(adaptation_scales)(&wide_tuner, &q, &r));
         ASSERT_WITHIN(1e-6 * q, q, process_scale());
         ASSERT_WITHIN(1e-6 * r, r, sensor_scale());
         ASSERT_LIKE(&wide_track, &track, 1e-6);
@@ -221,8 +233,9 @@ static void the_scaled_models_are_those_of_the_scales(void)
     learn_something();
     const kq_process_q31 *p = kq_adaptation_process_q31(&tuner);
     const kq_sensor_q31 *s = kq_adaptation_sensor_q31(&tuner);
-    ASSERT_OK(kq_process_scale_noise_q31(&expected, &motion.process, root,
-                                         kq_adaptation_process_scale_q31(&tuner)));
+    kq_scaled_q31 q = none;
+    ASSERT_OK(kq_adaptation_scales_q31(&tuner, &q, NULL));
+    ASSERT_OK(kq_process_scale_noise_q31(&expected, &motion.process, root, q));
     TEST_ASSERT_EQUAL_MEMORY(root, p->noise_root, sizeof root);
     ASSERT_WITHIN(1e-9, sensor_scale(), of_number(s->noise[0]) / of_number(coupled.noise[0]));
     ASSERT_WITHIN(0, of_number(coupled.noise[1]), of_number(s->noise[1])); /* of U */
@@ -489,9 +502,11 @@ static void refusals_of_steps(void)
 
 static void readings_of_nothing(void)
 {
-    const kq_scaled_q31 a = kq_adaptation_process_scale_q31(NULL);
-    const kq_scaled_q31 b = kq_adaptation_sensor_scale_q31(&blank);
-    TEST_ASSERT_TRUE(a.mantissa == 0 && a.exponent == 0 && b.mantissa == 0 && b.exponent == 0);
+    static kq_scaled_q31 scales[2] = {{5, 6}, {7, 8}};
+    WATCH(scales);
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_scales_q31(NULL, &scales[0], &scales[1]));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_adaptation_scales_q31(&blank, &scales[0], &scales[1]));
+    ASSERT_OK(kq_adaptation_scales_q31(&tuner, NULL, NULL));
     TEST_ASSERT_NULL(kq_adaptation_process_q31(&blank));
     TEST_ASSERT_NULL(kq_adaptation_sensor_q31(NULL));
 }

@@ -350,7 +350,7 @@ static void a_start_smooths_what_has_not_changed(void)
             if (t) ASSERT_OK(K(predict)(&track, &turn, NULL));
             ASSERT_OK(K(update)(&track, &radar, z));
         }
-        const int early = (int)K(diffuse_steps)(&start);
+        const int early = (int)K(diffuse_steps)(&start, NULL);
         TEST_ASSERT_EQUAL_INT(1, early);
         if (changed > early + 1) ASSERT_REFUSED(KQ_ERR_CHANGED, K(diffuse_smooth)(&start));
         else ASSERT_OK(K(diffuse_smooth)(&start));

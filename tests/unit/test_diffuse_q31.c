@@ -90,13 +90,19 @@ static double word_value(int32_t word, int32_t low, int i)
     return ldexp(word + ldexp(low, -24), -prior.state_format[i].fraction);
 }
 
+static size_t first_early(void)
+{
+    size_t first;
+    (void)kq_diffuse_steps_q31(&start, &first);
+    return first;
+}
+
 static void assert_like_double(UNITY_LINE_TYPE line)
 {
     UNITY_TEST_ASSERT_EQUAL_INT(K(diffuse_count)(&start_f64), kq_diffuse_count_q31(&start), line,
                                 "count");
     for (int i = 0; i < 2; i++) {
-        const int is = K(diffuse_is_determined)(&start_f64, i);
-        UNITY_TEST_ASSERT_EQUAL_INT(is, kq_diffuse_is_determined_q31(&start, i), line, "determined");
+        const int is = !isnan(K(mean)(&track_f64, i));
         const int32_t mean = kq_mean_q31(&track, i), low = kq_mean_low_q31(&track, i);
         UNITY_TEST_ASSERT((mean == KQ_NOT_A_VALUE_Q31) == !is, line, "mean");
         UNITY_TEST_ASSERT((kq_sigma_q31(&track, i) == KQ_NOT_A_VALUE_Q31) == !is, line,
@@ -161,7 +167,7 @@ static void run_beside_double(uint32_t unknown, UNITY_LINE_TYPE line)
         assert_like_double(line);
     }
     TEST_ASSERT_EQUAL_INT(0, kq_events_q31(&track));
-    TEST_ASSERT_EQUAL_UINT(K(diffuse_steps)(&start_f64), kq_diffuse_steps_q31(&start));
+    TEST_ASSERT_EQUAL_UINT(K(diffuse_steps)(&start_f64, NULL), kq_diffuse_steps_q31(&start, NULL));
     assert_smoothed(STEPS, line);
 }
 
@@ -184,7 +190,7 @@ static void nothing_but_gaps(void)
     begin(3);
     for (int t = 0; t < 6; t++) predict(NULL);
     ASSERT_LIKE_DOUBLE();
-    TEST_ASSERT_EQUAL_UINT(2, kq_diffuse_first_q31(&start));
+    TEST_ASSERT_EQUAL_UINT(2, first_early());
     static const double z[] = {3, 1};
     update(&radar, &radar_f64, z, 3);
     ASSERT_LIKE_DOUBLE();
@@ -200,11 +206,10 @@ static void what_is_not_seen_stays_unknown(void)
         ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words));
     }
     TEST_ASSERT_EQUAL_INT(1, kq_diffuse_count_q31(&start));
-    TEST_ASSERT_EQUAL_INT(0, kq_diffuse_is_determined_q31(&start, 0));
     TEST_ASSERT_EQUAL_INT(KQ_NOT_A_VALUE_Q31, kq_mean_q31(&track, 0));
     ASSERT_OK(kq_diffuse_smooth_q31(&start));
     TEST_ASSERT_EQUAL_INT(KQ_NOT_A_VALUE_Q31, kq_mean_q31(START_SMOOTHED_Q31(&start, 99), 1));
-    TEST_ASSERT_EQUAL_UINT(101 - EARLY, kq_diffuse_first_q31(&start));
+    TEST_ASSERT_EQUAL_UINT(101 - EARLY, first_early());
 }
 
 static void noise_free(void)
@@ -226,7 +231,7 @@ static void what_says_less_than_the_ranges_takes_their_prior(void)
 {
     static const double z[] = {100};
     static const kq_scaled_q31 small[] = {{INT32_C(1) << 30, -60}, {0, 0}};
-    ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small, NULL));
     ASSERT_OK(
         kq_update_q31(&track, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
     TEST_ASSERT_EQUAL_INT(0, kq_events_q31(&track));
@@ -253,7 +258,7 @@ static void it_decays_without_end(void)
 {
     static kq_scaled_q31 half[4];
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -31};
-    ASSERT_OK(kq_process_change_transition_q31(&still.process, half));
+    ASSERT_OK(kq_process_change_transition_q31(&still.process, half, NULL));
     for (int t = 0; t < 5000; t++) {
         ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
     }
@@ -263,7 +268,7 @@ static void it_decays_without_end(void)
     }
     TEST_ASSERT_EQUAL_INT(0, kq_diffuse_count_q31(&start));
     half[0] = half[3] = (kq_scaled_q31){INT32_C(1) << 30, -26};
-    ASSERT_OK(kq_process_change_transition_q31(&still.process, half));
+    ASSERT_OK(kq_process_change_transition_q31(&still.process, half, NULL));
     begin(3);
     for (int t = 0; t < 3000; t++) {
         ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));

@@ -38,6 +38,8 @@ static void take(double z)
     ASSERT_OK(K(update)(&filter, &sensor, &word));
 }
 
+static int is_determined(int i) { return !isnan(K(mean)(&filter, i)); }
+
 static void advance(void) { ASSERT_OK(K(predict)(&filter, &process, NULL)); }
 
 #include "diffuse_patterns.h"

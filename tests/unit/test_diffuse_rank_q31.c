@@ -20,8 +20,8 @@ static void put_model(int n, const double *A, const double *h)
     static double Q[SQUARE];
     static const double R[] = {1};
     const double range = 1e4;
-    for (int i = 0; i < n; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], range));
-    ASSERT_OK(kq_format_prepare_q31(measured_format, range));
+    for (int i = 0; i < n; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], KQ_FRACTION_BEST_Q31, range, NULL));
+    ASSERT_OK(kq_format_prepare_q31(measured_format, KQ_FRACTION_BEST_Q31, range, NULL));
     for (int k = 0; k < n * n; k++) Q[k] = k % (n + 1) ? 0 : 0.0625;
     ASSERT_OK(kq_matrix_prepare_q31(transition, A, n, n, format, format));
     ASSERT_OK(kq_matrix_prepare_q31(measurement, h, 1, n, measured_format, format));
@@ -57,6 +57,8 @@ static void take(double z)
 {
     ASSERT_OK(kq_update_q31(&filter, &sensor, words_of(&z, 1, measured_format)));
 }
+
+static int is_determined(int i) { return kq_mean_q31(&filter, i) != KQ_NOT_A_VALUE_Q31; }
 
 static void advance(void) { ASSERT_OK(kq_predict_q31(&filter, &process, NULL)); }
 

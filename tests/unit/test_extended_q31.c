@@ -59,7 +59,7 @@ static void predict_both(void)
     ASSERT_OK(K(process_change_transition)(&motion_f64, A_now));
     ASSERT_OK(K(predict_extended)(&track_f64, &motion_f64, d));
     ASSERT_OK(kq_matrix_prepare_q31(A_words, A_now, 2, 2, motion.state_format, motion.state_format));
-    ASSERT_OK(kq_process_change_transition_q31(&motion.process, A_words));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, A_words, NULL));
     ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, words_of(d, 2, motion.state_format)));
 }
 
@@ -72,7 +72,7 @@ static void update_both(int step)
     ASSERT_OK(K(sensor_change_measurement)(&radar_f64, H_now));
     ASSERT_OK(K(update)(&track_f64, &radar_f64, e));
     ASSERT_OK(kq_matrix_prepare_q31(H_words, H_now, 2, 2, radar.measurement_format, radar.state_format));
-    ASSERT_OK(kq_sensor_change_jacobian_q31(&differs, H_words, NULL));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&differs, H_words, NULL));
     ASSERT_OK(kq_update_q31(&track, &differs, words_of(e, 2, radar.measurement_format)));
 }
 
@@ -142,7 +142,7 @@ static void a_steep_jacobian_moves_the_root_alone(void)
     const double d[] = {-20, 4};
     kq_range_error_q31 range_error = {KQ_STATE, 7, 7};
     prepare_steep();
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, A_words));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, A_words, NULL));
     ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, &range_error));
     TEST_ASSERT_EQUAL_INT(KQ_NO_RANGE_ERROR, range_error.quantity);
     ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
@@ -166,7 +166,7 @@ static void a_process_of_a_jacobian_is_for_linearised_predicts_alone(void)
     prepare_steep();
     ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, A_words, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&track, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&motion.process, ordinary));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&motion.process, ordinary, NULL));
     ASSERT_OK(kq_attach_q31(&track, &past.attached));
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_predict_extended_q31(&track, &motion.process, d));
     ASSERT_OK(kq_process_change_jacobian_q31(&motion.process, ordinary, NULL));
@@ -200,12 +200,12 @@ static void a_range_error_names_the_row(void)
     static const double large[] = {1, 0, 90, 20};
     kq_range_error_q31 range_error = {KQ_NO_RANGE_ERROR, 0, 0};
     ASSERT_OK(kq_matrix_prepare_q31(H_words, large, 2, 2, radar.measurement_format, radar.state_format));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &range_error));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_measurement_q31(&radar.sensor, H_words, &range_error));
     TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, range_error.quantity);
     TEST_ASSERT_EQUAL_INT(1, range_error.component);
     TEST_ASSERT_TRUE(range_error.bits > 0);
     H_words[3].mantissa = 1;
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_jacobian_q31(&radar.sensor, H_words, &range_error));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_measurement_q31(&radar.sensor, H_words, &range_error));
     TEST_ASSERT_EQUAL_INT(1, range_error.component);
     TEST_ASSERT_EQUAL_INT(0, range_error.bits);
     prepare_steep();
@@ -217,8 +217,8 @@ static void a_range_error_names_the_row(void)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_jacobian_q31(NULL, A_words, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_jacobian_q31(&motion.process, NULL, NULL));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_jacobian_q31(&blank_process, A_words, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_jacobian_q31(NULL, H_words, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_jacobian_q31(&radar.sensor, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(NULL, H_words, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(&radar.sensor, NULL, NULL));
 }
 
 static void what_is_missing_or_beyond_its_range_is_refused(void)

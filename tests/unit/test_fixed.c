@@ -561,9 +561,9 @@ static void an_adaptation_learns(void)
             ASSERT_OK(K(attach)(&filters[i]->filter, &a[i].attached));
         }
         compare_attached(size);
-        TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a[0]) != 1);
-        TEST_ASSERT_TRUE(K(adaptation_sensor_scale)(&a[0]) == K(adaptation_sensor_scale)(&a[1]));
-        TEST_ASSERT_TRUE(K(adaptation_process_scale)(&a[0]) == K(adaptation_process_scale)(&a[1]));
+        num q[2], r[2];
+        for (int i = 0; i < 2; i++) ASSERT_OK(K(adaptation_scales)(&a[i], &q[i], &r[i]));
+        TEST_ASSERT_TRUE(r[0] != 1 && r[0] == r[1] && q[0] == q[1]);
     }
 }
 

@@ -54,7 +54,7 @@ static double draw(void)
 
 static void make_formats(kq_format_q31 *format, int count)
 {
-    for (int i = 0; i < count; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], 64 << i));
+    for (int i = 0; i < count; i++) ASSERT_OK(kq_format_prepare_q31(&format[i], KQ_FRACTION_BEST_Q31, 64 << i, NULL));
 }
 
 static void make_process(int n, int upper_only)
@@ -231,7 +231,7 @@ static void beyond_between_components(const fixed_size *size, double r, int with
     begin(4, 2, 0);
     ASSERT_OK(kq_matrix_prepare_q31(rows, H, 2, 4, measurement_format, state_format));
     ASSERT_OK(kq_noise_prepare_diagonal_q31(noise, variance, 2, measurement_format));
-    ASSERT_OK(kq_sensor_change_measurement_q31(&sensor_of, rows));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&sensor_of, rows, NULL));
     ASSERT_OK(kq_vector_prepare_q31(words, z, 2, measurement_format, NULL));
     ASSERT_OK(kq_root_prepare_q31(prior_root, P0, 4, state_format));
     begin_filter(&ours, 4);

@@ -98,7 +98,7 @@ static sensor eye;
 static void put_process(moving *m, int n, int shape)
 {
     double A[MOST * MOST], Q[MOST * MOST];
-    for (int k = 0; k < n; k++) ASSERT_OK(kq_format_prepare_q31(&format[k], 100));
+    for (int k = 0; k < n; k++) ASSERT_OK(kq_format_prepare_q31(&format[k], KQ_FRACTION_BEST_Q31, 100, NULL));
     for (int k = 0; k < n * n; k++) {
         A[k] = A_entry(shape, k / n, k % n);
         Q[k] = Q_entry(k / n, k % n);
@@ -118,7 +118,7 @@ static int put_sensor(int n)
     for (int k = 0; k < m * n; k++) rows[k] = H_entry(k / n, k % n);
     for (int c = 0; c < m; c++) {
         covariance[c * m + c] = 0.5;
-        ASSERT_OK(kq_format_prepare_q31(&measured[c], 100));
+        ASSERT_OK(kq_format_prepare_q31(&measured[c], KQ_FRACTION_BEST_Q31, 100, NULL));
     }
     ASSERT_OK(kq_matrix_prepare_q31(H, rows, m, n, measured, format));
     ASSERT_OK(kq_noise_prepare_q31(R, covariance, m, measured));

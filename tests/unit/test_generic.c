@@ -99,7 +99,7 @@ static void make_q31(void)
     static kq_process_table_q31 process;
     static kq_sensor_table_q31 sensor;
     static kq_prior_table_q31 prior;
-    CHECK(kq_format_prepare_q31(format, 100) == KQ_OK);
+    CHECK(kq_format_prepare_q31(format, KQ_FRACTION_BEST_Q31, 100, NULL) == KQ_OK);
     CHECK(kq_matrix_prepare_q31(unit, one, 1, 1, format, format) == KQ_OK);
     CHECK(kq_root_prepare_q31(step, one, 1, format) == KQ_OK);
     CHECK(kq_root_prepare_q31(root, four, 1, format) == KQ_OK);

@@ -16,6 +16,7 @@ static const num A[] = {1, 0.5, 0, 1}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 static num H[2 * ROWS], z[ROWS], r[ROWS];
 
+static const num unit[] = {1};
 static const num endless = (num)INFINITY;
 
 static void set_up(void)
@@ -87,7 +88,7 @@ static void fading_stops_before_the_numbers_end(void)
     TEST_ASSERT_TRUE(sigma > LARGE_SIGMA / 2 && sigma <= LARGE_SIGMA);
     ASSERT_OK(K(forget)(&line, FLT_MIN)); /* the smallest lambda */
     ASSERT_WITHIN(0, sigma, K(sigma)(&line, 0));
-    ASSERT_OK(K(least_squares_add)(&fit, H, z[0], r[0]));
+    ASSERT_OK(K(least_squares_add)(&fit, H, z, r, 1));
     TEST_ASSERT_TRUE(isfinite(K(mean)(&line, 0)));
     TEST_ASSERT_TRUE(isfinite(K(nis)(&line)));
 }
@@ -160,7 +161,7 @@ static void the_recursion_is_the_batch(void)
 {
     batch b;
     for (int k = 0; k < ROWS; k++) {
-        ASSERT_OK(K(least_squares_add)(&fit, H + 2 * k, z[k], r[k]));
+        ASSERT_OK(K(least_squares_add)(&fit, H + 2 * k, z + k, r + k, 1));
         batch_of(&b, x0, P0, k + 1, 1);
         assert_batch(&b);
     }
@@ -175,7 +176,7 @@ static void forgetting_is_the_exponentially_weighted_batch(void)
         ASSERT_OK(K(filter_init)(&line, x0, P0));
         ASSERT_OK(K(least_squares_init)(&fit, &line, N(lambdas[l])));
         for (int k = 0; k < ROWS; k++) {
-            ASSERT_OK(K(least_squares_add)(&fit, H + 2 * k, z[k], r[k]));
+            ASSERT_OK(K(least_squares_add)(&fit, H + 2 * k, z + k, r + k, 1));
             batch_of(&b, x0, P0, k + 1, lambdas[l]);
             assert_batch(&b);
         }
@@ -186,22 +187,22 @@ static void all_at_once_are_one_after_the_other(void)
 {
     ASSERT_OK(K(least_squares_init)(&fit, &line, N(0.75)));
     ASSERT_OK(K(least_squares_init)(&other, &twin, N(0.75)));
-    ASSERT_OK(K(least_squares_add_all)(&fit, H, z, r, ROWS));
+    ASSERT_OK(K(least_squares_add)(&fit, H, z, r, ROWS));
     for (int k = 0; k < ROWS; k++) {
         num h[2] = {H[2 * k], H[2 * k + 1]};
-        ASSERT_OK(K(least_squares_add)(&other, h, z[k], r[k]));
+        ASSERT_OK(K(least_squares_add)(&other, h, z + k, r + k, 1));
         h[0] = h[1] = (num)NAN; /* it is not kept */
     }
     ASSERT_SAME_FILTER(&twin, &line, 2);
     TEST_ASSERT_EQUAL_MEMORY(&fit.residual, &other.residual, sizeof fit.residual);
-    ASSERT_OK_UNCHANGED(K(least_squares_add_all)(&fit, H, z, r, 0));
+    ASSERT_OK_UNCHANGED(K(least_squares_add)(&fit, H, z, r, 0));
 }
 
 /* A measurement that says nothing does not count. */
 static void what_is_not_taken_does_not_weigh(void)
 {
     static const num nothing[] = {0, 0};
-    ASSERT_OK(K(least_squares_add)(&fit, nothing, 1, 0));
+    ASSERT_OK(K(least_squares_add)(&fit, nothing, unit, (const num[]){0}, 1));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&line));
     ASSERT_WITHIN(0, 0, K(least_squares_weight)(&fit));
     ASSERT_WITHIN(0, 0, K(least_squares_residual)(&fit));
@@ -210,7 +211,7 @@ static void what_is_not_taken_does_not_weigh(void)
 static void without_forgetting_it_is_recorded(void)
 {
     ASSERT_OK(K(attach)(&line, &tape.attached));
-    ASSERT_OK(K(least_squares_add)(&fit, H, z[0], r[0]));
+    ASSERT_OK(K(least_squares_add)(&fit, H, z, r, 1));
     ASSERT_OK(K(smooth)(&tape));
     ASSERT_CLOSE(whole_mean(&line, 0), whole_smoothed_mean(&tape, 0, 0), 4);
 }
@@ -227,7 +228,7 @@ static void there_may_be_1_to_16_unknowns(void)
         ASSERT_OK(K(least_squares_init)(&fit, &many, 1));
         for (int i = 0; i < n; i++) {
             for (int k = 0; k < n; k++) h[k] = k == i;
-            ASSERT_OK(K(least_squares_add)(&fit, h, N(2 * i), 4));
+            ASSERT_OK(K(least_squares_add)(&fit, h, (const num[]){N(2 * i)}, (const num[]){4}, 1));
         }
         for (int i = 0; i < n; i++) {
             ASSERT_CLOSE(i, K(mean)(&many, i), 16);
@@ -250,7 +251,7 @@ static void init_refuses(void)
 
 static num row[2], value, variance;
 
-static kq_status add(void) { return K(least_squares_add)(&fit, row, value, variance); }
+static kq_status add(void) { return K(least_squares_add)(&fit, row, &value, &variance, 1); }
 
 static void add_refuses(void)
 {
@@ -258,34 +259,34 @@ static void add_refuses(void)
     assert_entries_must_be_finite(row, 2, add);
     assert_entries_must_be_finite(&value, 1, add);
     assert_entries_must_be_finite(&variance, 1, add);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(NULL, row, 1, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, NULL, 1, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(least_squares_add)(&fit, row, 1, N(-0.5)));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, 1, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(NULL, row, unit, unit, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, NULL, unit, unit, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(least_squares_add)(&fit, row, unit, (const num[]){N(-0.5)}, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, unit, unit, 1));
     ASSERT_OK(K(least_squares_init)(&other, &blank, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, 1, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, unit, unit, 1));
     ASSERT_OK(K(least_squares_init)(&fit, &line, N(0.5)));
     ASSERT_OK(K(attach)(&line, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(least_squares_add)(&fit, row, 1, 1));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(least_squares_add)(&fit, row, unit, unit, 1));
 }
 
 /* The last row's fault leaves them all out. */
 static void a_batch_is_refused_as_a_whole(void)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(NULL, H, z, r, ROWS));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, NULL, z, r, ROWS));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, H, NULL, r, ROWS));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add_all)(&fit, H, z, NULL, ROWS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add_all)(&fit, H, z, r, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add_all)(&fit, H, z, r, SIZE_MAX));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(NULL, H, z, r, ROWS));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, NULL, z, r, ROWS));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, H, NULL, r, ROWS));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, H, z, NULL, ROWS));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add)(&fit, H, z, r, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add)(&fit, H, z, r, SIZE_MAX));
     z[ROWS - 1] = endless;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add_all)(&fit, H, z, r, ROWS));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add)(&fit, H, z, r, ROWS));
     z[ROWS - 1] = 1;
     r[ROWS - 1] = -1;
-    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(least_squares_add_all)(&fit, H, z, r, ROWS));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(least_squares_add)(&fit, H, z, r, ROWS));
     r[ROWS - 1] = 1;
     H[2 * ROWS - 1] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add_all)(&fit, H, z, r, ROWS));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add)(&fit, H, z, r, ROWS));
 }
 
 static void readings_of_nothing_are_none(void)
@@ -306,7 +307,7 @@ static void a_long_sum_goes_on_growing(void)
     fit.weight.low = N(0x1p24);
     fit.residual.sum = N(0x1p40);
     for (int t = 0; t < 1000; t++) {
-        ASSERT_OK(K(least_squares_add)(&fit, h, N(t % 2), 1));
+        ASSERT_OK(K(least_squares_add)(&fit, h, (const num[]){N(t % 2)}, unit, 1));
         expected += (double)K(nis)(&line);
     }
     ASSERT_WITHIN(4, 0x1p25 + 0x1p24 + 1000, K(least_squares_weight)(&fit));
@@ -323,7 +324,7 @@ static void a_long_memory_does_not_drift(void)
     double weight = 0, residual = 0;
     ASSERT_OK(K(least_squares_init)(&fit, &line, lambda));
     for (long t = 0; t < rows; t++) {
-        ASSERT_OK(K(least_squares_add)(&fit, h, N(t % 7 - 3), 1));
+        ASSERT_OK(K(least_squares_add)(&fit, h, (const num[]){N(t % 7 - 3)}, unit, 1));
         weight = weight * (double)lambda + 1;
         residual = residual * (double)lambda + (double)K(nis)(&line);
     }

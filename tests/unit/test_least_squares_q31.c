@@ -72,8 +72,8 @@ static void a_run_is_that_in_double(void)
             const double row[] = {1, sin(0.7 * k)}, variance = k % 2 ? 0.5 : 2;
             put_row(row, 10 - 2 * row[1] + noise(&seed), variance);
             const double value = ldexp(z, -measured_format->fraction);
-            ASSERT_OK(kq_least_squares_add_q31(&fit, h, z, r));
-            ASSERT_OK(K(least_squares_add)(&fit_f64, row, value, variance));
+            ASSERT_OK(kq_least_squares_add_q31(&fit, h, &z, &r, 1));
+            ASSERT_OK(K(least_squares_add)(&fit_f64, row, &value, &variance, 1));
             ASSERT_LIKE(&line_f64, &line, LIKE);
             const double weight = K(least_squares_weight)(&fit_f64);
             const double residual = K(least_squares_residual)(&fit_f64);
@@ -124,7 +124,7 @@ static void fading_stops_before_the_numbers_end(void)
     ASSERT_OK(kq_forget_q31(&line, (kq_scaled_q31){INT32_C(1) << 30, -1000}));
     ASSERT_OK(kq_covariance_q31(&line, later));
     TEST_ASSERT_EQUAL_MEMORY(P, later, sizeof P);
-    ASSERT_OK(kq_least_squares_add_q31(&fit, h, z, r));
+    ASSERT_OK(kq_least_squares_add_q31(&fit, h, &z, &r, 1));
     TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&line));
 }
 
@@ -138,18 +138,18 @@ static void all_at_once_are_one_after_the_other(void)
     ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
     ASSERT_OK(kq_least_squares_init_q31(&other, &twin, half, measured_format));
     ASSERT_OK(kq_least_squares_init_q31(&fit, &line, half, measured_format));
-    ASSERT_OK(kq_least_squares_add_all_q31(&fit, rows, values, noises, 2));
-    ASSERT_OK(kq_least_squares_add_q31(&other, h, values[0], r));
-    ASSERT_OK(kq_least_squares_add_q31(&other, h, values[1], r));
+    ASSERT_OK(kq_least_squares_add_q31(&fit, rows, values, noises, 2));
+    ASSERT_OK(kq_least_squares_add_q31(&other, h, &values[0], &r, 1));
+    ASSERT_OK(kq_least_squares_add_q31(&other, h, &values[1], &r, 1));
     ASSERT_SAME_Q31(&twin, &line);
-    ASSERT_OK_UNCHANGED(kq_least_squares_add_all_q31(&fit, rows, values, noises, 0));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_least_squares_add_all_q31(&fit, rows, values, noises, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_least_squares_add_all_q31(&fit, rows, values, noises, SIZE_MAX));
+    ASSERT_OK_UNCHANGED(kq_least_squares_add_q31(&fit, rows, values, noises, 0));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_least_squares_add_q31(&fit, rows, values, noises, KQ_COUNT_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_least_squares_add_q31(&fit, rows, values, noises, SIZE_MAX));
     noises[1].mantissa = -r.mantissa;
-    ASSERT_REFUSED(KQ_ERR_TABLE, kq_least_squares_add_all_q31(&fit, rows, values, noises, 2));
+    ASSERT_REFUSED(KQ_ERR_TABLE, kq_least_squares_add_q31(&fit, rows, values, noises, 2));
     noises[1] = r;
     rows[3].mantissa = 1;
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_least_squares_add_all_q31(&fit, rows, values, noises, 2));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_least_squares_add_q31(&fit, rows, values, noises, 2));
 }
 
 /* ------------------------------------------------------------ what is refused */
@@ -193,20 +193,20 @@ static void init_refuses(void)
 
 static void add_refuses(void)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(NULL, h, z, r));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(&fit, NULL, z, r));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, z, r));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, h, measured_format->range + 1, r));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, h, INT32_MIN, r));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(NULL, h, &z, &r, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_least_squares_add_q31(&fit, NULL, &z, &r, 1));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, &z, &r, 1));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, h, (const int32_t[]){measured_format->range + 1}, &r, 1));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, h, (const int32_t[]){INT32_MIN}, &r, 1));
     const kq_scaled_q31 large[] = {{1 << 30, 0}, {0, 0}}, negative = {-r.mantissa, r.exponent};
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, large, z, r));
-    ASSERT_REFUSED(KQ_ERR_TABLE, kq_least_squares_add_q31(&fit, h, z, negative));
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_least_squares_add_q31(&fit, h, z, (kq_scaled_q31){1, 0}));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_least_squares_add_q31(&fit, large, &z, &r, 1));
+    ASSERT_REFUSED(KQ_ERR_TABLE, kq_least_squares_add_q31(&fit, h, &z, &negative, 1));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_least_squares_add_q31(&fit, h, &z, &(kq_scaled_q31){1, 0}, 1));
     ASSERT_OK(kq_least_squares_init_q31(&other, &blank, one, measured_format));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, z, r));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_least_squares_add_q31(&other, h, &z, &r, 1));
     ASSERT_OK(kq_least_squares_init_q31(&fit, &line, half, measured_format));
     ASSERT_OK(kq_attach_q31(&line, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_least_squares_add_q31(&fit, h, z, r));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, kq_least_squares_add_q31(&fit, h, &z, &r, 1));
 }
 
 static void readings_of_nothing_are_none(void)
@@ -224,7 +224,7 @@ static void the_residual_is_held(void)
     static const double row[] = {1, 0};
     begin(0.5);
     put_row(row, -200, 0x1p-40);
-    for (int k = 0; k < 40; k++) ASSERT_OK(kq_least_squares_add_q31(&fit, h, k % 2 ? z : -z, r));
+    for (int k = 0; k < 40; k++) ASSERT_OK(kq_least_squares_add_q31(&fit, h, (const int32_t[]){k % 2 ? z : -z}, &r, 1));
     const int64_t held = kq_least_squares_residual_q31(&fit);
     TEST_ASSERT_TRUE(held > 0 && held <= INT64_C(1) << 61);
 }

@@ -196,8 +196,8 @@ static void a_format_with_the_bits_named_fits(void)
 {
     static const double fast[] = {1, 0, 1000, 1};
     kq_format_q31 *format = motion.state_format;
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, NULL));
-    ASSERT_OK(kq_format_prepare_named_q31(&format[1], 24, 100, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], 15, 100, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[1], 24, 100, NULL));
     motion.table.controls = 0;
     ASSERT_OK(kq_matrix_prepare_q31(motion.transition, fast, 2, 2, format, format));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
@@ -245,13 +245,40 @@ static void change_transition_refuses(void)
 {
     kq_scaled_q31 other[4];
     memcpy(other, motion.transition, sizeof other);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(NULL, other));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(&motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&blank_process, other));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(NULL, other, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(&motion.process, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&blank_process, other, NULL));
     other[1] = coefficient(17);
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other, NULL));
     other[1] = (kq_scaled_q31){1, 0};
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other, NULL));
+}
+
+static void assert_range_error_of(const kq_range_error_q31 *found, kq_quantity quantity, int component, int bits)
+{
+    TEST_ASSERT_EQUAL_INT(quantity, found->quantity);
+    TEST_ASSERT_EQUAL_INT(component, found->component);
+    TEST_ASSERT_EQUAL_INT(bits, found->bits);
+}
+
+static void change_transition_names_the_row(void)
+{
+    kq_scaled_q31 other[4];
+    kq_range_error_q31 found;
+    memcpy(other, motion.transition, sizeof other);
+    other[2] = coefficient(17);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other, &found));
+    assert_range_error_of(&found, KQ_STATE, 1, 1);
+    other[2] = (kq_scaled_q31){1, 0};
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other, &found));
+    assert_range_error_of(&found, KQ_STATE, 1, 0);
+    memcpy(other, motion.transition, sizeof other);
+    other[3] = coefficient(17);
+    found.component = 0;
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other, &found));
+    assert_range_error_of(&found, KQ_STATE, 1, 0);
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition, &found));
+    assert_range_error_of(&found, KQ_NO_RANGE_ERROR, 0, 0);
 }
 
 static void change_transition_moves_otherwise(void)
@@ -261,7 +288,7 @@ static void change_transition_moves_otherwise(void)
     FILTER(twin, 2);
     static kq_scaled_q31 other[4];
     ASSERT_OK(kq_matrix_prepare_q31(other, faster, 2, 2, motion.state_format, motion.state_format));
-    ASSERT_OK(kq_process_change_transition_q31(&motion.process, other));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, other, NULL));
     ASSERT_OK(K(process_init)(&expected, faster, B, Q));
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
@@ -351,14 +378,19 @@ static void a_measurement_without_enough_bits_is_named(void)
 static void change_measurement_refuses(void)
 {
     kq_scaled_q31 other[4];
+    kq_range_error_q31 found = {KQ_STATE, 0, 1};
     memcpy(other, radar.measurement, sizeof other);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(NULL, other));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(&radar.sensor, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_change_measurement_q31(&blank_sensor, other));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(NULL, other, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(&radar.sensor, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_change_measurement_q31(&blank_sensor, other, NULL));
     other[1] = coefficient(17);
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_measurement_q31(&radar.sensor, other));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_measurement_q31(&radar.sensor, other, NULL));
     other[1] = (kq_scaled_q31){1, 0};
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_measurement_q31(&radar.sensor, other));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_measurement_q31(&radar.sensor, other, NULL));
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_sensor_change_measurement_q31(&radar.sensor, other, &found));
+    assert_range_error_of(&found, KQ_MEASUREMENT, 0, 0);
+    ASSERT_OK(kq_sensor_change_measurement_q31(&radar.sensor, radar.measurement, &found));
+    assert_range_error_of(&found, KQ_NO_RANGE_ERROR, 0, 0);
 }
 
 /* ------------------------------------------------------------------------------ filter */
@@ -458,6 +490,7 @@ static void run_process(void)
     RUN_TEST(a_state_cannot_grow_beyond_16_times_itself);
     RUN_TEST(what_fits_is_said_to_fit);
     RUN_TEST(change_transition_refuses);
+    RUN_TEST(change_transition_names_the_row);
     RUN_TEST(change_transition_moves_otherwise);
 }
 
@@ -500,9 +533,9 @@ static void check_takes_what_calls_have_left(void)
         ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, (uint32_t)(t % 4)));
         ASSERT_OK(kq_filter_check_q31(&track));
     }
-    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition, NULL));
     ASSERT_OK(kq_process_check_q31(&motion.process));
-    ASSERT_OK(kq_sensor_change_measurement_q31(&radar.sensor, radar.measurement));
+    ASSERT_OK(kq_sensor_change_measurement_q31(&radar.sensor, radar.measurement, NULL));
     ASSERT_OK(kq_sensor_check_q31(&radar.sensor));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_check_q31(&blank_process));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_check_q31(&blank_sensor));

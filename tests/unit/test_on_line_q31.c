@@ -397,7 +397,10 @@ static void sixteen_states_are_sixteen_scalars(void)
             M[i] = i % (n + 1) ? 0 : 1;
             a_half[i] = M[i] / 2;
         }
-        for (int i = 0; i < n; i++) one[i] = 1, ASSERT_OK(kq_format_prepare_q31(format + i, 100));
+        for (int i = 0; i < n; i++) {
+            one[i] = 1;
+            ASSERT_OK(kq_format_prepare_q31(format + i, KQ_FRACTION_BEST_Q31, 100, NULL));
+        }
         ASSERT_OK(kq_matrix_prepare_q31(transition, a_half, n, n, format, format));
         ASSERT_OK(kq_matrix_prepare_q31(look, M, n, n, format, format));
         ASSERT_OK(kq_noise_prepare_diagonal_q31(noise, one, n, format));

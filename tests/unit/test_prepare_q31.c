@@ -32,7 +32,7 @@ static void assert_scaled(int32_t mantissa, int32_t exponent, kq_scaled_q31 actu
 
 static void assert_format(double range, int32_t word, int32_t fraction)
 {
-    ASSERT_OK(kq_format_prepare_q31(&format[0], range));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], KQ_FRACTION_BEST_Q31, range, NULL));
     TEST_ASSERT_EQUAL_INT32(word, format[0].range);
     TEST_ASSERT_EQUAL_INT32(fraction, format[0].fraction);
 }
@@ -54,25 +54,25 @@ static void a_format_needs_a_range_that_it_can_hold(void)
 {
     static const double bad[] = {0,     -0.0,  -1,     0x1.8p-65, 0x1.fffffffffffffp-65,
                                  0x1p95, 1e300, 5e-324, DBL_MAX,   -DBL_MAX};
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_q31(NULL, 1));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_q31(NULL, KQ_FRACTION_BEST_Q31, 1, NULL));
     for (int k = 0; k < COUNT(not_finite); k++) {
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_format_prepare_q31(&format[0], not_finite[k]));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, kq_format_prepare_q31(&format[0], KQ_FRACTION_BEST_Q31, not_finite[k], NULL));
     }
     for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], bad[k]));
+        ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], KQ_FRACTION_BEST_Q31, bad[k], NULL));
     }
 }
 
 static void a_named_format_is_the_one_named(void)
 {
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, &range_error));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], 15, 100, &range_error));
     TEST_ASSERT_EQUAL_INT32(100 << 15, format[0].range);
     TEST_ASSERT_EQUAL_INT32(15, format[0].fraction);
     TEST_ASSERT_EQUAL_INT(7, range_error.bits);
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 0, 0.75, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], 0, 0.75, NULL));
     TEST_ASSERT_EQUAL_INT32(1, format[0].range);
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 65535, NULL));
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], -3, 1e10, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], 15, 65535, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], -3, 1e10, NULL));
     TEST_ASSERT_EQUAL_INT32(1250000000, format[0].range);
 }
 
@@ -80,15 +80,15 @@ static void a_named_format_is_the_one_named(void)
 static void assert_range_error(int fraction, double range, int bits)
 {
     WATCH(format);
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], fraction, range, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], fraction, range, NULL));
     const kq_format_q31 before = format[0];
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE,
-                          kq_format_prepare_named_q31(&format[0], fraction, range, &range_error));
+                          kq_format_prepare_q31(&format[0], fraction, range, &range_error));
     ASSERT_SAME_BITS(before, format[0]);
     TEST_ASSERT_EQUAL_INT(bits, range_error.bits);
-    ASSERT_OK(kq_format_prepare_named_q31(&format[1], fraction - bits, range, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[1], fraction - bits, range, NULL));
     TEST_ASSERT_EQUAL_INT(
-        KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[1], fraction - bits + 1, range, NULL));
+        KQ_ERR_RANGE, kq_format_prepare_q31(&format[1], fraction - bits + 1, range, NULL));
 }
 
 static void a_named_format_says_how_many_bits_are_missing(void)
@@ -104,18 +104,18 @@ static void a_named_format_says_how_many_bits_are_missing(void)
 static void a_named_format_refuses(void)
 {
     static const int bad[] = {KQ_FRACTION_MIN_Q31 - 1, KQ_FRACTION_MAX_Q31 + 1, INT_MAX, INT_MIN};
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_named_q31(NULL, 15, 1, &range_error));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_format_prepare_q31(NULL, 15, 1, &range_error));
     for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, kq_format_prepare_named_q31(&format[0], bad[k], 1, &range_error));
+        ASSERT_REFUSED(KQ_ERR_SIZE, kq_format_prepare_q31(&format[0], bad[k], 1, &range_error));
     }
     for (int k = 0; k < COUNT(not_finite); k++) {
         ASSERT_REFUSED(KQ_ERR_NOT_FINITE,
-                       kq_format_prepare_named_q31(&format[0], 15, not_finite[k], &range_error));
+                       kq_format_prepare_q31(&format[0], 15, not_finite[k], &range_error));
     }
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0, &range_error));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, -1, &range_error));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 15, 0x1p-17, &range_error));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_named_q31(&format[0], 65,
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], 15, 0, &range_error));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], 15, -1, &range_error));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], 15, 0x1p-17, &range_error));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_format_prepare_q31(&format[0], 65,
                                                              0x1.fffffffffffffp-65, &range_error));
 }
 
@@ -515,8 +515,8 @@ static const kq_scaled_q31 by_hand_A[] = {
 static void a_table_by_hand_is_the_prepared_one(void)
 {
     static const double A[] = {1, 0.01, 0, 1};
-    ASSERT_OK(kq_format_prepare_named_q31(&format[0], 15, 100, NULL));
-    ASSERT_OK(kq_format_prepare_named_q31(&format[1], 20, 10, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], 15, 100, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[1], 20, 10, NULL));
     ASSERT_SAME_BITS(by_hand_format, format);
     ASSERT_OK(kq_matrix_prepare_q31(table, A, 2, 2, format, format));
     ASSERT_SAME_BITS(by_hand_A, table);

@@ -421,11 +421,11 @@ static void a_process_changed_after_the_recording_is_refused(void)
     for (int k = 0; k < 4; k++) {
         memcpy(otherwise, motion.transition, sizeof otherwise);
         otherwise[k].mantissa = -otherwise[k].mantissa;
-        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise));
+        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise, NULL));
         assert_changed();
         memcpy(otherwise, motion.transition, sizeof otherwise);
         otherwise[k].exponent--;
-        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise));
+        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise, NULL));
         assert_changed();
     }
     ASSERT_OK(kq_process_init_q31(&motion.process, &other.table, NULL));
@@ -444,7 +444,7 @@ static void a_process_changed_at_every_step_is_smoothed_by_step(void)
         memcpy(turned[step], motion.transition, sizeof turned[step]);
         turned[step][1].mantissa += 1000000 * step;
         if (step) {
-            ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step]));
+            ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step], NULL));
             ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         }
         measure(&track, step, 0);
@@ -453,7 +453,7 @@ static void a_process_changed_at_every_step_is_smoothed_by_step(void)
     ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
     ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_step_q31(&tape, NULL, NULL));
     for (int step = STEPS - 1; step > 0; step--) {
-        ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step]));
+        ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step], NULL));
         ASSERT_OK(kq_smooth_step_q31(&tape, &motion.process, NULL));
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));

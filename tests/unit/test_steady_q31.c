@@ -349,7 +349,7 @@ static void new_numbers_of_the_process_unsettle_it(void)
     TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
     ASSERT_OK(kq_matrix_prepare_q31(motion.transition, shorter, N, N, motion.state_format,
                                     motion.state_format));
-    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition));
+    ASSERT_OK(kq_process_change_transition_q31(&motion.process, motion.transition, NULL));
     freeze_steps(1);
     TEST_ASSERT_EQUAL_INT(0, kq_freeze_is_active_q31(&lazy));
     assert_near(__LINE__);

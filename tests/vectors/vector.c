@@ -362,7 +362,7 @@ static int change_transition(words_in *in, const vector_sink *sink)
     if (!slot->transition) return -1;
     take_scaled(in, slot->transition, machine.n * machine.n);
     if (!is_complete(in)) return -1;
-    put_status(sink, kq_process_change_transition_q31(&slot->process, slot->transition));
+    put_status(sink, kq_process_change_transition_q31(&slot->process, slot->transition, NULL));
     return 0;
 }
 
@@ -372,7 +372,7 @@ static int change_measurement(words_in *in, const vector_sink *sink)
     if (!slot->measurement) return -1;
     take_scaled(in, slot->measurement, slot->components * machine.n);
     if (!is_complete(in)) return -1;
-    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement));
+    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement, NULL));
     return 0;
 }
 

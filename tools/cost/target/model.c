@@ -183,7 +183,7 @@ static void print_controls(const model *M, const kq_format_q31 *state)
 {
     kq_format_q31 controlled[STATES];
     int32_t words[STATES];
-    for (int k = 0; k < M->l; k++) need(kq_format_prepare_q31(controlled + k, 100), "u");
+    for (int k = 0; k < M->l; k++) need(kq_format_prepare_q31(controlled + k, KQ_FRACTION_BEST_Q31, 100, NULL), "u");
     print_formats(M, "controlled", controlled, M->l);
     print_matrix(M, "B", M->B, M->n, M->l, state, controlled);
     need(kq_vector_prepare_q31(words, M->u, M->l, controlled, NULL), "u");
@@ -197,8 +197,10 @@ static void print_wide(const model *M)
     kq_format_q31 state[STATES], measured[STATES];
     kq_scaled_q31 table[STATES];
     int32_t words[KQ_ROOT_LEN_Q31(STATES)];
-    for (int i = 0; i < n; i++) need(kq_format_prepare_q31(state + i, i < m ? 1000 : 100), "x");
-    for (int c = 0; c < m; c++) need(kq_format_prepare_q31(measured + c, 1000), "z");
+    for (int i = 0; i < n; i++) {
+        need(kq_format_prepare_q31(state + i, KQ_FRACTION_BEST_Q31, i < m ? 1000 : 100, NULL), "x");
+    }
+    for (int c = 0; c < m; c++) need(kq_format_prepare_q31(measured + c, KQ_FRACTION_BEST_Q31, 1000, NULL), "z");
     print_formats(M, "state", state, n);
     print_formats(M, "measured", measured, m);
     print_matrix(M, "A", M->A, n, n, state, state);

@@ -89,5 +89,5 @@ def distance(expectation: Expectation) -> float:
 
 def is_near(expectation: Expectation, tolerance: float) -> bool:
     """Both: a small change alone may be a plateau, an extrapolation alone sees no further than the last ones."""
-    settled = expectation.parts.arithmetic.function("em_is_settled")(expectation.em, NEAR)
-    return bool(settled) and distance(expectation) <= tolerance
+    change = float(expectation.parts.arithmetic.function("em_change")(expectation.em))
+    return change <= NEAR and distance(expectation) <= tolerance

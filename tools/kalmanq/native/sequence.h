@@ -78,8 +78,8 @@ static void K(readings)(K(row) *r)
     }
     if (q->variance) K(look_at_states)(r);
     if (q->scales) {
-        q->scales[2 * t] = K(adaptation_process_scale)(q->adaptation);
-        q->scales[2 * t + 1] = K(adaptation_sensor_scale)(q->adaptation);
+        const kq_status status = K(adaptation_scales)(q->adaptation, q->scales + 2 * t, q->scales + 2 * t + 1);
+        (void)status; /* it is attached */
     }
 }
 
@@ -360,7 +360,7 @@ kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number
     const size_t n = f->states;
     for (*done = 0; *done < steps; ++*done) {
         const size_t t = *done;
-        const kq_status status = K(least_squares_add)(fit, H + t * n, z[t], r[t]);
+        const kq_status status = K(least_squares_add)(fit, H + t * n, z + t, r + t, 1);
         if (status < KQ_OK) return status;
         for (size_t i = 0; i < n; i++) {
             if (mean) mean[t * n + i] = K(mean)(f, (int)i);

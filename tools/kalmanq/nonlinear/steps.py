@@ -57,7 +57,7 @@ class Steps:
         """The sensor of this H."""
         sensor = self.parts.sensor
         if self.arithmetic.is_fixed:
-            self._fixed_table(self._H, H, "measurements", "H", lib.kq_sensor_change_jacobian_q31, sensor)
+            self._fixed_table(self._H, H, "measurements", "H", lib.kq_sensor_change_measurement_q31, sensor)
         else:
             self._fill(self._H, H, "H")
             require(self._function("sensor_change_measurement")(sensor, self._pointer(self._H)), "H")

@@ -301,11 +301,11 @@ class AdaptiveFilter(Filter):
     @property
     def scales(self) -> np.ndarray:
         """2: of Q and R, as they are now."""
-        a, made = self.arithmetic, []
-        for name in ("process", "sensor"):
-            scale = a.function(f"adaptation_{name}_scale")(self._adaptation)
-            made.append(np.ldexp(float(scale.mantissa), scale.exponent) if a.is_fixed else scale)
-        return np.array(made, np.float64)
+        a = self.arithmetic
+        made = np.zeros(2, a.number_of_any_size)
+        address = self._pointer(made, self._any_size)
+        require(a.function("adaptation_scales")(self._adaptation, address, address + 1), "adaptation_scales")
+        return a.numbers(made)
 
 
 class Smoother:

@@ -210,13 +210,11 @@ def prepare_formats(model: Model, which: str) -> Any:
     for k, quantity in enumerate(quantities):
         if quantity.range is None:
             raise ModelError(which, f"{quantity.name} has no range, which fixed point needs")
-        if quantity.fraction is None:
-            status = lib.kq_format_prepare_q31(made + k, quantity.range)
-        else:
-            range_error = ffi.new("kq_range_error_q31 *")
-            status = lib.kq_format_prepare_named_q31(made + k, quantity.fraction, quantity.range, range_error)
-            if status == lib.KQ_ERR_RANGE and range_error.bits:
-                raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range")
+        fraction = lib.KQ_FRACTION_BEST_Q31 if quantity.fraction is None else quantity.fraction
+        range_error = ffi.new("kq_range_error_q31 *")
+        status = lib.kq_format_prepare_q31(made + k, fraction, quantity.range, range_error)
+        if status == lib.KQ_ERR_RANGE and range_error.bits:
+            raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range")
         require(status, f"the format of {quantity.name}")
     return made
 

@@ -51,11 +51,7 @@ class Readable:
     @property
     def log_likelihood(self) -> float:
         """Of all rows so far."""
-        if not self.arithmetic.is_fixed:
-            return float(self._call("log_likelihood"))
-        made = np.zeros(1, self.arithmetic.number_of_any_size)
-        require(self._call("log_likelihood_scaled", self._pointer(made, self._any_size)), "log-likelihood")
-        return float(self.arithmetic.numbers(made)[0])
+        return float(self.arithmetic.scores(np.array([self._call("log_likelihood")], self.arithmetic.score))[0])
 
     @property
     def nis(self) -> float:

@@ -8,7 +8,7 @@ from typing import Optional, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.core import require, warn_of
+from kalmanq.core import ffi, require, warn_of
 from kalmanq.data.rows import rows_of, told
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -65,11 +65,13 @@ class VaryingSmoother:
 
 
 def _change_measurement(parts: Parts, H: np.ndarray) -> None:
+    change = parts.arithmetic.function("sensor_change_measurement")
     if parts.arithmetic.is_fixed:
         table = matrix(parts, "H", H, parts.formats["measurements"], parts.formats["states"])
+        status = change(parts.sensor, table, ffi.NULL)
     else:
-        table = parts.array(H)
-    require(parts.arithmetic.function("sensor_change_measurement")(parts.sensor, table), "H")
+        status = change(parts.sensor, parts.array(H))
+    require(status, "H")
 
 
 def _joined(runs: Sequence[Run]) -> Run:
