@@ -9,6 +9,6 @@ import pytest
 WHOLE = pytest.mark.whole
 
 
-def first(count: int, values: Iterable[Any]) -> list[Any]:
+def first(count: int, values: Iterable[Any]) -> list[Any]:  # values that are tuples are several parameters
     return [value if k < count else pytest.param(*value if isinstance(value, tuple) else (value,), marks=WHOLE)
             for k, value in enumerate(values)]
