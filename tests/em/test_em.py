@@ -1,7 +1,7 @@
 """EM against the textbook's in NumPy (reference.py), against pykalman, and against itself: its
 likelihood never falls, its gradient is that of its likelihood.
 
-    test_em.py --programs DIR [--seed N]      where run_em_f64 and run_em_f32 are
+    test_em.py --programs DIR [--seed N] [--every K]      where run_em_f64 and run_em_f32 are; of problems one in K
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from reference import DIAGONAL, FULL, MULTIPLE, NAMES, Choice, Parameters, Probl
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = Path(".")
 SEED = 1
+EVERY = 1
 GAP = np.nan
 BITS = {"A": 1, "H": 2, "Q": 4, "R": 8, "x0": 16, "P0": 32}
 COVARIANCES = ("Q", "R", "P0")
@@ -94,6 +95,11 @@ def library(problem: Problem, iterations: int, arithmetic: str = "f64", *, toler
 
 
 # ---------------------------------------------------------------- problems
+
+def some(problems) -> list:
+    """The first of each EVERY"""
+    return list(problems)[::EVERY]
+
 
 def single(problem: Problem) -> Problem:
     """The nearest problem whose numbers are floats, so that f32 has the same one"""
@@ -403,11 +409,11 @@ class EmTest(unittest.TestCase):
                                         f"{title}: {worst} after {k}, {arithmetic}")
 
     def test_reference(self) -> None:
-        for title, problem in cases().items():
+        for title, problem in some(cases().items()):
             self.assert_as_reference(title, problem, ITERATIONS)
 
     def test_singular(self) -> None:
-        for title, problem in singular_cases().items():
+        for title, problem in some(singular_cases().items()):
             self.assert_as_reference(title, problem, (1, 5))
 
     def test_state_in_a_plane(self) -> None:
@@ -438,8 +444,8 @@ class EmTest(unittest.TestCase):
 
     def test_random(self) -> None:
         rng = np.random.default_rng(SEED)
-        for index in range(40):
-            self.assert_as_reference(f"{index}, seed {SEED}", random_problem(rng), (1, 5))
+        for index, problem in some(enumerate([random_problem(rng) for _ in range(40)])):
+            self.assert_as_reference(f"{index}, seed {SEED}", problem, (1, 5))
 
     def pykalman(self, problem: Problem, iterations: int) -> tuple[Parameters, float]:
         names = {"A": "transition_matrices", "H": "observation_matrices",
@@ -479,9 +485,9 @@ class EmTest(unittest.TestCase):
     def test_empty_steps(self) -> None:
         """Whether steps without a measurement are complete data or not: both ways the likelihood
         never falls, and what is settled for one is for the other; but the library's is faster"""
-        for title, truth, free, share in (("AR(1)", AR1, ("R",), 0.3), ("AR(1)", AR1, ("R",), 0.6),
-                                          ("AR(1)", AR1, ("H", "R"), 0.6),
-                                          ("2 sensors", SENSORS, ("R",), 0.3)):
+        for title, truth, free, share in some((("AR(1)", AR1, ("R",), 0.3), ("AR(1)", AR1, ("R",), 0.6),
+                                               ("AR(1)", AR1, ("H", "R"), 0.6),
+                                               ("2 sensors", SENSORS, ("R",), 0.3))):
             problem = make(truth, 60, free=free)
             rng = np.random.default_rng(SEED)
             problem.recordings[0].z[rng.random(60) < share] = GAP
@@ -504,8 +510,7 @@ class EmTest(unittest.TestCase):
         rng = np.random.default_rng(SEED)
         worst = {"f64": 0.0, "f32": 0.0}
         smallest = {"f64": np.inf, "f32": np.inf}
-        for index in range(50):
-            problem = random_problem(rng)
+        for index, problem in some(enumerate([random_problem(rng) for _ in range(50)])):
             for arithmetic in worst:
                 with self.subTest(problem=index, arithmetic=arithmetic):
                     run = library(problem, 100, arithmetic, final=True, snapshots=None)
@@ -540,7 +545,7 @@ class EmTest(unittest.TestCase):
     def test_distance(self) -> None:
         """What is left of the likelihood once a small distance is told: at most that, and no less
         than half of it; f32 does not promise more than it sees"""
-        for title, problem in self.levels().items():
+        for title, problem in some(self.levels().items()):
             top = library(problem, 40000).likelihoods.max()
             for arithmetic in EPS:
                 run = library(problem, 8000, arithmetic)
@@ -676,16 +681,18 @@ class EmTest(unittest.TestCase):
                       "2 sensors, gaps, 4 recordings, controls, held, all"):
             problem = cases()[title]
             for arithmetic in EPS:
-                runs = [library(problem, 5, arithmetic, final=True, snapshots=None, **how)
-                        for how in ({}, {"slices": True}, {"program": "run_em_sanitized"})]
-                self.assertEqual(runs[0].text, runs[1].text)
-                self.assertEqual(runs[0].text, runs[2].text)
+                hows = [{}, {"slices": True}]
+                if arithmetic == "f32" or EVERY == 1:
+                    hows.append({"program": "run_em_sanitized"})
+                texts = {library(problem, 5, arithmetic, final=True, snapshots=None, **how).text for how in hows}
+                self.assertEqual(1, len(texts))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--programs", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--every", type=int, default=EVERY)
     arguments, rest = parser.parse_known_args()
-    PROGRAMS, SEED = arguments.programs, arguments.seed
+    PROGRAMS, SEED, EVERY = arguments.programs, arguments.seed, arguments.every
     unittest.main(argv=[sys.argv[0], *rest])

@@ -10,11 +10,11 @@ root=$here/../..
 rm -rf "$work"
 mkdir -p "$work"
 
-# What these flags do not concern is compiled once.
+# What these flags do not concern is compiled once, and not optimised.
 compile_integers() { # OPTION...
     integers=
     for part in kq_filter_q31 kq_self_test_q31 kq_status; do
-        "$compiler" -std=c11 -O1 -w "$@" -I"$root/include" -c "$root/src/$part.c" \
+        "$compiler" -std=c11 -O0 -w "$@" -I"$root/include" -c "$root/src/$part.c" \
             -o "$work/$part.o"
         integers="$integers $work/$part.o"
     done

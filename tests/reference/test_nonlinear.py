@@ -425,7 +425,7 @@ def compare(path, case, runs):
 def main():
     runs = int(sys.argv[2]) if len(sys.argv) > 2 else 5
     faults = sum(compare(sys.argv[1], case, runs) for case in CASES)
-    faults += compare_sharp(sys.argv[1], runs) + compare_passes(sys.argv[1], 4 * runs)
+    faults += compare_sharp(sys.argv[1], max(3, runs)) + compare_passes(sys.argv[1], 4 * runs)
     faults += compare_attitude(sys.argv[1], max(1, runs // 3))
     print("FAIL" if faults else "OK")
     return 1 if faults else 0

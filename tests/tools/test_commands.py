@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import kalmanq
 
 import kalmanq as kalmanq_package
 from kalmanq import Filter, LagSmoother, Smoother
@@ -24,11 +25,6 @@ from kalmanq.run.simulation import simulate
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
 PNG = b"\x89PNG\r\n\x1a\n"
-
-
-def kalmanq(*arguments, folder=None, **options):
-    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments)], cwd=folder,
-                          capture_output=True, text=True, **options)
 
 
 def rows_of(path):

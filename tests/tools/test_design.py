@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 import five
+from command import kalmanq
 from products import PRODUCTS
+from whole import WHOLE, first
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.core import lib
 from kalmanq.firmware import costs
@@ -36,11 +38,6 @@ from design_models import random_model, write  # noqa: E402
 STRICT = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow",
           "-Werror", "-ffp-contract=off"]
 LARGE = Part("m3", 1 << 24, 1 << 24)
-
-
-def kalmanq(*arguments: object) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments)], capture_output=True,
-                          text=True, check=False)
 
 
 # ------------------------------------------------------------------------------ the C files
@@ -87,10 +84,10 @@ def models_to_write():
         model = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
         made.append(model.changed(name=f"random_{k}"))
     low_noise = made[1].changed(R=made[1].R * 1e-3, name="low_noise")  # a lean sensor takes it otherwise than a full one
-    return [*made, low_noise]
+    return [*made[:5], low_noise, *made[5:]]
 
 
-@pytest.mark.parametrize("model", models_to_write(), ids=lambda model: model.name)
+@pytest.mark.parametrize("model", first(9, models_to_write()), ids=lambda model: model.name)
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_the_c_file_does_what_the_twin_does(model, arithmetic, library, tmp_path):
     """At every row, of which some have gaps: the means, bit for bit."""
@@ -190,10 +187,11 @@ def test_the_reach_has_what_is_between_components():
     assert 3 < found.states[0] <= 4.5 + 0.1 and found.measurements[0] == 9
 
 
-def test_random_designs_hold_or_warn():
-    """200 models, ranges 1.5 times the largest state: on records that were not there when it was designed."""
+@pytest.mark.parametrize("models", [40, pytest.param(200, marks=WHOLE)])
+def test_random_designs_hold_or_warn(models):
+    """Ranges 1.5 times the largest state: on records that were not there when it was designed."""
     random, held, warned = np.random.default_rng(7), 0, 0
-    for k in range(200):
+    for k in range(models):
         n = int(random.integers(1, 7))
         model = random_model(random, n, int(random.integers(1, min(n, 3) + 1)))
         model = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
@@ -211,7 +209,7 @@ def test_random_designs_hold_or_warn():
             assert not run.events & (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW), k
             assert np.nanmax(np.abs(errors_of(run, exact)), initial=0) < ACCURATE, k
         held += 1
-    assert held >= 150, (held, warned)
+    assert held >= 3 * models / 4, (held, warned)
 
 
 @pytest.mark.parametrize("make", five.FIVE)
@@ -246,7 +244,7 @@ def drawn(model, seed, rows=2000):
     return Record(simulate(model, rows, seed, u)[1], u)
 
 
-@pytest.mark.parametrize("seed", (1000, 1001, 1002))
+@pytest.mark.parametrize("seed", first(1, (1000, 1001, 1002)))
 def test_ranges_of_one_record_hold_others(seed):
     """640 of 16 products: none saturates, none is refused by a range"""
     for make in PRODUCTS:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from functools import lru_cache
 
 import numpy as np
 import pytest
+from command import kalmanq as command
 from models import textbook
 from scipy.stats import chi2, norm
+from whole import first
 
 from kalmanq import Filter
 from kalmanq_studies.lectures import EXAMPLES, concentration, densities, prediction_error, smoothing
 from kalmanq_studies.lectures.example import caption, covariances_apart, ranged
 
 ARITHMETICS, SEEDS = ("f32", "f64", "q31"), (1, 2, 3)
+DRAWN = first(3, [(arithmetic, seed) for seed in SEEDS for arithmetic in ARITHMETICS])
 # A number in memory is so far, relative, from what is meant: half a unit in the last place of 24 or 53 bits.  A word of
 # 31 bits holds 1.5 times what is reached and up to the next power of two: its unit is under 2^-29.4 of that, half of
 # it 2^-30.
@@ -73,42 +74,40 @@ def test_the_densities_are_those_of_the_closed_form():
     assert np.allclose(made.sigma, 1 / np.sqrt(k + 1), rtol=1e-14)
 
 
-@pytest.mark.parametrize("arithmetic", ARITHMETICS)
-def test_the_density_gathers_at_the_constant(arithmetic):
-    for seed in SEEDS:
-        made = result("concentration", arithmetic, seed)
-        z, k = densities.readings(seed, 600, 200)[..., 0], np.arange(1, 601)
-        x, sigma = (8 + np.cumsum(z, axis=1)) / (k + 1), 1 / np.sqrt(k + 1)
-        exact = 1 - (norm.cdf((10.1 - x) / sigma) - norm.cdf((9.9 - x) / sigma))
-        # a probability moves by less than the mean and sigma do, in sigma, times the density of a normal twice
-        assert np.max(np.abs(made.outside - exact)) < bound(arithmetic, np.abs(z).max(), sigma[-1])
-        rows = np.array([9, 99, 599])
-        away = (made.average - made.expected)[rows] / made.standard_error[rows]
-        assert np.all(np.abs(away) < 4.5), away
-        assert made.average[9] > 0.7 and made.average[599] < 0.15 and np.all(np.diff(made.expected) < 0)
-        # theory without the spread of the mean is seen to be wrong
-        alone = concentration.outside(np.full(600, 10.0), made.sigma)
-        assert np.all(np.abs(made.average - alone)[rows[1:]] > 6 * made.standard_error[rows[1:]])
+@pytest.mark.parametrize("arithmetic, seed", DRAWN)
+def test_the_density_gathers_at_the_constant(arithmetic, seed):
+    made = result("concentration", arithmetic, seed)
+    z, k = densities.readings(seed, 600, 200)[..., 0], np.arange(1, 601)
+    x, sigma = (8 + np.cumsum(z, axis=1)) / (k + 1), 1 / np.sqrt(k + 1)
+    exact = 1 - (norm.cdf((10.1 - x) / sigma) - norm.cdf((9.9 - x) / sigma))
+    # a probability moves by less than the mean and sigma do, in sigma, times the density of a normal twice
+    assert np.max(np.abs(made.outside - exact)) < bound(arithmetic, np.abs(z).max(), sigma[-1])
+    rows = np.array([9, 99, 599])
+    away = (made.average - made.expected)[rows] / made.standard_error[rows]
+    assert np.all(np.abs(away) < 4.5), away
+    assert made.average[9] > 0.7 and made.average[599] < 0.15 and np.all(np.diff(made.expected) < 0)
+    # theory without the spread of the mean is seen to be wrong
+    alone = concentration.outside(np.full(600, 10.0), made.sigma)
+    assert np.all(np.abs(made.average - alone)[rows[1:]] > 6 * made.standard_error[rows[1:]])
 
 
-@pytest.mark.parametrize("arithmetic", ARITHMETICS)
-def test_prediction_errors_are_those_of_theory(arithmetic):
-    for seed in SEEDS:
-        made = result("prediction-error", arithmetic, seed)
-        assert made.filter.shape == made.oracle.shape == (400, 50)
-        model = prediction_error.model()
-        P, traces = model.P0, []
-        for _ in range(50):
-            P = model.A @ (P - P @ np.linalg.solve(P + model.R, P)) @ model.A.T + model.Q
-            traces.append(np.trace(P))
-        assert np.max(np.abs(made.expected_filter / traces - 1)) < covariance_bound(arithmetic, 14, np.sqrt(0.4))
-        assert made.expected_oracle == 0.6
-        away = (made.filter.mean(axis=0) - made.expected_filter) / prediction_error.standard_error(made.filter)
-        assert np.all(np.abs(away) < 5), away
-        # what is left of a state that is known is its noise alone: independent, 2 x 400 x 50 of variance 0.3
-        low, high = chi2.ppf([1e-7, 1 - 1e-7], made.oracle.size * 2)
-        assert low < made.oracle.sum() / 0.3 < high
-        assert made.filter.mean() > 1.2 * made.oracle.mean()
+@pytest.mark.parametrize("arithmetic, seed", DRAWN)
+def test_prediction_errors_are_those_of_theory(arithmetic, seed):
+    made = result("prediction-error", arithmetic, seed)
+    assert made.filter.shape == made.oracle.shape == (400, 50)
+    model = prediction_error.model()
+    P, traces = model.P0, []
+    for _ in range(50):
+        P = model.A @ (P - P @ np.linalg.solve(P + model.R, P)) @ model.A.T + model.Q
+        traces.append(np.trace(P))
+    assert np.max(np.abs(made.expected_filter / traces - 1)) < covariance_bound(arithmetic, 14, np.sqrt(0.4))
+    assert made.expected_oracle == 0.6
+    away = (made.filter.mean(axis=0) - made.expected_filter) / prediction_error.standard_error(made.filter)
+    assert np.all(np.abs(away) < 5), away
+    # what is left of a state that is known is its noise alone: independent, 2 x 400 x 50 of variance 0.3
+    low, high = chi2.ppf([1e-7, 1 - 1e-7], made.oracle.size * 2)
+    assert low < made.oracle.sum() / 0.3 < high
+    assert made.filter.mean() > 1.2 * made.oracle.mean()
 
 
 def test_the_prediction_that_is_compared_is_the_filters():
@@ -141,13 +140,18 @@ def test_stationary_covariances(arithmetic):
         assert np.all(np.diff(left[:6]) < 0)
 
 
+@lru_cache(None)
+def textbook_of(rows: int):
+    """What the textbook has of the smoothers' model: its covariances know no measurements"""
+    return textbook(smoothing.model(), np.zeros((rows, 1)), None)
+
+
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_smoothing_has_the_textbooks_covariances(arithmetic):
     """Lag, point, interval and horizon each beside a dense smoother of the rows that they are given"""
     made, model, rows = result("smoothing", arithmetic), smoothing.model(), smoothing.ROWS
-    whole = textbook(model, np.zeros((rows, 1)), None)
-    of_row = [textbook(model, np.zeros((end + 1, 1)), None)["smoothed_covariance"][smoothing.POINT]
-              for end in range(smoothing.POINT, rows)]
+    whole = textbook_of(rows)
+    of_row = [textbook_of(end + 1)["smoothed_covariance"][smoothing.POINT] for end in range(smoothing.POINT, rows)]
     ahead, P = [], whole["covariance"][-1]
     for _ in range(smoothing.FAR):
         P = model.A @ P @ model.A.T + model.Q
@@ -158,17 +162,16 @@ def test_smoothing_has_the_textbooks_covariances(arithmetic):
         assert np.max(np.abs(of.sigma / np.sqrt(exact[:, 0, 0]) - 1)) < covariance_bound(arithmetic, 20, 1.2)
 
 
-@pytest.mark.parametrize("arithmetic", ARITHMETICS)
-def test_smoothing_errors_are_those_of_theory(arithmetic):
+@pytest.mark.parametrize("arithmetic, seed", DRAWN)
+def test_smoothing_errors_are_those_of_theory(arithmetic, seed):
     """The errors of the records are independent and normal: their squares are chi-square, estimate by estimate."""
     low, high = chi2.ppf([1e-7, 1 - 1e-7], smoothing.RUNS)
-    for seed in SEEDS if arithmetic == "f64" else SEEDS[:1]:
-        made = result("smoothing", arithmetic, seed)
-        for of in (made.lag, made.horizon, made.point, made.interval, made.filtered):
-            score = smoothing.RUNS * of.mean_square / of.sigma**2
-            assert np.all((low < score) & (score < high)), score / smoothing.RUNS
-        # a filter's sigma is not that of a smoother
-        assert np.any(smoothing.RUNS * made.interval.mean_square / made.filtered.sigma**2 < low)
+    made = result("smoothing", arithmetic, seed)
+    for of in (made.lag, made.horizon, made.point, made.interval, made.filtered):
+        score = smoothing.RUNS * of.mean_square / of.sigma**2
+        assert np.all((low < score) & (score < high)), score / smoothing.RUNS
+    # a filter's sigma is not that of a smoother
+    assert np.any(smoothing.RUNS * made.interval.mean_square / made.filtered.sigma**2 < low)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -199,8 +202,7 @@ def test_figures(name, tmp_path):
 
 
 def kalmanq(*arguments):
-    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", "examples", *map(str, arguments)],
-                          capture_output=True, text=True)
+    return command("examples", *arguments)
 
 
 def test_the_command(tmp_path):

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from command import kalmanq as command
 from models import pair, textbook
 
 from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, VaryingSmoother
@@ -222,8 +223,7 @@ def test_varying_names_the_row():
 
 
 def kalmanq(*arguments):
-    return subprocess.run([sys.executable, "-m", "kalmanq.command_line", "gallery", *map(str, arguments)],
-                          capture_output=True, text=True)
+    return command("gallery", *arguments)
 
 
 def test_without_the_studies_the_command_says_how_to_have_them():

@@ -13,6 +13,7 @@ from compiled_models import kinematic
 from products import PRODUCTS
 from test_commands import EXAMPLES
 from typer.testing import CliRunner
+from whole import first
 
 from kalmanq import Model, Quantity, command_line
 from kalmanq.commands import design
@@ -140,7 +141,7 @@ def test_a_search_that_is_too_long_is_not_made(tmp_path: Path, monkeypatch: pyte
     assert told["q31"] == {"form": "not tried", "remark": f"{said} with the chosen ranges in the model file"}
 
 
-@pytest.mark.parametrize("make", PRODUCTS)
+@pytest.mark.parametrize("make", first(5, PRODUCTS))
 def test_what_is_listed_of_a_product_is_compiled(make) -> None:
     """And what is refused is refused: of each arithmetic, with the ranges that design chooses"""
     model = make()

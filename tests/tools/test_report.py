@@ -20,6 +20,7 @@ from kalmanq.pages.verdict import findings, headline
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.simulation import simulate
 from test_commands import EXAMPLES, kalmanq, refused
+from whole import WHOLE
 
 NILE, MODEL, TRACK = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml", EXAMPLES / "track.toml"
 VOID = {"meta", "br", "hr", "link", "img", "input"}
@@ -173,6 +174,7 @@ def test_edges(case, tmp_path):
         assert "Too few measurements" in page.text
 
 
+@WHOLE
 def test_sixteen_states_stay_small(tmp_path):
     model = Model(0.9 * np.eye(16), np.eye(16), np.ones(16), Q=np.full(16, 0.1), P0=np.ones(16),
                   states=[Quantity(f"s{k}", "m", 100) for k in range(16)])

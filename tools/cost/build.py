@@ -28,6 +28,7 @@ SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.
 STEPS = ("changed", "extended", "points")  # and of target/nonlinear.inc
 TEXTS = {MODULES: "modules.inc", NONLINEAR: "nonlinear.inc"}  # beside the filter's
 OPTIONS = {FIXED: "KQ_FIXED_UPPER|KQ_FIXED_BARE", FIXED_DENSE: "KQ_FIXED_BARE"}
+PRINTER = ("prepare_q31", "filter_f64", "steady_f64", "status")  # what target/model.c needs of the library
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
 NUMBERS = {"textbook-f32": "f32", "textbook-q16": "q16"}
 
@@ -52,7 +53,8 @@ class Place:
 
 
 def model_printer(place: Place) -> None:
-    sources = [str(path) for path in sorted((place.source / "src").glob("*.c"))]
+    """The host's program that prints the models."""
+    sources = [str(place.source / "src" / f"kq_{name}.c") for name in PRINTER]
     includes = f"-I{place.source / 'include'}"
     run(["cc", *HOST_FLAGS, includes, str(TARGET / "model.c"), *sources, "-lm"] + ["-o", str(place.model)])
 
