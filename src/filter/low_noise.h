@@ -184,61 +184,50 @@ KQ_COLD KQ_NOINLINE static void update_mean_again(filter *f, const low_noise_sca
     update_mean(f, b, scaled_over(rest, m->s));
 }
 
-enum {
-    LOSS_SHIFT = -12, /* 64 updates that take 2^-12 of a variance each make 1/64 of it: 0.8 % of a sigma */
-    LOSS_STEPS = 14,  /* looks at shares down to 2^-14 of that: 10^6 updates may lead to it */
-};
+/* An update that takes 2^-12 of a variance, looked at once, has the event: with those that are not looked at it is
+   1/56, 0.9 % of a sigma. */
+enum { LOSSES = 4096 };
 
 /*
- * What rounding may have made of f'f, f being S'h.  S is rounded by some last bits at each update.  In f_j this is a
- * part of the sizes of its terms.  It adds up over as many updates as P remembers, about s / f'f.  More than f_j it
- * is not, unless all of f is less than the rounding of one update.
- */
-KQ_COLD static scaled rounding_in(const num *S, const scaled *f, const scaled *sizes, scaled s, int n)
-{
-    const scaled square = square_of(f, n), remembered = scaled_over(s, square);
-    scaled one = {0}, all = {0};
-    for (int j = 0; j < n; j++) {
-        scaled most = {0};
-        for (int i = 0; i <= j; i++) {
-            const scaled term = scaled_times(sizes[i], scaled_normal(root_entry(S, n, i, j)));
-            most = scaled_plus(most, scaled_magnitude(term));
-        }
-        most = scaled_times(num_watched, most);
-        one = scaled_products(one, scaled_one, most, most);
-        most = scaled_times(most, remembered);
-        if (!scaled_is_less(most, scaled_magnitude(f[j]))) most = f[j];
-        all = scaled_products(all, scaled_one, most, most);
-    }
-    one = scaled_shift(one, -2);
-    return scaled_is_less(square, one) ? one : all;
-}
-
-/*
- * An update takes f'f / s from the variance of a direction.  Where f is rounding, nothing has been measured, and the
- * sigma becomes too small.  One in 64 updates is looked at.  Its share is rounded down to a power of 2, and shares add
- * up.  An update that changes nothing has none.
+ * An update takes f'f / s from the variance of a direction, f being S'h.  Where f is rounding, nothing has been
+ * measured, and the sigma becomes too small.  S is rounded at each update: f_j by a part of the sizes of its terms.
+ * This adds up over as many updates as P remembers, about s / f'f.  Up to that f_j counts.  Where all of f is less than
+ * the rounding of one update, that counts instead.  Shares are rounded down to a power of 2 and add up.
  */
 KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar *m, scaled *spare)
 {
-    const int n = f->states;
     const num *S = filter_root(f);
-    scaled *F = spare, *sizes = spare + n;
-    project_exactly(F, S, m->h, sizes, n);
-    const scaled square = square_of(F, n), s = scaled_plus(m->r, square);
-    if (scaled_is_zero(square) || !scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
-    for (int i = 0; i < n; i++) sizes[i] = m->h[i];
-    if (sensor_is_correlated(m->z->sensor)) m->z->sensor->kind->row_sizes(m->z, m->component, sizes);
-    const scaled taken = rounding_in(S, F, sizes, s, n);
-    scaled least = scaled_shift(s, LOSS_SHIFT);
-    uint32_t share = num_most_weak;
-    for (int k = 0; k < LOSS_STEPS && scaled_is_less(taken, least); k++) {
-        least = scaled_shift(least, -1);
-        share >>= 1;
+    const int n = f->states;
+    scaled square = {0}, least = {0}, taken = {0};
+    for (int j = 0; j < n; j++) {
+        scaled sum = {0}, size = {0};
+        for (int i = 0; i <= j; i++) {
+            const scaled term = scaled_times(m->h[i], scaled_normal(root_entry(S, n, i, j)));
+            sum = scaled_plus(sum, term);
+            size = scaled_plus(size, scaled_magnitude(term));
+        }
+        spare[j] = scaled_times(sum, sum);
+        spare[n + j] = scaled_times(scaled_times(size, size), num_watched);
+        square = scaled_plus(square, spare[j]);
+        least = scaled_plus(least, spare[n + j]);
     }
-    if (scaled_is_less(taken, least)) return;
-    f->weak = share < num_most_weak - f->weak ? f->weak + share : num_most_weak;
-    if (f->weak == num_most_weak) f->events |= KQ_EVENT_PRECISION;
+    if (scaled_is_zero(square) || !scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
+    const scaled s = scaled_plus(m->r, square), remembered = scaled_over(s, square);
+    for (int j = 0; j < n; j++) {
+        const scaled most = scaled_times(scaled_times(spare[n + j], remembered), remembered);
+        taken = scaled_plus(taken, scaled_is_less(most, spare[j]) ? most : spare[j]);
+    }
+    if (scaled_is_less(square, least)) taken = least;
+    taken = scaled_times(taken, scaled_of_count(LOSSES));
+    uint32_t share = num_most_weak;
+    for (; share && scaled_is_less(taken, s); share >>= 1) taken = scaled_plus(taken, taken);
+    if (!share) return;
+    const uint32_t left = num_most_weak - f->weak;
+    if (share >= left) {
+        f->events |= KQ_EVENT_PRECISION;
+        share = left;
+    }
+    f->weak += share;
 }
 
 KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, scaled *memory)

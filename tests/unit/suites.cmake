@@ -1,9 +1,9 @@
 # The suites of each arithmetic: a line of its own for what takes long or what small cores do not hold.
 set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast smoother numbers laws changed lag
-    instant diffuse least_squares consistency adaptation robust steady em extended sigma_points diffuse_orders diffuse_rank)
+    watch instant diffuse least_squares consistency adaptation robust steady em extended sigma_points diffuse_orders diffuse_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
 set(KALMANQ_SUITES_q31 inverse lengths prepare model lean filter smoother views numbers laws on_line diffuse least_squares
-    consistency adaptation robust steady extended words diffuse_orders diffuse_rank)
+    consistency adaptation robust watch steady extended words diffuse_orders diffuse_rank)
 
 # kalmanq_suites(FILES OPTIONS ARITHMETIC WHERE SUITE...): sets the variables with the first two names to
 # the files of a runner and their options; its suites.inc goes into the directory WHERE.
