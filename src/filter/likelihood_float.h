@@ -125,8 +125,8 @@ KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
     compensated_carry(&p->sum);
 }
 
-/* One look in 73 or 74 measurements: sensors that take turns come before it one after the other. */
-KQ_INLINE int32_t looks_at(int32_t count) { return (count - (count >> 3)) >> 6; }
+/* One look in 73 or 74 measurements, the last at likelihood_part: sensors that take turns are all looked at. */
+KQ_INLINE int32_t looks_at(int32_t count) { return 7 * count >> 9; }
 
 /* Answers whether a look is due. */
 KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)

@@ -19,7 +19,7 @@ static const num x0[] = {0, 0, 0}, P0[] = {600, 0, 0, 0, 600, 0, 0, 0, 600}, one
 static const num Q[] = {1, 0, 0, 0, 0, 0, 0, 0, 0};
 
 /* P0 / r that float resolves no better in f32 than double in f64 */
-static const double finer = EPS / FLT_EPSILON;
+static const double finer = EPS / (double)FLT_EPSILON;
 
 static void set_up(void)
 {
@@ -42,13 +42,14 @@ static void measure(const K(process) *p, const K(sensor) *a, const K(sensor) *b,
     }
 }
 
-/* Sigma becomes 10 % too small after 10^5 updates. */
+/* In f32 sigma becomes 10 % too small after 10^5 updates.  In f64 the rounding of these rows does no harm. */
 static void what_is_not_seen_is_told_after_long(void)
 {
     measure(&still, &first, &second, 2000);
     TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
     measure(&still, &first, &second, 98000);
-    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, K(events)(&track));
+    TEST_ASSERT_EQUAL_UINT(EPS > 1e-10 ? KQ_EVENT_PRECISION : 0, K(events)(&track));
+    ASSERT_WITHIN(EPS > 1e-10 ? 2 : 0.01, 12.6213, K(sigma)(&track, 2));
 }
 
 static void a_row_of_zeros_changes_nothing(void)

@@ -61,7 +61,7 @@ static void with_nothing_present_every_bit_stays(void)
     int32_t before[COUNT(track_memory)];
     measure(&first, &second, 50);
     memcpy(before, track_memory, sizeof before);
-    ASSERT_OK(jump_q31(&track, &first.sensor, z, 0, (kq_scaled_q31){9, 0}));
+    ASSERT_OK(jump_q31(&track, &first.sensor, z, 0, (kq_scaled_q31){9 << 27, -27}));
     TEST_ASSERT_EQUAL_MEMORY(before, track_memory, sizeof before);
 }
 
