@@ -21,7 +21,7 @@ static const scaled num_left_over = {0, 0};
 static const scaled num_row_rounding = {INT32_C(1) << 30, -58}; /* 2^-28 of what a row was: entries below it are rounding */
 static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says that the sigma is
                                                               rounding */
-static const scaled num_watched = {INT32_C(1) << 30, -26}; /* times the floor of h'P h: as in f32.h */
+static const scaled num_watched = {INT32_C(1) << 30, -88}; /* of the terms of h'S, squared: the most that an update rounds it by */
 static const scaled num_most_condition = {INT32_C(1) << 30, 24}; /* of S, squared: above it rounding counts */
 static const scaled num_zero_variance = {INT32_C(1) << 30,
                                          -230}; /* 2^-200 words squared counts as 0 */

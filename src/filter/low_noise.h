@@ -169,24 +169,50 @@ KQ_COLD KQ_NOINLINE static void update_mean_again(filter *f, const low_noise_sca
     update_mean(f, b, scaled_over(rest, m->s));
 }
 
+/* An update that takes 2^-12 of a variance, looked at once, has the event: with those that are not looked at it is
+   1/56, 0.9 % of a sigma. */
+enum { LOSSES = 4096 };
+
 /*
- * An update rounds every direction of the state by some last bits, also one that h does not see.  So h seems to see
- * it, and each update takes for information about it what is rounding.  The floor of h'P h, as a share of h'P h,
- * says how much that is.  Shares add up; one in 64 updates is looked at, in steps of a factor of 2.
+ * An update takes f'f / s from the variance of a direction, f being S'h.  Where f is rounding, nothing has been
+ * measured, and the sigma becomes too small.  S is rounded at each update: f_j by a part of the sizes of its terms.
+ * This adds up over as many updates as P remembers, about s / f'f.  Up to that f_j counts.  Where all of f is less than
+ * the rounding of one update, that counts instead.  Shares are rounded down to a power of 2 and add up.
  */
 KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar *m, scaled *spare)
 {
-    const scaled floor = scaled_times(num_watched, project_with_floor(f, m->z, m->component, m->h, spare));
-    scaled least = square_of(spare, f->states);
-    uint32_t share = num_most_weak;
-    if (!scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
-    for (int k = 0; k < 12 && scaled_is_less(floor, least); k++) {
-        least = scaled_shift(least, -1);
-        share >>= 1;
+    const num *S = filter_root(f);
+    const int n = f->states;
+    scaled square = {0}, least = {0}, taken = {0};
+    for (int j = 0; j < n; j++) {
+        scaled sum = {0}, size = {0};
+        for (int i = 0; i <= j; i++) {
+            const scaled term = scaled_times(m->h[i], scaled_normal(root_entry(S, n, i, j)));
+            sum = scaled_plus(sum, term);
+            size = scaled_plus(size, scaled_magnitude(term));
+        }
+        spare[j] = scaled_times(sum, sum);
+        spare[n + j] = scaled_times(scaled_times(size, size), num_watched);
+        square = scaled_plus(square, spare[j]);
+        least = scaled_plus(least, spare[n + j]);
     }
-    if (scaled_is_less(floor, least)) return;
-    f->weak = share < num_most_weak - f->weak ? f->weak + share : num_most_weak;
-    if (f->weak == num_most_weak) f->events |= KQ_EVENT_PRECISION;
+    if (scaled_is_zero(square) || !scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
+    const scaled s = scaled_plus(m->r, square), remembered = scaled_over(s, square);
+    for (int j = 0; j < n; j++) {
+        const scaled most = scaled_times(scaled_times(spare[n + j], remembered), remembered);
+        taken = scaled_plus(taken, scaled_is_less(most, spare[j]) ? most : spare[j]);
+    }
+    if (scaled_is_less(square, least)) taken = least;
+    taken = scaled_times(taken, scaled_of_count(LOSSES));
+    uint32_t share = num_most_weak;
+    for (; share && scaled_is_less(taken, s); share >>= 1) taken = scaled_plus(taken, taken);
+    if (!share) return;
+    const uint32_t left = num_most_weak - f->weak;
+    if (share >= left) {
+        f->events |= KQ_EVENT_PRECISION;
+        share = left;
+    }
+    f->weak += share;
 }
 
 KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, scaled *memory)

@@ -85,7 +85,8 @@ static kq_status gate_check(const filter *f, const loss *g)
 static void update_gated(filter *f, const sensor *s, const num *z, uint32_t present, loss *g)
 {
     const reading now = {s, s->noise, z, present};
-    if (f->states <= 4) gate_to_4(f, g, &now);
+    if (is_none_present(s, present)) likelihood_clear(&f->last);
+    else if (f->states <= 4) gate_to_4(f, g, &now);
     else if (f->states <= 9) gate_to_9(f, g, &now);
     else gate_to_16(f, g, &now);
 }

@@ -80,6 +80,10 @@ KQ_NOINLINE static int may_be_raised(const filter *f, const reading *z, const ro
     return !is_redundant(f, &half, spare);
 }
 
+/* Where the raised h'P h / r is above 2^-10 of num_most_condition, the next predict may round off what the measurement
+   says. */
+enum { RAISE_SHIFT = -10 };
+
 /* S is scaled so that s = r + `square` becomes e^2, or as far as that goes. */
 static void raise_root(filter *f, scaled r, scaled square, scaled nis)
 {
@@ -95,6 +99,8 @@ static void raise_root(filter *f, scaled r, scaled square, scaled nis)
     root_scale(filter_root(f), c, f->states);
     renormalise(filter_root(f), f->states);
     f->events |= KQ_EVENT_JUMP;
+    const scaled least = scaled_times(scaled_shift(num_most_condition, RAISE_SHIFT), r);
+    if (scaled_is_less(num_tiny, r) && scaled_is_less(least, scaled_times(square, scaled_times(c, c)))) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* If e^2 > g s: s becomes e^2. */

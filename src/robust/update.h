@@ -139,6 +139,11 @@ static void noise_of_reading(scaled *noise, const sensor *s, uint32_t present)
     for (int k = 0; !remade && k < length; k++) noise[k] = s->noise[k];
 }
 
+static int is_none_present(const sensor *s, uint32_t present)
+{
+    return (present & ((UINT32_C(1) << s->components) - 1)) == 0;
+}
+
 KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)
 {
     static const scaled zero;
@@ -155,6 +160,7 @@ KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, 
         }
         if (how->weights) how->weights[c] = weight;
     }
+    if (is_none_present(s, present)) return; /* the state keeps its very bits */
     const sensor_kind *kind = base_kind(s);
     if (update_end(f) && kind->watch) kind->watch(f, &now);
 }

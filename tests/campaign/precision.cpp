@@ -3,8 +3,10 @@
 //   sharp     dense rows, 20 steps, A upper triangular or dense; P0 / R as far beyond what the numbers resolve as
 //             1e12, 1e13 and 1e14 are in f32
 //   unseen    two dense rows see 3 to 5 constants, 1500 steps, P0 / R from 1e4 to 1e12 and as far beyond
+//   long      the same with one or two rows, a fifth as many models, 10,000 steps, P0 / R from 1e2 to 1e6
+//   mixed     the same, one of the constants moves by 0.03 to 10 sigma of R a step, 2000 steps, P0 / R from 10 to 1e5
 // Of each: models with a sigma off by more than 5 %, those of them without an event, and events without such a sigma.
-// No ordinary model may have an event.  Of the wrong sharp ones a fifth may go without, of the unseen ones a tenth; half
+// No ordinary or mixed model may have an event.  Of the wrong sharp ones a fifth may go without, of the unseen and long ones a tenth; half
 // of the events of the sharp ones may be for nothing: a rounding that may be as large as a sigma is so by chance.
 #include <array>
 #include <cmath>
@@ -106,6 +108,31 @@ Plan unseen(Random &random, double ratio)
     plan.sequence.processes = {{Matrix<double>::Identity(n, n), Matrix<double>(n, 0),
                                 Matrix<double>::Identity(n, n) * asFloat(most)}};
     plan.sequence.sensors = {scalar(normals(random, 1, n, 1), 1), scalar(normals(random, 1, n, 1), 1)};
+    return plan;
+}
+
+// The same for longer: what each update rounds adds up.
+Plan lasting(Random &random, double ratio)
+{
+    Plan plan = unseen(random, ratio);
+    plan.steps = 10000;
+    plan.secondEvery = random.integer(0, 1) ? 1 : plan.steps;
+    return plan;
+}
+
+// One state moves and is measured well, the others do not move, and a part of them is not seen.
+Plan mixed(Random &random, double ratio)
+{
+    Plan plan = unseen(random, ratio);
+    const Index n = plan.sequence.states(), moves = random.integer(0, static_cast<int>(n) - 1);
+    plan.steps = 2000;
+    Matrix<double> F = Matrix<double>::Zero(n, n);
+    F(moves, moves) = asFloat(std::pow(10, random.uniform(-1.5, 1)));
+    plan.sequence.processes[0].F = F;
+    if (random.uniform(0, 1) < 0.5) {
+        plan.sequence.sensors[0].H.setZero();
+        plan.sequence.sensors[0].H(0, moves) = 1;
+    }
     return plan;
 }
 
@@ -234,7 +261,7 @@ template <class T> bool campaignOf(int models, std::uint64_t seed)
 {
     const char *name = kq::Api<T>::name;
     Random random(seed);
-    Tally plain, hard, hidden;
+    Tally plain, hard, hidden, lastingOnes, mixedOnes;
     for (int k = 0; k < models; ++k) study<T>(plain, ordinary(random));
     print(name, "ordinary", plain);
     for (int exponent = 12; exponent <= 14; ++exponent) {
@@ -251,9 +278,16 @@ template <class T> bool campaignOf(int models, std::uint64_t seed)
         study<T>(hidden, unseen(random, std::pow(10, random.uniform(4, 12)) * beyondF32<T>()));
     }
     print(name, "unseen", hidden);
+    for (int k = 0; k < models; ++k) {
+        const double ratio = std::pow(10, random.uniform(2, 6)) * beyondF32<T>();
+        if (k % 5 == 0) study<T>(lastingOnes, lasting(random, ratio));
+    }
+    print(name, "long", lastingOnes);
+    for (int k = 0; k < models; ++k) study<T>(mixedOnes, mixed(random, std::pow(10, random.uniform(1, 5)) * beyondF32<T>()));
+    print(name, "mixed", mixedOnes);
     const int told = hard.wrong - hard.silent + hard.falsely;
     return !plain.falsely && !plain.wrong && 5 * hard.silent <= hard.wrong && 2 * hard.falsely <= told &&
-           10 * hidden.silent <= hidden.wrong;
+           10 * hidden.silent <= hidden.wrong && 10 * lastingOnes.silent <= lastingOnes.wrong && !mixedOnes.falsely;
 }
 
 } // namespace

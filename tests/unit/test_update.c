@@ -755,8 +755,8 @@ TEST(many_measurements_that_say_too_little_are_an_event)
     }
 }
 
-/* Two sensors that leave a direction of three constants unseen, 2000 times.  With P0 / R = 1e8 in f32, and as far beyond
-   what f64 resolves, rounding has become information by then; with P0 / R = 1e2 it has not. */
+/* Two sensors that leave a direction of three constants unseen, 2000 times.  With P0 / R = 1e8 in f32 rounding has become
+   information by then; with P0 / R = 1e2 it has not.  In f64, as far beyond, sigmas of this model are off by 0.1 %. */
 TEST(the_rounding_of_many_updates_is_an_event)
 {
     static const num rows[] = {N(0.7), N(-0.4), N(0.9), N(0.3), N(0.8), N(-0.5)}, none[] = {0, 0, 0};
@@ -770,7 +770,7 @@ TEST(the_rounding_of_many_updates_is_an_event)
         ASSERT_OK(K(sensor_init_diagonal)(&pair, rows, variances));
         ASSERT_OK(K(filter_init)(&constants, none, P));
         for (int t = 0; t < 2000; t++) ASSERT_OK(K(update)(&constants, &pair, none));
-        TEST_ASSERT_EQUAL_HEX(k ? KQ_EVENT_PRECISION : 0, K(events)(&constants));
+        TEST_ASSERT_EQUAL_HEX(k && EPS > 1e-10 ? KQ_EVENT_PRECISION : 0, K(events)(&constants));
     }
 }
 
