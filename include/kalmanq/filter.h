@@ -159,7 +159,8 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * 2^120 (f32) or 2^1000 (f64), or whose A x + B u overflows, becomes 0 (q31: it is saturated).  A state that
  * A does not couple to it keeps its mean.  Measurements bring the state back.  A history ends.
  * KQ_EVENT_PRECISION: rounding hides what a low-noise measurement said, or the rounding of many updates may
- * have moved a sigma by 5 %: use f64 or q31.  Lean sensors and KQ_FIXED_BARE do not look for the latter.
+ * have moved a sigma by 5 %: use f64.  One measurement in 73 is looked at for the latter, and none of lean
+ * sensors and KQ_FIXED_BARE.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma
  * smaller than this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at
  * its own size.  Thresholds and studies: tests/ACCURACY.md.

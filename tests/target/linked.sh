@@ -44,6 +44,6 @@ expect '' -DLEAN
 expect_hooks 'kq_history_hooks_f32 ' -DWITH_HISTORY
 expect_hooks 'kq_lag_hooks_f32 ' -DWITH_LAG
 expect_hooks 'kq_instant_hooks_f32 ' -DWITH_INSTANT
-expect_hooks 'kq_history_hooks_f32 start_hooks start_tape_hooks ' -DWITH_START
+expect_hooks 'diffuse_hooks diffuse_tape_hooks kq_history_hooks_f32 ' -DWITH_START
 expect_hooks 'kq_adaptation_hooks_f32 ' -DWITH_ADAPTATION
 expect_hooks 'kq_freeze_hooks_f32 ' -DWITH_SETTLING
