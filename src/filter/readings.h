@@ -53,7 +53,7 @@ KQ_COLD static void innovation_covariance(scaled *out, const filter *f, const se
         for (int j = 0; j <= c; j++) {
             project(other, filter_root(f), s->measurement + j * n, n);
             out[c * m + j] = out[j * m + c] =
-                scaled_plus(row_product(F, other, n), noise_covariance(s, j, c));
+                scaled_plus(row_product(F, other, n), noise_entry(s, j, c));
         }
     }
 }

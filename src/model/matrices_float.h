@@ -169,7 +169,7 @@ KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const sensor_kind *kind
 }
 
 /* R_jc */
-KQ_COLD static num noise_covariance(const sensor *s, int j, int c)
+KQ_COLD static num noise_entry(const sensor *s, int j, int c)
 {
     if (s->covariance) return s->covariance[j * s->components + c];
     return j == c ? s->noise[c] : 0;

@@ -191,7 +191,7 @@ KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const kq_sensor_table_q
 }
 
 /* R_jc = sum over k of U_jk D_k U_ck */
-KQ_COLD static scaled noise_covariance(const sensor *s, int j, int c)
+KQ_COLD static scaled noise_entry(const sensor *s, int j, int c)
 {
     static const scaled zero;
     if (!s->correlated) return j == c ? s->noise[c] : zero;

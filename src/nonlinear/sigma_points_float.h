@@ -50,7 +50,7 @@ static void widen_noise(num *noise, const sensor *base, const num *E)
     const int n = base->states;
     for (int c = 0; c < base->components; c++) {
         for (int j = 0; j <= c; j++) {
-            *noise++ = noise_covariance(base, j, c) + dot(0, E + j * n, E + c * n, n);
+            *noise++ = noise_entry(base, j, c) + dot(0, E + j * n, E + c * n, n);
         }
     }
 }

@@ -56,7 +56,7 @@ static num normalised_innovation(const filter *f, const sensor *s, num z, int c)
     const int n = f->states;
     const scaled *h = s->measurement + c * n;
     project(F, filter_root(f), h, n);
-    const scaled variance = scaled_plus(row_product(F, F, n), noise_covariance(s, c, c));
+    const scaled variance = scaled_plus(row_product(F, F, n), noise_entry(s, c, c));
     if (!scaled_is_less(num_zero_variance, variance)) return num_nan();
     return unit_word(scaled_over(mean_residual(z, h, f->memory, n, 0, n), scaled_root(variance)));
 }
