@@ -11,7 +11,7 @@
 KQ_COLD static uint8_t process_seal(const process *p)
 {
     uint32_t seal = seal_join(process_addresses(p), p->states | (uint32_t)p->controls << 8 | (uint32_t)p->plain << 16);
-    for (int i = 0; i < p->states; i++) seal = seal_join(seal, p->first[i]);
+    for (int i = 0; i < KQ_SIZE_MAX; i++) seal = seal_join(seal, p->first[i]);
     return seal_close(seal_join(seal, p->fingerprint));
 }
 
@@ -42,7 +42,7 @@ KQ_COLD kq_status T(kq_process_check)(process *p)
 KQ_COLD static uint8_t sensor_seal(const sensor *s)
 {
     uint32_t seal = seal_join(sensor_addresses(s), s->plain);
-    for (int c = 0; c < s->components; c++) seal = seal_join(seal, s->selects[c]);
+    for (int c = 0; c < KQ_SIZE_MAX; c++) seal = seal_join(seal, s->selects[c]);
     return seal_close(seal);
 }
 
