@@ -356,7 +356,7 @@ KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table
  * A process noise below 2^-15 sigma of its state is lost.  A noise-free measurement counts as one of 2^-24
  * raw value in every state.  With Q = 0 sigma is off by 0.2 % after 5e6 measurements, 0.7 % after 2e7.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is
- * decorrelated at every update.  An update with a low-noise measurement costs up to 8 times as much up to n =
+ * decorrelated at every update.  An update with a low-noise measurement costs up to 8.8 times as much up to n =
  * 3, 14 times up to n = 9 (instructions_worst in tools/cost.csv). */
 KQ_NODISCARD kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
 KQ_NODISCARD kq_status kq_attach_q31(kq_filter_q31 *f, struct kq_attached_q31 *object);
