@@ -490,10 +490,10 @@ static void assert_found(void *words, int count, kq_status (*check)(void))
     TEST_ASSERT_EQUAL_INT(32 * count, bits_found(words, (size_t)count * sizeof(int32_t), check));
 }
 
-/* All but padding, and what of `first` and `selects` is not read */
+/* All but padding */
 TEST(check_finds_every_bit)
 {
-    const size_t process = 2 + 2 + 2 + 4 + 5 * sizeof(void *), sensor = 4 + 2 + 4 + 5 * sizeof(void *);
+    const size_t process = 2 + KQ_SIZE_MAX + 2 + 4 + 5 * sizeof(void *), sensor = 4 + KQ_SIZE_MAX + 4 + 5 * sizeof(void *);
     TEST_ASSERT_EQUAL_INT(8 * (int)process, BITS_FOUND(motion.process, check_process));
     TEST_ASSERT_EQUAL_INT(8 * (int)sensor, BITS_FOUND(radar.sensor, check_sensor));
     assert_found(motion.noise_root, KQ_ROOT_LEN_Q31(2), check_process);

@@ -478,10 +478,10 @@ TEST(three_states_take_every_noise_of_rank_two)
 
 static kq_status check_motion(void) { return K(process_check)(&motion); }
 
-/* All but padding, and `first` beyond n, which is not read */
+/* All but padding */
 static int process_bits(void)
 {
-    return 8 * (int)(2 + sizeof motion.length + 4 * sizeof(void *) + 2 + 2) + 32;
+    return 8 * (int)(2 + sizeof motion.length + 4 * sizeof(void *) + KQ_SIZE_MAX + 2) + 32;
 }
 
 TEST(check_finds_every_bit_of_a_process)

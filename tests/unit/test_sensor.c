@@ -342,10 +342,10 @@ TEST(sixteen_correlated_components_work)
 
 static kq_status check_radar(void) { return K(sensor_check)(&radar); }
 
-/* All but padding, and `selects` beyond m, which is not read; of the memory so many words */
+/* All but padding; of the memory so many words */
 static void assert_every_bit_is_found(int words)
 {
-    const size_t fields = 2 + 2 + 5 * sizeof(void *) + 2 + sizeof radar.plain + 2;
+    const size_t fields = 2 + 2 + 5 * sizeof(void *) + KQ_SIZE_MAX + sizeof radar.plain + 2;
     TEST_ASSERT_EQUAL_INT(8 * (int)fields, BITS_FOUND(radar, check_radar));
     const size_t size = (size_t)words * sizeof *radar_memory;
     TEST_ASSERT_EQUAL_INT(8 * (int)size, bits_found(radar_memory, size, check_radar));
