@@ -57,7 +57,7 @@ typedef struct {
     struct kq_attached_f32 attached;
     uint8_t states, unknowns, ready; /* n; d; what the filter's `ready` is when the start works on it */
     uint8_t phase; /* unused, waiting, smoothed, means smoothed */
-    uint16_t early, next; /* instants that there is room for; of them: that of the step to come */
+    uint16_t early, next; /* room for so many instants; index of the next step's */
     uint32_t steps; /* predicts before the filter was ready */
     float *memory; /* the caller's: D, workspace, instants */
     kq_filter_f32 *filter;

@@ -158,8 +158,8 @@ KQ_NODISCARD kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, kq_history_f
 
 /* ------------------------------------------------------------------ q31, as in f32
  *
- * d has raw values of the states' formats, e of the sensor's.  A sensor's format and range are those of its
- * INNOVATION, not of h(x).  The bearing of a target at 4 m has 1 / r in H: its format needs room for
+ * d is in the states' formats, e in the sensor's.  The format and range of a sensor describe its INNOVATION,
+ * not h(x).  The bearing of a target at 4 m has 1 / r in H: its format needs room for
  * sum_k |H_ck| (fixed_point.h), however small z is.
  * The mean does not go through A, so kq_process_change_jacobian_q31 limits neither its row sums nor A_ii.
  */

@@ -60,7 +60,7 @@ typedef struct kq_lag_f32 {
     };
     uint32_t most, block, steps; /* L; steps whose maps are composed with each other; that can be asked for */
     uint32_t next, head; /* place in the ring of the next step; steps of the block that is being filled */
-    uint32_t joined; /* age of the last step composed with those of its block after it */
+    uint32_t joined; /* age of the last step that is composed with the later steps of its block */
 } kq_lag_f32;
 extern const struct kq_hooks_f32 kq_lag_hooks_f32; /* what it does in the steps */
 typedef struct kq_lag_f64 {

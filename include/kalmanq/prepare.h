@@ -3,7 +3,7 @@
  *
  * Use it on the host to write tables for flash, or on the target at start-up: the bytes are the same on every
  * machine whose double has 64 bits (avr-gcc: -mdouble=64).  It is the only floating-point code of q31, in a
- * file of its own: firmware with tables in flash does not link it.
+ * separate file: firmware with tables in flash does not link it.
  *
  *     double              becomes        by
  *     range               kq_format_q31  kq_format_prepare

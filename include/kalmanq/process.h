@@ -162,7 +162,7 @@ typedef struct {
 } kq_process_q31;
 
 /** Checks a table and keeps its arrays by reference, so that no later call overflows.  No float code.
- *   p            written; needs no memory of its own
+ *   p            written; needs no memory
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
  * Checked: sizes, pointers, fractions, ranges; coefficients (fixed_point.h); row norms of G at most 2^30, its
  * diagonal >= 0; sum_k |A_ik| + sum_k |B_ik| <= 16 in raw values (KQ_ERR_RANGE: state i needs at least so

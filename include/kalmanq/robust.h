@@ -115,7 +115,7 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  * multiplications and 7 divisions, jump n^2 multiplications and two roots where P is raised.  Gate: two
  * copies of the filter, and a second update at the end of a run.
  * Stack, more than the update: 240 words (q31: 480); gate: KQ_FILTER_LEN(n) words, n rounded up to 4, 9 or
- * 16, and those of jump at the end of a run; with innovations 32 words (f64: 16).
+ * 16, and at the end of a run the words of jump; with innovations 32 words (f64: 16).
  * KQ_ERR_NULL (loss or its kind, too), KQ_ERR_RANGE (parameter, limit), KQ_ERR_NOT_FINITE (z, parameter),
  * KQ_ERR_RECORDING (jump: a history, a lag or an instant is attached; innovations: an adaptation or a
  * freeze), and the errors of kq_update_subset.

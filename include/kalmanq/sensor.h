@@ -162,7 +162,7 @@ typedef struct {
 } kq_sensor_q31;
 
 /** As kq_sensor_init_f32, _diagonal and _lean, from a table; its arrays are kept by reference.  No float.
- *   s            written; needs no memory of its own
+ *   s            written; needs no memory
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
  * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in raw values (KQ_ERR_RANGE: c needs more bits).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (diagonal, lean: also a correlated

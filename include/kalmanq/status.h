@@ -25,7 +25,7 @@ extern "C" {
 #endif
 
 typedef enum {
-    KQ_SATURATED = 2,         /**< q31: a result without events of its own was saturated. */
+    KQ_SATURATED = 2,         /**< q31: a result was saturated that no object keeps events for. */
     KQ_NOT_IDENTIFIED = 1,    /**< EM: the data do not determine all free parameters. */
     KQ_OK = 0,
     KQ_ERR_NULL = -1,         /**< A pointer that the call needs is NULL. */

@@ -29,9 +29,8 @@ KQ_COLD KQ_NOINLINE static void take_present(filter *f, const reading *z)
 KQ_COLD KQ_NOINLINE static void watch_correlated(filter *f, const reading *z)
 {
     scaled buffer[KQ_SIZE_MAX];
-    for (int c = 0; c < z->sensor->components; c++) {
-        if (z->present >> c & 1) take_with_care(f, z, c, scalar_row(z, c, buffer), (scaled){0}, 1);
-    }
+    const int c = watched_component(f, z);
+    if (c < z->sensor->components) take_with_care(f, z, c, scalar_row(z, c, buffer), (scaled){0}, 1);
 }
 
 static void update_correlated(filter *f, const reading *z)

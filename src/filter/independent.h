@@ -19,9 +19,8 @@ KQ_NOINLINE static int take_ordinary(filter *f, const reading *z, int c)
 KQ_COLD KQ_NOINLINE static void watch_independent(filter *f, const reading *z)
 {
     const sensor *s = z->sensor;
-    for (int c = 0; c < s->components; c++) {
-        if (z->present >> c & 1) take_with_care(f, z, c, s->measurement + c * s->states, (scaled){0}, 1);
-    }
+    const int c = watched_component(f, z);
+    if (c < s->components) take_with_care(f, z, c, s->measurement + c * s->states, (scaled){0}, 1);
 }
 
 static void update_independent(filter *f, const reading *z)

@@ -1,8 +1,7 @@
 /*
- * The update by a scalar measurement about which there is something unusual: it is sharp or comes
- * after a sharp one, it is at the rounding floor, or beyond the arithmetic, or the one before it
- * has left the mean's word.  It begins anew, so that the ordinary update carries nothing along for
- * it.
+ * The update by a scalar measurement that is unusual: it has low noise or comes after one that has, it is redundant, it
+ * overflows, or the one before it has left the mean beyond its range.  It begins anew, so that the ordinary update
+ * carries nothing along for it.
  */
 #ifndef KQ_SRC_FILTER_LOW_NOISE_H
 #define KQ_SRC_FILTER_LOW_NOISE_H
@@ -187,6 +186,7 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
     for (int j = 0; j < n; j++) {
         scaled sum = {0}, size = {0};
         for (int i = 0; i <= j; i++) {
+            if (scaled_is_zero(m->h[i])) continue;
             const scaled term = scaled_times(m->h[i], scaled_normal(root_entry(S, n, i, j)));
             sum = scaled_plus(sum, term);
             size = scaled_plus(size, scaled_magnitude(term));
@@ -197,7 +197,8 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
         least = scaled_plus(least, spare[n + j]);
     }
     if (scaled_is_zero(square) || !scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
-    const scaled s = scaled_plus(m->r, square), remembered = scaled_over(s, square);
+    scaled s = scaled_plus(m->r, square);
+    const scaled remembered = scaled_over(s, square);
     for (int j = 0; j < n; j++) {
         const scaled most = scaled_times(scaled_times(spare[n + j], remembered), remembered);
         taken = scaled_plus(taken, scaled_is_less(most, spare[j]) ? most : spare[j]);
@@ -205,7 +206,7 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
     if (scaled_is_less(square, least)) taken = least;
     taken = scaled_times(taken, scaled_of_count(LOSSES));
     uint32_t share = num_most_weak;
-    for (; share && scaled_is_less(taken, s); share >>= 1) taken = scaled_plus(taken, taken);
+    for (; share && scaled_is_less(taken, s); share >>= 1) s = scaled_shift(s, -1);
     if (!share) return;
     const uint32_t left = num_most_weak - f->weak;
     if (share >= left) {
@@ -213,6 +214,20 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
         share = left;
     }
     f->weak += share;
+}
+
+/* Which component is looked at: by turns, or the next one that is present; m: none is.  No division: small cores would
+   link one. */
+KQ_COLD static int watched_component(const filter *f, const reading *z)
+{
+    const int m = z->sensor->components;
+    int c = (int)(looks_at(f->run.count) & (KQ_SIZE_MAX - 1));
+    while (c >= m) c -= m;
+    for (int k = 0; k < m; k++) {
+        if (z->present >> c & 1) return c;
+        c = c + 1 < m ? c + 1 : 0;
+    }
+    return m;
 }
 
 KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, scaled *memory)

@@ -6,9 +6,9 @@
 
 static num *filter_root(const filter *f) { return f->memory + MEAN_PLANES * f->states; }
 
-/* Bits of `ready`, beside which an unusual update may be in progress or done.  SHARP: one has been
-   sharp since the last predict.  WIDE: the mean has carries (mean_q31.h), until the call ends.
-   OPEN: the call that will end it is the caller's.  NARROW: a sharp one had noise: what it tells has to
+/* Bits of `ready`, beside which an unusual update may be in progress or done.  LOW_NOISE: one has been
+   low-noise since the last predict.  WIDE: the mean has carries (mean_q31.h), until the call ends.
+   OPEN: the call that will end it is the caller's.  NARROW: a low-noise one had noise: what it tells has to
    outlive the next predict. */
 enum { FILTER_READY = 1, FILTER_LOW_NOISE = 2, FILTER_WIDE = 4, FILTER_OPEN = 8, FILTER_NARROW = 16 };
 

@@ -9,6 +9,7 @@ SENSOR_DIAGONAL(first, 3, 1);
 SENSOR_DIAGONAL(second, 3, 1);
 SENSOR_DIAGONAL(zero, 3, 1);
 SENSOR_DIAGONAL(coarse, 3, 1);
+SENSOR_DIAGONAL(pair, 3, 2);
 FILTER(track, 3);
 
 /* Two sensors see two directions of three. */
@@ -50,6 +51,21 @@ TEST(what_is_not_seen_is_told_after_long)
     measure(&still, &first, &second, 98000);
     TEST_ASSERT_EQUAL_UINT(EPS > 1e-10 ? KQ_EVENT_PRECISION : 0, K(events)(&track));
     ASSERT_WITHIN(EPS > 1e-10 ? 2 : 0.01, 12.6213, K(sigma)(&track, 2));
+}
+
+/* The same two directions as components of one sensor, one of which is looked at each time */
+TEST(components_of_one_sensor_are_looked_at_by_turns)
+{
+    const num r = (num)(0.015 * finer * finer), noise[] = {r, r}, both[] = {0, 0};
+    num rows[6];
+    memcpy(rows, H, sizeof H);
+    memcpy(rows + 3, other, sizeof other);
+    ASSERT_OK(K(sensor_init_diagonal)(&pair, rows, noise));
+    for (long t = 0; t < 50000; t++) {
+        ASSERT_OK(K(predict)(&track, &still, NULL));
+        ASSERT_OK(K(update)(&track, &pair, both));
+    }
+    TEST_ASSERT_EQUAL_UINT(EPS > 1e-10 ? KQ_EVENT_PRECISION : 0, K(events)(&track));
 }
 
 TEST(a_row_of_zeros_changes_nothing)

@@ -3,7 +3,7 @@
 #include "losses_q31.h"
 
 static process_model still;
-static sensor_model first, second, zero;
+static sensor_model first, second, zero, pair;
 static prior_model prior, known;
 KQ_FILTER_Q31(track, 4);
 
@@ -13,7 +13,7 @@ static const double identity[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1
 static const double H[] = {0, 0, 1, 1}, other[] = {-0.3206956928538921, 0.40631647601519538, -0.048418252501881809,
                                                    0.024306689547007099};
 static const double P0[] = {847, 0, 0, 0, 0, 847, 0, 0, 0, 0, 847, 0, 0, 0, 0, 847}, r[] = {0.000152};
-static const int32_t z[1];
+static const int32_t z[2];
 
 static void set_up(void)
 {
@@ -41,6 +41,24 @@ TEST(what_is_not_seen_is_told_after_long)
     TEST_ASSERT_EQUAL_UINT(0, kq_events_q31(&track));
     measure(&first, &second, 9000);
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, kq_events_q31(&track));
+}
+
+/* The same two directions as components of one sensor, both of them or one by turns */
+TEST(components_of_one_sensor_are_looked_at_by_turns)
+{
+    const double ranges[] = {8000, 8000}, R[] = {r[0], 0, 0, r[0]};
+    double rows[8];
+    memcpy(rows, H, sizeof H);
+    memcpy(rows + 4, other, sizeof other);
+    put_sensor(&pair, 4, 2, range, ranges, rows, R);
+    for (int whole = 0; whole <= 1; whole++) {
+        ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+        for (uint32_t t = 0; t < 10000; t++) {
+            ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
+            ASSERT_OK(kq_update_subset_q31(&track, &pair.sensor, z, whole ? 3 : 1u << t % 2));
+        }
+        TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, kq_events_q31(&track));
+    }
 }
 
 TEST(a_row_of_zeros_changes_nothing)
