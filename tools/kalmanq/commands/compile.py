@@ -12,10 +12,10 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
-from kalmanq.compiler.costs import estimates
-from kalmanq.compiler.files import texts_of
-from kalmanq.compiler.product import KINDS, Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proof_file import lines_of_class, losses, narrow_ranges, of_means
+from kalmanq.compiler.proven.costs import estimates
+from kalmanq.compiler.proven.files import texts_of
+from kalmanq.compiler.proven.product import KINDS, Product, Wanted, compiled, fractions_of, ram_of
+from kalmanq.compiler.proven.proof_file import lines_of_class, losses, narrow_ranges, of_means
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier

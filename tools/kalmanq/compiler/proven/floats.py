@@ -12,8 +12,8 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers
-from kalmanq.compiler.lines import Lines
-from kalmanq.compiler.sums import Names, Sum
+from kalmanq.compiler.proven.lines import Lines
+from kalmanq.compiler.proven.sums import Names, Sum
 
 Mean = list[list[Sum]]
 

@@ -15,9 +15,9 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, root
-from kalmanq.compiler.header import header
-from kalmanq.compiler.plan import Plan
-from kalmanq.compiler.text import code, probes_of
+from kalmanq.compiler.proven.header import header
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.text import code, probes_of
 from kalmanq.data.files import telling_where
 from kalmanq.errors import KalmanqError
 

@@ -7,14 +7,15 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any, Optional, Sequence
 
-from kalmanq.compiler import classes, exact, fixed, floats, formats, forms, rounding
+from kalmanq.compiler import exact
+from kalmanq.compiler.proven import classes, fixed, floats, formats, forms, rounding
 from kalmanq.compiler.names import named
-from kalmanq.compiler.plan import LARGEST, Plan, bookkeeping
-from kalmanq.compiler.refusals import refuse
-from kalmanq.compiler.roots import Root
-from kalmanq.compiler.search import Found, NoCompiler, Overflow, Runner, Track
-from kalmanq.compiler.structure import Structure, structure
-from kalmanq.compiler.text import probes_of
+from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping
+from kalmanq.compiler.proven.refusals import refuse
+from kalmanq.compiler.proven.roots import Root
+from kalmanq.compiler.proven.search import Found, NoCompiler, Overflow, Runner, Track
+from kalmanq.compiler.proven.structure import Structure, structure
+from kalmanq.compiler.proven.text import probes_of
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.designs import TOLERABLE
 from kalmanq.model import Model
