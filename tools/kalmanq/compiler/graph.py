@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager
-from typing import Callable, Iterable, Iterator, Mapping, Union
+from typing import Iterable, Iterator, Union
 
 Given = Union["Node", float, int]
-COMPARISONS = {"lt": "<", "le": "<="}
 
 
 class Node:
@@ -139,6 +138,8 @@ def mul(one: Given, other: Given) -> Node:
 
 def inverse(given: Given) -> Node:
     a = node(given)
+    if a.op == "inverse":
+        return a.args[0]
     if a.is_constant:
         return constant(1 / a.value if a.value else math.nan)
     return make("inverse", a)
@@ -159,16 +160,12 @@ def select(condition: Node, yes: Given, no: Given) -> Node:
     return first if first is second else make("select", condition, first, second)
 
 
-def dot(pairs: Iterable[tuple[Given, Given]]) -> Node:
-    total = constant(0)
+def dot(pairs: Iterable[tuple[Given, Given]], start: Given = 0.0) -> Node:
+    """start + the sum of products"""
+    total = node(start)
     for a, b in pairs:
         total = total + node(a) * b
     return total
-
-
-FOLDING: Mapping[str, Callable[..., Node]] = {
-    "add": add, "sub": sub, "mul": mul, "inverse": inverse, "select": select,
-    "lt": lambda a, b: compare("lt", a, b), "le": lambda a, b: compare("le", a, b)}
 
 
 def needed(roots: Iterable[Node]) -> tuple[list[Node], dict[int, int]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Mapping, Optional, Protocol, Sequence
+from typing import Iterable, Mapping, Optional, Protocol, Sequence
 
 import numpy as np
 
@@ -49,16 +49,22 @@ class Body:
     known: dict[int, str] = field(default_factory=dict)
     used: dict[str, int] = field(default_factory=dict)
 
-    def assign(self, targets: Sequence[Target]) -> list[str]:
-        """All formulas are worked out before the first target is written."""
+    def assign(self, targets: Sequence[Target], under: Optional[Node] = None, then: Sequence[str] = (),
+               otherwise: Sequence[str] = ()) -> list[str]:
+        """All formulas are worked out before the first target is written.  under: a condition of the writes and of
+        `then`"""
         targets = [(name, one) for name, one in targets if not (one.op == "symbol" and one.args[0] == name)]
-        self._name_shared([one for _, one in targets])
+        self._name_shared([one for _, one in targets] + ([] if under is None else [under]))
         written = [(name, self.text(one)) for name, one in targets]
         if _clash(written):
             types = [self.operations.type_of(one) for _, one in targets]
             self.lines += [f"const {type_} new_{_plain(name)} = {text};" for type_, (name, text) in zip(types, written)]
             written = [(name, f"new_{_plain(name)}") for name, _ in written]
-        self.lines += [f"{name} = {text};" for name, text in written]
+        writes = [f"{name} = {text};" for name, text in written]
+        if under is not None:
+            rest = ["} else {", *indented(otherwise)] if otherwise else []
+            writes = [f"if ({self.text(under)}) {{", *indented([*writes, *then]), *rest, "}"]
+        self.lines += writes
         return self.lines
 
     def _name_shared(self, roots: Sequence[Node]) -> None:
@@ -91,6 +97,10 @@ class Body:
         return f"({text})" if mine < rank else text
 
 
+def indented(lines: Iterable[str], by: str = "    ") -> list[str]:
+    return [f"{by}{line}" if line else line for line in lines]
+
+
 def _clash(written: Sequence[tuple[str, str]]) -> bool:
     """Does a formula read what another one writes?"""
     return any(set(WORD.findall(text)) & {WORD.findall(other)[-1] for other, _ in written if other != name}
@@ -107,10 +117,10 @@ class Floats:
 
     type: str
 
-    RANKS = {"select": 0, "lt": 2, "le": 2, "add": 3, "sub": 3, "mul": 4, "inverse": 4}
+    RANKS = {"select": 0, "or": 1, "and": 2, "lt": 3, "le": 3, "add": 4, "sub": 4, "mul": 5, "inverse": 5}
 
     def type_of(self, one: Node) -> str:
-        return "int" if one.op in ("lt", "le") else self.type
+        return "int" if one.op in ("lt", "le", "or", "and") else self.type
 
     def literal(self, one: Node) -> str:
         return self.number(one.value)
@@ -133,6 +143,7 @@ class Floats:
         if one.op == "inverse":
             return f"{self.number(1)} / {argument(args[0], rank + 1)}", rank
         if one.op == "sub" and args[0].equals(0):
-            return f"-{argument(args[1], 5)}", 3
-        sign = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<="}[one.op]
-        return f"{argument(args[0], rank)} {sign} {argument(args[1], rank + (one.op != 'add'))}", rank
+            return f"-{argument(args[1], 6)}", 4
+        sign = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<=", "or": "||", "and": "&&"}[one.op]
+        right = rank if one.op in ("add", "and", "or") else rank + 1
+        return f"{argument(args[0], rank)} {sign} {argument(args[1], right)}", rank

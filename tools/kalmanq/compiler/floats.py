@@ -1,0 +1,296 @@
+"""f32 and f64: UD and a mean in two numbers a state, as lines of C over the locals x0, l0, ..., u01, d0, ...
+
+The mean of a state is x + l: an update adds to l, so a small correction of a large state is not lost.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Callable, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler import ud
+from kalmanq.compiler.enclosure import Settled
+from kalmanq.compiler.facts import entries_of, facts
+from kalmanq.compiler.graph import Node, constant, dot, inverse, make, node, symbol
+from kalmanq.compiler.printing import Body, Floats, Target
+from kalmanq.compiler.request import RUN, Request
+
+MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
+SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
+NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
+STUDENT_STEPS = 3
+Mean = list[tuple[Node, Node]]
+Place = tuple[str, str, str]
+
+
+class FloatFilter:
+    """What the shell asks of an arithmetic, in float or double."""
+
+    def __init__(self, given: Request, steady: Optional[Settled]):
+        self.given, self.of = given, given.of.doubles()
+        self.type = "float" if given.options.arithmetic == "f32" else "double"
+        self.words = Floats(self.type)
+        self.steady = steady
+        self.first = ud.factor(given.of.P0)
+        self.form = self._shorter()
+        self.facts = facts(self.first, self._transfers(self.form), self._rounded)
+        self.live: list[ud.Key] = sorted({fact for fact in self.facts.values() if isinstance(fact, tuple)},
+                                         key=lambda key: (key[1], key[0]))
+
+    # ---- which entries there are
+
+    def _rounded(self, value: float) -> float:
+        return float(np.float32(value)) if self.type == "float" else value
+
+    def _shorter(self) -> ud.UD:
+        """Of the two ways to predict the one with fewer operations"""
+        least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
+        forms = [ud.UD(rotates, guards=least <= 0) for rotates in (True, False)]
+        P = {key: symbol(entry(key)) for key in self.first}
+        return min(forms, key=lambda form: self._size(self._predicted(form, P)))
+
+    def _size(self, P: ud.Entries) -> int:
+        body = Body(self.words)
+        body.assign([(entry(key), one) for key, one in P.items()])
+        return body.count
+
+    def _predicted(self, form: ud.UD, P: ud.Entries) -> ud.Entries:
+        return form.predict(self.of.A, ud.columns_of_noise(self.given.of.Q), dict(P))
+
+    def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
+        return [lambda P: self._predicted(form, P),
+                *(lambda P, j=j: form.update(self.of.H[j], self._variance(j), dict(P))[2] for j in range(self.of.m))]
+
+    def _variance(self, j: int) -> Node:
+        return symbol("r") if self.given.options.student else constant(self.of.R[j])
+
+    @property
+    def entries(self) -> ud.Entries:
+        return entries_of(self.facts, entry)
+
+    # ---- fields and locals
+
+    @property
+    def fields(self) -> list[str]:
+        n = self.of.n
+        return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
+                f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */"]
+
+    def start(self) -> list[str]:
+        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.of.x0)),
+                *(f"f->low[{i}] = {self.number(0)};" for i in range(self.of.n)),
+                *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live))]
+
+    def start_at(self) -> list[str]:
+        """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
+        lines = [f"for (int i = 0; i < {self.of.n}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        for slot, (i, j) in enumerate(self.live):
+            shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
+            text = f"sigma[{shared[0]}]" if shared else self.number(0)
+            for k in shared[1:]:
+                text = f"({text} > sigma[{k}] ? {text} : sigma[{k}])"
+            lines.append(f"f->P[{slot}] = {f'{text} * {text}' if shared else text};")
+        return lines
+
+    def number(self, value: float) -> str:
+        return self.words.number(float(value))
+
+    def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
+        """Type, local and field of what a function takes from the filter"""
+        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(self.of.n)
+                for local, field in (("x", "x"), ("l", "low"))] if mean else []
+        return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
+
+    def steady_literals(self) -> list[list[str]]:
+        """The factor when settled: updated, predicted"""
+        assert self.steady is not None
+        factors = [ud.factor(P) for P in (self.steady.filtered, self.steady.predicted)]
+        return [[self.number(one[key]) for key in self.live] for one in factors]
+
+    # ---- what is done
+
+    @property
+    def mean(self) -> Mean:
+        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(self.of.n)]
+
+    def _moved(self, x: Mean) -> Mean:
+        """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
+        made, sums = [], [high + low for high, low in x]
+        for i, (high, low) in enumerate(x):
+            change = dot(((self._less_one(i, k), sums[k]) for k in range(self.of.n)), low)
+            change = dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
+            total = high + change
+            made.append((total, change - make("sub", total, high) if total is not high else low))
+        return made
+
+    def _less_one(self, i: int, k: int) -> float:
+        value = self.given.of.A[i, k] - (1 if i == k else 0)
+        return self._rounded(float(value))
+
+    def _innovation(self, x: Mean, j: int, z: Node) -> Node:
+        for part in (0, 1):
+            for h, one in zip(self.of.H[j], x):
+                z = z - node(h) * one[part]
+        return z
+
+    def _written(self, x: Mean) -> list[Target]:
+        return [one for i, (high, low) in enumerate(x) for one in ((f"x{i}", high), (f"l{i}", low))]
+
+    def predict_mean(self) -> list[str]:
+        return Body(self.words).assign(self._written(self._moved(self.mean)))
+
+    def predict_factor(self) -> list[str]:
+        after = self._predicted(self.form, self.entries)
+        return Body(self.words).assign([(entry(key), after[key]) for key in self.live])
+
+    def update(self, j: int) -> list[str]:
+        """Component j, whose value is z<j>"""
+        options, P = self.given.options, self.entries
+        y = self._innovation(self.mean, j, symbol(f"z{j}"))
+        spread = self._spread(j, P)
+        r = self._student(y, spread, j) if options.student else constant(self.of.R[j])
+        products, weight, after = self.form.update(self.of.H[j], r, P)
+        weighed = y * weight
+        targets = self._written([(high, low + one * weighed) for (high, low), one in zip(self.mean, products)])
+        targets += [(entry(key), after[key]) for key in self.live]
+        nominal = inverse(spread + self.of.R[j]) if options.student else weight
+        if options.nis:
+            targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{j}]", inverse(nominal))]
+        body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
+        if options.gate is None:
+            return body.assign(targets)
+        passes = make("or", y * y * weight <= options.gate**2, symbol(f"f->rejected[{j}] >= {RUN}"))
+        return body.assign(targets, passes, [f"f->rejected[{j}] = 0;"],
+                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << j}u;"])
+
+    def _spread(self, j: int, P: ud.Entries) -> Node:
+        """H P H'"""
+        h = self.of.H[j]
+        parts = [node(h[c]) + dot((h[i], P[i, c]) for i in range(c)) for c in range(self.of.n)]
+        return dot((f, P[c, c] * f) for c, f in enumerate(parts))
+
+    def _student(self, y: Node, spread: Node, j: int) -> Node:
+        """The variance that a measurement with the noise of Student is taken with (Lange, Little and Taylor 1989)"""
+        nu, r = float(self.given.options.student or 0), self.of.R[j]
+        made = constant(r)
+        for _ in range(STUDENT_STEPS):
+            share = made * inverse(spread + made)
+            residual = y * share
+            made = (nu * r / (nu + 1)) + (residual * residual + spread * share) * (1 / (nu + 1))
+        return made
+
+    # ---- settled
+
+    @property
+    def gain(self) -> np.ndarray:
+        assert self.steady is not None
+        gain, sigma = self.steady.gain.astype(float), np.sqrt(np.diag(self.steady.filtered).astype(float).clip(1e-300))
+        moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
+        return np.where(moved < NEGLIGIBLE, 0, gain)
+
+    def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
+        """The mean by the constant gain, from z0, z1, ..., and `then`; predicts: A x + B u before.  With gates nothing
+        is done where a component is beyond its gate."""
+        x = self._moved(self.mean) if predicts else self.mean
+        y = [self._innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
+        targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.gain)])
+        body = Body(self.words, hints={id(one): f"y{j}" for j, one in enumerate(y)})
+        apart, variances = self._apart(y), self.steady.variances.astype(float)
+        if self.given.options.nis:
+            targets += [("f->nis", dot((one * one, 1 / s) for one, s in zip(apart, variances)))]
+            targets += [(f"f->s[{j}]", constant(s)) for j, s in enumerate(variances)]
+        if self.given.options.gate is None:
+            return [*body.assign(targets), *then]
+        passes = [one * one <= self.given.options.gate**2 * s for one, s in zip(apart, variances)]
+        return body.assign(targets, reduce(lambda one, other: make("and", one, other), passes), then)
+
+    def _apart(self, y: Sequence[Node]) -> list[Node]:
+        """Each innovation given the components before it"""
+        lower, made = self.steady.lower.astype(float), []
+        for j, one in enumerate(y):
+            made.append(one - dot((lower[j, k], made[k]) for k in range(j)))
+        return made
+
+    # ---- what is given and read
+
+    def accepts(self, j: int) -> str:
+        """C: is z[j] a number within its range?"""
+        return self._within(f"z[{j}]", self.given.model.measurements[j].range or MOST[self.type])
+
+    def _within(self, text: str, most: float) -> str:
+        square = most * most
+        if SMALLEST < square < LARGEST:
+            return f"{text} * {text} <= {self.number(square)}"
+        return f"{text} >= {self.number(-most)} && {text} <= {self.number(most)}"
+
+    def most_control(self, k: int) -> str:
+        return self.number(self.given.model.controls[k].range or MOST[self.type])
+
+    def mixed(self, j: int) -> str:
+        """What is taken of component j: where noises are correlated, less what the components before it say of it"""
+        mixing = self.given.mixing
+        terms = [f" {'-' if mixing[j, k] < 0 else '+'} {self.number(abs(mixing[j, k]))} * z[{k}]" for k in range(j)
+                 if self.given.together[j] >> k & 1 and mixing[j, k]]
+        return f"z[{j}]{''.join(terms)}"
+
+    def mean_text(self, i: int) -> str:
+        return f"f->x[{i}] + f->low[{i}]"
+
+    def covariance(self) -> list[str]:
+        """A loop over the columns of U, from the entries that are carried and those that are constant"""
+        n = self.of.n
+        constants = sorted({fact for fact in self.facts.values() if not isinstance(fact, tuple)})
+        slots = {key: slot for slot, key in enumerate(self.live)}
+        place = [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
+                 for fact in (self.facts[key] for key in ud.keys(n))]
+        lines, value = [], f"{{}} < {len(slots)} ? P[{{}}] : constants[{{}} - {len(slots)}]"
+        if constants:
+            lines = [f"static const {self.type} constants[{len(constants)}] = {{"
+                     f"{', '.join(self.number(one) for one in constants)}}};"]
+        is_plain = place == list(range(len(place)))
+        if not is_plain:
+            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */")
+
+        def at(index: str) -> str:
+            if is_plain:
+                return f"P[{index}]"
+            where = f"place[{index}]"
+            return f"({value.format(where, where, where)})" if constants else f"P[{where}]"
+
+        one = self.number(1)
+        return [*lines, f"{self.type} sum = {self.number(0)};", f"for (int k = i > j ? i : j; k < {n}; k++) {{",
+                "    const int column = k * (k + 1) / 2;",
+                f"    const {self.type} a = i == k ? {one} : {at('column + i')}, b = j == k ? {one} : {at('column + j')};",
+                f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
+
+    def routines(self, text: str) -> str:
+        return ""
+
+    def likelihood(self, given: Request) -> list[str]:
+        """Of the components that the last update took"""
+        logarithm, m = ("logf" if self.type == "float" else "log"), self.of.m
+        return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
+                f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
+                f"    {self.type} sum = f->nis;",
+                f"    for (int j = 0; j < {m}; j++)",
+                f"        if (taken >> j & 1u) sum += {self.number(np.log(2 * np.pi))} + {logarithm}(f->s[j]);",
+                f"    return {self.number(-0.5)} * sum;", "}", ""]
+
+    # ---- for a program on the host
+
+    def from_double(self, which: str, k: int, text: str) -> str:
+        return f"({self.type}){text}"
+
+    def mean_double(self, i: int) -> str:
+        return f"(double)f.x[{i}] + (double)f.low[{i}]"
+
+    def covariance_double(self, i: str, j: str) -> str:
+        return f"(double){self.given.name}_covariance(&f, {i}, {j})"
+
+
+def entry(key: ud.Key) -> str:
+    i, j = key
+    gap = "_" if max(key) > 9 else ""
+    return f"d{j}" if i == j else f"u{i}{gap}{j}"

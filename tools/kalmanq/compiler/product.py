@@ -1,0 +1,65 @@
+"""A model compiled: its request, the steady covariance, and the texts of its C."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional
+
+from kalmanq.compiler import emit, enclosure, graph, head
+from kalmanq.compiler.floats import FloatFilter
+from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.model import Model
+
+
+@dataclass(frozen=True)
+class Product:
+    given: Request
+    steady: Optional[enclosure.Settled]
+    arithmetic: emit.Arithmetic
+    header: str
+    code: str
+
+    def sources(self) -> dict[str, str]:
+        return {f"{self.given.name}.c": self.code, f"{self.given.name}.h": self.header}
+
+    @property
+    def ram(self) -> int:
+        """Bytes of the filter where words are aligned"""
+        options, of, live = self.given.options, self.given.of, len(self.arithmetic.live)
+        word = 8 if options.arithmetic == "f64" else 4
+        size = of.n * (8 if options.arithmetic == "q31" else 2 * word) + word * max(live, 1) + 8
+        size += word * (of.m + 1) if options.nis else 0
+        size += of.m if options.gate is not None else 0
+        align = 8 if options.arithmetic in ("q31", "f64") else 4
+        return -(-size // align) * align
+
+
+def compiled(model: Model, name: str, options: Options = Options(), source: str = "") -> Product:
+    """source: a line about the model's file"""
+    given = request(model, name, options)
+    gap = min(max(model.gaps.max_gap, GAP), LONGEST_GAP)
+    steady = enclosure.settled(given.of, gap, options.settle)
+    with graph.fresh():
+        a = FloatFilter(given, None if options.student else steady)
+        return Product(given, steady, a, head.header(given, a), emit.code(given, a, remarks(given, steady, source)))
+
+
+def remarks(given: Request, steady: Optional[enclosure.Settled], source: str) -> list[str]:
+    what = f"{given.name}: written by kalmanq compile."
+    return [what, *([source] if source else []), "", *settling(given, steady)]
+
+
+def settling(given: Request, steady: Optional[enclosure.Settled]) -> list[str]:
+    """What is known of the steady state, in a sentence or two"""
+    if steady is None:
+        return ["The covariance has no steady state that every start leads to: the gain is worked out in each row."]
+    if given.options.student:
+        return ["With the weights of Student the gain is worked out in each row."]
+    return [f"After {steady.samples} full samples the gain is constant: whatever happened before, each variance is then",
+            f"within {steady.tolerance:.0e} of the steady one.  After one missing sample: {steady.after_gap[0]} samples."]
+
+
+def fingerprint(path: Path) -> str:
+    return f"Model file {path.name}, SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}"
