@@ -278,7 +278,18 @@ class FloatFilter:
                 f"        if (taken >> j & 1u) sum += {self.number(np.log(2 * np.pi))} + {logarithm}(f->s[j]);",
                 f"    return {self.number(-0.5)} * sum;", "}", ""]
 
-    # ---- for a program on the host
+    # ---- for programs on the host
+
+    @property
+    def arrays(self) -> list[str]:
+        """Fields, each an array without padding"""
+        return ["x", "low", "P"]
+
+    def raw(self, which: str, k: int, value: float) -> float:
+        return value
+
+    def literal(self, value: float) -> str:
+        return self.number(value)
 
     def from_double(self, which: str, k: int, text: str) -> str:
         return f"({self.type}){text}"

@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Mapping, Optional, Sequence
 
@@ -21,15 +21,23 @@ FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
 PREDICTS, UPDATES = 1, 2  # of a row
 DRIVER = """\
 #include <math.h>
+#include <stdint.h>
 #include "{name}.h"
 
-void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
-         double *covariance, unsigned *taken, unsigned *events);
+static uint32_t hash(uint32_t h, const void *field, unsigned size)
+{{
+    for (unsigned i = 0; i < size; i++) h = (h ^ ((const unsigned char *)field)[i]) * UINT32_C(16777619);
+    return h;
+}}
 
 void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
-         double *covariance, unsigned *taken, unsigned *events)
+         double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
+
+void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
+         double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
 {{
     static {name}_filter f;
+    uint32_t h = UINT32_C(2166136261);
     {name}_start(&f);
     for (int t = 0; t < rows; t++, z += {m}, u += {l}) {{
         {type} v[{m}], w[{l} + 1];
@@ -42,24 +50,28 @@ void run(int rows, const unsigned char *what, const unsigned *present, const dou
             if (what[t] & {predicts}) {name}_predict(&f{u});
             if (what[t] & {updates}) taken[t] = {some};
         }}
+{digests}
         events[t] = f.events;
         f.events = 0;
 {read}
         for (int i = 0; i < {n}; i++)
             for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
     }}
+    *digest = h;
 }}
 """
 
 
 @dataclass(frozen=True)
 class Ran:
-    """rows x n, rows x n x n; bits of the components taken and of events, of each row"""
+    """rows x n, rows x n, rows x n x n; bits of the components taken and of events, of each row"""
 
     mean: np.ndarray
+    reading: np.ndarray  # rows x n, as NAME_mean_... gives it
     covariance: np.ndarray
     taken: np.ndarray
     events: np.ndarray
+    digest: int = 0  # of the bits of the filter's fields
 
 
 class Host:
@@ -98,11 +110,11 @@ class Host:
             what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
         given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
                  np.ascontiguousarray(z), np.ascontiguousarray(np.zeros((rows, of.l)) if u is None else u, np.float64)]
-        made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
+        made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
                    np.zeros(rows, np.uint32))
-        arrays = [*given, made.mean, made.covariance, made.taken, made.events]
+        arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
         self._run(rows, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
-        return made
+        return replace(made, digest=int(arrays[-1][0]))
 
 
 def driver(product: Product) -> str:
@@ -111,10 +123,12 @@ def driver(product: Product) -> str:
     convert = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
     convert += [f"w[{k}] = {a.from_double('controls', k, f'u[{k}]')};" for k in range(of.l)]
     read = [f"mean[t * {of.n} + {i}] = {a.mean_double(i)};" for i in range(of.n)]
+    read += [f"reading[t * {of.n} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.states)]
+    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
     some = f"present[t] == all ? {name}_update(&f, v) : {name}_update_some(&f, v, present[t])" if of.m > 1 else \
         f"{name}_update(&f, v)"
     return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, all=given.all, u=", w" if of.l else "",
-                         given="\n".join(f"        {line}" for line in convert), some=some,
+                         given="\n".join(f"        {line}" for line in convert), some=some, digests="\n".join(digests),
                          read="\n".join(f"        {line}" for line in read), predicts=PREDICTS, updates=UPDATES,
                          both=PREDICTS | UPDATES, entry=a.covariance_double("i", "j"))
 
