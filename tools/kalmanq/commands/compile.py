@@ -34,6 +34,7 @@ class Options:
     gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Refuse a measurement that is more than K sigma off.")
     student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
+    tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
     form: choices("Form", FORMS) = typer.Option("factor", "--form", help="covariance, gain: proven forms, cheaper, only for short gaps.")
     partial: bool = typer.Option(False, "--partial", help="covariance: samples of which some components are missing, too.")
@@ -52,7 +53,8 @@ def compile_file(options: Options, console: Console) -> None:
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
         product = compiled(model_file.read(options.model), name,
-                           Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student), source)
+                           Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student,
+                                  options.tunable), source)
         with Host(product) as host:
             found = report.findings(product, host)
             texts = report.files(product, host, found, source)

@@ -23,8 +23,8 @@ class Header:
         return "\n".join([
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
             f"#define {guard}", "", *self._includes(), "#include <stdint.h>", "", "#ifdef __cplusplus",
-            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._fields(), *self._calls(),
-            *self._readings(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._tuned("enumerators"), *self._fields(),
+            *self._calls(), *self._tuned("calls"), *self._readings(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -69,6 +69,10 @@ class Header:
     def _points(self) -> list[str]:
         points = getattr(self.a, "points", None)
         return points() if points else []
+
+    def _tuned(self, which: str) -> list[str]:
+        coefficients = getattr(self.a, "coefficients", None)
+        return getattr(coefficients, which)() if coefficients else []
 
     def _fields(self) -> list[str]:
         options, m = self.given.options, self.given.of.m

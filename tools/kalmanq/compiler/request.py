@@ -24,13 +24,19 @@ WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 @dataclass(frozen=True)
 class Options:
     """settle: of a variance, relative, where the gain counts as constant; gate: of an innovation, in sigma;
-    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept"""
+    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
     nis: bool = False
     gate: Optional[float] = None
     student: Optional[float] = None
+    tunable: bool = False
+
+    @property
+    def settles(self) -> bool:
+        """May the gain be a constant?"""
+        return self.student is None and not self.tunable
 
 
 @dataclass(frozen=True)
