@@ -115,7 +115,7 @@ class Text:
             lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.given.of.m))]
         if options.gate is not None:
             lines += [f"f->rejected[{j}] = 0;" for j in range(self.given.of.m)]
-        return lines
+        return lines + ([f"f->y[{j}] = 0;" for j in range(self.given.of.m)] if options.lag else [])
 
     def _start(self) -> list[str]:
         return function(f"void {self.given.name}_start({self.filter})", [*self.a.start(), *self._reset()])

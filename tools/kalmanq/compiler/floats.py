@@ -10,7 +10,7 @@ from typing import Callable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import lag, ud
 from kalmanq.compiler.coefficients import coefficients
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
@@ -201,6 +201,8 @@ class FloatFilter:
         if self.given.options.nis:
             targets += [("f->nis", dot((one * one, 1 / s) for one, s in zip(apart, variances)))]
             targets += [(f"f->s[{j}]", constant(s)) for j, s in enumerate(variances)]
+        if self.given.options.lag:
+            targets += [(f"f->y[{j}]", one) for j, one in enumerate(y)]
         if self.given.options.gate is None:
             return [*body.assign(targets), *then]
         passes = [one * one <= self.given.options.gate**2 * s for one, s in zip(apart, variances)]
@@ -266,7 +268,8 @@ class FloatFilter:
                 f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
 
     def functions(self) -> list[str]:
-        return self.coefficients.functions()
+        return [*self.coefficients.functions(),
+                *(lag.functions(self.given, self.steady, self.type, self.number) if self.steady else [])]
 
     def routines(self, text: str) -> str:
         return ""

@@ -10,6 +10,7 @@ from typing import Optional
 from kalmanq.compiler import emit, enclosure, graph, head
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 
@@ -31,6 +32,7 @@ class Product:
         word = 8 if options.arithmetic == "f64" else 4
         size = of.n * (8 if options.arithmetic == "q31" else 2 * word) + word * max(live, 1) + 8
         size += word * (of.m + 1) if options.nis else 0
+        size += word * of.m if options.lag else 0
         size += word * len(getattr(self.arithmetic.coefficients, "start", ()))
         size += of.m if options.gate is not None else 0
         align = 8 if options.arithmetic in ("q31", "f64") else 4
@@ -42,6 +44,9 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     given = request(model, name, options)
     gap = min(max(model.gaps.max_gap, GAP), LONGEST_GAP)
     steady = enclosure.settled(given.of, gap, options.settle)
+    if options.lag and (steady is None or not options.settles):
+        raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why); the library's "
+                           "kq_lag takes any model")
     with graph.fresh():
         a = FloatFilter(given, steady if options.settles else None)
         return Product(given, steady, a, head.header(given, a), emit.code(given, a, remarks(given, steady, source)))

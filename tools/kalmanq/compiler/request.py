@@ -24,7 +24,7 @@ WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 @dataclass(frozen=True)
 class Options:
     """settle: of a variance, relative, where the gain counts as constant; gate: of an innovation, in sigma;
-    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields"""
+    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
@@ -32,6 +32,7 @@ class Options:
     gate: Optional[float] = None
     student: Optional[float] = None
     tunable: bool = False
+    lag: int = 0
 
     @property
     def settles(self) -> bool:
