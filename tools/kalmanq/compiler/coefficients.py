@@ -1,6 +1,6 @@
 """A, Q and R of a filter: numbers of its C, or (--tunable) fields that a program may change while it runs.
 
-Entries that are 0 or 1 are part of the structure and stay: they fold.
+Entries that are 0, and ones on the diagonal of A, are part of the structure and stay: they fold.
 """
 
 from __future__ import annotations
@@ -41,12 +41,13 @@ class Constant:
 
 
 class Tunable(Constant):
-    """Fields A[], q[], g[], r[]: what is neither 0 nor 1 in A; the factor of Q; the variances of R"""
+    """Fields A[], q[], g[], r[]: entries of A, the factor of Q, the variances of R"""
 
     def __init__(self, given: Request, type_: str, number: Callable[[float], str]):
         super().__init__(given)
         self.type, self.number, of = type_, number, given.of.doubles()
-        self.places = [(i, k) for i, row in enumerate(of.A) for k, value in enumerate(row) if value not in (0, 1)]
+        self.places = [(i, k) for i, row in enumerate(of.A) for k, value in enumerate(row)
+                       if value and not (i == k and value == 1)]
         for slot, (i, k) in enumerate(self.places):
             self.A[i][k] = symbol(f"f->A[{slot}]")
             self.A_less_one[i][k] = self.A[i][k] - float(i == k)
