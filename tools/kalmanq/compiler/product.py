@@ -10,6 +10,7 @@ from typing import Optional
 from kalmanq.compiler import emit, enclosure, graph, head
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -48,7 +49,8 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
         raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why); the library's "
                            "kq_lag takes any model")
     with graph.fresh():
-        a = FloatFilter(given, steady if options.settles else None)
+        make = WordFilter if options.arithmetic == "q31" else FloatFilter
+        a = make(given, steady if options.settles else None)
         return Product(given, steady, a, head.header(given, a), emit.code(given, a, remarks(given, steady, source)))
 
 
