@@ -25,7 +25,7 @@ BITS = 30  # of the largest sigma
 TURNED = 1.4  # of 2^30: the longest row that a reflection takes
 WEIGHED = 20  # bits of an innovation over its sigma after the point; so it is taken up to 2^11
 CYCLES, LEAST_GAP, GAP, WITHOUT_BOUND = 100, 16, 60, 2.0 ** 12
-LONGEST, WIDE = 62, 61  # bits of a sum; of a mean at the end of its range
+LONGEST, WIDE = 62, 61  # bits of a sum, and of a mean at the end of its range
 NONE = -60  # exponent of 0
 
 
