@@ -56,22 +56,31 @@ class Mean:
         return f" + {aligned(f'product({word}, {word_of(c, digits)})', digits - by)}"
 
     def innovation(self, j: int, x: Mapping[int, str]) -> str:
-        """z<j> - H_j x in words of z<j>; x: names of states that are not x<i>"""
-        narrow = self.formats.is_narrow[j]
-        text = f"(int64_t)z{j}" if narrow else f"z{j}"
-        for i in range(self.of.n):
-            h = float(self.of.H[j, i])
-            if h:
-                text += self._seen(h, x.get(i, f"x{i}"), self.formats.x[i] - self.formats.z[j], narrow)
-        return f"narrow({text})" if narrow else text
+        """Of 32 bits: z<j> - H_j x, at the fraction of y; x: names of states that are not x<i>"""
+        f = self.formats
+        if f.y[j] == f.z[j] and not f.is_narrow[j]:
+            return f"z{j}" + "".join(f" {sign} (int32_t)({text})" for sign, text in self._seen(j, x, f.y[j]))
+        return f"narrow({self._apart(j, x, f.y[j])})"
 
-    def _seen(self, h: float, x: str, by: int, narrow: bool) -> str:
-        size, digits = abs(h), 30 - down(h if h > 0 else -h)
-        if math.frexp(size)[0] == 0.5:
-            text = rounded(x, by - down(size))
-        else:
-            text = rounded(f"wide({word_of(size, digits)}, {x})", by + digits - 32)
-        return f" {'-' if h > 0 else '+'} {text if narrow else f'(int32_t)({text})'}"
+    def wide_innovation(self, j: int) -> str:
+        """The same of 64 bits"""
+        return self._apart(j, {}, self.formats.wide[j])
+
+    def _apart(self, j: int, x: Mapping[int, str], fraction: int) -> str:
+        z = aligned(f"(int64_t)z{j}", self.formats.z[j] - fraction)
+        return z + "".join(f" {sign} {text}" for sign, text in self._seen(j, x, fraction))
+
+    def _seen(self, j: int, x: Mapping[int, str], fraction: int) -> list[tuple[str, str]]:
+        """Signs and terms of - H_j x"""
+        made = []
+        for i in range(self.of.n):
+            h, by, name = float(self.of.H[j, i]), self.formats.x[i] - fraction, x.get(i, f"x{i}")
+            if math.frexp(abs(h))[0] == 0.5:
+                made.append(("-" if h > 0 else "+", rounded(name, by - down(abs(h)))))
+            elif h:
+                digits = 30 - down(abs(h))
+                made.append(("-" if h > 0 else "+", rounded(f"wide({word_of(abs(h), digits)}, {name})", by + digits - 32)))
+        return made
 
     def corrected(self, i: int, gain: np.ndarray, least: np.ndarray) -> str:
         """What the constant gains of state i make of y0, y1, ...; least: what they may be off by"""
@@ -79,7 +88,7 @@ class Mean:
 
     def _gained(self, k: float, least: float, i: int, j: int) -> str:
         """With a coefficient that lands on the point of x, where it has bits enough"""
-        by = self.formats.x[i] - self.formats.z[j]
+        by = self.formats.x[i] - self.formats.y[j]
         digits = 30 - down(abs(k))
         if digits >= by and math.ldexp(0.5, -by) <= least:
             digits = by
@@ -125,7 +134,7 @@ def word_of(c: float, digits: int) -> int:
 
 def aligned(text: str, by: int) -> str:
     """2^-by of it"""
-    return text if not by else f"({text} >> {min(by, 63)})" if by > 0 else f"{text} * (INT64_C(1) << {-by})"
+    return text if not by else f"({text} >> {min(by, 62)})" if by > 0 else f"{text} * (INT64_C(1) << {-by})"
 
 
 def rounded(text: str, by: int) -> str:

@@ -139,16 +139,17 @@ class WordFilter:
         after, b, last = self.factor.update(lines, self.entries, j)
         if last is None:
             return []
-        shift = f.row[j] + f.z[j] + 32 - f.weighed[j]
-        made = [f"const int32_t y = {self.mean.innovation(j, {})};", *lines.lines,
-                f"const int64_t weighed = shifted(product(y, {last}.over), {shift} - {last}.half);",
-                "const int32_t v = narrow(weighed);"]
-        writes = [f"if (v != weighed) {self.event('MEAN_SATURATED')}"]
+        more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
+        made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
+                f"const int64_t weighed = shifted(wide({last}.over, y), {shift} - {last}.half);",
+                f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
+        made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
+        writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
         writes += self._nis(j, "v", f"word({last})")
         moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
-            text = f"product({one}, v)"
+            text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
         writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
         if self.given.options.gate is None:
@@ -212,7 +213,7 @@ class WordFilter:
             for k in range(j + 1):
                 c = lower[j, k] / sigma
                 if abs(c) > NEGLIGIBLE / sigma:
-                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.z[k])
+                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.y[k])
             lines.append(f"const int32_t v{j} = narrow({text.removeprefix(' + ')});")
         return lines
 
