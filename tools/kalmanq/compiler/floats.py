@@ -36,12 +36,22 @@ class FloatFilter:
         self.steady = steady
         self.coefficients = coefficients(given, self.type, self.number)
         self.first = ud.factor(given.of.P0)
+        self._find_entries()
+
+    # ---- which entries there are
+
+    def _find_entries(self) -> None:
         self.form = self._shorter()
         self.facts = facts(self.first, self._transfers(self.form), self._rounded)
         self.live: list[ud.Key] = sorted({fact for fact in self.facts.values() if isinstance(fact, tuple)},
                                          key=lambda key: (key[1], key[0]))
 
-    # ---- which entries there are
+    @property
+    def operations(self) -> int:
+        """Of the factor, in a predict and an update of all components"""
+        P = self.entries
+        updates = [self.form.update(self.of.H[j], self._variance(j), P)[2] for j in range(self.of.m)]
+        return sum(self._size(one) for one in (self._predicted(self.form, P), *updates))
 
     def _rounded(self, value: float) -> float:
         return float(np.float32(value)) if self.type == "float" else value

@@ -9,6 +9,7 @@ from typing import Optional
 
 from kalmanq.compiler import emit, enclosure, graph, head
 from kalmanq.compiler.floats import FloatFilter
+from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -48,8 +49,15 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
         raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why); the library's "
                            "kq_lag takes any model")
     with graph.fresh():
-        a = FloatFilter(given, steady if options.settles else None)
+        a = _arithmetic(given, steady if options.settles else None)
         return Product(given, steady, a, head.header(given, a), emit.code(given, a, remarks(given, steady, source)))
+
+
+def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Arithmetic:
+    if given.options.loops is None and not given.options.tunable:
+        straight = FloatFilter(given, steady)
+        return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)
+    return (LoopedFilter if given.options.loops else FloatFilter)(given, steady)
 
 
 def remarks(given: Request, steady: Optional[enclosure.Settled], source: str) -> list[str]:
