@@ -228,7 +228,8 @@ class Text:
     def _covariance(self) -> list[str]:
         type_ = self.a.type
         factor = "f->calls >= SETTLED ? steady[f->calls & 1u] : f->P" if self.settles else "f->P"
-        return function(f"{type_} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
+        result = getattr(self.a, "covariance_type", type_)
+        return function(f"{result} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
                         [f"const {type_} *P = {factor};", *self.a.covariance()])
 
 

@@ -103,14 +103,15 @@ class Header:
         lines += ["/** Predict and update: the same result in fewer instructions. */",
                   f"unsigned {self.name}_step({self.filter}{u}, {z});", "",
                   "/** Entry i, j of the covariance. */",
-                  f"{self.a.type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
+                  f"{getattr(self.a, 'covariance_type', self.a.type)} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
         return lines
 
     def _readings(self) -> list[str]:
         lines: list[str] = []
         for i, state in enumerate(self.given.states):
             lines += self._reading(f"mean_{state}", self.a.mean_text(i))
-            lines += self._reading(f"variance_{state}", f"{self.name}_covariance(f, {i}, {i})")
+            lines += [] if self.a.type == "int32_t" else \
+                self._reading(f"variance_{state}", f"{self.name}_covariance(f, {i}, {i})")
         if self.given.options.nis and self.a.type != "int32_t":
             lines += self.a.likelihood(self.given)
         return lines

@@ -11,6 +11,7 @@ from kalmanq.compiler import emit, enclosure, graph, head
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -54,6 +55,8 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
 
 
 def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Arithmetic:
+    if given.options.arithmetic == "q31":
+        return WordFilter(given, steady)
     if given.options.loops is None and not given.options.tunable:
         straight = FloatFilter(given, steady)
         return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)
