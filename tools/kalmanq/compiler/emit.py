@@ -42,6 +42,7 @@ class Arithmetic(Protocol):
     def mixed(self, j: int) -> str: ...
     def most_control(self, k: int) -> str: ...
     def covariance(self) -> list[str]: ...
+    def functions(self) -> list[str]: ...
     def mean_text(self, i: int) -> str: ...
     def routines(self, text: str) -> str: ...
     @property
@@ -65,11 +66,11 @@ class Text:
         self.filter = f"{given.type} *restrict f"
         self.u = f", const {a.type} u[{given.of.l}]" if given.of.l else ""
         self.z = f"const {a.type} z[{given.of.m}]"
-        self.settles = a.steady is not None and not given.options.student
+        self.settles = a.steady is not None
 
     def code(self, remarks: Sequence[str]) -> str:
         parts = [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
-                 self._update(), self._update_some(), self._step(), self._covariance()]
+                 self._update(), self._update_some(), self._step(), self._covariance(), self.a.functions()]
         body = "\n".join(line for part in parts for line in part)
         words = NO_FAST_MATH if self.a.type != "int32_t" else ""
         return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", words + self.a.routines(body)
@@ -114,7 +115,7 @@ class Text:
             lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.given.of.m))]
         if options.gate is not None:
             lines += [f"f->rejected[{j}] = 0;" for j in range(self.given.of.m)]
-        return lines
+        return lines + ([f"f->y[{j}] = 0;" for j in range(self.given.of.m)] if options.lag else [])
 
     def _start(self) -> list[str]:
         return function(f"void {self.given.name}_start({self.filter})", [*self.a.start(), *self._reset()])

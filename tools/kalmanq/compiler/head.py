@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import Arithmetic, Text, comment
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
@@ -23,8 +24,8 @@ class Header:
         return "\n".join([
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
             f"#define {guard}", "", *self._includes(), "#include <stdint.h>", "", "#ifdef __cplusplus",
-            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._fields(), *self._calls(),
-            *self._readings(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._tuned("enumerators"), *self._fields(),
+            *self._calls(), *self._tuned("calls"), *self._readings(), *lag.calls(self.given, self.a.type), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -70,6 +71,10 @@ class Header:
         points = getattr(self.a, "points", None)
         return points() if points else []
 
+    def _tuned(self, which: str) -> list[str]:
+        coefficients = getattr(self.a, "coefficients", None)
+        return getattr(coefficients, which)() if coefficients else []
+
     def _fields(self) -> list[str]:
         options, m = self.given.options, self.given.of.m
         lines = [*self.a.fields, "uint32_t calls; /* predict and full update in turn */", "uint16_t gap;",
@@ -78,7 +83,8 @@ class Header:
                   f"{self.a.type} s[{m}]; /* variance of each innovation, given the components before it */"] \
             if options.nis else []
         lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
-        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", ""]
+        lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
+        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a.type)]
 
     def _calls(self) -> list[str]:
         n, z, u = self.given.of.n, self.c.z, self.c.u
