@@ -179,10 +179,10 @@ class Text:
     def _taken(self) -> list[str]:
         """static: the components whose bits are set"""
         given, a = self.given, self.a
-        lines = ["if (!taken) return 0;"]
-        lines += ["if (f->calls >= SETTLED) leave(f, 0);"] if self.settles else []
-        lines += [f"f->nis = {'0' if a.type == 'int32_t' else '0.0f' if a.type == 'float' else '0.0'};"] \
+        lines = [f"f->nis = {'0' if a.type == 'int32_t' else '0.0f' if a.type == 'float' else '0.0'};"] \
             if given.options.nis else []
+        lines += ["if (!taken) return 0;"]
+        lines += ["if (f->calls >= SETTLED) leave(f, 0);"] if self.settles else []
         body: list[str] = []
         for j in range(given.of.m):
             head = f"if (taken & {1 << j}u) {{" if given.of.m > 1 else "{"
@@ -234,7 +234,25 @@ class Text:
 
 
 def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
-    return [*([f"/* {remark} */"] if remark else []), head, "{", *indented(body), "}", ""]
+    used = _used(body)
+    unused = [f"(void){name};" for name in re.findall(r"(\w+)(?:\[\d+\])?[,)]", head) if not _mentions(used, name)]
+    return [*([f"/* {remark} */"] if remark else []), head, "{", *indented([*unused, *used]), "}", ""]
+
+
+def _used(body: Sequence[str]) -> list[str]:
+    """Without measurements that a row of zeros does not read; a control is looked at all the same"""
+    made = []
+    for line in body:
+        found = re.fullmatch(r"( *)const \w+ ([zu]\d+) = (.*);", line)
+        if found is None or sum(_mentions([other], found[2]) for other in body) > body.count(line):
+            made.append(line)
+        elif found[2][0] == "u":
+            made.append(f"{found[1]}(void){found[3]};")
+    return made
+
+
+def _mentions(lines: Sequence[str], name: str) -> bool:
+    return any(re.search(rf"\b{name}\b", line.split("/*")[0]) for line in lines)
 
 
 def within(places: Sequence[tuple[str, str, str]], body: Sequence[str], mark: str = "") -> list[str]:

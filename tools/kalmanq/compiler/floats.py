@@ -19,6 +19,7 @@ from kalmanq.compiler.printing import Body, Floats, Target
 from kalmanq.compiler.request import RUN, Request
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
+LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
 STUDENT_STEPS = 3
@@ -60,7 +61,7 @@ class FloatFilter:
         """Of the two ways to predict the one with fewer operations"""
         least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
-        forms = [ud.UD(rotates, guards) for rotates in (True, False)]
+        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
         return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 
@@ -261,7 +262,7 @@ class FloatFilter:
         if constants:
             lines = [f"static const {self.type} constants[{len(constants)}] = {{"
                      f"{', '.join(self.number(one) for one in constants)}}};"]
-        is_plain = place == list(range(len(place)))
+        is_plain = not constants and place == list(range(len(place)))
         if not is_plain:
             lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */")
 
