@@ -8,7 +8,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import Product
+from kalmanq.compiler.product import Product, settling
 from kalmanq.compiler.record import Accuracy, tried
 from kalmanq.compiler.request import GAP
 from kalmanq.compiler.trial import trial
@@ -55,7 +55,9 @@ def _what(product: Product) -> list[str]:
 
 
 def _settles(product: Product) -> list[str]:
-    steady = product.steady
+    steady, turn = product.steady, product.cycle
+    if turn is not None:
+        return [f"  {line}" for line in settling(product.given, steady, turn)]
     if steady is None:
         return ["  There is no steady state that every start leads to (kalmanq check says why): no fast path."]
     if not product.given.options.settles:
