@@ -43,10 +43,10 @@ class Header:
         return [f"    {call:<{width}}{what}".rstrip() for call, what in rows]
 
     def _quantities(self) -> list[str]:
-        fractions = getattr(self.a, "fraction", None)
+        fractions, model = getattr(self.a, "fraction", None), getattr(self.a, "model", self.given.model)
         rows = [("", "name", "unit", "range", *(["format"] if fractions else []))]
         for which in ("states", "measurements", "controls"):
-            for k, one in enumerate(getattr(self.given.model, which)):
+            for k, one in enumerate(getattr(model, which)):
                 rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), f"{one.range:g}" if one.range else "",
                              *([f"Q{31 - fractions(which, k)}.{fractions(which, k)}"] if fractions else [])))
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]

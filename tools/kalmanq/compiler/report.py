@@ -42,7 +42,8 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    made = [*_what(product), *_settles(product), *_accuracy(found), *_unknown(product), *_correlated(product)]
+    made = [*_what(product), *_settles(product), *_accuracy(found), *_chosen(product), *_unknown(product),
+            *_correlated(product)]
     return made
 
 
@@ -80,6 +81,16 @@ def _coarse(found: Findings) -> list[str]:
         return []
     return [f"  The error is above {COARSE:g}: the first variance (P0) is very far above what it settles to, or R is very",
             "  small beside it. --arith f64 is exact there."]
+
+
+def _chosen(product: Product) -> list[str]:
+    """Ranges of q31 that the model does not declare"""
+    declared, ranged = product.given.model, getattr(product.arithmetic, "model", product.given.model)
+    made = [f"{after.name} {after.range:.4g} {after.unit}".rstrip() for which in ("states", "measurements", "controls")
+            for before, after in zip(getattr(declared, which), getattr(ranged, which)) if before.range is None
+            and after.range is not None]
+    return [f"  Ranges that the model does not declare were chosen: {', '.join(made)}. Declare them where you know better."] \
+        if made else []
 
 
 def _unknown(product: Product) -> list[str]:
