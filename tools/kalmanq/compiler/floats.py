@@ -19,6 +19,7 @@ from kalmanq.compiler.printing import Body, Floats, Target
 from kalmanq.compiler.request import RUN, Request
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
+LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
 STUDENT_STEPS = 3
@@ -36,12 +37,22 @@ class FloatFilter:
         self.steady = steady
         self.coefficients = coefficients(given, self.type, self.number)
         self.first = ud.factor(given.of.P0)
+        self._find_entries()
+
+    # ---- which entries there are
+
+    def _find_entries(self) -> None:
         self.form = self._shorter()
         self.facts = facts(self.first, self._transfers(self.form), self._rounded)
         self.live: list[ud.Key] = sorted({fact for fact in self.facts.values() if isinstance(fact, tuple)},
                                          key=lambda key: (key[1], key[0]))
 
-    # ---- which entries there are
+    @property
+    def operations(self) -> int:
+        """Of the factor, in a predict and an update of all components"""
+        P = self.entries
+        updates = [self.form.update(self.of.H[j], self._variance(j), P)[2] for j in range(self.of.m)]
+        return sum(self._size(one) for one in (self._predicted(self.form, P), *updates))
 
     def _rounded(self, value: float) -> float:
         return float(np.float32(value)) if self.type == "float" else value
@@ -50,7 +61,7 @@ class FloatFilter:
         """Of the two ways to predict the one with fewer operations"""
         least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
-        forms = [ud.UD(rotates, guards) for rotates in (True, False)]
+        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
         return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 
@@ -129,7 +140,7 @@ class FloatFilter:
             made.append((total, change - make("sub", total, high) if total is not high else low))
         return made
 
-    def _innovation(self, x: Mean, j: int, z: Node) -> Node:
+    def innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
             for h, one in zip(self.of.H[j], x):
                 z = z - node(h) * one[part]
@@ -148,7 +159,7 @@ class FloatFilter:
     def update(self, j: int) -> list[str]:
         """Component j, whose value is z<j>"""
         options, P = self.given.options, self.entries
-        y = self._innovation(self.mean, j, symbol(f"z{j}"))
+        y = self.innovation(self.mean, j, symbol(f"z{j}"))
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
         products, weight, after = self.form.update(self.of.H[j], r, P)
@@ -194,7 +205,7 @@ class FloatFilter:
         """The mean by the constant gain, from z0, z1, ..., and `then`; predicts: A x + B u before.  With gates nothing
         is done where a component is beyond its gate."""
         x = self._moved(self.mean) if predicts else self.mean
-        y = [self._innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
+        y = [self.innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
         targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.gain)])
         body = Body(self.words, hints={id(one): f"y{j}" for j, one in enumerate(y)})
         apart, variances = self._apart(y), self.steady.variances.astype(float)
@@ -251,7 +262,7 @@ class FloatFilter:
         if constants:
             lines = [f"static const {self.type} constants[{len(constants)}] = {{"
                      f"{', '.join(self.number(one) for one in constants)}}};"]
-        is_plain = place == list(range(len(place)))
+        is_plain = not constants and place == list(range(len(place)))
         if not is_plain:
             lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */")
 

@@ -24,7 +24,9 @@ WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 @dataclass(frozen=True)
 class Options:
     """settle: of a variance, relative, where the gain counts as constant; gate: of an innovation, in sigma;
-    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too"""
+    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too;
+    loops: of the factor in the place of straight lines; None: where those would be very long;
+    every: of each measurement, in rows, where they have different rates"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
@@ -33,6 +35,8 @@ class Options:
     student: Optional[float] = None
     tunable: bool = False
     lag: int = 0
+    loops: Optional[bool] = None
+    every: Sequence[int] = ()
 
     @property
     def settles(self) -> bool:
@@ -66,6 +70,11 @@ class Request:
     @property
     def upper(self) -> str:
         return self.name.upper()
+
+
+def due(every: Sequence[int], row: int) -> int:
+    """Bits of the measurements that a row has"""
+    return sum(1 << j for j, one in enumerate(every) if row % one == 0)
 
 
 def request(model: Model, name: str, options: Options) -> Request:
@@ -149,6 +158,8 @@ def _refuse(model: Model, options: Options) -> None:
     for name, value in (("--gate", options.gate), ("--student", options.student), ("--settle", options.settle)):
         if value is not None and not 0 < value < np.inf:
             raise KalmanqError(f"{name}: {value:g} is not a positive number")
+    if options.loops and options.tunable:
+        raise KalmanqError("--loops: the tables of loops are constants; leave out --tunable or --loops")
     if options.gate is not None and options.student is not None:
         raise KalmanqError("--gate and --student: each is an answer to outliers; choose one")
 
