@@ -55,6 +55,13 @@ class Mean:
             digits = by
         return f" + {aligned(f'product({word}, {word_of(c, digits)})', digits - by)}"
 
+    def narrowed(self, c: float, word: str, by: int) -> str:
+        """c word 2^by, of 32 bits"""
+        digits = min(30 - down(abs(c)), by + 62)
+        text = f"product({word}, {word_of(c, digits)})"
+        return f"narrow({aligned(text, digits - by)})" if digits >= by else \
+            f"narrow({text}) * (INT64_C(1) << {min(by - digits, 30)})"
+
     def innovation(self, j: int, x: Mapping[int, str]) -> str:
         """Of 32 bits: z<j> - H_j x, at the fraction of y; x: names of states that are not x<i>"""
         f = self.formats

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from typing import Iterable, Union
+from typing import Iterable, Sequence, Union
 
 from kalmanq.compiler.word_formats import down
 
@@ -81,6 +82,18 @@ class Lines:
         text = self.products((v, round(c * 2.0**by)) for c, v in terms)
         return f"part({text})" if by == 30 else f"half_part({text})" if by == 31 else \
             f"(int32_t)(({text or 0} + (INT64_C(1) << {by - 1})) >> {by})"
+
+
+def pruned(lines: Sequence[str]) -> list[str]:
+    """Without constants that no later line reads"""
+    made: list[str] = []
+    read: set[str] = set()
+    for line in reversed(lines):
+        found = re.match(r"\s*const \w+ (\w+) = ", line)
+        if found is None or found[1] in read:
+            made.append(line)
+            read.update(re.findall(r"\b[a-z]\w*\b", line[found.end():] if found else line))
+    return made[::-1]
 
 
 def _is_there(pair: Pair) -> bool:

@@ -19,7 +19,7 @@ from kalmanq.compiler.request import RUN, Request
 from kalmanq.compiler.word_factor import Entries, Factor, Key, keys
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
 from kalmanq.compiler.word_mean import Mean
-from kalmanq.compiler.word_text import Lines, Value
+from kalmanq.compiler.word_text import Lines, Value, pruned
 from kalmanq.errors import KalmanqError
 
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
@@ -127,8 +127,8 @@ class WordFilter:
         lines = Lines()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
-        return [*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
-                *indented(self._stored(after)), "}"]
+        return pruned([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+                       *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
         return [f"{entry(key)} = {number_of(after.get(key))};" for key in self.live if after.get(key) != entry(key)]
@@ -153,9 +153,9 @@ class WordFilter:
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
         writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
         if self.given.options.gate is None:
-            return [*made, *writes]
+            return pruned([*made, *writes])
         most = self._gate(j)
-        return [*made, f"if ((v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}) {{",
+        return [*pruned([*made, *writes])[:-len(writes)], f"if ((v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}) {{",
                 *indented([*writes, f"f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
 
@@ -163,11 +163,16 @@ class WordFilter:
         assert self.given.options.gate is not None
         return min(round(math.ldexp(self.given.options.gate, self.formats.weighed[j])), 2**31 - 2)
 
+    @property
+    def nis_fraction(self) -> int:
+        """Of the coarsest; m squares of 62 bits fit"""
+        return 2 * min(self.formats.weighed) - (self.of.m - 1).bit_length()
+
     def _nis(self, j: int, v: str, sigma: str) -> list[str]:
         """Squares at the fraction of the coarsest"""
         if not self.given.options.nis:
             return []
-        by = 2 * (self.formats.weighed[j] - min(self.formats.weighed))
+        by = 2 * self.formats.weighed[j] - self.nis_fraction
         square = f"product({v}, {v})"
         return [f"f->nis += {f'{square} >> {by}' if by else square};", f"f->s[{j}] = {sigma};"]
 
@@ -200,7 +205,7 @@ class WordFilter:
                 writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
         writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
         if options.gate is None:
-            return [*lines, *writes]
+            return pruned([*lines, *writes])
         passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
         return [*lines, f"if ({passes}) {{", *indented(writes), "}"]
 
@@ -213,7 +218,7 @@ class WordFilter:
             for k in range(j + 1):
                 c = lower[j, k] / sigma
                 if abs(c) > NEGLIGIBLE / sigma:
-                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.y[k])
+                    text += f" + (int64_t){self.mean.narrowed(c, f'y{k}', f.weighed[j] - f.y[k])}"
             lines.append(f"const int32_t v{j} = narrow({text.removeprefix(' + ')});")
         return lines
 
@@ -232,7 +237,7 @@ class WordFilter:
         for k in range(j):
             if self.given.together[j] >> k & 1 and mixing[j, k]:
                 more = self.mean.scaled(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
-                text += f" + (int32_t){more.removeprefix(' + ')}"
+                text = f"(int32_t)((uint32_t){text} + (uint32_t){more.removeprefix(' + ')})"
         return text
 
     def fraction(self, which: str, k: int) -> int:
@@ -251,7 +256,7 @@ class WordFilter:
         lines += [f"{upper}_SIGMA_{name.upper()}_FRACTION = {self.sigma_fraction(i)}"
                   for i, name in enumerate(given.states)]
         if given.options.nis:
-            lines += [f"{upper}_NIS_FRACTION = {2 * min(self.formats.weighed)}"]
+            lines += [f"{upper}_NIS_FRACTION = {self.nis_fraction}"]
             lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
                       for j, name in enumerate(given.measurements)]
         return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
