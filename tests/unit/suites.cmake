@@ -4,7 +4,7 @@ set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast
     laws changed diffuse least_squares consistency adaptation learning robust robust_limits watch steady freeze em extended sigma_points
     diffuse_orders diffuse_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean_q31 filter_q31 refusals smoother smoother_q31
+set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean filter_q31 refusals smoother smoother_q31
     views_q31 on_line wide numbers laws diffuse_q31 least_squares consistency consistency_q31 learning adaptation_q31
     robust robust_q31 watch_q31 steady_q31 freeze extended_q31 words_q31 diffuse_orders diffuse_rank)
 set(KALMANQ_FIXED_f32 fixed)
