@@ -6,9 +6,9 @@ from typing import Sequence
 
 import numpy as np
 
-from kalmanq.compiler import lag_text
-from kalmanq.compiler.lines import indented
-from kalmanq.compiler.plan import LARGEST, Plan, bookkeeping
+from kalmanq.compiler.proven import lag_text
+from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping
 from kalmanq.firmware.c_source import plain
 
 

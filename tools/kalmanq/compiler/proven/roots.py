@@ -8,9 +8,9 @@ from typing import Callable
 import numpy as np
 
 from kalmanq.compiler.exact import root
-from kalmanq.compiler.forms import Entries, Keep, Key, Mean, Subject
-from kalmanq.compiler.lines import Lines
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.forms import Entries, Keep, Key, Mean, Subject
+from kalmanq.compiler.proven.lines import Lines
+from kalmanq.compiler.proven.sums import Sum
 
 
 class Root:

@@ -7,9 +7,9 @@ from typing import Sequence
 
 import numpy as np
 
-from kalmanq.compiler.classes import ROOM, Means, Reach
+from kalmanq.compiler.proven.classes import ROOM, Means, Reach
 from kalmanq.compiler.exact import Numbers, Settled, inverse
-from kalmanq.compiler.fixed import TWO, Formats, ceil_log2, floor_log2
+from kalmanq.compiler.proven.fixed import TWO, Formats, ceil_log2, floor_log2
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from kalmanq.compiler import gain_text, lag_text
-from kalmanq.compiler.body import PROBE, Body, counted, door, function, not_yet, numbered, outside_of, second, stops, \
+from kalmanq.compiler.proven import gain_text, lag_text
+from kalmanq.compiler.proven.body import PROBE, Body, counted, door, function, not_yet, numbered, outside_of, second, stops, \
     too_soon
-from kalmanq.compiler.header import comment
-from kalmanq.compiler.lines import indented
-from kalmanq.compiler.plan import Plan, bookkeeping
-from kalmanq.compiler.routines import routines
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.header import comment
+from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.proven.plan import Plan, bookkeeping
+from kalmanq.compiler.proven.routines import routines
+from kalmanq.compiler.proven.sums import Sum
 
 REGISTERS = 28  # words of a covariance beside which a settled row is a function apart: its registers are not theirs
 NEVER_INLINE = """\

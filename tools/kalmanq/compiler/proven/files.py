@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Optional
 
 from kalmanq.compiler import exact
-from kalmanq.compiler.header import header
-from kalmanq.compiler.product import Product
-from kalmanq.compiler.proof_file import proof_text, remarks
-from kalmanq.compiler.search import Runner
-from kalmanq.compiler.text import code
-from kalmanq.compiler.trial_file import ROWS, Worst, trial
+from kalmanq.compiler.proven.header import header
+from kalmanq.compiler.proven.product import Product
+from kalmanq.compiler.proven.proof_file import proof_text, remarks
+from kalmanq.compiler.proven.search import Runner
+from kalmanq.compiler.proven.text import code
+from kalmanq.compiler.proven.trial_file import ROWS, Worst, trial
 
 
 def texts_of(product: Product, digest: str) -> dict[str, str]:

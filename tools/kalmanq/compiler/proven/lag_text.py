@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kalmanq.compiler.body import function
+from kalmanq.compiler.proven.body import function
 from kalmanq.compiler.exact import eye, inverse
-from kalmanq.compiler.lines import indented
-from kalmanq.compiler.plan import Plan
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.sums import Sum
 
 
 def gains(plan: Plan) -> list[np.ndarray]:

@@ -12,8 +12,8 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Optional, Sequence
 
 from kalmanq.compiler.exact import Numbers
-from kalmanq.compiler.lines import Lines
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.lines import Lines
+from kalmanq.compiler.proven.sums import Sum
 from kalmanq.errors import KalmanqError
 
 Mean = list[list[Sum]]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from kalmanq.compiler.body import Body, counted, door, function, not_yet, second
-from kalmanq.compiler.lines import indented
-from kalmanq.compiler.plan import Plan, bookkeeping
+from kalmanq.compiler.proven.body import Body, counted, door, function, not_yet, second
+from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.proven.plan import Plan, bookkeeping
 
 
 def start(plan: Plan) -> list[str]:

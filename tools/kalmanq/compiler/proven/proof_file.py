@@ -6,9 +6,9 @@ import decimal
 
 import numpy as np
 
-from kalmanq.compiler import costs
-from kalmanq.compiler.product import MARGIN, RECORD, RECORDS, Product, ram_of
-from kalmanq.compiler.rounding import FAR
+from kalmanq.compiler.proven import costs
+from kalmanq.compiler.proven.product import MARGIN, RECORD, RECORDS, Product, ram_of
+from kalmanq.compiler.proven.rounding import FAR
 from kalmanq.firmware.costs import CORES
 from kalmanq.firmware.designs import TOLERABLE
 

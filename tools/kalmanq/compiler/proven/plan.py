@@ -7,8 +7,8 @@ from decimal import Decimal
 from typing import Any, Mapping, Sequence
 
 from kalmanq.compiler.exact import Settled, taken
-from kalmanq.compiler.forms import Key, Subject
-from kalmanq.compiler.structure import Structure
+from kalmanq.compiler.proven.forms import Key, Subject
+from kalmanq.compiler.proven.structure import Structure
 from kalmanq.model import Model
 
 

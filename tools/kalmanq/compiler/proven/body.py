@@ -6,11 +6,11 @@ import re
 from dataclasses import dataclass, field
 from typing import Sequence
 
-from kalmanq.compiler.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
+from kalmanq.compiler.proven.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
-from kalmanq.compiler.lines import Line, Lines, indented
-from kalmanq.compiler.plan import LARGEST, Plan
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.lines import Line, Lines, indented
+from kalmanq.compiler.proven.plan import LARGEST, Plan
+from kalmanq.compiler.proven.sums import Sum
 
 WIDTH = 110
 PROBE = re.compile("@([^@]*)@")

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, Union
 
-from kalmanq.compiler.forms import Entries, Key, Subject
-from kalmanq.compiler.lines import Lines
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.forms import Entries, Key, Subject
+from kalmanq.compiler.proven.lines import Lines
+from kalmanq.compiler.proven.sums import Sum
 
 Fact = Union[Decimal, Key]  # a constant, or the entry that stands for it
 

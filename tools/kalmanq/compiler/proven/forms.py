@@ -13,8 +13,8 @@ from typing import Any, Callable, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, inverse, upper
-from kalmanq.compiler.lines import Lines
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.lines import Lines
+from kalmanq.compiler.proven.sums import Sum
 
 Key = tuple[int, int]
 Entries = dict[Key, Sum]

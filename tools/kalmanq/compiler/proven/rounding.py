@@ -10,9 +10,9 @@ from typing import Callable
 
 import numpy as np
 
-from kalmanq.compiler.classes import Means
+from kalmanq.compiler.proven.classes import Means
 from kalmanq.compiler.exact import Numbers, Settled
-from kalmanq.compiler.fixed import TWO, Formats, held, rounded
+from kalmanq.compiler.proven.fixed import TWO, Formats, held, rounded
 from kalmanq.model import Model
 
 FAR = 1000  # sigma, of a state that has no range

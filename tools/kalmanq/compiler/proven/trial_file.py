@@ -7,10 +7,10 @@ from typing import Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Settled
-from kalmanq.compiler.header import comment
-from kalmanq.compiler.lines import indented
-from kalmanq.compiler.plan import Plan
-from kalmanq.compiler.search import Track
+from kalmanq.compiler.proven.header import comment
+from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.search import Track
 
 ROWS = 40
 LONGEST_PUSH = 256  # rows of the worst input

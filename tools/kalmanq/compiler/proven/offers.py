@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Mapping, Optional
 
 from kalmanq.compiler import exact
-from kalmanq.compiler.costs import Cost, estimates
-from kalmanq.compiler.plan import Plan
-from kalmanq.compiler.product import MARGIN, NotSearched, Product, Wanted, compiled, ram_of
-from kalmanq.compiler.proof_file import no_less, warnings
+from kalmanq.compiler.proven.costs import Cost, estimates
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.product import MARGIN, NotSearched, Product, Wanted, compiled, ram_of
+from kalmanq.compiler.proven.proof_file import no_less, warnings
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 

@@ -13,9 +13,9 @@ from functools import lru_cache
 from importlib import resources
 from typing import Mapping, Optional
 
-from kalmanq.compiler.operations import KINDS, operations
-from kalmanq.compiler.plan import Plan
-from kalmanq.compiler.text import code
+from kalmanq.compiler.proven.operations import KINDS, operations
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.text import code
 
 MEASURES = ("two_calls", "step_settled", "flash")
 NOT_ESTIMATED = "not estimated"
@@ -50,7 +50,7 @@ def operations_of(plan: Plan) -> dict[str, dict[str, int]]:
 @lru_cache(maxsize=None)
 def factors() -> Mapping[tuple[str, str, str, str], Factors]:
     """By core, arithmetic, level and measure"""
-    text = resources.files("kalmanq.compiler").joinpath("costs.csv").read_text(encoding="utf-8")
+    text = resources.files("kalmanq.compiler.proven").joinpath("costs.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
             Factors({kind: float(row[kind]) for kind in KINDS if row[kind]}, float(row["off"])) for row in rows}

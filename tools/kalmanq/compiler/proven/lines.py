@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Iterable, Optional
 
-from kalmanq.compiler.sums import Sum
+from kalmanq.compiler.proven.sums import Sum
 
 NAME = re.compile(r"[A-Za-z_]\w*")
 
