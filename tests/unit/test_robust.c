@@ -485,6 +485,62 @@ TEST(no_noise_stays_none)
     for (int k = 0; k < 4; k++) ASSERT_WITHIN(TINY_SIGMA * TINY_SIGMA * 4, 0, now.P[k]);
 }
 
+#ifdef KQ_TEST_Q31 /* which exponents it has */
+static const kq_scaled_q31 one = {INT32_C(1) << 30, -30};
+
+/* It is written as a whole: nothing of it is looked at. */
+TEST_Q31(a_target_needs_nothing_before)
+{
+    kq_process_q31 fresh;
+    memset(&fresh, 0xa5, sizeof fresh);
+    ASSERT_OK(kq_process_scale_noise_q31(&fresh, &motion.process, scaled.noise_root, one));
+    TEST_ASSERT_EQUAL_UINT8(motion.process.states, fresh.states);
+    TEST_ASSERT_TRUE(fresh.noise_root == scaled.noise_root && fresh.transition == motion.transition);
+}
+
+TEST_Q31(powers_of_4_move_the_exponents_alone)
+{
+    static const kq_scaled_q31 zero = {0, 0};
+    for (int k = -3; k < 8; k++) {
+        const kq_scaled_q31 factor = {one.mantissa, one.exponent + 2 * k};
+        ASSERT_OK(kq_process_scale_noise_q31(&scaled.process, &motion.process, scaled.noise_root, factor));
+        for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i], scaled.noise_root[i]);
+        for (int i = 3; i < 5; i++) TEST_ASSERT_EQUAL_INT32(motion.noise_root[i] + k, scaled.noise_root[i]);
+    }
+    ASSERT_OK(kq_process_scale_noise_q31(&scaled.process, &motion.process, scaled.noise_root, zero));
+    for (int i = 0; i < 3; i++) TEST_ASSERT_EQUAL_INT32(0, scaled.noise_root[i]);
+    ASSERT_OK(kq_predict_q31(&track, &scaled.process, NULL));
+}
+
+TEST_Q31(a_noise_too_small_to_be_held_is_refused)
+{
+    for (int32_t exponent = -1000; exponent < -960; exponent++) {
+        motion.noise_root[3] = exponent;
+        ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
+        const kq_status status = kq_process_scale_noise_q31(&scaled.process, &motion.process, scaled.noise_root, one);
+        TEST_ASSERT_EQUAL_INT(exponent < 32 - 1000 ? KQ_ERR_COEFFICIENT : KQ_OK, status);
+    }
+}
+
+/* A factor of the root that would take its exponents beyond those of a table */
+TEST_Q31(exponents_stay_within_their_limits)
+{
+    for (int exponent = -1000; exponent <= 1000; exponent += 2000) {
+        const kq_scaled_q31 factor = {one.mantissa, exponent};
+        kq_process_q31 again;
+        int32_t other[KQ_ROOT_LEN_Q31(2)];
+        ASSERT_OK(kq_process_scale_noise_q31(&scaled.process, &motion.process, scaled.noise_root, factor));
+        kq_status status = KQ_OK;
+        for (int k = 0; k < 4 && !status; k++) {
+            status = kq_process_scale_noise_q31(&again, &scaled.process, other, factor);
+            if (!status) status = kq_process_scale_noise_q31(&scaled.process, &again, scaled.noise_root, factor);
+        }
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_COEFFICIENT, status);
+        ASSERT_OK(kq_predict_q31(&track, &scaled.process, NULL));
+    }
+}
+#endif
+
 /* ------------------------------------------------------------------------------ the smoother */
 
 static kq_status smooth_reweighted(S(history) *h, process_model *target, process_model *source, double nu)
