@@ -158,7 +158,7 @@ TEST(a_run_of_rejections_ends_with_a_jump)
     for (int j = 0; j < COUNT(runs); j++) {
         ASSERT_OK(init_filter(&track, &prior));
         gate.run = runs[j];
-        for (int k = 1; k <= (runs[j] ? runs[j] : KQ_GATE_RUN); k++) {
+        for (int k = 1; k <= (int)(runs[j] ? runs[j] : KQ_GATE_RUN); k++) {
             ASSERT_OK(S(update_robust)(&track, &radar.sensor, far, ALL, &gate));
             TEST_ASSERT_EQUAL_INT(k, gate.rejected);
             ASSERT_OK(S(update_robust)(&track, &radar.sensor, far, 0, &gate)); /* nothing measured */

@@ -3,12 +3,14 @@
 
 /* Two sensors see two directions of the states: rows of which the rounding does harm. */
 #ifdef KQ_TEST_Q31
-enum { STATES = 4, FEW = 1000, MANY = 9000, PAIRS = 10000, LEAST = 0, TOLD = KQ_EVENT_PRECISION };
+enum { STATES = 4, LEAST = 0, TOLD = KQ_EVENT_PRECISION };
+static const long few = 1000, many = 9000, pairs = 10000;
 static const num H[] = {0, 0, 1, 1}, other[] = {-0.3206956928538921, 0.40631647601519538, -0.048418252501881809,
                                                 0.024306689547007099};
 static const num variance = 0.000152, spread = 847;
 #else
-enum { STATES = 3, FEW = 2000, MANY = 98000, PAIRS = 50000, LEAST = 1 };
+enum { STATES = 3, LEAST = 1 };
+static const long few = 2000, many = 98000, pairs = 50000;
 static const num H[] = {N(0.18921958), N(-0.48004758), N(-0.19787899)};
 static const num other[] = {N(-0.23775239), N(-0.011051957), N(-0.33505979)};
 /* P0 / r that float resolves no better in f32 than double in f64, where the rounding of these rows does no harm */
@@ -57,9 +59,9 @@ static void measure(const process_model *p, const sensor_model *a, const sensor_
 /* In f32 a sigma becomes 10 % too small after 10^5 updates, in q31 6 % after 10^4. */
 TEST(what_is_not_seen_is_told_after_long)
 {
-    measure(&still, &first, &second, FEW);
+    measure(&still, &first, &second, few);
     TEST_ASSERT_EQUAL_UINT(0, S(events)(&track));
-    measure(&still, &first, &second, MANY);
+    measure(&still, &first, &second, many);
     TEST_ASSERT_EQUAL_UINT(TOLD, S(events)(&track));
 #ifndef KQ_TEST_Q31
     ASSERT_WITHIN(TOLD ? 2 : 0.01, 12.6213, K(sigma)(&track, 2));
@@ -72,7 +74,7 @@ TEST(components_of_one_sensor_are_looked_at_by_turns)
     static const word both[2];
     for (int whole_sensor = 1; whole_sensor >= LEAST; whole_sensor--) {
         ASSERT_OK(init_filter(&track, &prior));
-        for (long t = 0; t < PAIRS; t++) {
+        for (long t = 0; t < pairs; t++) {
             ASSERT_OK(S(predict)(&track, &still.process, NULL));
             ASSERT_OK(S(update_subset)(&track, &pair.sensor, both, whole_sensor ? 3 : UINT32_C(1) << t % 2));
         }
