@@ -10,6 +10,7 @@ from kalmanq.compiler.word_formats import down
 
 Value = Union[None, int, str]  # 0, a constant word, a name
 Pair = tuple[Value, Value]
+CONSTANT, NAME = re.compile(r"\s*const \w+ (\w+) = "), re.compile(r"[A-Za-z_]\w*")
 PRODUCT, ROUNDED, ROOT, INVERSE, LOAD = 1, 2, 48, 16, 1  # instructions, near enough to compare texts
 COARSEST = 22  # bits that a small coefficient has at least
 
@@ -84,16 +85,16 @@ class Lines:
             f"(int32_t)(({text or 0} + (INT64_C(1) << {by - 1})) >> {by})"
 
 
-def pruned(lines: Sequence[str]) -> list[str]:
-    """Without constants that no later line reads"""
-    made: list[str] = []
-    read: set[str] = set()
+def living(lines: Sequence[str]) -> list[str]:
+    """Without the constants that no later line reads"""
+    kept: list[str] = []
+    needed: set[str] = set()
     for line in reversed(lines):
-        found = re.match(r"\s*const \w+ (\w+) = ", line)
-        if found is None or found[1] in read:
-            made.append(line)
-            read.update(re.findall(r"\b[a-z]\w*\b", line[found.end():] if found else line))
-    return made[::-1]
+        made = CONSTANT.match(line)
+        if made is None or made[1] in needed:
+            needed |= set(NAME.findall(line.split(" = ", 1)[1] if made else line))
+            kept.append(line)
+    return kept[::-1]
 
 
 def _is_there(pair: Pair) -> bool:

@@ -19,7 +19,7 @@ from kalmanq.compiler.request import RUN, Request
 from kalmanq.compiler.word_factor import Entries, Factor, Key, keys
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
 from kalmanq.compiler.word_mean import Mean
-from kalmanq.compiler.word_text import Lines, Value, pruned
+from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
 
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
@@ -127,7 +127,7 @@ class WordFilter:
         lines = Lines()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
-        return pruned([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+        return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
                        *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
@@ -153,9 +153,9 @@ class WordFilter:
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
         writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
         if self.given.options.gate is None:
-            return pruned([*made, *writes])
+            return living([*made, *writes])
         most = self._gate(j)
-        return [*pruned([*made, *writes])[:-len(writes)], f"if ((v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}) {{",
+        return [*living([*made, *writes])[:-len(writes)], f"if ((v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}) {{",
                 *indented([*writes, f"f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
 
@@ -205,7 +205,7 @@ class WordFilter:
                 writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
         writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
         if options.gate is None:
-            return pruned([*lines, *writes])
+            return living([*lines, *writes])
         passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
         return [*lines, f"if ({passes}) {{", *indented(writes), "}"]
 
