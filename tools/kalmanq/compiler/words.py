@@ -19,7 +19,7 @@ from kalmanq.compiler.request import RUN, Request
 from kalmanq.compiler.word_factor import Entries, Factor, Key, keys
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
 from kalmanq.compiler.word_mean import Mean
-from kalmanq.compiler.word_text import Lines, Value
+from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
 
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
@@ -127,8 +127,8 @@ class WordFilter:
         lines = Lines()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
-        return [*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
-                *indented(self._stored(after)), "}"]
+        return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+                       *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
         return [f"{entry(key)} = {number_of(after.get(key))};" for key in self.live if after.get(key) != entry(key)]
