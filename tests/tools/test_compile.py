@@ -716,7 +716,7 @@ def test_the_same_input_gives_the_same_bytes(arithmetic: str, tmp_path: Path) ->
     for seed in ("0", "1"):
         folder = tmp_path / seed
         folder.mkdir()
-        done = command(path, "-o", folder / "cart.c", "--arith", arithmetic, "--json", seed=seed)
+        done = command(path, "-o", folder / "cart.c", "--arith", arithmetic, "--form", "covariance", "--json", seed=seed)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["form"] == "covariance"
         texts.append({one.name: one.read_bytes() for one in folder.iterdir()})
@@ -727,7 +727,7 @@ def test_the_same_input_gives_the_same_bytes(arithmetic: str, tmp_path: Path) ->
 def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
     path.write_text(model_file.text_of(changed(H=[0, 1])))
-    for words, said in (((path, "-o", tmp_path / "cart.c"), "not observable"),
+    for words, said in (((path, "-o", tmp_path / "cart.c", "--form", "covariance"), "not observable"),
                         ((path, "-o", tmp_path / "Cart.c"), "-o"),
                         ((path, "-o", tmp_path / "math.c"), "math is a word or a header of C"),
                         ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
@@ -743,7 +743,7 @@ def test_a_signal_leaves_no_folder(number: int, code: int, tmp_path: Path) -> No
     path.write_text(model_file.text_of(kinematic(3, 3)))
     folders.mkdir()
     running = subprocess.Popen([sys.executable, "-m", "kalmanq.command_line", "compile", str(path), "-o",
-                                str(tmp_path / "cart.c")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                str(tmp_path / "cart.c"), "--form", "covariance"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                env={**os.environ, "TMPDIR": str(folders)})
     while running.poll() is None and not list(folders.glob("kalmanq-compile-*")):
         time.sleep(0.01)

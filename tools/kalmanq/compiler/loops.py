@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Sequence
 
 from kalmanq.compiler import ud
-from kalmanq.compiler.floats import FloatFilter
+from kalmanq.compiler.floats import LEAST, FloatFilter
 from kalmanq.compiler.graph import dot, symbol
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
@@ -124,7 +124,7 @@ class LoopedFilter(FloatFilter):
                 f"    f->rejected[{j}]++;", f"    f->events |= {self.given.upper}_GATED;", f"    taken &= ~{1 << j}u;", "}"]
 
     def routines(self, text: str) -> str:
-        given = dict(type=self.type, n=self.of.n, zero=self.number(0), one=self.number(1), least=self.number(ud.LEAST))
+        given = dict(type=self.type, n=self.of.n, zero=self.number(0), one=self.number(1), least=self.number(LEAST[self.type]))
         parts = [*self._matrices(), self._predict(given)]
         parts += [SPREAD.format(**given)] if "spread(f->P" in text else []
         return "\n".join([*parts, UPDATE.format(**given), ""])
