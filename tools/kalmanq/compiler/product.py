@@ -25,6 +25,11 @@ class Product:
         return {f"{self.given.name}.c": self.code, f"{self.given.name}.h": self.header}
 
     @property
+    def calls(self) -> int:
+        """The filter's count of calls once it has settled; 0: it does not settle"""
+        return 2 * self.steady.samples if self.steady and not self.given.options.student else 0
+
+    @property
     def ram(self) -> int:
         """Bytes of the filter where words are aligned"""
         options, of, live = self.given.options, self.given.of, len(self.arithmetic.live)
