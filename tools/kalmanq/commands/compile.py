@@ -34,10 +34,13 @@ class Options:
     gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Refuse a measurement that is more than K sigma off.")
     student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
+    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
+    tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
+    loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
+                                         "only where straight lines take 20 kB.")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
     form: choices("Form", FORMS) = typer.Option("factor", "--form", help="covariance, gain: proven forms, cheaper, only for short gaps.")
     partial: bool = typer.Option(False, "--partial", help="covariance: samples of which some components are missing, too.")
-    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="covariance, gain: the mean L samples ago, too, once settled.")
     bound: float = typer.Option(1e-4, "--bound", min=0, help="covariance: of its error, in sigma_i sigma_j.")
     json: bool = JSON
 
@@ -47,12 +50,13 @@ def compile_file(options: Options, console: Console) -> None:
     if options.form != "factor":
         compile_proven.compile_file(options, name, write, console)
         return
-    if options.partial or options.lag:
-        raise KalmanqError("--partial and --lag are options of --form covariance; the factor takes samples in part always")
+    if options.partial:
+        raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
         product = compiled(model_file.read(options.model), name,
-                           Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student), source)
+                           Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student,
+                                  options.tunable, options.lag, options.loops), source)
         with Host(product) as host:
             found = report.findings(product, host)
             texts = report.files(product, host, found, source)

@@ -42,6 +42,7 @@ class Arithmetic(Protocol):
     def mixed(self, j: int) -> str: ...
     def most_control(self, k: int) -> str: ...
     def covariance(self) -> list[str]: ...
+    def functions(self) -> list[str]: ...
     def mean_text(self, i: int) -> str: ...
     def routines(self, text: str) -> str: ...
     @property
@@ -65,11 +66,11 @@ class Text:
         self.filter = f"{given.type} *restrict f"
         self.u = f", const {a.type} u[{given.of.l}]" if given.of.l else ""
         self.z = f"const {a.type} z[{given.of.m}]"
-        self.settles = a.steady is not None and not given.options.student
+        self.settles = a.steady is not None
 
     def code(self, remarks: Sequence[str]) -> str:
         parts = [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
-                 self._update(), self._update_some(), self._step(), self._covariance()]
+                 self._update(), self._update_some(), self._step(), self._covariance(), self.a.functions()]
         body = "\n".join(line for part in parts for line in part)
         words = NO_FAST_MATH if self.a.type != "int32_t" else ""
         return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", words + self.a.routines(body)
@@ -114,7 +115,7 @@ class Text:
             lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.given.of.m))]
         if options.gate is not None:
             lines += [f"f->rejected[{j}] = 0;" for j in range(self.given.of.m)]
-        return lines
+        return lines + ([f"f->y[{j}] = 0;" for j in range(self.given.of.m)] if options.lag else [])
 
     def _start(self) -> list[str]:
         return function(f"void {self.given.name}_start({self.filter})", [*self.a.start(), *self._reset()])
@@ -178,10 +179,10 @@ class Text:
     def _taken(self) -> list[str]:
         """static: the components whose bits are set"""
         given, a = self.given, self.a
-        lines = ["if (!taken) return 0;"]
-        lines += ["if (f->calls >= SETTLED) leave(f, 0);"] if self.settles else []
-        lines += [f"f->nis = {'0' if a.type == 'int32_t' else '0.0f' if a.type == 'float' else '0.0'};"] \
+        lines = [f"f->nis = {'0' if a.type == 'int32_t' else '0.0f' if a.type == 'float' else '0.0'};"] \
             if given.options.nis else []
+        lines += ["if (!taken) return 0;"]
+        lines += ["if (f->calls >= SETTLED) leave(f, 0);"] if self.settles else []
         body: list[str] = []
         for j in range(given.of.m):
             head = f"if (taken & {1 << j}u) {{" if given.of.m > 1 else "{"
@@ -227,12 +228,31 @@ class Text:
     def _covariance(self) -> list[str]:
         type_ = self.a.type
         factor = "f->calls >= SETTLED ? steady[f->calls & 1u] : f->P" if self.settles else "f->P"
-        return function(f"{type_} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
+        result = getattr(self.a, "covariance_type", type_)
+        return function(f"{result} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
                         [f"const {type_} *P = {factor};", *self.a.covariance()])
 
 
 def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
-    return [*([f"/* {remark} */"] if remark else []), head, "{", *indented(body), "}", ""]
+    used = _used(body)
+    unused = [f"(void){name};" for name in re.findall(r"(\w+)(?:\[\d+\])?[,)]", head) if not _mentions(used, name)]
+    return [*([f"/* {remark} */"] if remark else []), head, "{", *indented([*unused, *used]), "}", ""]
+
+
+def _used(body: Sequence[str]) -> list[str]:
+    """Without measurements that a row of zeros does not read; a control is looked at all the same"""
+    made = []
+    for line in body:
+        found = re.fullmatch(r"( *)const \w+ ([zu]\d+) = (.*);", line)
+        if found is None or sum(_mentions([other], found[2]) for other in body) > body.count(line):
+            made.append(line)
+        elif found[2][0] == "u":
+            made.append(f"{found[1]}(void){found[3]};")
+    return made
+
+
+def _mentions(lines: Sequence[str], name: str) -> bool:
+    return any(re.search(rf"\b{name}\b", line.split("/*")[0]) for line in lines)
 
 
 def within(places: Sequence[tuple[str, str, str]], body: Sequence[str], mark: str = "") -> list[str]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from kalmanq.compiler.exact import Numbers, decimals, eye, inverse, symmetric
 
-DIGITS = decimal.Context(prec=90)
+DIGITS = decimal.Context(prec=90, Emax=decimal.MAX_EMAX, Emin=decimal.MIN_EMIN)  # what grows unseen grows far
 BEYOND = Decimal("1e40")  # > n times the largest float
 MOST = 17  # doublings until which a covariance has to settle: 131072 samples
 MORE = 4  # doublings after which the steady covariance is exact

@@ -10,7 +10,8 @@ from typing import Callable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import lag, ud
+from kalmanq.compiler.coefficients import coefficients
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.compiler.graph import Node, constant, dot, inverse, make, node, symbol
@@ -18,6 +19,7 @@ from kalmanq.compiler.printing import Body, Floats, Target
 from kalmanq.compiler.request import RUN, Request
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
+LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
 STUDENT_STEPS = 3
@@ -33,13 +35,24 @@ class FloatFilter:
         self.type = "float" if given.options.arithmetic == "f32" else "double"
         self.words = Floats(self.type)
         self.steady = steady
+        self.coefficients = coefficients(given, self.type, self.number)
         self.first = ud.factor(given.of.P0)
+        self._find_entries()
+
+    # ---- which entries there are
+
+    def _find_entries(self) -> None:
         self.form = self._shorter()
         self.facts = facts(self.first, self._transfers(self.form), self._rounded)
         self.live: list[ud.Key] = sorted({fact for fact in self.facts.values() if isinstance(fact, tuple)},
                                          key=lambda key: (key[1], key[0]))
 
-    # ---- which entries there are
+    @property
+    def operations(self) -> int:
+        """Of the factor, in a predict and an update of all components"""
+        P = self.entries
+        updates = [self.form.update(self.of.H[j], self._variance(j), P)[2] for j in range(self.of.m)]
+        return sum(self._size(one) for one in (self._predicted(self.form, P), *updates))
 
     def _rounded(self, value: float) -> float:
         return float(np.float32(value)) if self.type == "float" else value
@@ -47,7 +60,8 @@ class FloatFilter:
     def _shorter(self) -> ud.UD:
         """Of the two ways to predict the one with fewer operations"""
         least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
-        forms = [ud.UD(rotates, guards=least <= 0) for rotates in (True, False)]
+        guards = least <= 0 or self.given.options.tunable
+        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
         return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 
@@ -57,14 +71,14 @@ class FloatFilter:
         return body.count
 
     def _predicted(self, form: ud.UD, P: ud.Entries) -> ud.Entries:
-        return form.predict(self.of.A, ud.columns_of_noise(self.given.of.Q), dict(P))
+        return form.predict(self.coefficients.A, self.coefficients.noise(), dict(P))
 
     def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
         return [lambda P: self._predicted(form, P),
                 *(lambda P, j=j: form.update(self.of.H[j], self._variance(j), dict(P))[2] for j in range(self.of.m))]
 
     def _variance(self, j: int) -> Node:
-        return symbol("r") if self.given.options.student else constant(self.of.R[j])
+        return symbol("r") if self.given.options.student else self.coefficients.R[j]
 
     @property
     def entries(self) -> ud.Entries:
@@ -76,12 +90,13 @@ class FloatFilter:
     def fields(self) -> list[str]:
         n = self.of.n
         return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
-                f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */"]
+                f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self.coefficients.fields]
 
     def start(self) -> list[str]:
         return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.of.x0)),
                 *(f"f->low[{i}] = {self.number(0)};" for i in range(self.of.n)),
-                *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live))]
+                *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
+                *self.coefficients.start]
 
     def start_at(self) -> list[str]:
         """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
@@ -92,7 +107,7 @@ class FloatFilter:
             for k in shared[1:]:
                 text = f"({text} > sigma[{k}] ? {text} : sigma[{k}])"
             lines.append(f"f->P[{slot}] = {f'{text} * {text}' if shared else text};")
-        return lines
+        return [*lines, *self.coefficients.start]
 
     def number(self, value: float) -> str:
         return self.words.number(float(value))
@@ -119,15 +134,11 @@ class FloatFilter:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
         made, sums = [], [high + low for high, low in x]
         for i, (high, low) in enumerate(x):
-            change = dot(((self._less_one(i, k), sums[k]) for k in range(self.of.n)), low)
+            change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), low)
             change = dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
             total = high + change
             made.append((total, change - make("sub", total, high) if total is not high else low))
         return made
-
-    def _less_one(self, i: int, k: int) -> float:
-        value = self.given.of.A[i, k] - (1 if i == k else 0)
-        return self._rounded(float(value))
 
     def _innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
@@ -150,12 +161,12 @@ class FloatFilter:
         options, P = self.given.options, self.entries
         y = self._innovation(self.mean, j, symbol(f"z{j}"))
         spread = self._spread(j, P)
-        r = self._student(y, spread, j) if options.student else constant(self.of.R[j])
+        r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
         products, weight, after = self.form.update(self.of.H[j], r, P)
         weighed = y * weight
         targets = self._written([(high, low + one * weighed) for (high, low), one in zip(self.mean, products)])
         targets += [(entry(key), after[key]) for key in self.live]
-        nominal = inverse(spread + self.of.R[j]) if options.student else weight
+        nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
             targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{j}]", inverse(nominal))]
         body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
@@ -173,12 +184,12 @@ class FloatFilter:
 
     def _student(self, y: Node, spread: Node, j: int) -> Node:
         """The variance that a measurement with the noise of Student is taken with (Lange, Little and Taylor 1989)"""
-        nu, r = float(self.given.options.student or 0), self.of.R[j]
-        made = constant(r)
+        nu, r = float(self.given.options.student or 0), self.coefficients.R[j]
+        made = r
         for _ in range(STUDENT_STEPS):
             share = made * inverse(spread + made)
             residual = y * share
-            made = (nu * r / (nu + 1)) + (residual * residual + spread * share) * (1 / (nu + 1))
+            made = r * (nu / (nu + 1)) + (residual * residual + spread * share) * (1 / (nu + 1))
         return made
 
     # ---- settled
@@ -201,6 +212,8 @@ class FloatFilter:
         if self.given.options.nis:
             targets += [("f->nis", dot((one * one, 1 / s) for one, s in zip(apart, variances)))]
             targets += [(f"f->s[{j}]", constant(s)) for j, s in enumerate(variances)]
+        if self.given.options.lag:
+            targets += [(f"f->y[{j}]", one) for j, one in enumerate(y)]
         if self.given.options.gate is None:
             return [*body.assign(targets), *then]
         passes = [one * one <= self.given.options.gate**2 * s for one, s in zip(apart, variances)]
@@ -249,7 +262,7 @@ class FloatFilter:
         if constants:
             lines = [f"static const {self.type} constants[{len(constants)}] = {{"
                      f"{', '.join(self.number(one) for one in constants)}}};"]
-        is_plain = place == list(range(len(place)))
+        is_plain = not constants and place == list(range(len(place)))
         if not is_plain:
             lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */")
 
@@ -264,6 +277,10 @@ class FloatFilter:
                 "    const int column = k * (k + 1) / 2;",
                 f"    const {self.type} a = i == k ? {one} : {at('column + i')}, b = j == k ? {one} : {at('column + j')};",
                 f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
+
+    def functions(self) -> list[str]:
+        return [*self.coefficients.functions(),
+                *(lag.functions(self.given, self.steady, self.type, self.number) if self.steady else [])]
 
     def routines(self, text: str) -> str:
         return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import Arithmetic, Text, comment
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
@@ -23,8 +24,8 @@ class Header:
         return "\n".join([
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
             f"#define {guard}", "", *self._includes(), "#include <stdint.h>", "", "#ifdef __cplusplus",
-            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._fields(), *self._calls(),
-            *self._readings(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._tuned("enumerators"), *self._fields(),
+            *self._calls(), *self._tuned("calls"), *self._readings(), *lag.calls(self.given, self.a.type), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -70,6 +71,10 @@ class Header:
         points = getattr(self.a, "points", None)
         return points() if points else []
 
+    def _tuned(self, which: str) -> list[str]:
+        coefficients = getattr(self.a, "coefficients", None)
+        return getattr(coefficients, which)() if coefficients else []
+
     def _fields(self) -> list[str]:
         options, m = self.given.options, self.given.of.m
         lines = [*self.a.fields, "uint32_t calls; /* predict and full update in turn */", "uint16_t gap;",
@@ -78,7 +83,8 @@ class Header:
                   f"{self.a.type} s[{m}]; /* variance of each innovation, given the components before it */"] \
             if options.nis else []
         lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
-        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", ""]
+        lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
+        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a.type)]
 
     def _calls(self) -> list[str]:
         n, z, u = self.given.of.n, self.c.z, self.c.u
@@ -97,14 +103,15 @@ class Header:
         lines += ["/** Predict and update: the same result in fewer instructions. */",
                   f"unsigned {self.name}_step({self.filter}{u}, {z});", "",
                   "/** Entry i, j of the covariance. */",
-                  f"{self.a.type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
+                  f"{getattr(self.a, 'covariance_type', self.a.type)} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
         return lines
 
     def _readings(self) -> list[str]:
         lines: list[str] = []
         for i, state in enumerate(self.given.states):
             lines += self._reading(f"mean_{state}", self.a.mean_text(i))
-            lines += self._reading(f"variance_{state}", f"{self.name}_covariance(f, {i}, {i})")
+            lines += [] if self.a.type == "int32_t" else \
+                self._reading(f"variance_{state}", f"{self.name}_covariance(f, {i}, {i})")
         if self.given.options.nis and self.a.type != "int32_t":
             lines += self.a.likelihood(self.given)
         return lines

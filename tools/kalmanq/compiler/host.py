@@ -6,7 +6,6 @@ import ctypes
 import os
 import shutil
 import subprocess
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Mapping, Optional, Sequence
@@ -14,7 +13,7 @@ from typing import Mapping, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.product import Product
-from kalmanq.data.files import telling_where
+from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
@@ -81,7 +80,8 @@ class Host:
         self.product, self.flags = product, flags
 
     def __enter__(self) -> Host:
-        self.folder = Path(tempfile.mkdtemp(prefix="kalmanq-compile-"))
+        self._own = own_folder("kalmanq-compile-")
+        self.folder = self._own.__enter__()
         try:
             name = self.product.given.name
             files = {**self.product.sources(), "driver.c": driver(self.product)}
@@ -96,7 +96,7 @@ class Host:
         return self
 
     def __exit__(self, *_: object) -> None:
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._own.__exit__(None, None, None)
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, present: Optional[np.ndarray] = None,
             what: Optional[np.ndarray] = None, goes_on: bool = False) -> Ran:

@@ -9,7 +9,10 @@ from typing import Optional
 
 from kalmanq.compiler import emit, enclosure, graph, head
 from kalmanq.compiler.floats import FloatFilter
+from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.compiler.words import WordFilter
+from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 
@@ -36,6 +39,8 @@ class Product:
         word = 8 if options.arithmetic == "f64" else 4
         size = of.n * (8 if options.arithmetic == "q31" else 2 * word) + word * max(live, 1) + 8
         size += word * (of.m + 1) if options.nis else 0
+        size += word * of.m if options.lag else 0
+        size += word * len(getattr(self.arithmetic.coefficients, "start", ()))
         size += of.m if options.gate is not None else 0
         align = 8 if options.arithmetic in ("q31", "f64") else 4
         return -(-size // align) * align
@@ -46,9 +51,21 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     given = request(model, name, options)
     gap = min(max(model.gaps.max_gap, GAP), LONGEST_GAP)
     steady = enclosure.settled(given.of, gap, options.settle)
+    if options.lag and (steady is None or not options.settles):
+        raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why); the library's "
+                           "kq_lag takes any model")
     with graph.fresh():
-        a = FloatFilter(given, None if options.student else steady)
+        a = _arithmetic(given, steady if options.settles else None)
         return Product(given, steady, a, head.header(given, a), emit.code(given, a, remarks(given, steady, source)))
+
+
+def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Arithmetic:
+    if given.options.arithmetic == "q31":
+        return WordFilter(given, steady)
+    if given.options.loops is None and not given.options.tunable:
+        straight = FloatFilter(given, steady)
+        return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)
+    return (LoopedFilter if given.options.loops else FloatFilter)(given, steady)
 
 
 def remarks(given: Request, steady: Optional[enclosure.Settled], source: str) -> list[str]:
@@ -60,8 +77,8 @@ def settling(given: Request, steady: Optional[enclosure.Settled]) -> list[str]:
     """What is known of the steady state, in a sentence or two"""
     if steady is None:
         return ["The covariance has no steady state that every start leads to: the gain is worked out in each row."]
-    if given.options.student:
-        return ["With the weights of Student the gain is worked out in each row."]
+    if not given.options.settles:
+        return ["With --student or --tunable the gain is worked out in each row."]
     return [f"After {steady.samples} full samples the gain is constant: whatever happened before, each variance is then",
             f"within {steady.tolerance:.0e} of the steady one.  After one missing sample: {steady.after_gap[0]} samples."]
 

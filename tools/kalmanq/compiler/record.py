@@ -11,6 +11,7 @@ from kalmanq.compiler.request import GAP, Request
 
 LONG = np.longdouble
 FADES = 0.98  # the largest eigenvalue of what is drawn, so that nothing leaves its range for ever
+FADED = 1e-12  # of its largest sigma: a state without noise that fades away is known, and no error is told of it
 PUSHED = 0.2  # of a control's range
 
 
@@ -69,10 +70,11 @@ def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.
     root, noise = _root(of.Q), _root(np.asarray(model.R))
     pushes = np.array([PUSHED * (one.range or 1.0) for one in model.controls])
     u = draws.standard_normal((rows, of.l)).clip(-3, 3) * pushes
-    x, z = np.array(of.x0), np.empty((rows, of.m))
+    stays = of.x0 if np.allclose(of.A @ of.x0, of.x0, rtol=1e-6, atol=0) else np.zeros(of.n)  # far from 0 at rest
+    x, z = of.x0 - stays, np.empty((rows, of.m))
     for t in range(rows):
         x = A @ x + root @ draws.standard_normal(of.n) + of.B @ u[t]
-        z[t] = model.H @ x + noise @ draws.standard_normal(of.m)
+        z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m)
     return z.astype(np.float32).astype(float), u.astype(np.float32).astype(float)
 
 
@@ -104,6 +106,7 @@ def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray
 def accuracy(given: Request, record: Record, ran: Ran) -> Accuracy:
     means, covariances = exact(given, record, ran.taken)
     sigma = np.sqrt(np.einsum("tii->ti", covariances)).clip(1e-300)
+    sigma = np.maximum(sigma, FADED * sigma.max(axis=0))
     apart = np.abs(ran.mean - means) / sigma
     spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
     count = sum(int(one).bit_count() for one in ran.taken)

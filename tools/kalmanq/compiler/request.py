@@ -24,13 +24,22 @@ WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 @dataclass(frozen=True)
 class Options:
     """settle: of a variance, relative, where the gain counts as constant; gate: of an innovation, in sigma;
-    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept"""
+    student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too;
+    loops: of the factor in the place of straight lines; None: where those would be very long"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
     nis: bool = False
     gate: Optional[float] = None
     student: Optional[float] = None
+    tunable: bool = False
+    lag: int = 0
+    loops: Optional[bool] = None
+
+    @property
+    def settles(self) -> bool:
+        """May the gain be a constant?"""
+        return self.student is None and not self.tunable
 
 
 @dataclass(frozen=True)
@@ -142,6 +151,8 @@ def _refuse(model: Model, options: Options) -> None:
     for name, value in (("--gate", options.gate), ("--student", options.student), ("--settle", options.settle)):
         if value is not None and not 0 < value < np.inf:
             raise KalmanqError(f"{name}: {value:g} is not a positive number")
+    if options.loops and options.tunable:
+        raise KalmanqError("--loops: the tables of loops are constants; leave out --tunable or --loops")
     if options.gate is not None and options.student is not None:
         raise KalmanqError("--gate and --student: each is an answer to outliers; choose one")
 

@@ -42,10 +42,12 @@ class Column:
 
 @dataclass(frozen=True)
 class UD:
-    """rotates: predict by rotations where a column allows it; guards: D may become 0, so no inverse is taken of it"""
+    """rotates: predict by rotations where a column allows it; guards: D may become 0, so no inverse is taken of a D
+    below `least`"""
 
     rotates: bool = True
     guards: bool = False
+    least: float = LEAST
 
     def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
         return self._triangular([*_times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
@@ -125,7 +127,7 @@ class UD:
 
     def _inverse(self, d: Node, is_sure: bool) -> Node:
         """1 / d, or 0 where d may be 0: without noise a state that decays has D = 0 one day"""
-        return inverse(d) if is_sure or not self.guards else select(d < LEAST, ZERO, inverse(d))
+        return inverse(d) if is_sure or not self.guards else select(d < self.least, ZERO, inverse(d))
 
 
 def _is_noise(one: Column, row: int) -> bool:

@@ -6,7 +6,6 @@ import json
 import os
 import shutil
 import subprocess
-import tempfile
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -18,7 +17,7 @@ from kalmanq.compiler.exact import Numbers, root
 from kalmanq.compiler.proven.header import header
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.text import code, probes_of
-from kalmanq.data.files import telling_where
+from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 
 SEARCH = Path(__file__).with_name("search.c")
@@ -62,7 +61,8 @@ class Runner:
     def __enter__(self) -> Runner:
         name = self.plan.name
         texts = {f"{name}.c": code(self.plan), f"{name}.h": header(self.plan), "subject.h": subject(self.plan)}
-        self.folder = Path(tempfile.mkdtemp(prefix="kalmanq-compile-"))
+        self._own = own_folder("kalmanq-compile-")
+        self.folder = self._own.__enter__()
         try:
             with telling_where(self.folder):
                 for file, text in texts.items():
@@ -74,7 +74,7 @@ class Runner:
         return self
 
     def __exit__(self, *_: object) -> None:
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._own.__exit__(None, None, None)
 
     def _compile(self, sources: Sequence[str]) -> None:
         checked = CHECKED if self.plan.subject.words.is_fixed else ()
