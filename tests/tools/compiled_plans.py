@@ -138,6 +138,8 @@ def write_factor(folder: Path, name: str, model: Model, arithmetic: str) -> bool
         product = compiled(model, name, Options(arithmetic))
     except KalmanqError:
         return False
+    if not costs.operations_of(product):
+        return False
     told = {"name": name, "arithmetic": arithmetic, "n": model.n, "m": model.m, "l": model.l, "ram": product.ram,
             "calls": product.calls, "operations": costs.operations_of(product)}
     return written(folder / f"{name}_{arithmetic}", name, {**product.sources(), "compiled.json": json.dumps(told)})

@@ -16,16 +16,17 @@ from functools import lru_cache
 from importlib import resources
 from typing import Mapping, Optional
 
+from kalmanq.compiler.loops import LoopedFilter
 from kalmanq.compiler.operations import KINDS, counted, table_of
 from kalmanq.compiler.product import Product
 
-ARITHMETICS = ("f32",)  # that are estimated; what product.compiled writes in others is not
+ARITHMETICS = ("f32", "q31")  # that are estimated
 MEASURES = ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")
 NOT_ESTIMATED, NEVER = "not estimated", "never"
 FUNCTION = re.compile(r"^(?:static )?(?:inline )?\w+ (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
 SETTLED = re.compile(r"^    if \((.*\bSETTLED\b.*)\) \{\n(.*?)^    \}\n", re.S | re.M)
 TABLE = re.compile(r"^ *static const (\w+) \w+((?:\[\d+\])+) =", re.M)
-LOOPS = ("covariance", "leave", "control")  # of the same length in each filter
+LOOPS = ("covariance", "leave", "control", "start_at")  # of the same length in each filter
 BYTES = {"uint8_t": 1, "uint16_t": 2, "int32_t": 4, "uint32_t": 4, "float": 4, "double": 8}
 
 
@@ -53,7 +54,9 @@ class Cost:
 
 
 def operations_of(product: Product) -> dict[str, dict[str, int]]:
-    """By measure; what never happens is left out"""
+    """By measure; what never happens is left out; nothing of loops"""
+    if isinstance(product.arithmetic, LoopedFilter):
+        return {}
     return operations(product.code, product.given.name, product.given.options.arithmetic == "q31")
 
 

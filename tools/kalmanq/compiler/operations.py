@@ -13,7 +13,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Iterator, Optional
 
-LINE = re.compile(r"^\s*(?:(?:const )?(float|int32_t|int64_t) (\w+)|f->(\w+(?:\[\d+\])?)|(\w+)) = (.*);$")
+LINE = re.compile(r"^\s*(?:(?:const )?(float|u?int32_t|u?int64_t|reciprocal) (\w+)|f->(\w+(?:\[\d+\])?)|(\w+)) (\+?)= (.*);$")
+CHECK = re.compile(r"^\s*if \(\(\(.* >> \d+\)", re.M)  # of a word's range
 COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused|calls|gap|events|rejected)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
 KINDS = (
@@ -21,9 +22,13 @@ KINDS = (
     "stops", "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
     "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
     "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
-    "components", "settles", "tables",
+    "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks",
+    "checked",
     *(f"spills{k}" for k in REGISTERS))
 ARGUMENTS = {"f", "z", "u"}  # which point to words
+CALLED = {"part": "parts", "half_part": "parts", "twice_part": "parts", "shifted": "shifted", "fraction": "fractions",
+          "ratio": "fractions", "word": "words", "inverse_root": "roots", "narrow": "narrowed"}  # of the factor
+WIDE = ("shifted",)  # of those, what makes 64 bits
 SMALL = 256  # constants below are part of an instruction
 
 
@@ -32,10 +37,14 @@ def counted(body: str, is_fixed: bool) -> Counter[str]:
     counting = Counting(is_fixed)
     for line in body.splitlines():
         found = LINE.match(re.sub(r"/\*.*?\*/", "", line).rstrip())
-        if found and not COUNTERS.search(line):
-            counting.line(*found.groups())
-    made = counting.made
-    made["doors"] = len(re.findall(r"z\[\d+\] [<>]=? ", body))
+        if found and "= stopped(" in line:
+            counting.made["stopped"] += 1
+        elif found and not COUNTERS.search(line):
+            *places, adds, text = found.groups()
+            counting.line(*places, f"{places[-1]} + {text}" if adds else text)
+    made, checks = counting.made, CHECK.findall(body)
+    made.update(checks=len(checks), checked="".join(checks).count("product("))
+    made["doors"] = len(re.findall(r"z\[\d+\] (?:[<>]=? |\+ \d+u <= )", body))
     made.update({f"spills{registers}": counting.spills(registers) for registers in REGISTERS})
     return made
 
@@ -47,8 +56,9 @@ def table_of(made: Counter[str]) -> dict[str, int]:
 def _tree(text: str) -> ast.expr:
     """C's expressions are Python's but for casts, f's fields and the ends of numbers"""
     text = re.sub(r"\b(\d+(?:\.\d+)?(?:e[+-]?\d+)?)f\b", r"\1", text)
-    text = re.sub(r"f->(\w+)\[(\d+)\]", r"f_\1_\2", text.replace("(int32_t)(", "narrow("))
-    text = re.sub(r"\((?:u?int32_t|float)\)", "", text).replace("f->", "f_").strip()
+    text = re.sub(r"f->(\w+)\[(\d+)\]", r"f_\1_\2", text.replace("(int32_t)(", "cast("))
+    text = re.sub(r"\((?:u?int(?:32|64)_t|float)\)", "", text).replace("INT64_C(1) << ", "1 << ")
+    text = re.sub(r"\br(\d+)\.(\w+)", r"r\1_\2", text).replace("f->", "f_").strip()
     return ast.parse(_selects(text), mode="eval").body
 
 
@@ -89,7 +99,7 @@ class Counting:
 
     def line(self, type_: Optional[str], name: Optional[str], stored: Optional[str], again: Optional[str],
              text: str) -> None:
-        tree, of_64 = _tree(text), type_ == "int64_t"
+        tree, of_64 = _tree(text), type_ in ("int64_t", "uint64_t")
         for one in ast.walk(tree):
             if isinstance(one, ast.Name):
                 one.id = self.now.get(one.id, one.id)
@@ -142,6 +152,8 @@ class Counting:
             self._value(tree.left)
             return self._value(tree.comparators[0])
         assert isinstance(tree, ast.BinOp)
+        if isinstance(tree.op, ast.LShift):
+            return True
         if isinstance(tree.op, ast.RShift):
             return self._shift(tree)
         return self._fixed(tree) if self.is_fixed else self._floating(tree)
@@ -165,7 +177,11 @@ class Counting:
         if called == "control":
             self.made["controls"] += 1
             return False
-        if called in ("narrow", "sqrtf"):
+        if called in CALLED:
+            self.made[CALLED[called]] += 1
+            self._value(first)
+            return called in WIDE
+        if called in ("cast", "sqrtf"):
             self.made["roots"] += called == "sqrtf"
             self._value(first)
             return False
@@ -194,7 +210,7 @@ class Counting:
             self._literal(factor.value)
 
     def _shift(self, tree: ast.BinOp) -> bool:
-        by = tree.right.value  # type: ignore[attr-defined]
+        by = tree.right.value if isinstance(tree.right, ast.Constant) else 0
         if not self._value(tree.left):
             self.made["shifts"] += 1
             return False
@@ -205,7 +221,7 @@ class Counting:
         left, right = self._value(tree.left), self._value(tree.right)
         is_wide, sides = left or right, (tree.left, tree.right)
         if isinstance(tree.op, ast.Mult):
-            by = tree.left.value  # type: ignore[attr-defined]
+            by = tree.left.value if isinstance(tree.left, ast.Constant) else 1
             self.made["whole" if not is_wide else "whole_wide" if by & (by - 1) else "wide_shifts"] += 1
         elif not is_wide:
             self.made["sums"] += 1
@@ -264,7 +280,8 @@ class Counting:
 
 def _is_constant(tree: ast.expr) -> bool:
     return isinstance(tree, ast.Constant) or isinstance(tree, ast.Call) and \
-        tree.func.id == "INT64_C"  # type: ignore[attr-defined]
+        tree.func.id in ("INT64_C", "UINT64_C") or \
+        isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.LShift)  # type: ignore[attr-defined]
 
 
 def _is_product(tree: ast.expr) -> bool:
