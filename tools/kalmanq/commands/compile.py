@@ -36,6 +36,7 @@ class Options:
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
     tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
+    every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
                                          "only where straight lines take 20 kB.")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
@@ -56,7 +57,7 @@ def compile_file(options: Options, console: Console) -> None:
     with console.status("compiling", spinner="line"):
         product = compiled(model_file.read(options.model), name,
                            Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student,
-                                  options.tunable, options.lag, options.loops), source)
+                                  options.tunable, options.lag, options.loops, _rates(options.every)), source)
         with Host(product) as host:
             found = report.findings(product, host)
             texts = report.files(product, host, found, source)
@@ -67,6 +68,13 @@ def compile_file(options: Options, console: Console) -> None:
         for line in report.lines(product, found):
             console.print(line)
         tell_written(written, console)
+
+
+def _rates(given: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(one) for one in given.split(",")) if given else ()
+    except ValueError:
+        raise KalmanqError(f"--every: {given} is not a list of whole numbers, such as 1,10") from None
 
 
 def name_of(out: Path) -> str:

@@ -3,7 +3,9 @@
 request    what is to be compiled: the model's numbers as its C has them, and the options
 exact      numbers to 50 digits and more;  enclosure: after how many full samples the gain is constant, by a bound
 graph      formulas that fold;  printing: C of them;  facts: entries that are constant, or equal to another
-ud         the factor as an algorithm over formulas;  floats: f32 and f64
+ud         the factor as an algorithm over formulas;  floats: f32 and f64;  loops: those for large models
+words      q31, with the modules word_...;  coefficients: A, Q and R as numbers or fields
+cycle      sensors at different rates;  lag: the mean some samples ago
 emit       NAME.c;  head: NAME.h;  trial: NAME_test.c;  report: NAME_report.txt
 product    all of it;  host: the emitted C on this machine;  record: what it is tried with, and long double beside it
 proven     the covariance form, whose every covariance is searched: cheaper, for short gaps only

@@ -54,12 +54,10 @@ class Arithmetic(Protocol):
     def covariance_double(self, i: str, j: str) -> str: ...
 
 
-def code(given: Request, a: Arithmetic, remarks: Sequence[str]) -> str:
-    return Text(given, a).code(remarks)
-
-
 class Text:
-    """The functions of a filter, one after the other."""
+    """The functions of a filter, one after the other.  counter: a field of the struct, and what it starts with"""
+
+    counter = ("gap", "0")
 
     def __init__(self, given: Request, a: Arithmetic):
         self.given, self.a = given, a
@@ -110,7 +108,7 @@ class Text:
 
     def _reset(self) -> list[str]:
         options = self.given.options
-        lines = ["f->calls = 0;", "f->gap = 0;", "f->events = 0;"]
+        lines = ["f->calls = 0;", f"f->{self.counter[0]} = {self.counter[1]};", "f->events = 0;"]
         if options.nis:
             lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.given.of.m))]
         if options.gate is not None:
@@ -144,13 +142,15 @@ class Text:
     def _predict(self) -> list[str]:
         a = self.a
         lines = [*self._controls(), *within(a.places(factor=False), block(a.predict_mean()))]
-        if self.settles:
-            lines += ["if (f->calls == SETTLED) {", "    f->calls++;", "    return;", "}",
-                      "if (f->calls > SETTLED) leave(f, 1);", "else if (!(f->calls & 1u)) f->calls++;", "else {",
-                      "    f->calls = 1;", f"    f->gap = f->gap && f->gap < {len(self._rests())} ? "
-                      "(uint16_t)(f->gap + 1u) : 0;", "}"]
+        lines += self._count_predict() if self.settles else []
         lines += within(a.places(mean=False), block(a.predict_factor()))
         return function(f"void {self.given.name}_predict({self.filter}{self.u})", lines)
+
+    def _count_predict(self) -> list[str]:
+        return ["if (f->calls == SETTLED) {", "    f->calls++;", "    return;", "}",
+                "if (f->calls > SETTLED) leave(f, 1);", "else if (!(f->calls & 1u)) f->calls++;", "else {",
+                "    f->calls = 1;", f"    f->gap = f->gap && f->gap < {len(self._rests())} ? "
+                "(uint16_t)(f->gap + 1u) : 0;", "}"]
 
     # ---- update
 
@@ -182,17 +182,21 @@ class Text:
         lines = [f"f->nis = {'0' if a.type == 'int32_t' else '0.0f' if a.type == 'float' else '0.0'};"] \
             if given.options.nis else []
         lines += ["if (!taken) return 0;"]
-        lines += ["if (f->calls >= SETTLED) leave(f, 0);"] if self.settles else []
+        lines += self._leave_before() if self.settles else []
         body: list[str] = []
         for j in range(given.of.m):
             head = f"if (taken & {1 << j}u) {{" if given.of.m > 1 else "{"
             body += [f"{head} /* {given.measurements[j]} */", *indented(a.update(j)), "}"]
         lines += [*self._measured(), *within(a.places(), body)]
-        if self.settles:
-            lines += [f"if (taken != {given.all}u || !(f->calls & 1u)) f->calls = 0;",
-                      "else if (f->gap) f->calls = SETTLED + 2u - 2u * after_gap[f->gap - 1];", "else f->calls++;",
-                      "f->gap = 0;"]
+        lines += self._count_update() if self.settles else []
         return function(f"static unsigned take({self.filter}, {self.z}, unsigned taken)", [*lines, "return taken;"])
+
+    def _leave_before(self) -> list[str]:
+        return ["if (f->calls >= SETTLED) leave(f, 0);"]
+
+    def _count_update(self) -> list[str]:
+        return [f"if (taken != {self.given.all}u || !(f->calls & 1u)) f->calls = 0;",
+                "else if (f->gap) f->calls = SETTLED + 2u - 2u * after_gap[f->gap - 1];", "else f->calls++;", "f->gap = 0;"]
 
     def _update(self) -> list[str]:
         given = self.given
@@ -225,9 +229,12 @@ class Text:
 
     # ---- readings
 
+    def _factor(self) -> str:
+        return "f->calls >= SETTLED ? steady[f->calls & 1u] : f->P"
+
     def _covariance(self) -> list[str]:
         type_ = self.a.type
-        factor = "f->calls >= SETTLED ? steady[f->calls & 1u] : f->P" if self.settles else "f->P"
+        factor = self._factor() if self.settles else "f->P"
         result = getattr(self.a, "covariance_type", type_)
         return function(f"{result} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
                         [f"const {type_} *P = {factor};", *self.a.covariance()])

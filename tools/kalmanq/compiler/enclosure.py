@@ -14,7 +14,7 @@ from __future__ import annotations
 import decimal
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Optional, Sequence
+from typing import Callable, Optional, Sequence
 
 import numpy as np
 
@@ -85,9 +85,9 @@ def settled(of: Numbers, longest_gap: int, tolerance: float = 1e-6) -> Optional[
         for _ in range(MOST):
             doubled.append(doubled[-1].then(doubled[-1]))
         floor = np.diag(of.P0) * GONE
-        if not _is_within(doubled[-1], tolerance, floor):
+        if not is_within(doubled[-1], tolerance, floor):
             return None
-        samples = _least(doubled, lambda one: _is_within(one, tolerance, floor))
+        samples = least_steps(doubled, lambda one: is_within(one, tolerance, floor))
         last = doubled[-1]
         for _ in range(MORE):
             last = last.then(last)
@@ -95,7 +95,7 @@ def settled(of: Numbers, longest_gap: int, tolerance: float = 1e-6) -> Optional[
         return _steady(of, last.Q, samples, rest, tolerance)
 
 
-def _is_within(one: Map, tolerance: float, floor: np.ndarray) -> bool:
+def is_within(one: Map, tolerance: float, floor: np.ndarray) -> bool:
     return _agree(one.width, np.diag(one.Q), tolerance, floor)
 
 
@@ -104,12 +104,12 @@ def _agree(difference: np.ndarray, variance: np.ndarray, tolerance: float, floor
     return all(abs(d) <= limit * max(v, least) or not d for d, v, least in zip(difference, variance, floor))
 
 
-def _least(doubled: Sequence[Map], is_enough: object) -> int:
+def least_steps(doubled: Sequence[Map], is_enough: Callable[[Map], bool]) -> int:
     """The least number of steps whose map is enough, by halves; the largest of `doubled` is."""
     now, count = None, 0
     for k in range(len(doubled) - 2, -1, -1):
         trial = doubled[k] if now is None else now.then(doubled[k])
-        if not is_enough(trial):  # type: ignore[operator]
+        if not is_enough(trial):
             now, count = trial, count + (1 << k)
     return count + 1
 
@@ -120,7 +120,7 @@ def _rests(predict: Map, doubled: Sequence[Map], P: np.ndarray, longest: int, to
     aim = np.diag(P)
     for _ in range(longest):
         missed = predict.of(missed)
-        made.append(_least(doubled, lambda one, P=missed: _agree(np.diag(one.of(P)) - aim, aim, tolerance, floor)))
+        made.append(least_steps(doubled, lambda one, P=missed: _agree(np.diag(one.of(P)) - aim, aim, tolerance, floor)))
     return made
 
 

@@ -140,7 +140,7 @@ class FloatFilter:
             made.append((total, change - make("sub", total, high) if total is not high else low))
         return made
 
-    def _innovation(self, x: Mean, j: int, z: Node) -> Node:
+    def innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
             for h, one in zip(self.of.H[j], x):
                 z = z - node(h) * one[part]
@@ -159,7 +159,7 @@ class FloatFilter:
     def update(self, j: int) -> list[str]:
         """Component j, whose value is z<j>"""
         options, P = self.given.options, self.entries
-        y = self._innovation(self.mean, j, symbol(f"z{j}"))
+        y = self.innovation(self.mean, j, symbol(f"z{j}"))
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
         products, weight, after = self.form.update(self.of.H[j], r, P)
@@ -205,7 +205,7 @@ class FloatFilter:
         """The mean by the constant gain, from z0, z1, ..., and `then`; predicts: A x + B u before.  With gates nothing
         is done where a component is beyond its gate."""
         x = self._moved(self.mean) if predicts else self.mean
-        y = [self._innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
+        y = [self.innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
         targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.gain)])
         body = Body(self.words, hints={id(one): f"y{j}" for j, one in enumerate(y)})
         apart, variances = self._apart(y), self.steady.variances.astype(float)

@@ -9,14 +9,14 @@ from kalmanq.compiler.request import RUN, Request
 from kalmanq.firmware.c_source import plain
 
 
-def header(given: Request, a: Arithmetic) -> str:
-    return Header(given, a).text()
+def header(given: Request, a: Arithmetic, text: Text) -> str:
+    return Header(given, a, text).text()
 
 
 class Header:
-    def __init__(self, given: Request, a: Arithmetic):
+    def __init__(self, given: Request, a: Arithmetic, text: Text):
         self.given, self.a, self.name = given, a, given.name
-        self.c = Text(given, a)
+        self.c = text
         self.filter = f"{given.type} *f"
 
     def text(self) -> str:
@@ -43,10 +43,10 @@ class Header:
         return [f"    {call:<{width}}{what}".rstrip() for call, what in rows]
 
     def _quantities(self) -> list[str]:
-        fractions = getattr(self.a, "fraction", None)
+        fractions, model = getattr(self.a, "fraction", None), getattr(self.a, "model", self.given.model)
         rows = [("", "name", "unit", "range", *(["format"] if fractions else []))]
         for which in ("states", "measurements", "controls"):
-            for k, one in enumerate(getattr(self.given.model, which)):
+            for k, one in enumerate(getattr(model, which)):
                 rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), f"{one.range:g}" if one.range else "",
                              *([f"Q{31 - fractions(which, k)}.{fractions(which, k)}"] if fractions else [])))
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -77,7 +77,7 @@ class Header:
 
     def _fields(self) -> list[str]:
         options, m = self.given.options, self.given.of.m
-        lines = [*self.a.fields, "uint32_t calls; /* predict and full update in turn */", "uint16_t gap;",
+        lines = [*self.a.fields, "uint32_t calls; /* predict and full update in turn */", f"uint16_t {self.c.counter[0]};",
                  "uint16_t events;"]
         lines += [f"{self.a.type if self.a.type != 'int32_t' else 'int64_t'} nis;",
                   f"{self.a.type} s[{m}]; /* variance of each innovation, given the components before it */"] \

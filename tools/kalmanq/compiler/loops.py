@@ -103,7 +103,7 @@ class LoopedFilter(FloatFilter):
     def update(self, j: int) -> list[str]:
         options, m, n = self.given.options, self.of.m, self.of.n
         body = Body(self.words)
-        y = body.text(self._innovation(self.mean, j, symbol(f"z{j}")))
+        y = body.text(self.innovation(self.mean, j, symbol(f"z{j}")))
         lines = [f"const {self.type} y = {y};"]
         r = self.number(self.of.R[j])
         if options.student or options.gate is not None or options.nis:

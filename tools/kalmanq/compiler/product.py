@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
 
-from kalmanq.compiler import emit, enclosure, graph, head
+from kalmanq.compiler import cycle, emit, enclosure, graph, head
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
@@ -20,6 +20,7 @@ from kalmanq.model import Model
 class Product:
     given: Request
     steady: Optional[enclosure.Settled]
+    cycle: Optional[cycle.Cycle]
     arithmetic: emit.Arithmetic
     header: str
     code: str
@@ -50,13 +51,23 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     """source: a line about the model's file"""
     given = request(model, name, options)
     gap = min(max(model.gaps.max_gap, GAP), LONGEST_GAP)
-    steady = enclosure.settled(given.of, gap, options.settle)
+    steady = None if options.every else enclosure.settled(given.of, gap, options.settle)
     if options.lag and (steady is None or not options.settles):
         raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why); the library's "
                            "kq_lag takes any model")
+    turn = _cycle(given)
     with graph.fresh():
         a = _arithmetic(given, steady if options.settles else None)
-        return Product(given, steady, a, head.header(given, a), emit.code(given, a, remarks(given, steady, source)))
+        text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
+        return Product(given, steady, turn, a, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
+
+
+def _cycle(given: Request) -> Optional[cycle.Cycle]:
+    options = given.options
+    if not options.every:
+        return None
+    cycle.check(given)
+    return cycle.settled(given.of, options.every, options.settle) if options.settles else None
 
 
 def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Arithmetic:
@@ -68,13 +79,16 @@ def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Ari
     return (LoopedFilter if given.options.loops else FloatFilter)(given, steady)
 
 
-def remarks(given: Request, steady: Optional[enclosure.Settled], source: str) -> list[str]:
+def remarks(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle], source: str) -> list[str]:
     what = f"{given.name}: written by kalmanq compile."
-    return [what, *([source] if source else []), "", *settling(given, steady)]
+    return [what, *([source] if source else []), "", *settling(given, steady, turn)]
 
 
-def settling(given: Request, steady: Optional[enclosure.Settled]) -> list[str]:
+def settling(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> list[str]:
     """What is known of the steady state, in a sentence or two"""
+    if turn is not None:
+        return [f"After {turn.cycles} cycles of {len(turn.rows)} rows each row of the cycle has a constant gain, if every row has the",
+                f"components that are due: each variance is then within {turn.tolerance:.0e} of the steady one."]
     if steady is None:
         return ["The covariance has no steady state that every start leads to: the gain is worked out in each row."]
     if not given.options.settles:

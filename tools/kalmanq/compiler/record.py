@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran
-from kalmanq.compiler.request import GAP, Request
+from kalmanq.compiler.request import GAP, Request, due
 
 LONG = np.longdouble
 FADES = 0.98  # the largest eigenvalue of what is drawn, so that nothing leaves its range for ever
@@ -60,6 +60,9 @@ def _events(given: Request, rows: int, longest: int, draws: np.random.Generator)
             present[t] = draws.integers(0, given.all + 1)
             what[t] = what[t] if present[t] else PREDICTS
         t += 1
+    if given.options.every:
+        present &= np.array([due(given.options.every, row) for row in range(rows)], np.uint32)
+        what = np.where(present > 0, what, what & PREDICTS).astype(np.uint8)
     return what, present
 
 

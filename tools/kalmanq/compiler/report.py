@@ -8,7 +8,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import Product
+from kalmanq.compiler.product import Product, settling
 from kalmanq.compiler.record import Accuracy, tried
 from kalmanq.compiler.request import GAP
 from kalmanq.compiler.trial import trial
@@ -42,7 +42,8 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    made = [*_what(product), *_settles(product), *_accuracy(found), *_unknown(product), *_correlated(product)]
+    made = [*_what(product), *_settles(product), *_accuracy(found), *_chosen(product), *_unknown(product),
+            *_correlated(product)]
     return made
 
 
@@ -55,7 +56,9 @@ def _what(product: Product) -> list[str]:
 
 
 def _settles(product: Product) -> list[str]:
-    steady = product.steady
+    steady, turn = product.steady, product.cycle
+    if turn is not None:
+        return [f"  {line}" for line in settling(product.given, steady, turn)]
     if steady is None:
         return ["  There is no steady state that every start leads to (kalmanq check says why): no fast path."]
     if not product.given.options.settles:
@@ -78,6 +81,16 @@ def _coarse(found: Findings) -> list[str]:
         return []
     return [f"  The error is above {COARSE:g}: the first variance (P0) is very far above what it settles to, or R is very",
             "  small beside it. --arith f64 is exact there."]
+
+
+def _chosen(product: Product) -> list[str]:
+    """Ranges of q31 that the model does not declare"""
+    declared, ranged = product.given.model, getattr(product.arithmetic, "model", product.given.model)
+    made = [f"{after.name} {after.range:.4g} {after.unit}".rstrip() for which in ("states", "measurements", "controls")
+            for before, after in zip(getattr(declared, which), getattr(ranged, which)) if before.range is None
+            and after.range is not None]
+    return [f"  Ranges that the model does not declare were chosen: {', '.join(made)}. Declare them where you know better."] \
+        if made else []
 
 
 def _unknown(product: Product) -> list[str]:

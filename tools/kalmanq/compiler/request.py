@@ -25,7 +25,8 @@ WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 class Options:
     """settle: of a variance, relative, where the gain counts as constant; gate: of an innovation, in sigma;
     student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too;
-    loops: of the factor in the place of straight lines; None: where those would be very long"""
+    loops: of the factor in the place of straight lines; None: where those would be very long;
+    every: of each measurement, in rows, where they have different rates"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
@@ -35,6 +36,7 @@ class Options:
     tunable: bool = False
     lag: int = 0
     loops: Optional[bool] = None
+    every: Sequence[int] = ()
 
     @property
     def settles(self) -> bool:
@@ -68,6 +70,11 @@ class Request:
     @property
     def upper(self) -> str:
         return self.name.upper()
+
+
+def due(every: Sequence[int], row: int) -> int:
+    """Bits of the measurements that a row has"""
+    return sum(1 << j for j, one in enumerate(every) if row % one == 0)
 
 
 def request(model: Model, name: str, options: Options) -> Request:
