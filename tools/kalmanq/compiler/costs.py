@@ -26,7 +26,8 @@ NOT_ESTIMATED, NEVER = "not estimated", "never"
 FUNCTION = re.compile(r"^(?:static )?(?:inline )?\w+ (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
 SETTLED = re.compile(r"^    if \((.*\bSETTLED\b.*)\) \{\n(.*?)^    \}\n", re.S | re.M)
 TABLE = re.compile(r"^ *static const (\w+) \w+((?:\[\d+\])+) =", re.M)
-LOOPS = ("covariance", "leave", "control", "start_at")  # of the same length in each filter
+LOOPS = ("covariance", "start_at")  # of the same length in each filter
+ROUTINES = (("product", "product"), ("wide", "wide"), ("inverse", "inverse_root"))
 BYTES = {"uint8_t": 1, "uint16_t": 2, "int32_t": 4, "uint32_t": 4, "float": 4, "double": 8}
 
 
@@ -61,8 +62,8 @@ def operations_of(product: Product) -> dict[str, dict[str, int]]:
 
 
 def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]]:
-    functions = {called.removeprefix(f"{name}_"): body for called, body in FUNCTION.findall(text)}
-    functions = {called: body for called, body in functions.items() if called not in LOOPS}
+    functions = {called.removeprefix(f"{name}_"): body for called, body in FUNCTION.findall(text)
+                 if called == "take" or called.startswith(f"{name}_") and called.removeprefix(f"{name}_") not in LOOPS}
     settled = {called: found for called, found in ((one, _settled(body)) for one, body in functions.items()) if found}
     bodies = {called: SETTLED.sub("", body) if called in settled else body for called, body in functions.items()}
     of = {called: counted(body, is_fixed) for called, body in bodies.items()}
@@ -70,6 +71,7 @@ def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]
     unsettled = of["predict"] + of["update"] + of["take"]
     whole = sum(apart.values(), sum(of.values(), Counter()))
     whole.update(functions=len(functions), tables=_bytes_of_tables(text) // 4)
+    whole.update({f"has_{kind}": bool(re.search(rf"\b{called}\(", text)) for kind, called in ROUTINES})
     made = {"two_calls": unsettled, "flash": whole, "stack": unsettled + Counter()}
     if "step" in settled:
         mean = functions["predict"].split("    if (f->calls == SETTLED)")[0]
