@@ -119,7 +119,7 @@ static reciprocal inverse_root(uint64_t t)
 LINE
     };
     const uint32_t upper = (uint32_t)(t >> 32), lower = (uint32_t)t;
-    const uint32_t first = upper ? upper : lower | 1u, next = upper ? lower : 0;
+    const uint32_t first = upper ? upper : lower + !lower, next = upper ? lower : 0;
     const int even = zeros_before(first) & ~1;
     const uint32_t v = first << even | next >> 1 >> (31 - even), near = line[(v >> 25) - 32];
     const uint32_t q = (near >> 16) - ((near & 0xffffu) * (v >> 9 & 0xffffu) >> 21);
@@ -168,7 +168,7 @@ static inline int32_t inverse(int32_t u)
 {
     const uint32_t d = UINT32_C(0x40000000) + (uint32_t)(u < 0 ? -u : u), r = quotient((d + 0x4000u) >> 15);
     const int64_t rest = (INT64_C(1) << 47) - (int64_t)((uint64_t)d * r);
-    return (int32_t)(r << 13) + (int32_t)(product((int32_t)r, (int32_t)(rest >> 4)) >> 30);
+    return (int32_t)(r << 13) + (int32_t)(product((int32_t)r, (int32_t)(rest >> 4)) >> 30) + 1; /* 1: what is left */
 }
 """
 

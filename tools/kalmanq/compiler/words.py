@@ -19,10 +19,11 @@ from kalmanq.compiler.request import RUN, Request
 from kalmanq.compiler.word_factor import Entries, Factor, Key, keys
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
 from kalmanq.compiler.word_mean import Mean
-from kalmanq.compiler.word_text import Lines, Value
+from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
 
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
+GAIN_ERROR = 4e-6
 ALL_ORDERS = 4  # states, of which all orders are tried
 Place = tuple[str, str, str]
 
@@ -119,15 +120,15 @@ class WordFilter:
     # ---- what is done
 
     def predict_mean(self) -> list[str]:
-        lines, moved = self.mean.predict()
-        return [*lines, *self.mean.stops(moved)]
+        lines, moved = self.mean.predicted([False] * self.of.n)
+        return [*lines, *self.mean.stored(moved)]
 
     def predict_factor(self) -> list[str]:
         lines = Lines()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
-        return [*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
-                *indented(self._stored(after)), "}"]
+        return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+                       *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
         return [f"{entry(key)} = {number_of(after.get(key))};" for key in self.live if after.get(key) != entry(key)]
@@ -138,18 +139,19 @@ class WordFilter:
         after, b, last = self.factor.update(lines, self.entries, j)
         if last is None:
             return []
-        shift = f.row[j] + f.z[j] + 32 - f.weighed[j]
-        made = [f"const int32_t y = {self.mean.innovation(j)};", *lines.lines,
-                f"const int64_t weighed = shifted(product(y, {last}.over), {shift} - {last}.half);",
-                "const int32_t v = narrow(weighed);"]
-        writes = [f"if (v != weighed) {self.event('MEAN_SATURATED')}"]
+        more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
+        made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
+                f"const int64_t weighed = shifted(wide({last}.over, y), {shift} - {last}.half);",
+                f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
+        made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
+        writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
         writes += self._nis(j, "v", f"word({last})")
         moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
-            text = f"product({one}, v)"
+            text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
-        writes += [*self.mean.stops(i for i, _ in sorted(moved)), *self._stored(after)]
+        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
         if self.given.options.gate is None:
             return [*made, *writes]
         most = self._gate(j)
@@ -178,11 +180,17 @@ class WordFilter:
         moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
         return np.where(moved < NEGLIGIBLE, 0, gain)
 
+    @property
+    def resolution(self) -> np.ndarray:
+        """What a gain may be off by: an innovation of one sigma moves the state by as much less than its own"""
+        sigma = np.sqrt(np.diag(self.steady.filtered).astype(float))
+        return GAIN_ERROR * np.outer(sigma, 1 / np.sqrt(self.steady.variances.astype(float)))
+
     def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
         """The mean by the constant gain, from z0, z1, ..., and `then`"""
-        lines, moved = self.mean.predict() if predicts else ([], [])
-        lines += [f"const int32_t y{j} = {self.mean.innovation(j)};" for j in range(self.of.m)]
-        corrections, which = self.mean.corrected(self.gain, [f"y{j}" for j in range(self.of.m)])
+        lines, x = self.mean.predicted(np.any(self.of.H != 0, axis=0)) if predicts else ([], {})
+        lines += [f"const int32_t y{j} = {self.mean.innovation(j, x)};" for j in range(self.of.m)]
+        x = {i: x.get(i, f"x{i}") + self.mean.corrected(i, self.gain[i], self.resolution[i]) for i in range(self.of.n)}
         options = self.given.options
         writes = ["f->nis = 0;"] if options.nis else []
         if options.nis or options.gate is not None:
@@ -190,7 +198,7 @@ class WordFilter:
             for j in range(self.of.m):
                 sigma = math.sqrt(float(self.steady.variances[j]))
                 writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
-        writes += [*corrections, *self.mean.stops(sorted({*moved, *which})), *then]
+        writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
         if options.gate is None:
             return [*lines, *writes]
         passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
@@ -205,7 +213,7 @@ class WordFilter:
             for k in range(j + 1):
                 c = lower[j, k] / sigma
                 if abs(c) > NEGLIGIBLE / sigma:
-                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.z[k])
+                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.y[k])
             lines.append(f"const int32_t v{j} = narrow({text.removeprefix(' + ')});")
         return lines
 
@@ -277,7 +285,8 @@ class WordFilter:
         return []
 
     def routines(self, text: str) -> str:
-        return word_routines.routines(text) + "\n"
+        stop = "\n".join(self.mean.stop(self.given.type)) if "stop(f)" in text else ""
+        return word_routines.routines(text + stop) + "\n" + stop + "\n"
 
     # ---- for a program on the host, and for a test
 
