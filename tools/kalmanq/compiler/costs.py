@@ -19,9 +19,11 @@ from typing import Mapping, Optional
 from kalmanq.compiler.loops import LoopedFilter
 from kalmanq.compiler.operations import KINDS, counted, table_of
 from kalmanq.compiler.product import Product
+from kalmanq.compiler.request import Options
 
 ARITHMETICS = ("f32", "q31")  # that are estimated
 MEASURES = ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")
+SOFT_FLOAT = {"m0": 3500, "m3": 1448, "rv32": 3404}  # bytes of the compiler's functions for float, which flash is without
 NOT_ESTIMATED, NEVER = "not estimated", "never"
 FUNCTION = re.compile(r"^(?:static )?(?:inline )?\w+ (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
 SETTLED = re.compile(r"^    if \((.*\bSETTLED\b.*)\) \{\n(.*?)^    \}\n", re.S | re.M)
@@ -48,7 +50,8 @@ class Cost:
         if not self.settles and measure.endswith("_settled"):
             return NEVER
         value = getattr(self, measure)
-        return NOT_ESTIMATED if value is None else f"{value} ±{100 * self.off[measure]:.0f} %"
+        off = self.off.get(measure)
+        return NOT_ESTIMATED if value is None else f"{value} ±{100 * off:.0f} %" if off else str(value)
 
 
 # ------------------------------------------------------------------------------ operations
@@ -119,3 +122,21 @@ def factors() -> Mapping[tuple[str, str, str, str], Factors]:
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
             Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"])) for row in rows}
+
+
+def estimates(product: Product) -> dict[str, Cost]:
+    """On the cores that were measured in its arithmetic, at -O2; of no filter with options, since none was measured"""
+    options = product.given.options
+    if options != Options(options.arithmetic, options.settle):
+        return {}
+    made = operations_of(product)
+    cores = dict.fromkeys(core for core, arithmetic, _, _ in factors() if arithmetic == options.arithmetic)
+    return {core: _cost(core, options.arithmetic, made) for core in cores} if made else {}
+
+
+def _cost(core: str, arithmetic: str, made: Mapping[str, Mapping[str, int]]) -> Cost:
+    by = {measure: factors().get((core, arithmetic, "O2", measure)) for measure in MEASURES}
+    sums = {measure: round(sum(one * made[measure][kind] for kind, one in factor.of.items()))
+            if factor and measure in made else None for measure, factor in by.items()}
+    return Cost(**sums, off={measure: factor.off for measure, factor in by.items() if factor},
+                settles="step_settled" in made)
